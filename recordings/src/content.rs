@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use sketchnav_schemas::channels::{Channel, ChannelSpec};
 use sketchnav_schemas::erased::Owned;
-use sketchnav_schemas::ros2::Ros2;
+use sketchnav_schemas::ros2::{Ros2, Ros2Error};
 
 use crate::directory::Topic;
 use crate::error::RecordingError;
@@ -24,7 +24,7 @@ pub struct RawMessage {
     pub stamp_ns: u64,
     /// When it was sent, nanoseconds, where the file has that apart.
     pub publish_ns: u64,
-    /// Its CDR; unpacked, where rosbag2 has compressed each message.
+    /// Its CDR; unpacked, where rosbag2 has compressed each message. See [`RawMessage::is_damaged`].
     pub cdr: Vec<u8>,
 }
 
@@ -73,17 +73,28 @@ impl RawMessage {
         Self { topic: Arc::clone(topic), sequence, stamp_ns, publish_ns, cdr }
     }
 
+    /// Whether rosbag2 has compressed the message by itself, and it does not unpack. What it was is not known then.
+    pub fn is_damaged(&self) -> bool {
+        self.topic.is_cdr() && is_packed(&self.cdr)
+    }
+
     /// The message as a `T`, and the slice behind it.
     ///
     /// # Errors
     /// [`RecordingError::Message`] where it is no `T`.
     pub fn typed<T: Ros2>(&self) -> Result<(T, Vec<u8>), RecordingError> {
+        self.decode_by(T::from_cdr)
+    }
+
+    /// Takes what is off by rounding for what it stands for.
+    fn decode_by<M>(&self, decode: impl Fn(&[u8], u64) -> Result<M, Ros2Error>) -> Result<M, RecordingError> {
         let seq = self.sequence.into();
-        T::from_cdr(&self.cdr, seq).map_err(|source| RecordingError::Message {
-            topic: self.topic.name.clone(),
-            seq,
-            source,
-        })
+        let decoded = match decode(&self.cdr, seq) {
+            Err(Ros2Error::Rounded { exact, .. }) => decode(&exact, seq),
+            decoded => decoded,
+        };
+        let topic = || self.topic.name.clone();
+        decoded.map_err(|source| RecordingError::Message { topic: topic(), seq, source })
     }
 
     /// The message by its bytes, as one of the channel `spec`.
@@ -91,10 +102,7 @@ impl RawMessage {
     /// # Errors
     /// As [`RawMessage::typed`].
     pub fn decode(&self, spec: &ChannelSpec) -> Result<Owned, RecordingError> {
-        let seq = self.sequence.into();
-        let topic = || self.topic.name.clone();
-        let decoded = spec.message.decode(&self.cdr, seq);
-        decoded.map_err(|source| RecordingError::Message { topic: topic(), seq, source })
+        self.decode_by(|cdr, seq| spec.message.decode(cdr, seq))
     }
 
     /// As [`RawMessage::typed`], by the channel that it is a message of.

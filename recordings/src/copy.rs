@@ -21,6 +21,7 @@ use crate::index::Index;
 use crate::open::{ODD, Open, Piece};
 use crate::reader::Recording;
 use crate::records::{Attachment, Damage, FRAME_BYTES};
+use crate::rejected::{DAMAGED, Rejections};
 use crate::selection::Selection;
 use crate::sequence::Sequence;
 use crate::writer::{Mcap, TOPICS_METADATA, begin};
@@ -96,6 +97,7 @@ pub struct Copy<W: Write> {
     told: BTreeSet<String>,
     messages: u64,
     bytes: u64,
+    left_out: Rejections,
 }
 
 /// What is known of a topic so far.
@@ -129,6 +131,7 @@ impl<W: Write> Copy<W> {
             told: BTreeSet::new(),
             messages: 0,
             bytes: 0,
+            left_out: Rejections::default(),
         })
     }
 
@@ -161,6 +164,11 @@ impl<W: Write> Copy<W> {
         self.bytes
     }
 
+    /// The damaged messages that were left out: see [`RawMessage::is_damaged`].
+    pub fn left_out(&self) -> &Rejections {
+        &self.left_out
+    }
+
     /// Declares a topic, where it is new.
     ///
     /// # Errors
@@ -184,12 +192,16 @@ impl<W: Write> Copy<W> {
         Ok(id)
     }
 
-    /// Appends a message.
+    /// Appends a message; counts one that is damaged instead.
     ///
     /// # Errors
     /// [`RecordingError::Write`].
     pub fn message(&mut self, message: &RawMessage) -> Result<(), RecordingError> {
         let channel_id = self.declare(&message.topic)?;
+        if message.is_damaged() {
+            self.left_out.count_damaged(message);
+            return Ok(());
+        }
         let header = mcap_records::MessageHeader {
             channel_id,
             sequence: message.sequence,
@@ -349,6 +361,10 @@ impl Salvage {
             // Records that say nothing new may have stood before it.
             let (at, _) = self.open.record();
             let goes_on = match next {
+                Ok(Piece::Part(Part::Message(message))) if message.is_damaged() => {
+                    self.lose_message(at, &message);
+                    true
+                }
                 Ok(Piece::Part(part)) => {
                     self.copied.messages += u64::from(matches!(part, Part::Message(_)));
                     take(part)?;
@@ -407,6 +423,14 @@ impl Salvage {
             self.lose(Lost { at, bytes, reason: reason.to_owned(), messages: None });
         }
         Ok(found.is_some())
+    }
+
+    /// Leaves out one message of a chunk that begins at byte `at`.
+    fn lose_message(&mut self, at: u64, message: &RawMessage) {
+        let bytes = message.cdr.len() as u64;
+        let reason = format!("{}, message {}: {DAMAGED}", message.topic.name, message.sequence);
+        self.copied.lost_bytes += bytes;
+        self.lose(Lost { at, bytes, reason, messages: Some(1) });
     }
 
     fn lose(&mut self, lost: Lost) {
@@ -552,7 +576,7 @@ pub enum Limit {
 }
 
 /// What is in a part.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct PartFacts {
     /// Time of its first message, nanoseconds.
     pub first_ns: u64,
@@ -560,6 +584,9 @@ pub struct PartFacts {
     pub last_ns: u64,
     /// Messages by topic.
     pub messages: BTreeMap<String, u64>,
+    /// The damaged messages of this part that were left out.
+    #[serde(skip_serializing_if = "Rejections::is_empty")]
+    pub left_out: Rejections,
 }
 
 /// Copies a recording in parts, in the order of time; each begins with the latched messages that were sent
@@ -584,7 +611,7 @@ pub fn split<W: Write>(
             None => open.insert(split.begin(next(split.parts.len())?, message.stamp_ns)?),
         };
         part.take(&message)?;
-        if message.topic.is_latched() {
+        if message.topic.is_latched() && !message.is_damaged() {
             split.latched.insert(message.topic.name.clone(), message);
         }
     }
@@ -621,7 +648,7 @@ impl Split<'_> {
 
     fn close<W: Write>(&mut self, part: OpenPart<W>) -> Result<(), RecordingError> {
         self.last = part.copy.last_numbers();
-        self.parts.push(part.facts);
+        self.parts.push(PartFacts { left_out: part.copy.left_out().clone(), ..part.facts });
         part.copy.finish().map(drop)
     }
 }
@@ -647,6 +674,9 @@ impl<W: Write> OpenPart<W> {
     fn take(&mut self, message: &RawMessage) -> Result<(), RecordingError> {
         self.copy.message(message)?;
         self.facts.last_ns = self.facts.last_ns.max(message.stamp_ns);
+        if message.is_damaged() {
+            return Ok(());
+        }
         *self.facts.messages.entry(message.topic.name.clone()).or_default() += 1;
         Ok(())
     }

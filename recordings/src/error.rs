@@ -123,6 +123,14 @@ pub enum RecordingError {
         /// The channel.
         channel: &'static str,
     },
+    /// A message is to be written whose topic is no channel of this program.
+    #[error(
+        "topic {topic}: expected one of this program's channels; was it written by a program with another navigator?"
+    )]
+    UnknownTopic {
+        /// The topic.
+        topic: String,
+    },
     /// The file cannot be written: the disk is full, most likely.
     #[error("the recording cannot be written: {0}{why}", why = cause(.0))]
     Write(mcap::McapError),

@@ -93,8 +93,8 @@ impl Index {
         self.chunks.iter().all(inside) && (messages == 0 || !self.chunks.is_empty())
     }
 
-    /// Whether the file has no message and no chunk but those that the summary names: others may write messages
-    /// into chunks and between them. Reads the frames of what the summary does not name.
+    /// Whether the file has no message, chunk, attachment or metadata but those that the summary names: others may write messages
+    /// into chunks and between them, and need not name what they attach. Reads the frames of what the summary does not name.
     fn is_all(&self, open: &mut Open) -> Result<bool, RecordingError> {
         let mut at = MAGIC.len() as u64;
         loop {
@@ -108,13 +108,19 @@ impl Index {
             }
             match open.frame_at(at)? {
                 Some((op::DATA_END | op::FOOTER, _)) => return Ok(true),
-                Some((op::MESSAGE | op::CHUNK, _)) | None => return Ok(false),
+                Some((op::MESSAGE | op::CHUNK | op::ATTACHMENT | op::METADATA, _)) | None => {
+                    return Ok(false);
+                }
                 Some((_, end)) => at = end,
             }
         }
     }
 
-    fn by_a_pass(path: &Path) -> Result<Self, RecordingError> {
+    /// The index of a file that has none.
+    ///
+    /// # Errors
+    /// As [`Index::read`].
+    pub(crate) fn by_a_pass(path: &Path) -> Result<Self, RecordingError> {
         let mut open = Open::new(path)?;
         let (mut index, mut is_in_run) = (Self::default(), false);
         loop {

@@ -153,7 +153,7 @@ fn duration_s(topics: &[TopicInfo]) -> f64 {
 }
 
 /// What a recording is that others wrote, and what follows from that.
-fn notes(recording: &Recording, packed: u64) -> Result<Vec<String>, RecordingError> {
+fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>, RecordingError> {
     let mut notes = Vec::new();
     if !recording.is_ours()? {
         notes.push(format!(
@@ -165,6 +165,9 @@ fn notes(recording: &Recording, packed: u64) -> Result<Vec<String>, RecordingErr
             "{packed} messages compressed one by one by zstd (compression_mode: MESSAGE); they are read, and copies hold them \
              unpacked"
         ));
+    }
+    if damaged > 0 {
+        notes.push(format!("damaged: {damaged} of them, which do not unpack; copies leave them out"));
     }
     for topic in recording.topics()? {
         let form = Form::of(&topic);
@@ -183,6 +186,8 @@ fn notes(recording: &Recording, packed: u64) -> Result<Vec<String>, RecordingErr
 struct Tally {
     is_ours: bool,
     packed: u64,
+    /// Those of them that do not unpack.
+    damaged: u64,
     topics: BTreeMap<String, TopicTally>,
     run: BTreeMap<String, String>,
     attachments: Vec<AttachmentInfo>,
@@ -210,6 +215,7 @@ impl Tally {
             }
             Part::Message(message) => {
                 let is_ours = self.is_ours;
+                self.damaged += u64::from(message.is_damaged());
                 self.topics.entry(message.topic.name.clone()).or_default().take(&message, is_ours);
                 if HEALTH.spec.is_topic(&message.topic.name)
                     && let Ok((health, _)) = message.typed::<Health>()
@@ -244,7 +250,7 @@ impl Tally {
             bytes,
             profile: header.profile.clone(),
             library: header.library.clone(),
-            notes: notes(recording, self.packed)?,
+            notes: notes(recording, self.packed, self.damaged)?,
             clean_end: self.clean_end,
             restarts: self.restarts,
             process_restarts: told

@@ -25,8 +25,8 @@ pub use crate::selection::{Selected, Selection};
 pub use crate::timeline::Timeline;
 use crate::writer::{RUN_ATTACHMENT, RUN_METADATA, topic_name};
 
-/// Most bytes that are attached before the first message: all of them are held.
-const MAX_ATTACHED_BYTES: usize = 256 << 20;
+/// Most bytes that are attached to a run's recording: all of them are held.
+const MAX_ATTACHED_BYTES: u64 = 256 << 20;
 
 /// How the names of the types begin that are this project's own.
 const OWN_TYPES: &str = "sketchnav_msgs/";
@@ -55,23 +55,30 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Opens a recording and reads what describes it, up to the first message.
+    /// Opens a recording and reads what describes it: what stands before the first message, and of a recording of this project
+    /// what stands anywhere else.
     ///
     /// # Errors
     /// [`RecordingError::File`]; [`RecordingError::Damaged`] where it is no recording; [`RecordingError::Run`] where more
     /// is attached than the files of a run.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        let mut recording = Self::open_to_first_message(path)?;
+        if let Some(index) = recording.index_of_others()? {
+            recording.describe_by(&index)?;
+            recording.index = OnceLock::from(Arc::new(index));
+        }
+        Ok(recording)
+    }
+
+    fn open_to_first_message(path: &Path) -> Result<Self, RecordingError> {
         let (mut metadata, mut attachments, mut attached) = (BTreeMap::new(), BTreeMap::new(), 0);
         let mut parts = Parts::of(path)?;
         for part in &mut parts {
             match part? {
                 Part::Metadata(name, facts) => drop(metadata.insert(name, facts)),
                 Part::Attachment(file) => {
-                    attached += file.data.len();
-                    if attached > MAX_ATTACHED_BYTES {
-                        let reason = format!("expected at most {MAX_ATTACHED_BYTES} bytes, found more");
-                        return Err(RecordingError::Run { what: "attachments", reason });
-                    }
+                    attached += file.data.len() as u64;
+                    check_attached(attached)?;
                     attachments.insert(file.name.clone(), file);
                 }
                 Part::Topic(_) => {}
@@ -80,6 +87,40 @@ impl Recording {
         }
         let (path, header) = (path.to_owned(), parts.header().clone());
         Ok(Self { path, metadata, attachments, header, index: OnceLock::new() })
+    }
+
+    /// The index by which the rest of what describes the recording is found: the file's own, or the one of a pass over it. None
+    /// where a kill has left no index, but the description before it, or where the file is damaged.
+    fn index_of_others(&self) -> Result<Option<Index>, RecordingError> {
+        match Index::of_summary(&self.path)? {
+            None if !self.has_run() => Ok(Index::by_a_pass(&self.path).ok()),
+            index => Ok(index),
+        }
+    }
+
+    /// Reads the attachments and facts that the index names and that are not known yet: the project's own recorder writes them
+    /// first, other tools where they like. Those of other recordings are nothing that is needed here.
+    fn describe_by(&mut self, index: &Index) -> Result<(), RecordingError> {
+        if !self.has_run() && !index.attachments.iter().any(|entry| entry.name == RUN_ATTACHMENT) {
+            return Ok(());
+        }
+        let mut attached = self.attachments.values().map(|file| file.data.len() as u64).sum();
+        for entry in &index.attachments {
+            if !self.attachments.contains_key(&entry.name) {
+                attached = entry.bytes.saturating_add(attached);
+                check_attached(attached)?;
+                let file = index.attachment(&self.path, entry)?;
+                self.attachments.insert(entry.name.clone(), file);
+            }
+        }
+        for name in index.metadata_names() {
+            if !self.metadata.contains_key(name)
+                && let Some(facts) = index.metadata(&self.path, name)?
+            {
+                self.metadata.insert(name.to_owned(), facts);
+            }
+        }
+        Ok(())
     }
 
     /// What the file says of itself: its profile, and what wrote it.
@@ -121,12 +162,12 @@ impl Recording {
         &self.path
     }
 
-    /// A fact of the metadata `name`, of those that stand before the first message.
+    /// A fact of the metadata `name`: of a recording of others, of those that stand before the first message.
     pub fn fact(&self, name: &str, key: &str) -> Option<&str> {
         Some(self.metadata.get(name)?.get(key)?.as_str())
     }
 
-    /// All facts by name, of those that stand before the first message.
+    /// All facts by name: of a recording of others, those that stand before the first message.
     pub fn metadata(&self) -> &BTreeMap<String, BTreeMap<String, String>> {
         &self.metadata
     }
@@ -139,7 +180,7 @@ impl Recording {
         Ok(self.index()?.directory.topics().map(|(_, topic)| Arc::clone(topic)).collect())
     }
 
-    /// The attachments by name, of those that stand before the first message.
+    /// The attachments by name: of a recording of others, those that stand before the first message.
     pub fn attachments(&self) -> &BTreeMap<String, Attachment> {
         &self.attachments
     }
@@ -248,6 +289,14 @@ impl Recording {
     pub fn all<T: Ros2>(&self, channel: Channel<T>) -> Result<Vec<T>, RecordingError> {
         self.channel(channel)?.map(|message| Ok(message?.0)).collect()
     }
+}
+
+fn check_attached(bytes: u64) -> Result<(), RecordingError> {
+    if bytes <= MAX_ATTACHED_BYTES {
+        return Ok(());
+    }
+    let reason = format!("expected at most {MAX_ATTACHED_BYTES} bytes, found more");
+    Err(RecordingError::Run { what: "attachments", reason })
 }
 
 /// The messages of a channel: see [`Recording::channel`].

@@ -3,13 +3,17 @@
 
 use serde::Serialize;
 use sketchnav_schemas::channels::{ChannelSpec, Role};
+use sketchnav_schemas::ros2::{PLANAR, Ros2Error};
 use sketchnav_schemas::time::seconds;
 use sketchnav_schemas::valid::Invalid;
 
+use crate::error::RecordingError;
 use crate::reader::RawMessage;
 
 /// What is wrong with messages that are none of their topic's type.
 const UNREADABLE: &str = "expected a message of the topic's type";
+/// What is wrong with messages that are damaged: see [`RawMessage::is_damaged`].
+pub(crate) const DAMAGED: &str = "expected a message that zstd can unpack, found a damaged one";
 
 /// Messages of a topic with which the same is wrong.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -49,6 +53,11 @@ impl Rejections {
         &self.0
     }
 
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Messages in all.
     pub fn messages(&self) -> u64 {
         self.0.iter().map(|one| one.messages).sum()
@@ -58,6 +67,31 @@ impl Rejections {
     pub fn count(&mut self, raw: &RawMessage, invalid: &Invalid) {
         let why = format!("{}: expected {}", invalid.field, invalid.expected);
         self.add(raw, why, Some(invalid.found));
+    }
+
+    /// Counts a message that could not be decoded.
+    pub fn count_undecoded(&mut self, raw: &RawMessage, error: &RecordingError) {
+        match error {
+            RecordingError::Message { source: Ros2Error::NotZero { offset, found, .. }, .. } => {
+                self.add(raw, format!("byte {offset}: expected {PLANAR}"), Some(*found));
+            }
+            _ => self.add(raw, UNREADABLE.to_owned(), None),
+        }
+    }
+
+    /// Counts a message that is damaged.
+    pub(crate) fn count_damaged(&mut self, raw: &RawMessage) {
+        self.add(raw, DAMAGED.to_owned(), None);
+    }
+
+    /// Adds what was counted elsewhere.
+    pub fn extend(&mut self, others: &Self) {
+        for other in &others.0 {
+            match self.0.iter_mut().find(|one| one.topic == other.topic && one.why == other.why) {
+                Some(one) => one.messages += other.messages,
+                None => self.0.push(other.clone()),
+            }
+        }
     }
 
     /// Counts the message where it is invalid. Only what processes act upon is checked: sensors, ticks, and what
@@ -73,7 +107,7 @@ impl Rejections {
                     self.count(raw, &invalid);
                 }
             }
-            Err(_) => self.add(raw, UNREADABLE.to_owned(), None),
+            Err(error) => self.count_undecoded(raw, &error),
         }
     }
 
@@ -122,7 +156,16 @@ mod tests {
         RawMessage { topic, sequence: seq as u32, stamp_ns, publish_ns: stamp_ns, cdr }
     }
 
-    /// A driver sent quaternions of length 0.5: there were no estimates, and no reason.
+    /// The same message with this x and y of its orientation, whose w is 1.
+    fn tilted(mut raw: RawMessage, [x, y]: [f64; 2]) -> RawMessage {
+        let w = raw.cdr.windows(8).position(|bytes| bytes == 1.0_f64.to_le_bytes()).unwrap();
+        raw.cdr[w - 24..w - 16].copy_from_slice(&x.to_le_bytes());
+        raw.cdr[w - 16..w - 8].copy_from_slice(&y.to_le_bytes());
+        raw
+    }
+
+    /// A driver sent quaternions of length 0.5: there were no estimates, and no reason. Of tilted ones the reason was that they
+    /// are no odometry.
     #[test]
     fn invalid_messages_are_counted_with_their_reason() {
         let mut rejections = Rejections::default();
@@ -132,11 +175,14 @@ mod tests {
         let mut cut = odometry(5, 1.0);
         cut.cdr.truncate(10);
         rejections.look_at(&cut, ODOMETRY.spec);
+        rejections.look_at(&tilted(odometry(6, 1.0), [0.25, 0.25]), ODOMETRY.spec);
+        rejections.look_at(&tilted(odometry(7, 1.0), [-0.0, 1e-17]), ODOMETRY.spec);
         let words: Vec<_> = rejections.list().iter().map(Rejected::to_string).collect();
         let expected = [
             "3 messages of /odometry: pose: expected an orientation of length 1, found 0.5 (the first is number 2, at 0.200 s)",
             "1 message of /odometry: expected a message of the topic's type (the first is number 5, at 0.500 s)",
+            "1 message of /odometry: byte 68: expected 0, as in a planar pose without tilt or covariance, found 0.25 (the first is number 6, at 0.600 s)",
         ];
-        assert_eq!((words, rejections.messages()), (expected.map(str::to_owned).into(), 4));
+        assert_eq!((words, rejections.messages()), (expected.map(str::to_owned).into(), 5));
     }
 }

@@ -132,14 +132,17 @@ impl Bag {
 }
 
 /// The file that a bag lists, wherever in the folder it is: early versions put the folder's name before it, and it may have been
-/// unpacked since. No file outside of the folder is one of it.
+/// unpacked since, or packed. No file outside of the folder is one of it.
 fn there(folder: &Path, listed: &str) -> Option<PathBuf> {
     let listed = Path::new(listed);
     let is_inside = listed.components().all(|part| matches!(part, Component::Normal(_)));
     let name = Path::new(listed.file_name()?);
-    let unpacked =
-        name.extension().is_some_and(|extension| extension == PACKED).then(|| name.with_extension(""));
-    let places = is_inside.then(|| listed.to_owned()).into_iter().chain([name.to_owned()]).chain(unpacked);
+    let is_packed = name.extension().is_some_and(|extension| extension == PACKED);
+    let other_form = match is_packed {
+        true => name.with_extension(""),
+        false => PathBuf::from(format!("{}.{PACKED}", name.to_str()?)),
+    };
+    let places = is_inside.then(|| listed.to_owned()).into_iter().chain([name.to_owned(), other_form]);
     places.map(|place| folder.join(place)).find(|file| file.is_file())
 }
 
@@ -283,9 +286,12 @@ mod tests {
         assert_eq!(Bag::read(folder.path()).unwrap(), None);
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
         write(METADATA, OLD);
-        // Of an early version, and unpacked since.
-        write("a_0.mcap", "");
+        // Of an early version, and unpacked since; or packed.
+        write("a_0.mcap.zstd", "");
         write("a_1.mcap", "");
+        let files = || Bag::read(folder.path()).unwrap().unwrap().files;
+        assert_eq!(files(), ["a_0.mcap.zstd", "a_1.mcap"].map(|name| folder.path().join(name)));
+        write("a_0.mcap", "");
         let bag = Bag::read(folder.path()).unwrap().unwrap();
         assert_eq!(bag.files, ["a_0.mcap", "a_1.mcap"].map(|name| folder.path().join(name)));
         // No file outside of the folder is one of it.

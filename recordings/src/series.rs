@@ -4,7 +4,7 @@
 //! After a kill the recorder goes on in a next file, a little before the place where the file before it ends. So a message
 //! may be in two files, and never in none.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -49,6 +49,20 @@ pub fn files(path: &Path) -> io::Result<Vec<PathBuf>> {
         found.extend(name.to_str().and_then(|name| number(path, name)).map(|n| (n, file(path, n))));
     }
     Ok(found.into_values().collect())
+}
+
+/// The numbers that are missing before the last of these files of the recording `NAME.mcap`, the first and the last of each gap.
+pub fn gaps(path: &Path, files: &[PathBuf]) -> Vec<(u32, u32)> {
+    let names = files.iter().filter_map(|file| file.file_name()?.to_str());
+    let numbers: BTreeSet<u32> = names.filter_map(|name| number(path, name)).collect();
+    let (mut next, mut gaps) = (0, Vec::new());
+    for found in numbers {
+        if found > next {
+            gaps.push((next, found - 1));
+        }
+        next = found.saturating_add(1);
+    }
+    gaps
 }
 
 /// Writes one recording of all files, each message once.
@@ -117,7 +131,7 @@ pub fn facts(file: &Path) -> Result<PartFacts, RecordingError> {
     let (first_ns, last_ns) = Recording::open(file)?.index()?.span_ns().unwrap_or_default();
     let messages = info.topics.into_iter().filter(|topic| topic.messages > 0);
     let messages = messages.map(|topic| (topic.topic, topic.messages)).collect();
-    Ok(PartFacts { first_ns, last_ns, messages })
+    Ok(PartFacts { first_ns, last_ns, messages, ..PartFacts::default() })
 }
 
 #[cfg(test)]
@@ -135,6 +149,9 @@ mod tests {
         let found = files(&folder.path().join("a.mcap")).unwrap();
         let found: Vec<_> = found.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
         assert_eq!(found, ["a_0.mcap", "a_2.mcap", "a_10.mcap"]);
+        let path = folder.path().join("a.mcap");
+        assert_eq!(gaps(&path, &files(&path).unwrap()), [(1, 1), (3, 9)]);
+        assert_eq!(gaps(&path, &files(&path).unwrap()[1..2]), [(0, 1)]);
         assert_eq!(files(&folder.path().join("nowhere/a.mcap")).unwrap(), Vec::<PathBuf>::new());
     }
 

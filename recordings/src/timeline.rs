@@ -9,6 +9,7 @@ use std::collections::{BinaryHeap, VecDeque};
 use std::path::Path;
 
 use sketchnav_schemas::channels;
+use sketchnav_schemas::ros2::transforms::TF_STATIC;
 
 use crate::content::RawMessage;
 use crate::error::RecordingError;
@@ -18,7 +19,7 @@ use crate::selection::{Selected, Selection};
 
 /// What never changes comes before the order of an instant; what is not in it comes last, in the order of the file.
 fn rank(topic: &str) -> usize {
-    if topic == "/tf_static" { 0 } else { 1 + channels::place_of(topic) }
+    if topic == TF_STATIC { 0 } else { 1 + channels::place_of(topic) }
 }
 
 /// Messages in the order of their times: see [`crate::Recording::timeline`].

@@ -20,7 +20,8 @@ use sketchnav_schemas::channels::{self, Channel, ChannelSpec, NAVIGATORS};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased::{self, Spare};
 use sketchnav_schemas::message::{Message, Odometry};
-use sketchnav_schemas::ros2::{Ros2Error, transforms};
+use sketchnav_schemas::ros2::Ros2Error;
+use sketchnav_schemas::ros2::transforms::{self, TF, TF_STATIC};
 use sketchnav_schemas::run::{Pace, RunConfig};
 
 use crate::content::RawMessage;
@@ -216,15 +217,43 @@ impl<W: Write> Writer<W> {
         Ok(seen)
     }
 
-    /// Appends a message of another recording. One of a topic that is no channel, as the transforms are, is
-    /// left out: those are made again from the odometry.
+    /// Appends a message of another recording. Transforms are left out: they are made again from the odometry. A message that
+    /// readers reject because it cannot be decoded goes over as it is.
     ///
     /// # Errors
-    /// As [`Writer::write`], and where it is not of its channel's type.
+    /// As [`Writer::write`]; where the topic is no channel; where the message is not of its channel's type.
     pub fn write_raw(&mut self, raw: &RawMessage) -> Result<(), RecordingError> {
-        let Some(spec) = channels::of_topic(&raw.topic.name) else { return Ok(()) };
-        let message = raw.decode(spec)?;
-        self.write_bytes(spec, message.bytes(), message.cells()).map(drop)
+        let topic = &raw.topic.name;
+        if [TF, TF_STATIC].contains(&topic.as_str()) {
+            return Ok(());
+        }
+        let unknown = || RecordingError::UnknownTopic { topic: topic.clone() };
+        let spec = channels::of_topic(topic).ok_or_else(unknown)?;
+        let is_of_its_type = raw.topic.ros2_type == spec.message.ros2 && !raw.is_damaged();
+        match raw.decode(spec) {
+            Ok(message) => self.write_bytes(spec, message.bytes(), message.cells()).map(drop),
+            Err(error) if error.is_one_message() && is_of_its_type => self.write_undecoded(spec, raw),
+            Err(error) => Err(error),
+        }
+    }
+
+    fn write_undecoded(
+        &mut self,
+        spec: &'static ChannelSpec,
+        raw: &RawMessage,
+    ) -> Result<(), RecordingError> {
+        let found = self.topics.iter_mut().find(|topic| topic.spec == spec);
+        let topic = found.ok_or(RecordingError::NotRecorded { channel: spec.name })?;
+        if topic.see(raw.sequence.into()) == Seen::Again {
+            return Ok(());
+        }
+        topic.messages += 1;
+        let log_ns = topic.log_ns(raw.stamp_ns);
+        topic.facts.see_time(log_ns);
+        let id = topic.id;
+        self.cdr.clear();
+        self.cdr.extend_from_slice(&raw.cdr);
+        self.append(id, raw.sequence, log_ns)
     }
 
     fn append(&mut self, id: u16, sequence: u32, time_ns: u64) -> Result<(), RecordingError> {
@@ -239,7 +268,7 @@ impl<W: Write> Writer<W> {
         let odometry: &Odometry = bytemuck::from_bytes(odometry);
         self.cdr.clear();
         let said = transforms::base_in_odom(odometry, &mut self.transform_form, &mut self.cdr);
-        said.map_err(|source| transform_error("/tf", source))?;
+        said.map_err(|source| transform_error(TF, source))?;
         self.transform_count += 1;
         self.transform_facts.see_time(odometry.header.stamp_ns);
         self.append(self.transform_topic, self.transform_count, odometry.header.stamp_ns)
@@ -326,7 +355,7 @@ impl<W: Write> Writer<W> {
 impl<W: Write> Writer<W> {
     fn topic_facts(&self) -> Result<BTreeMap<String, String>, RecordingError> {
         let still = TopicFacts { times_ns: Some((self.begin_ns, self.begin_ns)), ..TopicFacts::default() };
-        let transforms = [("/tf_static".into(), &still), ("/tf".into(), &self.transform_facts)];
+        let transforms = [(TF_STATIC.into(), &still), (TF.into(), &self.transform_facts)];
         let of_topic = |topic: &'_ Topic| (topic_name(topic.spec.name), topic.facts.to_json());
         let told = self.topics.iter().map(of_topic);
         let told = told.chain(transforms.map(|(name, facts)| (name, facts.to_json())));
@@ -454,10 +483,10 @@ fn add_transforms<W: Write>(
     let schema = (transforms::TYPE, text.as_str());
     if let Some(laser) = &run.robot.laser {
         let latched = BTreeMap::from([("offered_qos_profiles".to_owned(), LATCHED_QOS.to_owned())]);
-        let id = add_topic(mcap, "/tf_static", schema, &latched)?;
+        let id = add_topic(mcap, TF_STATIC, schema, &latched)?;
         let mut cdr = Vec::new();
         let said = transforms::laser_in_base(laser, &mut cdr);
-        said.map_err(|source| transform_error("/tf_static", source))?;
+        said.map_err(|source| transform_error(TF_STATIC, source))?;
         let header = records::MessageHeader {
             channel_id: id,
             sequence: 1,
@@ -466,7 +495,7 @@ fn add_transforms<W: Write>(
         };
         mcap.write_to_known_channel(&header, &cdr).map_err(RecordingError::Write)?;
     }
-    add_topic(mcap, "/tf", schema, &BTreeMap::new())
+    add_topic(mcap, TF, schema, &BTreeMap::new())
 }
 
 fn transform_error(topic: &str, source: Ros2Error) -> RecordingError {

@@ -251,7 +251,7 @@ fn in_order(mut table: Vec<&'static ChannelSpec>) -> &'static [&'static ChannelS
 }
 
 /// Why channels cannot be added.
-#[derive(Debug, thiserror::Error, PartialEq, Eq)]
+#[derive(Debug, Clone, thiserror::Error, PartialEq, Eq)]
 pub enum RegisterError {
     /// Two navigators of one name.
     #[error("navigator {kind:?}: expected a name that no other navigator has")]

@@ -34,6 +34,10 @@ use crate::message::Message;
 
 /// What CDR in little endian begins with.
 pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+/// What a number may be off by where a message of this project can only hold 0: the x and y of an orientation, say.
+pub const ROUNDING: f64 = 1e-9;
+/// What stands in those places.
+pub const PLANAR: &str = "0, as in a planar pose without tilt or covariance";
 
 /// A message with a ROS 2 form.
 pub trait Ros2: Message {
@@ -95,16 +99,13 @@ pub trait Ros2: Message {
     /// The message number `seq` out of `bytes`, and the slice behind it.
     ///
     /// # Errors
-    /// [`Ros2Error`] where `bytes` are not what [`Ros2::to_cdr`] would have written. Allocates no
-    /// more than a few times the length of `bytes` and the size of the message.
+    /// [`Ros2Error`] where `bytes` are not what [`Ros2::to_cdr`] would have written; [`Ros2Error::Rounded`] where they are but
+    /// for rounding. Allocates no more than a few times the length of `bytes` and the size of the message.
     fn from_cdr(bytes: &[u8], seq: u64) -> Result<(Self, Vec<u8>), Ros2Error> {
         let (message, cells) = Self::from_ros2(decode::<Self::Form>(bytes)?, seq)?;
         let mut again = Vec::with_capacity(bytes.len());
         message.to_cdr(&cells, &mut again)?;
-        match first_difference(bytes, &again) {
-            None => Ok((message, cells)),
-            Some(offset) => Err(Ros2Error::Foreign { kind: Self::TYPE, offset }),
-        }
+        if bytes == again { Ok((message, cells)) } else { Err(foreign(Self::TYPE, bytes, again)) }
     }
 }
 
@@ -132,11 +133,25 @@ pub fn decode<F: DeserializeOwned>(bytes: &[u8]) -> Result<F, Ros2Error> {
     if used == body.len() { Ok(form) } else { Err(Ros2Error::Surplus { bytes: body.len() - used }) }
 }
 
-fn first_difference(a: &[u8], b: &[u8]) -> Option<usize> {
-    if a == b {
-        return None;
+/// How `bytes` differ from `exact`, which the message that was read of them becomes.
+fn foreign(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Ros2Error {
+    /// Where a number of this size begins, counted behind the encapsulation.
+    const ALIGNMENT: usize = size_of::<f64>();
+    let (head, places) = (ENCAPSULATION.len(), exact[ENCAPSULATION.len()..].chunks(ALIGNMENT));
+    let differs = |a: &[u8], b: &[u8]| a.iter().zip(b).position(|(a, b)| a != b);
+    for (place, (found, exact)) in bytes[head..].chunks(ALIGNMENT).zip(places).enumerate() {
+        let Some(within) = differs(found, exact) else { continue };
+        let offset = head + place * ALIGNMENT;
+        match <[u8; ALIGNMENT]>::try_from(found).map(f64::from_le_bytes) {
+            Ok(number) if exact == [0; ALIGNMENT] && number.abs() <= ROUNDING => {}
+            Ok(found) if exact == [0; ALIGNMENT] => return Ros2Error::NotZero { kind, offset, found },
+            _ => return Ros2Error::Foreign { kind, offset: offset + within },
+        }
     }
-    Some(a.iter().zip(b).position(|(x, y)| x != y).unwrap_or(a.len().min(b.len())))
+    match bytes.len() == exact.len() {
+        true => Ros2Error::Rounded { kind, exact },
+        false => Ros2Error::Foreign { kind, offset: bytes.len().min(exact.len()) },
+    }
 }
 
 /// What keeps a message from becoming its ROS 2 form, or the form from becoming a message.
@@ -157,8 +172,25 @@ pub enum Ros2Error {
         /// How many.
         bytes: usize,
     },
-    /// The form says something that the message has no place for: another frame, a third dimension,
-    /// a covariance, a text that is too long.
+    /// A number that stands for 0 is off by no more than [`ROUNDING`], or has the other sign.
+    #[error("{kind}: expected exactly {PLANAR}, found numbers that are off by rounding")]
+    Rounded {
+        /// The ROS 2 type.
+        kind: &'static str,
+        /// The same message with 0 in these places.
+        exact: Vec<u8>,
+    },
+    /// A number stands where the message can only hold 0: an orientation is tilted, say.
+    #[error("{kind}: byte {offset}: expected {PLANAR}, found {found}")]
+    NotZero {
+        /// The ROS 2 type.
+        kind: &'static str,
+        /// Bytes from the start.
+        offset: usize,
+        /// The number.
+        found: f64,
+    },
+    /// The form says something that the message has no place for: another frame, a text that is too long.
     #[error("{kind}: byte {offset}: expected a value that a message of sketchnav can hold")]
     Foreign {
         /// The ROS 2 type.

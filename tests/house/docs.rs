@@ -358,8 +358,8 @@ fn names(cell: &str, process: Option<&str>) -> Option<Vec<String>> {
 #[test]
 fn parameters_of_the_sketch_page_have_the_defaults_of_the_code() {
     let parameters = serde_json::json!({
-        "localizer": sketchnav_sketch::localization::parameters::Parameters::default(),
-        "planner": sketchnav_sketch::planning::parameters::Parameters::default(),
+        "localizer": sketchnav_sketch::filter::parameters::Parameters::default(),
+        "planner": sketchnav_sketch::paths::parameters::Parameters::default(),
         "sketcher": sketchnav_sketch::reading::Settings::default(),
     });
     let checked = compare_defaults("docs/navigators/sketch.md", &parameters);

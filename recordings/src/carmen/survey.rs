@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::io::BufRead;
 
-use sketchnav_schemas::geometry::Pose;
+use sketchnav_schemas::geometry::{Odom, Pose};
 
 use super::lines::{Lines, Next};
 use super::record::{Beams, Fault, Record, ScanKind, ScanLine};
@@ -11,8 +11,11 @@ use super::{CarmenError, Chain, LeftOut};
 
 /// Less than this is no motion: metres, and radians.
 const STILL: f64 = 1e-3;
-/// ODOM lines that go less than this share of the way of the scans' own poses are not all there.
-const LEAST_WAY: f64 = 0.5;
+/// ODOM lines and the scans' own poses whose ways differ by more than this share are not the same odometry. Those of a log
+/// that a mapper has corrected differ by less than a tenth.
+const MOST_DIFFERENCE: f64 = 0.2;
+/// Scans may go so far without an ODOM line between them, metres.
+const LONGEST_GAP_M: f64 = 0.5;
 /// Most shapes of scans that are counted each for itself.
 const MAX_SHAPES: usize = 32;
 /// Most words of lines that are not read which are counted each for itself.
@@ -53,12 +56,27 @@ pub enum Doubt {
     /// The robot never moves.
     #[error("the robot never moves in this log: the path is too short to judge anything by")]
     Motionless,
-    /// ODOM lines go less far than the scans say.
+    /// ODOM lines go another way than the scans say.
     #[error(
-        "the ODOM lines go {lines_m:.1} m, the robot's own poses in the scans {scans_m:.1} m: ODOM lines are missing, and \
-         the odometry stands still in between"
+        "the ODOM lines go {lines_m:.1} m, the robot's own poses in the scans {scans_m:.1} m: ODOM lines are missing or \
+         wrong, or the scans' poses are not the robot's own"
     )]
     Partial {
+        /// How far the ODOM lines go, metres.
+        lines_m: f64,
+        /// How far the scans go, metres.
+        scans_m: f64,
+    },
+    /// Scans follow each other without ODOM lines between them.
+    #[error(
+        "from line {line} on the robot's own poses in the scans go {gap_m:.1} m without an ODOM line: the odometry stands \
+         still there (in all, the ODOM lines go {lines_m:.1} m, the scans {scans_m:.1} m)"
+    )]
+    Gap {
+        /// The first scan of them.
+        line: u64,
+        /// How far they go, metres.
+        gap_m: f64,
         /// How far the ODOM lines go, metres.
         lines_m: f64,
         /// How far the scans go, metres.
@@ -145,12 +163,25 @@ impl Shapes {
     }
 }
 
+/// Scans without an ODOM line between them.
+#[derive(Debug, Clone, Copy, Default)]
+struct Gap {
+    /// The first of them.
+    line: u64,
+    /// How many ODOM lines there are before it.
+    odometry_lines: u64,
+    motion: Motion,
+}
+
 /// What there is of a kind of lines.
 #[derive(Debug, Clone, Default)]
 struct Facts {
     scans: u64,
     reference: Motion,
     own: Motion,
+    /// Since the last ODOM line, and the one in which the robot goes furthest.
+    gap: Gap,
+    longest_gap: Gap,
     /// Whether some scan's two poses differ.
     poses_differ: bool,
     /// The field too many of the first line that has one, and of how many lines; none where they differ.
@@ -160,7 +191,8 @@ struct Facts {
 }
 
 impl Facts {
-    fn take(&mut self, scan: &ScanLine) {
+    /// Takes the scan in a line after so many ODOM lines.
+    fn take(&mut self, scan: &ScanLine, line: u64, odometry_lines: u64) {
         match (scan.surplus, &mut self.surplus) {
             (None, _) => self.scans += 1,
             (Some(value), None) => self.surplus = Some((value, 1)),
@@ -170,9 +202,20 @@ impl Facts {
         if let Some((reference, own)) = &scan.poses {
             self.reference.push(reference);
             self.own.push(own);
+            self.take_gap(own, line, odometry_lines);
             self.poses_differ |= [reference.x, reference.y] != [own.x, own.y];
         }
         self.shapes.take(scan.ranges_m.len(), scan.beams);
+    }
+
+    fn take_gap(&mut self, own: &Pose<Odom>, line: u64, odometry_lines: u64) {
+        if self.gap.line == 0 || self.gap.odometry_lines != odometry_lines {
+            self.gap = Gap { line, odometry_lines, motion: Motion::default() };
+        }
+        self.gap.motion.push(own);
+        if self.gap.motion.way_m > self.longest_gap.motion.way_m {
+            self.longest_gap = self.gap;
+        }
     }
 
     /// The field too many, where it is the same in all lines that have one.
@@ -210,7 +253,7 @@ impl Survey {
                 Next::End => return Ok(survey),
                 Next::Line => match Record::parse(lines.text()) {
                     Ok(record) => {
-                        survey.take(record, &mut chain);
+                        survey.take(record, lines.number(), &mut chain);
                         continue;
                     }
                     Err(why) => why,
@@ -230,7 +273,7 @@ impl Survey {
         self.first_fault.get_or_insert(LeftOut { line, why });
     }
 
-    fn take(&mut self, record: Record, chain: &mut Chain) {
+    fn take(&mut self, record: Record, line: u64, chain: &mut Chain) {
         match record {
             Record::Nothing => {}
             Record::Other(word) => {
@@ -247,7 +290,7 @@ impl Survey {
             }
             Record::Scan(scan) => {
                 chain.meet(scan.poses.map(|(_, own)| own));
-                self.kinds.entry(scan.kind).or_default().take(&scan);
+                self.kinds.entry(scan.kind).or_default().take(&scan, line, self.odometry_lines);
             }
         }
     }
@@ -297,7 +340,14 @@ impl Survey {
 
     fn partial(&self, reading: &Reading, facts: &Facts) -> Option<Doubt> {
         let (lines_m, scans_m) = (self.chained.way_m, facts.own.way_m);
-        let is_partial = reading.odometry == OdometrySource::Lines && lines_m < LEAST_WAY * scans_m;
+        if reading.odometry != OdometrySource::Lines || !facts.own.moves() {
+            return None;
+        }
+        let Gap { line, motion: Motion { way_m: gap_m, .. }, .. } = facts.longest_gap;
+        if gap_m > LONGEST_GAP_M {
+            return Some(Doubt::Gap { line, gap_m, lines_m, scans_m });
+        }
+        let is_partial = (lines_m - scans_m).abs() > MOST_DIFFERENCE * lines_m.max(scans_m);
         is_partial.then_some(Doubt::Partial { lines_m, scans_m })
     }
 

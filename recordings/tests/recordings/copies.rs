@@ -323,6 +323,58 @@ fn what_describes_a_recording_may_stand_at_its_end() {
     }
 }
 
+/// The messages of a recording in another file, then what describes it.
+fn rewritten(path: &Path, to: &Path, form: mcap::WriteOptions) {
+    let mut other = form.create(File::create(to).unwrap()).unwrap();
+    for RawMessage { topic, sequence, stamp_ns, publish_ns, cdr } in messages(path) {
+        let schema = &topic.schema;
+        let schema = other.add_schema(&schema.name, &schema.encoding, &schema.data).unwrap();
+        let id = other.add_channel(schema, &topic.name, &topic.encoding, &topic.metadata).unwrap();
+        let (log_time, publish_time) = (stamp_ns, publish_ns);
+        let header = mcap::records::MessageHeader { channel_id: id, sequence, log_time, publish_time };
+        other.write_to_known_channel(&header, &cdr).unwrap();
+    }
+    let was = Recording::open(path).unwrap();
+    for file in was.attachments().values() {
+        let (name, media_type) = (file.name.clone(), file.media_type.clone());
+        let data = file.data.as_slice().into();
+        other.attach(&mcap::Attachment { log_time: 0, create_time: 0, name, media_type, data }).unwrap();
+    }
+    for (name, metadata) in was.metadata() {
+        let (name, metadata) = (name.clone(), metadata.clone());
+        other.write_metadata(&mcap::records::Metadata { name, metadata }).unwrap();
+    }
+    other.finish().unwrap();
+}
+
+/// Another tool had written the recording of a run again, with its attachments at the end, where many put them. It was called
+/// one without run.json, which neither `rerun` nor `replay` took, and so was what `recover` made of it.
+#[test]
+fn a_run_is_found_wherever_another_tool_has_written_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let (path, to) = (story(folder.path()), folder.path().join("other.mcap"));
+    let was = Recording::open(&path).unwrap();
+    let form = mcap::WriteOptions::new;
+    let forms = [
+        form(),
+        form().use_chunks(false),
+        // Those do not say where the attachments are.
+        form().emit_attachment_indexes(false).emit_metadata_indexes(false),
+        form().emit_summary_records(false),
+    ];
+    for (number, form) in forms.into_iter().enumerate() {
+        rewritten(&path, &to, form);
+        let copy = folder.path().join("copy.mcap");
+        recovered(&to, &copy);
+        for path in [&to, &copy] {
+            let is = Recording::open(path).unwrap();
+            assert_eq!(is.run().unwrap(), was.run().unwrap(), "form {number}");
+            assert_eq!(is.attachments(), was.attachments(), "form {number}");
+            assert_eq!(is.fact("sketchnav", "seed"), Some("42"), "form {number}");
+        }
+    }
+}
+
 /// What is damaged is counted as what it is: an attachment is no chunk.
 #[test]
 fn a_damaged_attachment_is_lost_bytes() {

@@ -6,8 +6,10 @@ use sketchnav_recordings::copy::{Copied, Copy, Damaged, filter, held, merge, rec
 use sketchnav_recordings::dynamic::Decoder;
 use sketchnav_recordings::info::{info, info_of_messages};
 use sketchnav_recordings::reader::{RawMessage, Selection};
-use sketchnav_recordings::samples::{SampleForm, SampleTopic, point_stamped, points, recording};
-use sketchnav_recordings::{Recording, RecordingError};
+use sketchnav_recordings::samples::{SampleForm, SampleTopic, packed, point_stamped, points, recording};
+use sketchnav_recordings::{Recording, RecordingError, Writer};
+
+use super::common;
 
 const COUNT: u64 = 25;
 
@@ -47,6 +49,37 @@ fn chunks_of_every_compression_of_mcap_are_read() {
         let (copied, _) = recovered(&path, Damaged::LeaveOut);
         assert_eq!(copied.messages, COUNT - 10, "{compression}: {copied:?}");
     }
+}
+
+/// Of messages that rosbag2 had compressed one by one, a damaged one went into every copy as it was, and nobody was told.
+#[test]
+fn a_message_that_does_not_unpack_is_left_out_and_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut ball = points("/ball", COUNT, false);
+    ball.messages.iter_mut().for_each(|(_, _, data)| *data = packed("zstd", data));
+    let damaged = &mut ball.messages[20].2;
+    damaged.truncate(damaged.len() - 5);
+    let path = write(folder.path(), SampleForm::default(), &[ball]);
+    let recording = Recording::open(&path).unwrap();
+    let copies: [&dyn Fn(&mut Copy<Vec<u8>>); 2] = [
+        &|copy: &mut Copy<Vec<u8>>| filter(&recording, &Selection::default(), copy).unwrap(),
+        &|copy: &mut Copy<Vec<u8>>| merge(std::slice::from_ref(&recording), copy).unwrap(),
+    ];
+    for make in copies {
+        let mut copy = Copy::new(Vec::new()).unwrap();
+        make(&mut copy);
+        assert_eq!((copy.messages(), copy.left_out().messages()), (COUNT - 1, 1));
+        let words = copy.left_out().list()[0].to_string();
+        assert!(words.contains("1 message of /ball") && words.contains("a damaged one"), "{words}");
+    }
+    let parts = split(&recording, None, |_| Ok(Vec::new())).unwrap();
+    assert_eq!((parts[0].messages["/ball"], parts[0].left_out.messages()), (COUNT - 1, 1));
+    let (copied, _) = recovered(&path, Damaged::LeaveOut);
+    assert!(copied.has_loss() && copied.lost_chunks == 0, "{copied:?}");
+    assert_eq!((copied.messages, copied.lost.len()), (COUNT - 1, 1), "{copied:?}");
+    assert_eq!(held(&path).unwrap().messages, COUNT);
+    let notes = info(&path).unwrap().notes.join(" ");
+    assert!(notes.contains("damaged: 1 of them"), "{notes}");
 }
 
 #[test]
@@ -216,4 +249,14 @@ fn a_file_that_is_no_recording_is_named() {
             assert!(error.to_string().contains(words) && error.to_string().contains("x.mcap"), "{error}");
         }
     }
+}
+
+/// A message of a topic that is no channel was left out of a copy without a word.
+#[test]
+fn a_message_of_an_unknown_topic_is_refused_by_a_writer_of_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = write(folder.path(), SampleForm::default(), &[points("/ball", 1, false)]);
+    let mut writer = Writer::create(Vec::new(), &common::run_config()).unwrap();
+    let error = writer.write_raw(&messages(&path)[0]).unwrap_err();
+    assert!(matches!(&error, RecordingError::UnknownTopic { topic } if topic == "/ball"), "{error}");
 }

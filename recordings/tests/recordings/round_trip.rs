@@ -5,7 +5,7 @@ use std::path::Path;
 
 use bytemuck::Zeroable;
 use sketchnav_recordings::info::info;
-use sketchnav_recordings::reader::{Recording, Selection};
+use sketchnav_recordings::reader::{RawMessage, Recording, Selection};
 use sketchnav_recordings::sequence::{Gap, Seen};
 use sketchnav_recordings::{RecordingError, Writer};
 use sketchnav_schemas::channels::{self, Channel, ChannelVisitor, HEALTH};
@@ -182,6 +182,42 @@ fn a_malformed_message_is_refused_and_the_recording_goes_on() {
     writer.write(channels::SCAN, &common::scan(2), &[]).unwrap();
     writer.finish().unwrap();
     assert_eq!(common::counts(&path)["/scan"], 1);
+}
+
+/// The same message with this x in the quaternion of its pose, whose w is 1.
+fn with_x(raw: &RawMessage, x: f64) -> RawMessage {
+    let mut raw = raw.clone();
+    let w = raw.cdr.windows(8).position(|bytes| bytes == 1.0_f64.to_le_bytes()).unwrap();
+    raw.cdr[w - 24..w - 16].copy_from_slice(&x.to_le_bytes());
+    raw
+}
+
+/// A driver computes its quaternions: their x and y are 0 up to rounding, and may be −0. Not one message of its odometry was
+/// read. A tilted one, which is rejected, ended the command that met it, also where it was only to be copied.
+#[test]
+fn a_rounded_quaternion_is_read_and_a_tilted_one_is_kept_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("story.mcap");
+    common::record_story(&path, 20);
+    let recording = Recording::open(&path).unwrap();
+    let raw = recording.select(Selection::of_topics(["/odometry"])).unwrap().next().unwrap().unwrap();
+    let bytes = |raw: &RawMessage| raw.read(channels::ODOMETRY).map(|(m, _)| bytemuck::bytes_of(&m).to_vec());
+    let exact = bytes(&raw).unwrap();
+    for x in [-0.0, 1e-17, -1e-9] {
+        assert_eq!(bytes(&with_x(&raw, x)).unwrap(), exact, "{x}");
+    }
+    let tilted = with_x(&raw, 0.25);
+    let error = bytes(&tilted).unwrap_err();
+    assert!(error.is_one_message() && error.to_string().ends_with("found 0.25"), "{error}");
+    let to = folder.path().join("tilted.mcap");
+    let mut writer = common::create(&to);
+    writer.write_raw(&tilted).unwrap();
+    writer.finish().unwrap();
+    let copy = Recording::open(&to).unwrap();
+    let copied: Vec<_> =
+        copy.select(Selection::of_topics(["/odometry"])).unwrap().map(Result::unwrap).collect();
+    assert!(copied.len() == 1 && copied[0].cdr == tilted.cdr);
+    assert_eq!(info(&to).unwrap().missing, 0);
 }
 
 /// Takes so many bytes, then the disk is full.

@@ -59,6 +59,37 @@ fn another_frame_is_not_ours() {
     assert!(matches!(error, Ros2Error::Foreign { .. }), "{error}");
 }
 
+/// A driver whose quaternions are computed leaves rounding in x and y, and −0 where it turns them round. None of its odometry
+/// was read, and the reason that was given was a byte offset.
+#[test]
+fn rounding_in_a_quaternion_is_told_from_a_tilt() {
+    let header = Header { seq: 3, stamp_ns: 5, source_seq: 3 };
+    let level = PoseM { orientation_w: 1.0, ..Zeroable::zeroed() };
+    let odometry = Odometry { header, pose: level, ..Zeroable::zeroed() };
+    let exact = cdr(&odometry, &[]);
+    let w = exact.windows(8).position(|bytes| bytes == 1.0_f64.to_le_bytes()).unwrap();
+    let with = |x: f64, y: f64| {
+        let mut bytes = exact.clone();
+        bytes[w - 24..w - 16].copy_from_slice(&x.to_le_bytes());
+        bytes[w - 16..w - 8].copy_from_slice(&y.to_le_bytes());
+        Odometry::from_cdr(&bytes, 3).map(drop)
+    };
+    assert!(with(0.0, 0.0).is_ok());
+    for (x, y) in [(-0.0, 0.0), (0.0, 1e-17), (1e-9, -1e-9)] {
+        let Err(Ros2Error::Rounded { exact: again, .. }) = with(x, y) else { panic!("({x}, {y})") };
+        assert_eq!(again, exact);
+    }
+    for (x, y, place) in [(0.25, 0.25, w - 24), (-0.0, 1e-8, w - 16), (f64::NAN, 0.0, w - 24)] {
+        let Err(Ros2Error::NotZero { offset, .. }) = with(x, y) else { panic!("({x}, {y})") };
+        assert_eq!(offset, place);
+    }
+    let error = with(0.25, 0.0).unwrap_err().to_string();
+    assert!(
+        error.ends_with("expected 0, as in a planar pose without tilt or covariance, found 0.25"),
+        "{error}"
+    );
+}
+
 /// How often the schema of `T` has a constant of this name and number.
 fn constants<T: Ros2>(name: &str, code: u32) -> usize {
     let line = format!("uint32 {}={code} #", definitions::constant(name));

@@ -11,6 +11,10 @@ use super::{Ros2Error, definitions, encode};
 use crate::message::{Header, Odometry, PoseM};
 use crate::robot::Laser;
 
+/// The topic of odom → base_link.
+pub const TF: &str = "/tf";
+/// The topic of base_link → laser.
+pub const TF_STATIC: &str = "/tf_static";
 /// The ROS 2 type of both topics.
 pub const TYPE: &str = "tf2_msgs/msg/TFMessage";
 

@@ -14,7 +14,8 @@ pub mod whole;
 
 use std::path::{Path, PathBuf};
 
-use sketchnav_recordings::{Recording, RecordingError};
+use anyhow::anyhow;
+use sketchnav_recordings::{Recording, RecordingError, copy};
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::say;
@@ -24,25 +25,41 @@ use whole::Whole;
 /// Does what the subcommand says.
 pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
     match tool {
-        Tool::Replay { file, options } => replay::replay(Whole::of(&file)?.path(), &options),
-        Tool::Rerun { file, options } => rerun::rerun(&Whole::of(&file)?, &options),
-        Tool::Judge { files, options } => {
-            let (wholes, paths) = Whole::of_all(&files)?;
+        Tool::Replay { file, options } => with(&file, |whole| replay::replay(whole.path(), &options)),
+        Tool::Rerun { file, options } => with(&file, |whole| rerun::rerun(whole, &options)),
+        Tool::Judge { files, options } => with_all(&files, |wholes| {
             let inputs: Vec<_> = wholes.iter().flat_map(Whole::sources).chain(options.inputs()).collect();
             options.csv.iter().try_for_each(|csv| refuse_to_overwrite(inputs.iter().copied(), csv))?;
-            judge::judge(&paths, &options)
-        }
-        Tool::Report { file, output, rooms, json } => {
-            let whole = Whole::of(&file)?;
+            judge::judge(wholes, &options)
+        }),
+        Tool::Report { file, output, rooms, force, json } => with(&file, |whole| {
             refuse_to_overwrite(whole.sources().iter().chain(&rooms), &output)?;
-            report::report(whole.path(), &output, rooms.as_deref(), json)
-        }
+            refuse_a_recording(&output, force)?;
+            report::report(whole, &output, rooms.as_deref(), json)
+        }),
         Tool::Import { log, options } => import::import(&log, &options),
         Tool::Recover { file, options } => rewrite::recover(&file, &options),
-        Tool::Filter { file, options } => rewrite::filter(&Whole::of(&file)?, &options),
-        Tool::Merge { files, output, json } => rewrite::merge(&Whole::of_all(&files)?.0, &output, json),
-        Tool::Split { file, options } => rewrite::split(&Whole::of(&file)?, &options),
+        Tool::Filter { file, options } => with(&file, |whole| rewrite::filter(whole, &options)),
+        Tool::Merge { files, output, json } => {
+            with_all(&files, |wholes| rewrite::merge(wholes, &output, json))
+        }
+        Tool::Split { file, options } => with(&file, |whole| rewrite::split(whole, &options)),
     }
+}
+
+/// Works with the recording that a person means by a path, which is what a failure names.
+fn with(file: &Path, work: impl FnOnce(&Whole) -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
+    let whole = Whole::of(file)?;
+    whole.known(work(&whole))
+}
+
+/// The same of several.
+fn with_all(
+    files: &[PathBuf],
+    work: impl FnOnce(&[Whole]) -> Result<Outcome, Failure>,
+) -> Result<Outcome, Failure> {
+    let wholes = Whole::of_all(files)?;
+    wholes.iter().fold(work(&wholes), |result, whole| whole.known(result))
 }
 
 /// Refuses to write over what is read.
@@ -51,6 +68,19 @@ fn refuse_to_overwrite<'a>(
     output: &Path,
 ) -> Result<(), Failure> {
     sketchnav_files::draft::refuse_to_overwrite(inputs.into_iter().map(PathBuf::as_path), output).or_input()
+}
+
+/// Refuses to write something else over a recording: a slip of the hand.
+fn refuse_a_recording(output: &Path, force: bool) -> Result<(), Failure> {
+    let is_recording = || output.is_file() && (whole::is_packed(output) || copy::profile(output).is_ok());
+    if force || !is_recording() {
+        return Ok(());
+    }
+    let place = output.display();
+    Err(Failure::Input(anyhow!(
+        "{place}: expected a page to replace, or no file, found a recording; it is unchanged: choose another --output, or \
+         --force it"
+    )))
 }
 
 /// The names of those of the recordings that `info` calls cut off.
@@ -179,6 +209,24 @@ mod tests {
         };
         let place = Place::new(SampleForm::default(), &[json]);
         assert_eq!(place.run("echo text --file x.mcap --field a"), "");
+    }
+
+    /// A page took the place of a recording that stood under a name like the one that was meant.
+    #[test]
+    fn no_page_takes_the_place_of_another_recording_unless_told_so() {
+        let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);
+        let other = place.0.path().join("other.mcap");
+        let packed = place.0.path().join("packed.zstd");
+        let recording = std::fs::read(place.0.path().join("x.mcap")).unwrap();
+        std::fs::write(&other, &recording).unwrap();
+        std::fs::write(&packed, sketchnav_recordings::samples::packed("zstd", &recording)).unwrap();
+        for line in ["report x.mcap -o other.mcap", "report x.mcap -o packed.zstd"] {
+            assert!(place.run(line).contains("found a recording; it is unchanged"), "{line}");
+        }
+        assert_eq!(std::fs::read(&other).unwrap(), recording);
+        assert_eq!(place.run("report x.mcap -o other.mcap --force"), "");
+        assert!(std::fs::read(&other).unwrap().starts_with(b"<!"));
+        assert_eq!(place.run("report x.mcap -o other.mcap"), "", "a page may be written again");
     }
 
     /// `report` of a packed file wrote the page over it.

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use sketchnav_directions::journey::Kind;
+use sketchnav_directions::traversal::Kind;
 use sketchnav_lab::judge::directions::{JourneyVerdict, journeys};
 use sketchnav_lab::judge::judge;
 use sketchnav_lab::judge::log::Log;

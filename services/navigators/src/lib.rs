@@ -32,13 +32,18 @@ macro_rules! residents {
 
 residents! { sketchnav_sketch, sketchnav_corridor, sketchnav_landmarks, sketchnav_directions }
 
-/// What is known: the navigators of this project, and those that were added.
-static KNOWN: LazyLock<RwLock<Vec<&'static Navigator>>> = LazyLock::new(|| {
-    for navigator in NAVIGATORS {
-        // Their names and roles are tested; a channel that did not get in is missed by whatever looks for it.
-        let _ = channels::register(navigator.kind, navigator.channels);
-    }
-    RwLock::new(NAVIGATORS.iter().collect())
+/// The navigators of this project, and those that were added.
+struct Known {
+    navigators: RwLock<Vec<&'static Navigator>>,
+    /// Whether the table has taken the channels of this project's navigators.
+    residents: Result<(), RegisterError>,
+}
+
+static KNOWN: LazyLock<Known> = LazyLock::new(|| Known {
+    navigators: RwLock::new(NAVIGATORS.iter().collect()),
+    residents: NAVIGATORS
+        .iter()
+        .try_for_each(|navigator| channels::register(navigator.kind, navigator.channels)),
 });
 
 /// No navigator has that name.
@@ -56,7 +61,8 @@ pub struct UnknownNavigator {
 /// # Errors
 /// [`RegisterError`]: two navigators of one name, or channels that the table does not take.
 pub fn register(navigators: &'static [Navigator]) -> Result<(), RegisterError> {
-    let mut known = KNOWN.write().unwrap_or_else(PoisonError::into_inner);
+    KNOWN.residents.clone()?;
+    let mut known = KNOWN.navigators.write().unwrap_or_else(PoisonError::into_inner);
     for navigator in navigators {
         let kind = navigator.kind;
         if known.iter().any(|known| known.kind == kind) {
@@ -70,7 +76,7 @@ pub fn register(navigators: &'static [Navigator]) -> Result<(), RegisterError> {
 
 /// Every navigator; added ones come last.
 pub fn all() -> impl Iterator<Item = &'static Navigator> {
-    KNOWN.read().unwrap_or_else(PoisonError::into_inner).clone().into_iter()
+    KNOWN.navigators.read().unwrap_or_else(PoisonError::into_inner).clone().into_iter()
 }
 
 /// The navigator that a mission names.

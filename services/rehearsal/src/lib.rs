@@ -18,7 +18,7 @@ use sketchnav_schemas::codes::{Order, Process};
 use sketchnav_schemas::message::{Header, Here, VelocityCommand};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::SimError;
-use sketchnav_stage::{Files, Inputs, Memory, StageError};
+use sketchnav_stage::{Files, InProcess, Inputs, StageError};
 
 pub use sketchnav_stage::Tap;
 
@@ -72,7 +72,7 @@ pub struct Rehearsal {
     sketcher: Part,
     localizer: Part,
     planner: Part,
-    supervisor: Memory,
+    supervisor: InProcess,
     /// Instants that the stages think about a step.
     thinking_scans: u32,
 }
@@ -106,7 +106,7 @@ impl Rehearsal {
             sketcher: part(Process::Sketcher)?,
             localizer: part(Process::Localizer)?,
             planner: part(Process::Planner)?,
-            supervisor: Memory::of_writer(Process::Supervisor, kind),
+            supervisor: InProcess::of_writer(Process::Supervisor, kind),
             thinking_scans: 0,
         })
     }

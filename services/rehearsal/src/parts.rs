@@ -9,14 +9,16 @@ use sketchnav_schemas::message::{Header, Here, MAX_SENSORS, VelocityCommand};
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::{self as sim, Senses, Simulation};
-use sketchnav_stage::{Access, Files, Heard, Hosted, Inputs, Instant, Memory, Outbox, Sink, StageError, Tap};
+use sketchnav_stage::{
+    Access, Files, Heard, Hosted, InProcess, Inputs, Instant, Outbox, Sink, StageError, Tap,
+};
 
 use crate::RehearsalError;
 
 /// The world: its simulation, and what it says of an instant.
 pub(crate) struct World {
     simulation: sim::World,
-    pub(crate) memory: Memory,
+    pub(crate) memory: InProcess,
     tick: u64,
     /// How long it took so far.
     pub(crate) spent: Duration,
@@ -25,7 +27,7 @@ pub(crate) struct World {
 impl World {
     pub(crate) fn new(run: &RunConfig, files: &dyn sketchnav_files::Files) -> Result<Self, RehearsalError> {
         let simulation = sim::World::of_run(run, files)?;
-        let memory = Memory::of_writer(Process::World, run.mission.navigator_kind());
+        let memory = InProcess::of_writer(Process::World, run.mission.navigator_kind());
         Ok(Self { simulation, memory, tick: 0, spent: Duration::ZERO })
     }
 
@@ -60,7 +62,7 @@ impl World {
 }
 
 /// The number of the newest message of each sensor, for a tick; 0 where there is none.
-fn newest_readings(memory: &Memory) -> [u64; MAX_SENSORS] {
+fn newest_readings(memory: &InProcess) -> [u64; MAX_SENSORS] {
     let mut newest = [0; MAX_SENSORS];
     for (newest, sensor) in newest.iter_mut().zip(channels::sensors()) {
         *newest = memory.get(sensor).map_or(0, |reading| erased::header(reading.bytes()).seq);
@@ -92,7 +94,7 @@ impl Senses for Said<'_> {
 pub(crate) struct Part {
     access: Access,
     stage: Box<dyn Hosted>,
-    pub(crate) memory: Memory,
+    pub(crate) memory: InProcess,
     /// How long the stage took so far.
     pub(crate) spent: Duration,
 }
@@ -107,7 +109,7 @@ impl Part {
         let began = Clock::now();
         let navigator = sketchnav_navigators::of(&run.mission)?;
         let stage = navigator.stage(process, run, files).map_err(RehearsalError::Stage)?;
-        let memory = Memory::of_writer(process, navigator.kind);
+        let memory = InProcess::of_writer(process, navigator.kind);
         let access = Access::new(process, navigator.kind);
         Ok(stage.map(|stage| Self { access, stage, memory, spent: began.elapsed() }))
     }
@@ -157,7 +159,7 @@ impl Part {
 
 /// The order that the supervisor gives.
 pub(crate) fn order(
-    memory: &mut Memory,
+    memory: &mut InProcess,
     stamp_ns: u64,
     (order, here): (Order, Option<Here>),
     tap: &mut impl Tap,

@@ -9,8 +9,9 @@ use sketchnav_recordings::writer::topic_name;
 use sketchnav_runtime::{Node, RawReader, RawSample, SendTimes, System, Wake};
 use sketchnav_schemas::channels::{self, ChannelSpec, ODOMETRY, Role};
 use sketchnav_schemas::erased::Spare;
+use sketchnav_schemas::ros2::Ros2Error;
 use sketchnav_schemas::ros2::derived::Derived;
-use sketchnav_schemas::ros2::{Ros2Error, transforms};
+use sketchnav_schemas::ros2::transforms::{self, TF, TF_STATIC};
 use sketchnav_schemas::run::RunConfig;
 
 use crate::Result;
@@ -78,7 +79,7 @@ impl View {
         let shown = channels::of_kind(run.mission.navigator_kind()).filter(|spec| spec.is_recorded());
         let sources = shown.map(|spec| Source::new(context, spec)).collect::<Result<_>>()?;
         let fixed = run.robot.laser.as_ref().map(|laser| {
-            let mut topic = Topic::transforms(context, "/tf_static", true)?;
+            let mut topic = Topic::transforms(context, TF_STATIC, true)?;
             let mut cdr = Vec::new();
             transforms::laser_in_base(laser, &mut cdr)?;
             topic.show(0, &cdr);
@@ -128,7 +129,7 @@ impl Source {
             .map(|derived| Ok((derived, Topic::derived(context, derived)?)));
         let derived = derived.collect::<Result<_>>()?;
         let has_transform = spec == ODOMETRY.spec;
-        let transform = has_transform.then(|| Topic::transforms(context, "/tf", false)).transpose()?;
+        let transform = has_transform.then(|| Topic::transforms(context, TF, false)).transpose()?;
         Ok(Self {
             spec,
             reader: None,

@@ -92,12 +92,23 @@ impl Review {
     pub fn agrees(&self) -> bool {
         self.off.is_empty()
     }
+
+    /// Whether the points are so few that they agree whatever is wrong with them.
+    pub fn is_unchecked(&self) -> bool {
+        self.agreeing + self.off.len() < FEWEST
+    }
 }
 
 /// Which points are off, by how much, and what would mend it.
 impl fmt::Display for Review {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { off, agreeing, agreement_px, .. } = self;
+        if self.is_unchecked() {
+            return write!(
+                f,
+                "{agreeing} known points cannot be checked against each other; a fifth would show an error"
+            );
+        }
         if off.is_empty() {
             return write!(f, "{agreeing} points that agree to {agreement_px:.1} pixels");
         }
@@ -182,7 +193,7 @@ fn fours(count: usize) -> impl Iterator<Item = Vec<usize>> {
 /// How far each point lies, in pixels, from where the camera of some of them has it.
 fn residuals(points: &[Known], of: &[usize]) -> Option<Vec<f64>> {
     let chosen: Vec<Known> = of.iter().map(|&at| points[at]).collect();
-    let camera = Camera::calibrated(&chosen).ok()?;
+    let camera = Camera::fitted(&chosen).ok()?;
     Some(points.iter().map(|known| off(&camera, known)).collect())
 }
 
@@ -293,6 +304,18 @@ mod tests {
         let review = Review::of(&five);
         assert!(review.off.len() == 5 && review.agreeing == 0, "{review:?}");
         assert!(review.to_string().contains("more points would say"), "{review}");
+    }
+
+    /// One of four points was 50 pixels off, and they "agree to 0.0 pixels": a camera fits any four.
+    #[test]
+    fn four_points_cannot_be_checked_whatever_is_wrong_with_one() {
+        let mut four = points(4);
+        four[3].pixel[0] -= 50.0;
+        let review = Review::of(&four);
+        assert!(review.agrees() && review.is_unchecked(), "{review:?}");
+        let words = "4 known points cannot be checked against each other; a fifth would show an error";
+        assert_eq!(review.to_string(), words);
+        assert!(!Review::of(&points(5)).is_unchecked());
     }
 
     #[test]

@@ -28,9 +28,16 @@ impl Camera {
     /// The camera that sees the known points where they are, as nearly as one can.
     ///
     /// # Errors
-    /// [`DotsError::Calibration`] where the points do not say enough, [`DotsError::Behind`] where one of them would lie behind
-    /// the camera.
+    /// [`DotsError::Calibration`] where the points do not say enough, [`DotsError::Crossed`] where four would if two of them
+    /// were exchanged, [`DotsError::Behind`] where one of them would lie behind the camera.
     pub fn calibrated(points: &[Known]) -> Result<Self, DotsError> {
+        Self::fitted(points).map_err(|error| {
+            uncrossing(points).map_or(error, |pair| DotsError::Crossed { exchange: pair.map(|at| at + 1) })
+        })
+    }
+
+    /// The same, but an error says no more than that there is no such camera.
+    pub(crate) fn fitted(points: &[Known]) -> Result<Self, DotsError> {
         let wrong = || DotsError::Calibration { found: points.len() };
         if points.len() < 4 {
             return Err(wrong());
@@ -97,6 +104,20 @@ impl Camera {
         let sum: f64 = points.iter().map(squared).sum::<Option<f64>>()?;
         Some((sum / freedom as f64).sqrt())
     }
+}
+
+/// The two of four points that have each other's places, where a camera sees all four once they are exchanged. The other two
+/// would do as well, but then the picture is mirrored.
+fn uncrossing(points: &[Known]) -> Option<[usize; 2]> {
+    const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
+    let exchanged = |[a, b]: [usize; 2]| {
+        let mut exchanged: [Known; 4] = points.try_into().ok()?;
+        (exchanged[a].place, exchanged[b].place) = (points[b].place, points[a].place);
+        Camera::fitted(&exchanged).ok()?.area(points[0].pixel)
+    };
+    let seen = PAIRS.into_iter().filter_map(|pair| Some((pair, exchanged(pair)?)));
+    let (upright, mirrored): (Vec<_>, Vec<_>) = seen.partition(|(_, area)| *area > 0.0);
+    upright.first().or(mirrored.first()).map(|(pair, _)| *pair)
 }
 
 /// None on the horizon and beyond. The third coordinate is 1 at the mean of the known pixels, so what lies before the camera has
@@ -200,15 +221,30 @@ mod tests {
     }
 
     /// Four points always fit. With two of them exchanged, a line between them was the horizon, and half of the plane lay
-    /// behind the camera.
+    /// behind the camera; of a rectangle seen straight from above it was said that three of its corners lie on one line.
     #[test]
-    fn points_that_are_exchanged_are_named() {
-        let [a, b, c, d] = [[90.0, 700.0], [900.0, 690.0], [700.0, 300.0], [310.0, 320.0]];
-        for exchanged in [[b, a, c, d], [a, c, b, d], [a, b, d, c]] {
-            let error = Camera::calibrated(&known(exchanged, SQUARE)).unwrap_err();
-            let words = "expected a place before the camera, as others have, found one behind it";
-            assert!(error.to_string().contains(words), "{error}");
+    fn four_points_that_are_crossed_are_named_with_what_to_exchange() {
+        let aslant = [[90.0, 700.0], [900.0, 690.0], [700.0, 300.0], [310.0, 320.0]];
+        let from_above = [[50.0, 1250.0], [1250.0, 1250.0], [1250.0, 50.0], [50.0, 50.0]];
+        for [a, b, c, d] in [aslant, from_above] {
+            for (exchanged, pair) in [
+                ([b, a, c, d], [1, 2]),
+                ([a, c, b, d], [2, 3]),
+                ([a, b, d, c], [3, 4]),
+                ([d, b, c, a], [1, 4]),
+            ] {
+                let error = Camera::calibrated(&known(exchanged, SQUARE)).unwrap_err();
+                assert!(matches!(error, DotsError::Crossed { exchange } if exchange == pair), "{error}");
+            }
         }
+    }
+
+    /// One corner of the picture within the triangle of the others: no exchange makes a square of that.
+    #[test]
+    fn a_point_that_would_lie_behind_the_camera_is_named() {
+        let inside = [[0.0, 900.0], [900.0, 900.0], [400.0, 0.0], [400.0, 600.0]];
+        let error = Camera::calibrated(&known(inside, SQUARE)).unwrap_err().to_string();
+        assert!(error.contains("expected a place before the camera, as others have"), "{error}");
     }
 
     proptest! {

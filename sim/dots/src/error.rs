@@ -19,6 +19,16 @@ pub enum DotsError {
         /// How many points there are.
         found: usize,
     },
+    /// Four known points of which two have each other's places: a proper quadrilateral in the picture, a crossed one on the plane.
+    #[error(
+        "expected four points that go around a quadrilateral in the picture as they do on the plane, found one that crosses \
+         itself: exchange the places of points {} and {}",
+        exchange[0], exchange[1]
+    )]
+    Crossed {
+        /// The numbers, from 1, of two points that are to be exchanged.
+        exchange: [usize; 2],
+    },
     /// A known point that would lie behind the camera: two of them are exchanged, or one is far off.
     #[error(
         "known point {number}, pixel ({}, {}): expected a place before the camera, as others have, found one behind it",

@@ -1,6 +1,6 @@
 //! A page of the pad without a browser: the same HTTP and the same WebSocket, over real sockets.
 
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
@@ -119,7 +119,7 @@ impl Page {
     }
 
     fn try_read(&mut self) -> tungstenite::Result<()> {
-        let Message::Text(text) = self.socket.read()? else { return Ok(()) };
+        let Message::Text(text) = read_whole(&mut self.socket)? else { return Ok(()) };
         let said: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
         if let Some(hello) = said.get("hello") {
             self.hello = hello.clone();
@@ -197,5 +197,15 @@ impl Page {
     /// Goes without a word.
     pub fn vanish(self) {
         drop(self.socket);
+    }
+}
+
+/// Reads a message, again where a signal interrupted it: a socket with a time limit is not read on by itself.
+pub(crate) fn read_whole<S: Read + Write>(socket: &mut WebSocket<S>) -> tungstenite::Result<Message> {
+    loop {
+        match socket.read() {
+            Err(tungstenite::Error::Io(error)) if error.kind() == ErrorKind::Interrupted => {}
+            done => return done,
+        }
     }
 }

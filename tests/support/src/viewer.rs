@@ -10,6 +10,7 @@ use serde_json::Value;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
+use super::page::read_whole;
 use super::{Place, Running};
 
 /// Longest wait for the next thing that a server says.
@@ -85,7 +86,7 @@ impl Viewer {
     }
 
     fn read(&mut self) -> Message {
-        self.socket.read().unwrap()
+        read_whole(&mut self.socket).unwrap()
     }
 
     fn say(&mut self, message: Message) {
@@ -106,7 +107,7 @@ impl Viewer {
 
     /// The same until the server goes away.
     pub fn try_next(&mut self) -> Option<()> {
-        self.socket.read().ok().map(drop)
+        read_whole(&mut self.socket).ok().map(drop)
     }
 
     /// What comes next.

@@ -25,7 +25,7 @@ pub fn of(recording: &Recording, run: &RunConfig) -> anyhow::Result<Summary> {
         let message = message?;
         let Some(spec) = channels::of_topic(&message.topic.name) else { continue };
         // What is no message of the channel is counted where recordings are judged.
-        let Ok(said) = spec.message.decode(&message.cdr, message.sequence.into()) else { continue };
+        let Ok(said) = message.decode(spec) else { continue };
         account.hear(&Heard::new(&access, spec, said.bytes(), said.cells()))?;
     }
     account.tell(&mut summary);

@@ -59,6 +59,9 @@ pub enum Tool {
         /// Which room of the floor is which of the drawing: a file (TOML).
         #[arg(long, value_name = "TOML")]
         rooms: Option<PathBuf>,
+        /// Write the page even over a recording.
+        #[arg(long)]
+        force: bool,
         /// One JSON object instead of text.
         #[arg(long)]
         json: bool,
@@ -85,7 +88,7 @@ pub enum Tool {
     },
     /// Copy some topics or some time of a recording.
     #[command(
-        after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of a recording that was cut off.\nExample: sketchnav filter a.mcap --topics scan,odometry --start 10 --end 20 -o part.mcap"
+        after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of a recording that was cut off or has damaged messages.\nExample: sketchnav filter a.mcap --topics scan,odometry --start 10 --end 20 -o part.mcap"
     )]
     Filter {
         /// The recording.
@@ -95,7 +98,7 @@ pub enum Tool {
     },
     /// Make one recording of several, in the order of time.
     #[command(
-        after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of recordings of which one was cut off.\nExample: sketchnav merge a.mcap b.mcap -o both.mcap"
+        after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of recordings of which one was cut off or has damaged messages.\nExample: sketchnav merge a.mcap b.mcap -o both.mcap"
     )]
     Merge {
         /// The recordings.
@@ -110,7 +113,7 @@ pub enum Tool {
     },
     /// Cut a recording into parts, each with the latched messages; or make a folder of rosbag2 of it.
     #[command(
-        after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of a recording that was cut off.\nExample: sketchnav split a.mcap --seconds 60 --rosbag2 -o bag"
+        after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of a recording that was cut off or has damaged messages.\nExample: sketchnav split a.mcap --seconds 60 --rosbag2 -o bag"
     )]
     Split {
         /// The recording.

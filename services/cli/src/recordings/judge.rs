@@ -26,6 +26,7 @@ use sketchnav_stage::account::Summary;
 
 use super::account;
 use super::args::JudgeOptions;
+use super::whole::Whole;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{self, out, say};
 
@@ -34,6 +35,9 @@ use crate::output::{self, out, say};
 pub struct Judged {
     #[serde(serialize_with = "as_text")]
     recording: PathBuf,
+    /// The file that holds it, which may be for temporary use.
+    #[serde(skip)]
+    file: PathBuf,
     mission: Option<String>,
     seed: Option<u64>,
     method: Option<String>,
@@ -61,6 +65,14 @@ pub struct Judged {
     map: Option<MetricMap>,
 }
 
+impl Judged {
+    /// The same under the name that the person knows, and cut off where a file of it is.
+    pub(super) fn named_by(self, whole: &Whole) -> Self {
+        let cut_off = self.cut_off || !whole.lacks().cut_off.is_empty();
+        Self { recording: whole.name().to_owned(), cut_off, ..self }
+    }
+}
+
 /// A path as it is shown, which need not be UTF-8.
 fn as_text<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&path.display())
@@ -76,9 +88,9 @@ fn has_no_figures(summary: &Summary) -> bool {
 }
 
 /// Judges recordings.
-pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failure> {
+pub fn judge(wholes: &[Whole], options: &JudgeOptions) -> Result<Outcome, Failure> {
     let rooms = options.rooms.as_deref().map(rooms).transpose()?;
-    let judged: Result<Vec<_>, _> = files.iter().map(|file| of_file(file, rooms.as_ref())).collect();
+    let judged: Result<Vec<_>, _> = wholes.iter().map(|whole| of_whole(whole, rooms.as_ref())).collect();
     let mut judged = judged?;
     if let Some(anchors) = &options.anchors {
         let text = sketchnav_files::read_to_string(anchors, TABLE)
@@ -90,8 +102,10 @@ pub fn judge(files: &[PathBuf], options: &JudgeOptions) -> Result<Outcome, Failu
         }
     }
     write_tables(&judged, options)?;
-    for one in judged.iter().filter(|one| one.cut_off) {
-        super::tell_cut_off(one.recording.display());
+    for (one, whole) in judged.iter().zip(wholes) {
+        if one.cut_off && whole.lacks().cut_off.is_empty() {
+            super::tell_cut_off(one.recording.display());
+        }
     }
     for one in &judged {
         let name = one.recording.display();
@@ -114,6 +128,11 @@ pub fn rooms(path: &Path) -> Result<Rooms, Failure> {
     Rooms::parse(&text).with_context(|| path.display().to_string()).or_input()
 }
 
+/// Judges a recording that a person has named.
+pub fn of_whole(whole: &Whole, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
+    Ok(of_file(whole.path(), rooms)?.named_by(whole))
+}
+
 /// Judges a recording.
 pub fn of_file(path: &Path, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
     let recording = super::open(path)?;
@@ -131,6 +150,7 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
     let mission = run.as_ref().filter(|run| run.system != LOG_SYSTEM).map(|run| &run.mission);
     Ok(Judged {
         recording: path.to_owned(),
+        file: path.to_owned(),
         mission: run.as_ref().map(|run| run.mission.name.clone()),
         seed: run.as_ref().map(|run| run.seed),
         method: run.as_ref().map(|run| method_of(run).to_owned()),
@@ -150,7 +170,7 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
 
 /// Of each task with a drawn route whether the way was homotopic to it.
 fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<String, bool>> {
-    let recording = Recording::open(&judged.recording)?;
+    let recording = Recording::open(&judged.file)?;
     let RecordedRun { run, files } = RecordedRun::of(&recording)?;
     drawing::homotopic(&run, &read_from(&files), &judged.log, anchors)
 }
@@ -185,7 +205,7 @@ fn names(judged: &[&Judged]) -> Vec<String> {
         let folder = std::path::absolute(path).ok()?.parent()?.file_name()?.to_string_lossy().into_owned();
         Some(format!("{folder}-{}", stem(path)))
     };
-    let paths: Vec<&Path> = judged.iter().map(|one| one.recording.as_path()).collect();
+    let paths: Vec<&Path> = judged.iter().map(|one| one.file.as_path()).collect();
     let mut names: Vec<String> = paths.iter().map(|path| stem(path)).collect();
     if has_twins(&names) {
         names = paths.iter().map(|path| in_folder(path).unwrap_or_else(|| stem(path))).collect();

@@ -23,20 +23,21 @@ use sketchnav_stage::account;
 use sketchnav_stage::doubts::Doubts;
 
 use super::judge::{self, Judged};
+use super::whole::Whole;
 use crate::doubts;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::warnings;
 
 /// Writes the page.
-pub fn report(file: &Path, output: &Path, rooms: Option<&Path>, json: bool) -> Result<Outcome, Failure> {
+pub fn report(whole: &Whole, output: &Path, rooms: Option<&Path>, json: bool) -> Result<Outcome, Failure> {
     let rooms = rooms.map(judge::rooms).transpose()?;
-    let recording = super::open(file)?;
+    let recording = super::open(whole.path())?;
     if !recording.has_run() {
-        return foreign::report(&recording, output, json);
+        return foreign::report(whole, &recording, output, json);
     }
     let log = Log::read_all(&recording).or_input()?;
-    let judged = judge::of_log(&recording, log, rooms.as_ref())?;
+    let judged = judge::of_log(&recording, log, rooms.as_ref())?.named_by(whole);
     let RecordedRun { run, files } = RecordedRun::of(&recording).or_input()?;
     let run = judged.log.with_drawn_tasks(run);
     let planned = warnings::of_recording(&recording, &run).or_input()?;
@@ -48,10 +49,10 @@ pub fn report(file: &Path, output: &Path, rooms: Option<&Path>, json: bool) -> R
         log: &judged.log,
         planned: &planned,
     };
-    let html = page.html().with_context(|| file.display().to_string())?;
+    let html = page.html().with_context(|| whole.name().display().to_string())?;
     sketchnav_files::write(output, html).with_context(|| output.display().to_string()).or_input()?;
-    if judged.cut_off {
-        super::tell_cut_off(file.display());
+    if judged.cut_off && whole.lacks().cut_off.is_empty() {
+        super::tell_cut_off(whole.name().display());
     }
     let output = output.display().to_string();
     if json {

@@ -22,8 +22,11 @@ use crate::output::{self, out};
 pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> {
     let (file, guard) = (whole.path(), Guard::of(whole.sources().to_vec()));
     let recording = super::open(file)?;
-    let cut_off = super::cut_off([&recording]).or_input()?;
-    cut_off.iter().for_each(super::tell_cut_off);
+    let is_cut_off = recording.index().or_input()?.is_cut_off();
+    if is_cut_off {
+        super::tell_cut_off(whole.name().display());
+    }
+    let cut_off = is_cut_off || !whole.lacks().cut_off.is_empty();
     let folder = tempfile::tempdir().context("a folder for temporary files")?;
     let mut recorded = RecordedRun::of(&recording).or_input()?;
     let set = options.parameters().map_err(|text| Failure::Input(anyhow!(text)))?;
@@ -33,11 +36,11 @@ pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> 
     let copy = options.output.clone().or_else(|| asks_what_if.then(|| folder.path().join("now.mcap")));
     // Before: the copy may take the recording's place.
     let mut judged: Vec<_> =
-        asks_what_if.then(|| judge::of_file(file, None)).transpose()?.into_iter().collect();
+        asks_what_if.then(|| judge::of_whole(whole, None)).transpose()?.into_iter().collect();
     let outcome = execute(&recording, &recorded, options, copy.as_deref(), &guard)?;
     if outcome.recorded + outcome.sent == 0 {
         let process = options.process;
-        let file = file.display();
+        let file = whole.name().display();
         return Err(Failure::Input(anyhow!(
             "{file}: expected messages of the {process}, found none: there is nothing to execute again"
         )));
@@ -46,7 +49,7 @@ pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> 
         judged.push(judge::of_file(copy, None)?);
     }
     if options.json {
-        out!("{}", json(&outcome, options, !cut_off.is_empty(), &judged))?;
+        out!("{}", json(&outcome, options, cut_off, &judged))?;
     } else {
         print(&outcome, options)?;
         if let [recorded, now] = judged.as_slice() {

@@ -5,16 +5,17 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow, bail, ensure};
 use regex_lite::Regex;
-use sketchnav_files::draft::Draft;
-use sketchnav_recordings::copy::{self, Damaged, Limit, PartFacts};
+use sketchnav_files::draft::{Draft, Sink};
+use sketchnav_recordings::copy::{self, Copy, Damaged, Limit, PartFacts};
 use sketchnav_recordings::reader::Selection;
+use sketchnav_recordings::rejected::Rejections;
 use sketchnav_recordings::rosbag2::METADATA;
 use sketchnav_recordings::{Recording, RecordingError, rosbag2};
 use sketchnav_schemas::time::{nanoseconds, seconds};
 
 use super::args::{FilterOptions, RecoverOptions, SplitOptions};
 use super::guard::{Guard, begin, finish};
-use super::whole::{self, Whole};
+use super::whole::{self, Lacks, Whole};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
 
@@ -46,8 +47,9 @@ fn recover_file(file: &Path, options: &RecoverOptions) -> anyhow::Result<copy::C
     let place = || file.display().to_string();
     let unpacked = Whole::as_far_as_it_goes(file).with_context(place)?;
     let damaged = if options.keep_damaged { Damaged::Keep } else { Damaged::LeaveOut };
-    let (draft, mut copy) = begin(&options.output, &copy::profile(unpacked.path())?)?;
-    let copied = copy::recover(unpacked.path(), damaged, &mut copy)?;
+    let known = |error: RecordingError| unpacked.known_error(error.into());
+    let (draft, mut copy) = begin(&options.output, &copy::profile(unpacked.path()).map_err(known)?)?;
+    let copied = copy::recover(unpacked.path(), damaged, &mut copy).map_err(known)?;
     // Said before the copy is refused, if it is: that is why.
     tell_lost(&copied);
     let guard = Guard::of([file.to_owned()]).over_all().with_force(options.force);
@@ -59,10 +61,11 @@ fn recover_file(file: &Path, options: &RecoverOptions) -> anyhow::Result<copy::C
 fn tell_lost(copied: &copy::Copied) {
     for lost in &copied.lost {
         let copy::Lost { at, bytes, reason, messages } = lost;
-        let held = messages.map_or_else(
-            || "how many messages were in it is not known".to_owned(),
-            |messages| format!("{messages} messages were in it, by the file's index"),
-        );
+        let held = match messages {
+            None => "how many messages were in it is not known".to_owned(),
+            Some(1) => "one message was in it".to_owned(),
+            Some(messages) => format!("{messages} messages were in it, by the file's index"),
+        };
         say!("lost: {bytes} bytes from byte {at} on ({reason}); {held}");
     }
     if copied.kept_damaged > 0 {
@@ -83,7 +86,7 @@ pub fn filter(whole: &Whole, options: &FilterOptions) -> Result<Outcome, Failure
         check_topics(&recording, &selection)?;
         let (draft, mut copy) = begin(&options.output, &recording.header().profile)?;
         copy::filter(&recording, &selection, &mut copy)?;
-        let made = Made::of(copy.messages(), std::slice::from_ref(&recording))?;
+        let made = Made::of(&copy, [(whole, &recording)])?;
         finish(draft, copy, &Guard::of(whole.sources().to_vec()).with_force(options.force))?;
         Ok(made)
     };
@@ -110,32 +113,72 @@ pub fn matching(recording: &Recording, regex: &Regex) -> anyhow::Result<Vec<Stri
 /// What became of a copy of whole recordings.
 struct Made {
     messages: u64,
-    /// Those of the recordings that `info` calls cut off.
-    cut_off: Vec<String>,
+    lost: Lost,
 }
 
 impl Made {
-    fn of(messages: u64, recordings: &[Recording]) -> Result<Self, RecordingError> {
-        Ok(Self { messages, cut_off: super::cut_off(recordings)? })
+    fn of<'a>(
+        copy: &Copy<Sink>,
+        sources: impl IntoIterator<Item = (&'a Whole, &'a Recording)>,
+    ) -> Result<Self, RecordingError> {
+        Ok(Self { messages: copy.messages(), lost: Lost::of(copy.left_out(), sources)? })
     }
 
     fn tell(&self, json: bool) -> Result<Outcome, Failure> {
-        let Self { messages, cut_off } = self;
+        let Self { messages, lost } = self;
         if json {
-            out!("{}", serde_json::json!({ "messages": messages, "cut_off": cut_off }))?;
+            let all = lost.all();
+            out!(
+                "{}",
+                serde_json::json!({ "messages": messages, "cut_off": all.cut_off, "left_out": all.left_out })
+            )?;
         } else {
             out!("{messages} messages")?;
         }
-        Ok(outcome_of(cut_off))
+        Ok(lost.tell())
     }
 }
 
-/// As MCAP's own tool: what was copied of a recording that was cut off is not all that was sent.
-fn outcome_of(cut_off: &[String]) -> Outcome {
-    for name in cut_off {
-        say!("notice: {name} was cut off; what was whole is in the copy");
+/// What a copy lacks of what its sources once held.
+struct Lost {
+    /// What was noticed when the copy was made.
+    now: Lacks,
+    /// What was noticed, and said, when its sources were put together.
+    before: Lacks,
+}
+
+impl Lost {
+    fn of<'a>(
+        left_out: &Rejections,
+        sources: impl IntoIterator<Item = (&'a Whole, &'a Recording)>,
+    ) -> Result<Self, RecordingError> {
+        let now = Lacks { left_out: left_out.clone(), ..Lacks::default() };
+        let mut lost = Self { now, before: Lacks::default() };
+        for (whole, recording) in sources {
+            if recording.index()?.is_cut_off() {
+                lost.now.cut_off.push(whole.name().display().to_string());
+            }
+            lost.before.extend(whole.lacks());
+        }
+        Ok(lost)
     }
-    if cut_off.is_empty() { Outcome::Success } else { Outcome::Loss }
+
+    fn all(&self) -> Lacks {
+        let mut all = Lacks::default();
+        [&self.before, &self.now].into_iter().for_each(|lacks| all.extend(lacks));
+        all
+    }
+
+    /// As MCAP's own tool: what was copied of a recording that was cut off is not all that was sent.
+    fn tell(&self) -> Outcome {
+        for name in &self.now.cut_off {
+            say!("notice: {name} was cut off; what was whole is in the copy");
+        }
+        for left_out in self.now.left_out.list() {
+            say!("notice: left out {left_out}");
+        }
+        if self.now.is_empty() && self.before.is_empty() { Outcome::Success } else { Outcome::Loss }
+    }
 }
 
 fn check_topics(recording: &Recording, selection: &Selection) -> anyhow::Result<()> {
@@ -153,7 +196,7 @@ pub fn merge(wholes: &[Whole], output: &Path, json: bool) -> Result<Outcome, Fai
         let recordings = wholes.iter().map(open).collect::<Result<Vec<_>, _>>()?;
         let (draft, mut copy) = begin(output, common_profile(&recordings))?;
         copy::merge(&recordings, &mut copy)?;
-        let made = Made::of(copy.messages(), &recordings)?;
+        let made = Made::of(&copy, wholes.iter().zip(&recordings))?;
         finish(draft, copy, &Guard::of(wholes.iter().flat_map(|whole| whole.sources().to_vec())))?;
         Ok(made)
     };
@@ -173,7 +216,9 @@ pub fn split(whole: &Whole, options: &SplitOptions) -> Result<Outcome, Failure> 
     let recording = Recording::open(whole.path()).map_err(|error| Failure::Plain(error.into()))?;
     let guard = Guard::of(whole.sources().to_vec());
     let parts = parts(&recording, options, limit, &guard).map_err(Failure::Plain)?;
-    let cut_off = super::cut_off(&[recording]).map_err(|error| Failure::Plain(error.into()))?;
+    let mut left_out = Rejections::default();
+    parts.iter().for_each(|(_, part)| left_out.extend(&part.left_out));
+    let lost = Lost::of(&left_out, [(whole, &recording)]).map_err(|error| Failure::Plain(error.into()))?;
     if options.json {
         let object: Vec<_> =
             parts.iter().map(|(name, part)| serde_json::json!({ "file": name, "part": part })).collect();
@@ -185,7 +230,7 @@ pub fn split(whole: &Whole, options: &SplitOptions) -> Result<Outcome, Failure> 
             out!("{name}  {:.1} to {:.1} s, {messages} messages", span.0, span.1)?;
         }
     }
-    Ok(outcome_of(&cut_off))
+    Ok(lost.tell())
 }
 
 fn limit(options: &SplitOptions) -> Result<Option<Limit>, Failure> {

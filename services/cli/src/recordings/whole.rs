@@ -9,22 +9,49 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow, bail, ensure};
 use sketchnav_recordings::copy::{self, Copy};
 use sketchnav_recordings::foreign::Foreign;
+use sketchnav_recordings::rejected::Rejections;
 use sketchnav_recordings::rosbag2::{self, Bag, METADATA};
 use sketchnav_recordings::{Recording, series};
 use tempfile::TempDir;
 
 use super::rewrite::common_profile;
-use crate::failure::{Failure, OrInput};
+use crate::failure::{Failure, OrInput, story};
 use crate::output::say;
 
 /// How the names of files end that rosbag2 has packed.
 const PACKED_MCAP: &str = ".mcap.zstd";
 
+/// What a recording, or the copy of one, lacks of what its files once held.
+#[derive(Debug, Default)]
+pub struct Lacks {
+    /// The files that end before their writers came to an end.
+    pub cut_off: Vec<String>,
+    /// The damaged messages that were left out.
+    pub left_out: Rejections,
+}
+
+impl Lacks {
+    /// Whether nothing is missing.
+    pub fn is_empty(&self) -> bool {
+        self.cut_off.is_empty() && self.left_out.is_empty()
+    }
+
+    /// Adds what another one lacks.
+    pub fn extend(&mut self, other: &Self) {
+        self.cut_off.extend_from_slice(&other.cut_off);
+        self.left_out.extend(&other.left_out);
+    }
+}
+
 /// The recording that a person means by a path.
 pub struct Whole {
     path: PathBuf,
+    /// What the person named.
+    named: PathBuf,
     /// The files that it was made of.
     sources: Vec<PathBuf>,
+    /// What it lacks because its files do, where it was put together of several. That was said when it was done.
+    lacks: Lacks,
     /// Where it was put together.
     _folder: Option<TempDir>,
 }
@@ -32,19 +59,17 @@ pub struct Whole {
 impl Whole {
     /// A file is itself. `NAME.mcap` that is no file stands for `NAME_0.mcap` and so on, a folder for the one recording in it.
     pub fn of(path: &Path) -> Result<Self, Failure> {
-        Self::found(path).or_input()
+        Self::found(path).map(|whole| whole.named_by(path)).or_input()
     }
 
     /// The same of several.
-    pub fn of_all(paths: &[PathBuf]) -> Result<(Vec<Self>, Vec<PathBuf>), Failure> {
-        let all = paths.iter().map(|path| Self::of(path)).collect::<Result<Vec<_>, _>>()?;
-        let paths = all.iter().map(|whole| whole.path.clone()).collect();
-        Ok((all, paths))
+    pub fn of_all(paths: &[PathBuf]) -> Result<Vec<Self>, Failure> {
+        paths.iter().map(|path| Self::of(path)).collect()
     }
 
     /// A file by itself, unpacked where it is packed; others beside it do not matter.
     pub fn alone(path: &Path) -> Result<Self, Failure> {
-        Self::of_files(path, &[path.to_owned()]).or_input()
+        Self::of_files(path, &[path.to_owned()]).map(|whole| whole.named_by(path)).or_input()
     }
 
     /// A file that may be damaged: of one that is packed, what can be unpacked.
@@ -57,7 +82,7 @@ impl Whole {
         if let Some(damage) = damage {
             say!("notice: {}: unpacked as far as it can be read: {damage}", path.display());
         }
-        Ok(Self { path: unpacked, sources: vec![path.to_owned()], _folder: Some(folder) })
+        Ok(Self::made(unpacked, path, &[path.to_owned()], folder))
     }
 
     /// A file that holds all of it.
@@ -65,13 +90,59 @@ impl Whole {
         &self.path
     }
 
+    /// What the person knows it by: the file, or what was named where the file is for temporary use.
+    pub fn name(&self) -> &Path {
+        if self._folder.is_some() { &self.named } else { &self.path }
+    }
+
     /// The files that it was made of.
     pub fn sources(&self) -> &[PathBuf] {
         &self.sources
     }
 
+    /// What it lacks because its files do, where it was put together of several; it was said.
+    pub fn lacks(&self) -> &Lacks {
+        &self.lacks
+    }
+
+    /// What a command came to: its failure names what the person named, and not a file for temporary use.
+    pub fn known<T>(&self, result: Result<T, Failure>) -> Result<T, Failure> {
+        result.map_err(|failure| match failure {
+            Failure::Input(error) => Failure::Input(self.known_error(error)),
+            Failure::Plain(error) => Failure::Plain(self.known_error(error)),
+            Failure::Other(error) => Failure::Other(self.known_error(error)),
+            Failure::Reported(error) => Failure::Reported(self.known_error(error)),
+            Failure::Incomplete(error) => Failure::Incomplete(self.known_error(error)),
+        })
+    }
+
+    /// The same of an error.
+    pub fn known_error(&self, error: anyhow::Error) -> anyhow::Error {
+        in_place_of(&[(self.path.as_path(), self.name())], error)
+    }
+
     fn itself(path: &Path) -> Self {
-        Self { path: path.to_owned(), sources: vec![path.to_owned()], _folder: None }
+        Self {
+            path: path.to_owned(),
+            named: path.to_owned(),
+            sources: vec![path.to_owned()],
+            lacks: Lacks::default(),
+            _folder: None,
+        }
+    }
+
+    fn made(path: PathBuf, named: &Path, sources: &[PathBuf], folder: TempDir) -> Self {
+        Self {
+            path,
+            named: named.to_owned(),
+            sources: sources.to_vec(),
+            lacks: Lacks::default(),
+            _folder: Some(folder),
+        }
+    }
+
+    fn named_by(self, path: &Path) -> Self {
+        Self { named: path.to_owned(), ..self }
     }
 
     fn found(path: &Path) -> anyhow::Result<Self> {
@@ -90,6 +161,7 @@ impl Whole {
             return Self::of_files(named, &[named.to_owned()]);
         }
         let files = series::files(named).with_context(|| named.display().to_string())?;
+        gaps(named, &files).iter().for_each(|words| say!("notice: {words}"));
         // Whoever opens one that is not there says what is wrong with it.
         if files.is_empty() { Ok(Self::itself(named)) } else { Self::of_files(named, &files) }
     }
@@ -117,15 +189,48 @@ impl Whole {
             plain.push(if is_packed(file) { unpack_whole(file, folder.path())? } else { file.clone() });
         }
         if let [path] = plain.as_slice() {
-            let (path, sources) = (path.clone(), files.to_vec());
-            return Ok(Self { path, sources, _folder: Some(folder) });
+            return Ok(Self::made(path.clone(), named, files, folder));
         }
         let whole = folder.path().join("whole").join(plain_name(named));
         let place = || whole.display().to_string();
         whole.parent().map_or(Ok(()), std::fs::create_dir_all).with_context(place)?;
         let sink = BufWriter::new(File::create(&whole).with_context(place)?);
-        put_together(&plain, sink).with_context(|| format!("{}: its files", named.display()))?;
-        Ok(Self { path: whole, sources: files.to_vec(), _folder: Some(folder) })
+        let parts: Vec<_> =
+            plain.iter().zip(files).map(|(plain, file)| (plain.as_path(), file.as_path())).collect();
+        let left_out = put_together(&plain, sink)
+            .map_err(|error| in_place_of(&parts, error))
+            .with_context(|| format!("{}: its files", named.display()))?;
+        let lacks = Lacks { cut_off: cut_off(&parts), left_out };
+        tell(named, &lacks);
+        Ok(Self { lacks, ..Self::made(whole, named, files, folder) })
+    }
+}
+
+/// The error with the names that the person knows in place of those of files for temporary use, each beside the other.
+fn in_place_of(names: &[(&Path, &Path)], error: anyhow::Error) -> anyhow::Error {
+    let told = story(&error);
+    let in_place_of = |words: String, (temporary, known): &(&Path, &Path)| match temporary == known {
+        true => words,
+        false => words.replace(&temporary.display().to_string(), &known.display().to_string()),
+    };
+    let words = names.iter().fold(told.clone(), in_place_of);
+    if words == told { error } else { anyhow!(words) }
+}
+
+/// Those of the files, each beside the name that the person knows, that end before their writers came to an end.
+fn cut_off(parts: &[(&Path, &Path)]) -> Vec<String> {
+    let is_cut_off =
+        |path: &Path| Recording::open(path).and_then(|part| part.index().map(|index| index.is_cut_off()));
+    // What cannot be opened and was passed over is cut off before it holds anything.
+    let cut = parts.iter().filter(|(plain, _)| is_cut_off(plain).unwrap_or(true));
+    cut.map(|(_, file)| file.display().to_string()).collect()
+}
+
+/// Says what a recording lacks that was put together of several files.
+fn tell(named: &Path, lacks: &Lacks) {
+    lacks.cut_off.iter().for_each(super::tell_cut_off);
+    for left_out in lacks.left_out.list() {
+        say!("notice: {}: left out {left_out}", named.display());
     }
 }
 
@@ -133,21 +238,24 @@ fn folder() -> anyhow::Result<TempDir> {
     tempfile::tempdir().context("a folder for temporary files")
 }
 
-/// Several files as one: those of a run of ours each message once, those of others one after the other.
-fn put_together(files: &[PathBuf], sink: BufWriter<File>) -> anyhow::Result<()> {
+/// Several files as one: those of a run of ours each message once, those of others one after the other, without messages that are
+/// damaged: these are counted.
+fn put_together(files: &[PathBuf], sink: BufWriter<File>) -> anyhow::Result<Rejections> {
     let first = files.first().context("expected a file, found none")?;
     if Recording::open(first)?.has_run() {
         series::whole(files, sink)?;
-        return Ok(());
+        return Ok(Rejections::default());
     }
     let recordings = files.iter().map(|file| Recording::open(file)).collect::<Result<Vec<_>, _>>()?;
     let mut copy = Copy::of_profile(sink, common_profile(&recordings))?;
     copy::merge(&recordings, &mut copy)?;
+    let left_out = copy.left_out().clone();
     copy.finish()?;
-    Ok(())
+    Ok(left_out)
 }
 
-fn is_packed(path: &Path) -> bool {
+/// Whether zstd has compressed the file as a whole.
+pub fn is_packed(path: &Path) -> bool {
     path.is_file() && rosbag2::is_packed(path).unwrap_or(false)
 }
 
@@ -199,6 +307,18 @@ fn missing(folder: &Path, bag: &Bag) -> Vec<String> {
     bag.missing.iter().map(words).collect()
 }
 
+/// Names the files that are missing between those of `NAME.mcap`.
+fn gaps(named: &Path, files: &[PathBuf]) -> Vec<String> {
+    let name = |number: u32| {
+        series::file(named, number).file_name().unwrap_or_default().to_string_lossy().into_owned()
+    };
+    let words = |(first, last): (u32, u32)| match first == last {
+        true => format!("{}: {} is missing", named.display(), name(first)),
+        false => format!("{}: {} to {} are missing", named.display(), name(first), name(last)),
+    };
+    series::gaps(named, files).into_iter().map(words).collect()
+}
+
 /// The files of a folder that are recordings, or packed ones: those that its metadata list, else all by name.
 ///
 /// # Errors
@@ -222,7 +342,10 @@ pub fn listed_in(folder: &Path) -> anyhow::Result<(Vec<PathBuf>, Vec<String>)> {
         folder.display(),
         others_in(folder)
     );
-    Ok((files, Vec::new()))
+    let mut series: Vec<_> = files.iter().filter_map(|file| of_series(file)).collect();
+    series.dedup();
+    let missing = series.iter().flat_map(|name| gaps(name, &files)).collect();
+    Ok((files, missing))
 }
 
 fn named_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
@@ -290,9 +413,12 @@ fn tell_of_the_others(file: &Path) {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser;
     use sketchnav_recordings::samples::{self, SampleForm, recording};
 
     use super::*;
+    use crate::args::Cli;
+    use crate::failure::Outcome;
 
     #[test]
     fn a_folder_with_one_recording_stands_for_it() {
@@ -353,6 +479,105 @@ mod tests {
         std::fs::remove_file(path.join("b_1.mcap")).unwrap();
         let error = format!("{:?}", Whole::of(path).err().unwrap());
         assert!(error.contains("b_0.mcap, b_1.mcap, b_2.mcap"), "{error}");
+    }
+
+    /// What the command comes to in a folder: `X` stands for the folder, `X/…` for what is in it.
+    fn run(folder: &Path, line: &str) -> Result<Outcome, Failure> {
+        let word = |word: &str| match word.strip_prefix('X') {
+            Some(rest) => format!("{}{rest}", folder.display()),
+            None => word.to_owned(),
+        };
+        crate::dispatch(Cli::parse_from(
+            std::iter::once("sketchnav".to_owned()).chain(line.split(' ').map(word)),
+        ))
+    }
+
+    const COPIES: [&str; 3] =
+        ["filter X -o X/../y.mcap", "merge X X -o X/../y.mcap", "split X --rosbag2 -o X/../parts"];
+
+    /// Of a bag whose second file was cut off, a part was copied, and nobody was told.
+    #[test]
+    fn a_cut_file_among_others_is_named_and_is_a_loss() {
+        let outer = tempfile::tempdir().unwrap();
+        let path = outer.path().join("bag");
+        std::fs::create_dir(&path).unwrap();
+        bag(&path, "mcap", &["b_0.mcap", "b_1.mcap"]);
+        std::fs::write(path.join("b_0.mcap"), points(12)).unwrap();
+        std::fs::write(path.join("b_1.mcap"), points(20)).unwrap();
+        for line in COPIES {
+            assert_eq!(run(&path, line).unwrap(), Outcome::Success, "{line}");
+            let _ = std::fs::remove_dir_all(outer.path().join("parts"));
+        }
+        let cut = points(20);
+        std::fs::write(path.join("b_1.mcap"), &cut[..cut.len() / 2]).unwrap();
+        // A series without metadata as well.
+        for _ in 0..2 {
+            let whole = Whole::of(&path).unwrap();
+            assert_eq!(whole.lacks().cut_off, [path.join("b_1.mcap").display().to_string()]);
+            for line in COPIES {
+                assert_eq!(run(&path, line).unwrap(), Outcome::Loss, "{line}");
+                let _ = std::fs::remove_dir_all(outer.path().join("parts"));
+            }
+            let _ = std::fs::remove_file(path.join(METADATA));
+        }
+    }
+
+    /// Of three files of a recording the middle one was gone, and nobody was told.
+    #[test]
+    fn a_number_that_is_missing_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        for name in ["b_0.mcap", "b_2.mcap", "b_10.mcap"] {
+            std::fs::write(path.join(name), points(12)).unwrap();
+        }
+        assert_eq!(count(&Whole::of(path).unwrap()), 36);
+        let (_, missing) = listed_in(path).unwrap();
+        let name = path.join("b.mcap").display().to_string();
+        assert_eq!(
+            missing,
+            [format!("{name}: b_1.mcap is missing"), format!("{name}: b_3.mcap to b_9.mcap are missing")]
+        );
+    }
+
+    #[test]
+    fn a_damaged_message_in_a_bag_is_a_loss() {
+        let outer = tempfile::tempdir().unwrap();
+        let path = outer.path().join("bag");
+        std::fs::create_dir(&path).unwrap();
+        let mut ball = samples::points("/ball", 12, false);
+        let message = &mut ball.messages[7].2;
+        *message = samples::packed("zstd", message);
+        message.truncate(message.len() - 5);
+        std::fs::write(path.join("b_0.mcap"), recording(SampleForm::default(), &[ball])).unwrap();
+        for files in [1, 2] {
+            let whole = Whole::of(&path).unwrap();
+            assert_eq!(whole.lacks().left_out.messages(), files - 1);
+            assert_eq!(run(&path, "filter X -o X/../y.mcap").unwrap(), Outcome::Loss, "{files} files");
+            std::fs::write(path.join("b_1.mcap"), points(12)).unwrap();
+        }
+    }
+
+    /// An error named a file for temporary use, which was gone when it was read.
+    #[test]
+    fn errors_name_what_the_person_has_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path();
+        let packed = samples::packed("zstd", &points(12));
+        std::fs::write(path.join("b_0.mcap.zstd"), &packed).unwrap();
+        std::fs::write(path.join("cut.zstd"), &packed[..20]).unwrap();
+        bag(path, "mcap", &["b_0.mcap.zstd"]);
+        let check = |line: &str, named: &Path| {
+            let error = format!("{:?}", run(path, line).unwrap_err());
+            assert!(error.contains(&named.display().to_string()), "{line}: {error}");
+            let elsewhere = error.replace(&path.display().to_string(), "");
+            assert!(!elsewhere.contains("/.tmp") && !elsewhere.contains("/whole/"), "{line}: {error}");
+        };
+        check("replay X", path);
+        check("judge X", path);
+        check("recover X/cut.zstd -o X/y.mcap", &path.join("cut.zstd"));
+        bag(path, "mcap", &["b_0.mcap.zstd", "b_1.mcap.zstd"]);
+        std::fs::write(path.join("b_1.mcap.zstd"), &packed).unwrap();
+        check("replay X", path);
     }
 
     #[test]

@@ -4,9 +4,9 @@
 //! knows by the true dots. A landmark that the map-maker means is the true dot nearest to where the map-maker sees it.
 
 use serde::Serialize;
-use sketchnav_directions::journey::Kind;
 use sketchnav_directions::messages::Journey;
 use sketchnav_directions::stages::sketcher::maps_of;
+use sketchnav_directions::traversal::Kind;
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Pose, World};
 

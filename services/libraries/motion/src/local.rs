@@ -44,14 +44,14 @@ pub struct LocalPlanner {
 
 /// What counts from one plan to the next, as it is read back from a checkpoint: where there is room.
 #[derive(Debug, Clone, Deserialize)]
-pub struct Memory {
+pub struct State {
     corner: Cell,
     weight: Vec<f32>,
 }
 
-/// The same where it lies, to be written: field by field a [`Memory`].
+/// The same where it lies, to be written: field by field a [`State`].
 #[derive(Debug, Clone, Copy, Serialize)]
-pub struct MemoryView<'a> {
+pub struct StateView<'a> {
     corner: Cell,
     weight: &'a [f32],
 }
@@ -69,15 +69,15 @@ impl Default for LocalPlanner {
 }
 
 impl LocalPlanner {
-    /// What it remembers; nothing is copied.
-    pub fn memory(&self) -> MemoryView<'_> {
-        MemoryView { corner: self.corner, weight: &self.weight }
+    /// Its state, without copying it.
+    pub fn state(&self) -> StateView<'_> {
+        StateView { corner: self.corner, weight: &self.weight }
     }
 
-    /// Goes on from another planner's memory. The ways that it found are to be searched for again.
-    pub fn restore(&mut self, memory: Memory) {
-        self.corner = memory.corner;
-        for (weight, remembered) in self.weight.iter_mut().zip(memory.weight) {
+    /// Goes on from another planner's state. The ways that it found are to be searched for again.
+    pub fn restore(&mut self, state: State) {
+        self.corner = state.corner;
+        for (weight, remembered) in self.weight.iter_mut().zip(state.weight) {
             *weight = remembered;
         }
     }

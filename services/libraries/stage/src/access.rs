@@ -111,12 +111,12 @@ mod tests {
     use sketchnav_schemas::samples::example::{DETAIL, KIND, MAP, PLACE};
 
     use super::*;
-    use crate::{Heard, Instant, Memory};
+    use crate::{Heard, InProcess, Instant};
 
     /// A planner of this kind asks for the newest message of a channel, where none has come yet.
     fn newest<T: Message>(kind: &str, channel: channels::Channel<T>) -> Result<bool, String> {
         let (access, inputs) =
-            (Access::new(Process::Planner, kind), Memory::of_reader(Process::Planner, kind));
+            (Access::new(Process::Planner, kind), InProcess::of_reader(Process::Planner, kind));
         let instant = Instant::new(&access, 1, 0, &inputs);
         assert_eq!(
             instant.newest(channel).map(|it| it.is_some()),

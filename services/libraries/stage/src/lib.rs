@@ -11,7 +11,7 @@
 //! - [`Navigator`]: three stages under the name by which a mission chooses them.
 //! - [`lookout`]: what a page shows of them while they drive. [`drawn`]: what people draw for them on it. [`doubts`]: warnings
 //!   before the start. [`account`]: what is said of them when the run is over.
-//! - [`Hosted`], [`Access`], [`Inputs`], [`Sink`], [`Remains`]: what a host works with. [`Memory`] is a host's side in ordinary
+//! - [`Hosted`], [`Access`], [`Inputs`], [`Sink`], [`Remains`]: what a host works with. [`InProcess`] is a host's side in ordinary
 //!   memory.
 //!
 //! Nothing here opens a channel or a file, reads a clock or draws a random number.
@@ -24,7 +24,7 @@
 //! use serde::Serialize;
 //! use sketchnav_schemas::channels::COMMAND;
 //! use sketchnav_schemas::codes::Process;
-//! use sketchnav_stage::{Access, Instant, Memory, Outbox, Stage, StageError};
+//! use sketchnav_stage::{Access, Instant, InProcess, Outbox, Stage, StageError};
 //!
 //! struct Ahead {
 //!     steps: u32,
@@ -52,8 +52,8 @@
 //! }
 //!
 //! let access = Access::new(Process::Planner, "sketch");
-//! let inputs = Memory::of_reader(Process::Planner, "sketch");
-//! let mut outputs = Memory::of_writer(Process::Planner, "sketch");
+//! let inputs = InProcess::of_reader(Process::Planner, "sketch");
+//! let mut outputs = InProcess::of_writer(Process::Planner, "sketch");
 //! let (tick, stamp_ns) = (1, 100_000_000);
 //! let mut stage = Ahead { steps: 0 };
 //! stage.step(
@@ -73,16 +73,16 @@ pub mod account;
 pub mod doubts;
 pub mod drawn;
 mod hosted;
+mod in_process;
 mod input;
 pub mod lookout;
-mod memory;
 mod navigator;
 mod output;
 
 pub use access::{Access, Denied};
 pub use hosted::{Hosted, Stage};
+pub use in_process::{InProcess, Tap};
 pub use input::{Heard, Inputs, Instant, Reading, Remains};
-pub use memory::{Memory, Tap};
 pub use navigator::{Files, Make, Navigator, Review, Watch};
 pub use output::{Outbox, Put, Sink};
 

@@ -117,15 +117,15 @@ struct Guide {
 
 /// What counts from one step to the next, as it is read back from a checkpoint.
 #[derive(Debug, Clone, Deserialize)]
-pub struct Memory {
+pub struct State {
     guide: Guide,
     obstacles: Obstacles,
     pursuit: Pursuit,
 }
 
-/// The same where it lies: field by field a [`Memory`].
+/// The same where it lies: field by field a [`State`].
 #[derive(Debug, Serialize)]
-pub struct MemoryView<'a> {
+pub struct StateView<'a> {
     guide: &'a Guide,
     obstacles: &'a Obstacles,
     pursuit: &'a Pursuit,
@@ -249,13 +249,13 @@ impl Course {
     }
 
     /// What counts from one step to the next.
-    pub fn memory(&self) -> MemoryView<'_> {
-        MemoryView { guide: &self.guide, obstacles: &self.obstacles, pursuit: &self.pursuit }
+    pub fn state(&self) -> StateView<'_> {
+        StateView { guide: &self.guide, obstacles: &self.obstacles, pursuit: &self.pursuit }
     }
 
-    /// Goes on from another's memory.
-    pub fn restore(&mut self, memory: Memory) {
-        (self.guide, self.obstacles, self.pursuit) = (memory.guide, memory.obstacles, memory.pursuit);
+    /// Goes on from another's state.
+    pub fn restore(&mut self, state: State) {
+        (self.guide, self.obstacles, self.pursuit) = (state.guide, state.obstacles, state.pursuit);
     }
 
     /// Drives on for `dt_s`: at junctions by `turns`; at an end it stops, or turns back where it is not to.

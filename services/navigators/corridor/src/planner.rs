@@ -72,7 +72,7 @@ pub struct Planner {
 
 /// What changes from step to step, for a checkpoint. `C` is the course's part, or where it lies.
 #[derive(Debug, Serialize, Deserialize)]
-pub struct State<C = course::Memory> {
+pub struct State<C = course::State> {
     agenda: Standing,
     attempt: Attempt,
     course: C,
@@ -368,7 +368,7 @@ impl Stage for Planner {
         State {
             agenda: agenda.standing(),
             attempt: *attempt,
-            course: course.memory(),
+            course: course.state(),
             remaining_m: *remaining_m,
         }
     }

@@ -4,11 +4,11 @@
 use std::time::Instant;
 
 use sketchnav_directions::generate::uniform;
-use sketchnav_directions::journey::Noise;
 use sketchnav_directions::path::{Atlas, Measure, Objective, Start, best};
 use sketchnav_directions::plane::Plane;
 use sketchnav_directions::reliability::Reliability;
 use sketchnav_directions::transitions::{Kinds, Transitions};
+use sketchnav_directions::traversal::Noise;
 use sketchnav_directions::{Error, Window};
 
 #[allow(clippy::disallowed_methods, reason = "an example measures time")]

@@ -22,11 +22,11 @@ use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::error;
 use crate::geometry::Point;
-use crate::journey::{Journey, Kind, Noise};
 use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Path, Start, Weights, best};
 use crate::plan::{Plan, Verify};
 use crate::plane::{DotId, Plane};
+use crate::traversal::{Kind, Noise, Traversal};
 use crate::wording::reworded;
 pub use trial::{Estimate, estimates};
 
@@ -111,7 +111,7 @@ pub fn simulate(
     for journey in 0..journeys {
         let mut rng = stream(seed, &format!("directions/{round}/{journey}"));
         let plane = disturbed(&near, pilot.noise.map_sigma, &mut rng)?.among(atlas.plane.walls().clone());
-        let journey = Journey::new(&plane, &navigator, &intended, pilot.noise)?;
+        let journey = Traversal::new(&plane, &navigator, &intended, pilot.noise)?;
         tally.add(journey.run(plan.path.start.centre, &mut rng, |_, _, _| {}).kind);
     }
     Ok(tally)

@@ -152,7 +152,7 @@ impl Atlas {
 mod tests {
     use super::*;
     use crate::generate::uniform;
-    use crate::journey::Noise;
+    use crate::traversal::Noise;
 
     fn atlas() -> Atlas {
         let window = Window::new(100.0, 15.0).unwrap();

@@ -13,8 +13,8 @@ use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::error;
 use crate::geometry::Point;
-use crate::journey::Noise;
 use crate::reliability::{LandmarkModel, TrajectoryModel};
+use crate::traversal::Noise;
 
 /// How much is simulated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,7 +120,7 @@ fn variance_aside(rng: &mut Pcg64Mcg, slide: f64, pair: f64, noise: Noise, trial
     sum / f64::from(trials)
 }
 
-/// One slide in steps of a twentieth of the window's side, as [`crate::journey::Helicopter::fly`] makes them.
+/// One slide in steps of a twentieth of the window's side, as [`crate::traversal::Helicopter::fly`] makes them.
 fn aside(rng: &mut Pcg64Mcg, slide: f64, pair: f64, noise: Noise) -> f64 {
     const STEP: f64 = 0.05;
     let first = Point::new(-pair / 2.0, 0.0) + error(rng, noise.sigma);

@@ -33,7 +33,6 @@ pub mod fit;
 pub mod generate;
 pub mod geometry;
 pub mod isolation;
-pub mod journey;
 pub mod messages;
 pub mod navigator;
 pub mod parkway;
@@ -48,6 +47,7 @@ pub mod signature;
 pub mod stages;
 pub mod trajectory;
 pub mod transitions;
+pub mod traversal;
 pub mod walls;
 pub mod wording;
 

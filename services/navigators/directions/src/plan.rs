@@ -163,11 +163,11 @@ mod tests {
     use super::*;
     use crate::generate::uniform;
     use crate::geometry::Window;
-    use crate::journey::{Journey, Kind, Noise};
     use crate::navigator::{Navigator, Settings};
     use crate::path::{Measure, Objective, Start, best};
     use crate::reliability::Reliability;
     use crate::transitions::Kinds;
+    use crate::traversal::{Kind, Noise, Traversal};
     use sketchnav_schemas::seed::stream;
 
     fn atlas(seed: u64, kinds: Kinds<'_>, sigma: f64) -> Atlas {
@@ -203,7 +203,7 @@ mod tests {
                     let settings = Settings::new(atlas.window, 0.0);
                     let navigator = Navigator::new(settings, plan.map.clone()).unwrap();
                     let landmarks = plan.landmarks();
-                    let journey = Journey::new(&atlas.plane, &navigator, &landmarks, Noise::NONE).unwrap();
+                    let journey = Traversal::new(&atlas.plane, &navigator, &landmarks, Noise::NONE).unwrap();
                     let report =
                         journey.run(plan.path.start.centre, &mut stream(seed, "journey"), |_, _, _| {});
                     assert_eq!(
@@ -229,7 +229,7 @@ mod tests {
             .unwrap();
         let navigator = Navigator::new(Settings::new(atlas.window, 0.0), plan.map.clone()).unwrap();
         let landmarks = plan.landmarks();
-        let journey = Journey::new(&atlas.plane, &navigator, &landmarks, Noise::NONE).unwrap();
+        let journey = Traversal::new(&atlas.plane, &navigator, &landmarks, Noise::NONE).unwrap();
         let report = journey.run(plan.path.start.centre, &mut stream(1, "journey"), |_, _, _| {});
         let (flown, planned) = (report.distance, plan.path.distance);
         assert!((flown / planned - 1.0).abs() < 0.1, "{flown} {planned}");

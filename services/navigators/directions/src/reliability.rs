@@ -12,10 +12,10 @@
 //! are of [`crate::fit::trajectories`].
 
 use crate::geometry::{Point, Window};
-use crate::journey::Noise;
 use crate::plane::{DotId, Plane};
 use crate::trajectory::Slide;
 use crate::transitions::{Movement, Transition};
+use crate::traversal::Noise;
 
 /// No reliability is less: costs stay finite.
 pub const LEAST: f64 = 1e-6;

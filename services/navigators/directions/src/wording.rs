@@ -91,7 +91,6 @@ mod tests {
     use crate::custom_map::CustomMap;
     use crate::generate::uniform;
     use crate::geometry::{Land, Point, Window};
-    use crate::journey::{Journey, Kind, Noise, Report};
     use crate::navigator::{Navigator, Settings};
     use crate::path::{Measure, Objective, Start, best};
     use crate::plan::{Plan, Verify};
@@ -99,6 +98,7 @@ mod tests {
     use crate::reliability::Reliability;
     use crate::testing::plane;
     use crate::transitions::Kinds;
+    use crate::traversal::{Kind, Noise, Report, Traversal};
 
     fn window() -> Window {
         Window::new(10.0, 1.5).unwrap()
@@ -125,7 +125,7 @@ mod tests {
         let usual = Settings::new(window, 0.0);
         let settings = Settings { speed: window.land.map_or(usual.speed, |_| 0.5), ..usual };
         let navigator = Navigator::new(settings, map.clone()).unwrap();
-        let journey = Journey::new(world, &navigator, meant, Noise::NONE).unwrap();
+        let journey = Traversal::new(world, &navigator, meant, Noise::NONE).unwrap();
         journey.run(start.centre, &mut stream(1, "journey"), |_, _, _| {})
     }
 

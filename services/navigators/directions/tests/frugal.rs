@@ -2,12 +2,12 @@
 
 use sketchnav_directions::generate::uniform;
 use sketchnav_directions::geometry::Window;
-use sketchnav_directions::journey::{Helicopter, Noise, STEP_S};
 use sketchnav_directions::navigator::{Activity, Navigator, Settings};
 use sketchnav_directions::path::{Atlas, Measure, Objective, Start, best};
 use sketchnav_directions::plan::{Plan, Verify};
 use sketchnav_directions::reliability::Reliability;
 use sketchnav_directions::transitions::Kinds;
+use sketchnav_directions::traversal::{Helicopter, Noise, STEP_S};
 use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
 use sketchnav_schemas::seed::stream;
 

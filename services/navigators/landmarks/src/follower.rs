@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::control::{self, Behaviour, Controlling, Drive, Sectors};
 use crate::error::Error;
 use crate::lost::{Patience, Waiting};
-use crate::matching::{Features, Memory};
+use crate::matching::{Features, RecentMatches};
 use crate::numbers;
 use crate::perception::Seen;
 use crate::route::{Command, INCH_M, Route, State};
@@ -110,7 +110,7 @@ pub enum Event {
 pub struct Progress {
     /// The number of the state that the robot waits for.
     next: usize,
-    memory: Memory,
+    recent: RecentMatches,
     behaviour: Behaviour,
     waiting: Waiting,
     /// Turn and way since the last match.
@@ -125,7 +125,7 @@ impl Default for Progress {
     fn default() -> Self {
         Self {
             next: 1,
-            memory: Memory::default(),
+            recent: RecentMatches::default(),
             behaviour: Behaviour::default(),
             waiting: Waiting::default(),
             turned_rad: 0.0,
@@ -242,7 +242,7 @@ impl Progress {
     /// A cycle of matching.
     fn advance(&mut self, states: &[State], seen: &[Seen], settings: &Following) -> Option<Event> {
         let state = &states[self.next];
-        let is_met = self.memory.matches(state, seen, settings.features);
+        let is_met = self.recent.matches(state, seen, settings.features);
         let has_moved = if states[self.next - 1].command.is_turn() {
             self.turned_rad.abs() >= settings.rhythm.least_turn_deg.to_radians()
         } else {
@@ -254,7 +254,7 @@ impl Progress {
         let matched = self.next;
         self.waiting.matched(state.after_m, settings.control.speed_mps, &settings.patience);
         self.next += 1;
-        (self.turned_rad, self.moved_m, self.memory) = (0.0, 0.0, Memory::default());
+        (self.turned_rad, self.moved_m, self.recent) = (0.0, 0.0, RecentMatches::default());
         Some(Event::Matched(matched))
     }
 }

@@ -86,7 +86,7 @@ pub enum Outcome {
 
 /// What the guide remembers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct Journey {
+pub struct State {
     /// How far along the drawn route the robot is, in drawn metres; above its length beyond the end.
     along_m: f64,
     /// How far the robot went, in drawn metres.
@@ -112,7 +112,7 @@ pub struct Guide {
     route: Vec<At>,
     /// How far each point of the route is from its start.
     lengths: Vec<f64>,
-    journey: Journey,
+    state: State,
 }
 
 impl Guide {
@@ -131,37 +131,37 @@ impl Guide {
             along
         });
         let lengths = std::iter::once(0.0).chain(steps).collect();
-        Ok(Self { settings, route, lengths, journey: Journey::default() })
+        Ok(Self { settings, route, lengths, state: State::default() })
     }
 
     /// What it remembers.
-    pub const fn journey(&self) -> &Journey {
-        &self.journey
+    pub const fn state(&self) -> &State {
+        &self.state
     }
 
     /// Goes on from there.
-    pub fn restore(&mut self, journey: Journey) {
-        self.journey = journey;
+    pub fn restore(&mut self, state: State) {
+        self.state = state;
     }
 
     /// A person led the robot, which was lost, to a place on its route: it looks again. How far it went on the way there
     /// does not count.
     pub fn look_again(&mut self) {
-        if self.journey.outcome.is_some_and(|outcome| outcome != Outcome::Arrived) {
-            self.journey.gone_m = self.journey.along_m;
-            self.journey.outcome = None;
+        if self.state.outcome.is_some_and(|outcome| outcome != Outcome::Arrived) {
+            self.state.gone_m = self.state.along_m;
+            self.state.outcome = None;
         }
     }
 
     /// A person says where the robot is: it goes on from the nearest place of its route, and looks again if it was lost.
     pub fn told(&mut self, at: At) {
-        self.journey.along_m = plane::nearest_along(&self.route, at);
+        self.state.along_m = plane::nearest_along(&self.route, at);
         self.look_again();
     }
 
     /// How far along the drawn route the robot is, in drawn metres.
     pub const fn along_m(&self) -> f64 {
-        self.journey.along_m
+        self.state.along_m
     }
 
     /// The length of the drawn route.
@@ -171,10 +171,10 @@ impl Guide {
 
     /// What the route does where the robot is, for people: it turns where it bends by 20° or more within the next metre.
     pub fn command(&self) -> Command {
-        if self.journey.outcome.is_some() {
+        if self.state.outcome.is_some() {
             return Command::Stop;
         }
-        let along = self.journey.along_m;
+        let along = self.state.along_m;
         let [here, there] = [along, along + 1.0]
             .map(|along| plane::direction(self.place(along - 0.3), self.place(along + 0.3)));
         match wrap_angle(there - here).to_degrees() {
@@ -186,15 +186,15 @@ impl Guide {
 
     /// A step: what the robot is to do, and how it fared where it ended.
     pub fn step(&mut self, guided: &Guided<'_>) -> (Drive, Option<Outcome>) {
-        if self.journey.outcome.is_some() {
+        if self.state.outcome.is_some() {
             return (Drive::default(), None);
         }
         let Guided { estimate, sectors, moved_m } = guided;
-        self.journey.gone_m += moved_m.abs() / estimate.stretch;
+        self.state.gone_m += moved_m.abs() / estimate.stretch;
         self.advance(estimate.at, moved_m / estimate.stretch);
-        self.journey.outcome = self.outcome(estimate, sectors);
-        if self.journey.outcome.is_some() {
-            return (Drive::default(), self.journey.outcome);
+        self.state.outcome = self.outcome(estimate, sectors);
+        if self.state.outcome.is_some() {
+            return (Drive::default(), self.state.outcome);
         }
         (self.drive(estimate, sectors), None)
     }
@@ -208,7 +208,7 @@ impl Guide {
 
     /// The place on the route is the nearest to the estimate, within what the robot may have gone.
     fn advance(&mut self, at: At, drawn_m: f64) {
-        let begin = self.journey.along_m;
+        let begin = self.state.along_m;
         let drawn_m = drawn_m.max(0.0);
         let far = 1.0 + drawn_m;
         let candidates =
@@ -216,18 +216,18 @@ impl Guide {
         let distance = |along: f64| plane::distance(self.place(along), at);
         let nearest = candidates.map(|along| (distance(along), along)).min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((_, along)) = nearest {
-            self.journey.along_m = along.clamp(begin - 0.1, begin + 0.3 + drawn_m);
+            self.state.along_m = along.clamp(begin - 0.1, begin + 0.3 + drawn_m);
         }
     }
 
     fn outcome(&self, estimate: &Estimate, sectors: &Sectors) -> Option<Outcome> {
-        let left = self.length_m() - self.journey.along_m;
+        let left = self.length_m() - self.state.along_m;
         let settings = &self.settings;
         if left < settings.goal_m && control::front_m(sectors) < settings.control.stop_m {
             return Some(Outcome::Arrived);
         }
         let is_beyond = left < -settings.beyond_m;
-        let is_far = self.journey.gone_m > settings.most_way * self.length_m() + settings.beyond_m;
+        let is_far = self.state.gone_m > settings.most_way * self.length_m() + settings.beyond_m;
         if estimate.fit < settings.least_fit {
             return Some(Outcome::Lost);
         }
@@ -237,7 +237,7 @@ impl Guide {
     /// Pure pursuit, with what the reactive controller avoids.
     fn drive(&self, estimate: &Estimate, sectors: &Sectors) -> Drive {
         let settings = &self.settings;
-        let aim = self.place(self.journey.along_m + settings.ahead_m);
+        let aim = self.place(self.state.along_m + settings.ahead_m);
         let off = wrap_angle(plane::direction(estimate.at, aim) - estimate.heading_rad);
         let avoid = control::avoidance(sectors, &settings.control);
         let away = -avoid.direction_rad * avoid.strength * settings.control.range_m
@@ -343,7 +343,7 @@ mod tests {
     #[test]
     fn a_robot_that_is_told_where_it_is_goes_on_from_there() {
         let mut robot = start();
-        robot.guide.restore(Journey { outcome: Some(Outcome::Lost), gone_m: 30.0, ..Journey::default() });
+        robot.guide.restore(State { outcome: Some(Outcome::Lost), gone_m: 30.0, ..State::default() });
         robot.guide.told([3.1, 0.4]);
         assert!((robot.guide.along_m() - 3.1).abs() < 1e-9, "{}", robot.guide.along_m());
         robot.at = [3.1, 0.4];
@@ -358,7 +358,7 @@ mod tests {
             let mut found = Vec::new();
             for i in 0..30 {
                 if i == restore_at {
-                    let text = serde_json::to_string(robot.guide.journey()).unwrap();
+                    let text = serde_json::to_string(robot.guide.state()).unwrap();
                     robot.guide = start().guide;
                     robot.guide.restore(serde_json::from_str(&text).unwrap());
                 }
@@ -394,7 +394,7 @@ mod tests {
         let sketch = Sketch { route: plane::resample(&bend, 0.25), ..sketch() };
         let mut guide = Guide::new(&sketch, Guiding::default()).unwrap();
         assert_eq!(guide.command(), Command::Forward);
-        guide.restore(Journey { along_m: 2.5, ..Journey::default() });
+        guide.restore(State { along_m: 2.5, ..State::default() });
         assert_eq!(guide.command(), Command::Left);
     }
 }

@@ -30,11 +30,11 @@ impl Default for Features {
 
 /// What of a state was met in the last three cycles: a bit for each relation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Memory {
+pub struct RecentMatches {
     met: [u64; 3],
 }
 
-impl Memory {
+impl RecentMatches {
     /// Takes in what is seen. Whether the state is matched (rule 4): of each object one relation is met.
     ///
     /// A relation is met now, or, by temporal matching, was in the preceding cycle and the two before it. Objects that the
@@ -111,12 +111,12 @@ mod tests {
     }
 
     fn matches(state: &State, cycles: &[&[u8]]) -> bool {
-        let mut memory = Memory::default();
+        let mut recent = RecentMatches::default();
         let cycle =
             |directions: &&[u8]| directions.iter().map(|direction| seen(*direction)).collect::<Vec<_>>();
         let mut last = false;
         for directions in cycles {
-            last = memory.matches(state, &cycle(directions), Features::default());
+            last = recent.matches(state, &cycle(directions), Features::default());
         }
         last
     }
@@ -170,11 +170,11 @@ mod tests {
         assert!(matches(&state, &[&[12], &[12], &[12], &[4]]));
         assert!(!matches(&state, &[&[], &[12], &[12], &[4]]), "too short: noise");
         assert!(!matches(&state, &[&[12], &[12], &[12], &[], &[4]]), "too long ago");
-        let mut memory = Memory::default();
+        let mut recent = RecentMatches::default();
         let without = Features { temporal: false, ..Features::default() };
         for _ in 0..3 {
-            assert!(!memory.matches(&state, &[seen(12)], without));
+            assert!(!recent.matches(&state, &[seen(12)], without));
         }
-        assert!(!memory.matches(&state, &[seen(4)], without));
+        assert!(!recent.matches(&state, &[seen(4)], without));
     }
 }

@@ -16,7 +16,7 @@ use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 use crate::control::{self, Drive};
 use crate::error::{Error, LandmarksError};
 use crate::follower::{Event, Follower, Progress, Viewed};
-use crate::guide::{Guide, Guided, Journey, Outcome};
+use crate::guide::{self, Guide, Guided, Outcome};
 use crate::instructions::Instructions;
 use crate::matching::{self, Features};
 use crate::messages::{
@@ -46,7 +46,7 @@ enum Driver {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 enum Driven {
     States(Progress),
-    Belief(Journey),
+    Belief(guide::State),
 }
 
 /// The planner of a run.
@@ -420,7 +420,7 @@ impl Stage for Planner {
     fn state(&self) -> impl Serialize {
         let driven = self.driver.as_ref().map(|driver| match driver {
             Driver::States(follower) => Driven::States(*follower.progress()),
-            Driver::Belief { guide, .. } => Driven::Belief(*guide.journey()),
+            Driver::Belief { guide, .. } => Driven::Belief(*guide.state()),
         });
         State { agenda: self.agenda.standing(), motion: self.motion, course: self.course, driven }
     }
@@ -431,7 +431,7 @@ impl Stage for Planner {
         self.agenda.restore(agenda);
         match (&mut self.driver, driven) {
             (Some(Driver::States(follower)), Some(Driven::States(progress))) => follower.restore(progress)?,
-            (Some(Driver::Belief { guide, .. }), Some(Driven::Belief(journey))) => guide.restore(journey),
+            (Some(Driver::Belief { guide, .. }), Some(Driven::Belief(state))) => guide.restore(state),
             _ => {}
         }
         Ok(())

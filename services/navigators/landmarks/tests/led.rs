@@ -11,7 +11,7 @@ use sketchnav_schemas::message::{MissionCommand, MissionStatus, Odometry, Veloci
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
 use sketchnav_schemas::run::{Pad, RunConfig};
-use sketchnav_stage::{Access, Heard, Inputs, Instant, Memory, Outbox, Reading, Stage};
+use sketchnav_stage::{Access, Heard, InProcess, Inputs, Instant, Outbox, Reading, Stage};
 
 const MISSION: &str = include_str!("../../../../sim/missions/landmarks/scene-a-words.toml");
 const NOMAD: &str = include_str!("../../../../sim/robots/nomad200.toml");
@@ -41,7 +41,7 @@ struct Drive {
     access: Access,
     planner: Planner,
     world: World,
-    sent: Memory,
+    sent: InProcess,
     tick: u64,
 }
 
@@ -62,7 +62,7 @@ impl Drive {
             pose.orientation_w = 1.0;
         }
         channels::register(KIND, CHANNELS).unwrap();
-        let sent = Memory::of_writer(Process::Planner, KIND);
+        let sent = InProcess::of_writer(Process::Planner, KIND);
         let mut drive = Self { access, planner, world: World { view, odometry }, sent, tick: 0 };
         drive.order(Order::Start, 0);
         drive

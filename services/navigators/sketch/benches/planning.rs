@@ -16,9 +16,9 @@ use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch as SketchFrame};
 use sketchnav_schemas::message::{LaserScan, PoseM, PosePx};
 use sketchnav_schemas::robot::{Drive, Limits};
 use sketchnav_sketch::messages::PoseEstimate;
-use sketchnav_sketch::planning::chart::Chart;
-use sketchnav_sketch::planning::cost_field::CostField;
-use sketchnav_sketch::planning::parameters::Parameters;
+use sketchnav_sketch::paths::chart::Chart;
+use sketchnav_sketch::paths::cost_field::CostField;
+use sketchnav_sketch::paths::parameters::Parameters;
 
 const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_rad: 0.0, wobble_px: 0.0 };
 const RADIUS_M: f64 = 0.23;

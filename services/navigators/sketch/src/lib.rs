@@ -4,8 +4,8 @@
 //! - [`messages`]: what they say, and on which channels; [`mission`], [`method`]: the keys of a mission of this kind;
 //! - [`lookout`], [`drawn`]: what a page shows of them, and what people draw on it; [`account`]: what is said of a run;
 //! - [`reading`]: from a picture or strokes to a map, with the start and the tasks placed in it;
-//! - [`localization`]: Monte Carlo localization of the pose and two local scales in that map;
-//! - [`planning`]: a way through the map, and along drawn routes.
+//! - [`filter`]: Monte Carlo localization of the pose and two local scales in that map;
+//! - [`paths`]: a way through the map, and along drawn routes.
 //!
 //! Nothing here knows a clock, a file or a channel, or starts a thread. Time, randomness, configuration and helpers
 //! for the work arrive as arguments.
@@ -13,15 +13,15 @@
 pub mod account;
 pub mod derived;
 pub mod drawn;
-pub mod localization;
+pub mod filter;
 pub mod localizer;
 pub mod lookout;
 pub mod messages;
 pub mod method;
 pub mod mission;
 mod navigator;
+pub mod paths;
 pub mod planner;
-pub mod planning;
 pub mod reading;
 pub mod sketch;
 pub mod sketcher;

@@ -16,8 +16,8 @@ use sketchnav_schemas::robot::{Drive, Laser, Robot, RobotError};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
-use crate::localization::parameters::Parameters;
-use crate::localization::{self, Estimate, LocalizationError, Localizer as Filter, Start};
+use crate::filter::parameters::Parameters;
+use crate::filter::{self, Estimate, Filter, FilterError, Start};
 use crate::sketch::{CellsError, SketchGrid};
 
 /// Simulation time between two samples of the particle set.
@@ -37,7 +37,7 @@ pub enum LocalizerError {
     Robot(#[from] RobotError),
     /// A parameter or the start cannot be.
     #[error(transparent)]
-    Localization(#[from] LocalizationError),
+    Localization(#[from] FilterError),
     /// The sketch does not hold what it says.
     #[error(transparent)]
     Cells(#[from] CellsError),
@@ -50,7 +50,7 @@ pub enum LocalizerError {
 pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), LocalizerError> {
     let method = SketchMission::of(mission)?.method;
     let parameters = overlaid(&Parameters::of(method), mission.parameters.of(Process::Localizer))?;
-    parameters.check().map_err(LocalizationError::from)?;
+    parameters.check().map_err(FilterError::from)?;
     robot.odometry()?;
     Ok((parameters, robot.laser()?.clone()))
 }
@@ -58,7 +58,7 @@ pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser),
 /// Everything that changes from scan to scan: what a checkpoint holds. `F` is the filter's own state, or
 /// a reference to it where it is only to be written.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct State<F = localization::State> {
+pub struct State<F = filter::State> {
     filter: Option<F>,
     /// The odometry of the last scan, and what came of it.
     odometry: Option<[f64; 4]>,

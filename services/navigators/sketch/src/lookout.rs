@@ -13,7 +13,7 @@ use crate::messages::{
     CORRESPONDENCE, Correspondence, ESTIMATE, PARTICLES, PLAN, Particles, PartnerKind, Plan, PoseEstimate,
     QUESTION, Question, QuestionKind, SKETCH, SketchMap,
 };
-use crate::planning::chart::Chart;
+use crate::paths::chart::Chart;
 
 /// Estimates after another sketch that may still be about the one before: on their way, or at work.
 const IN_FLIGHT: u32 = 2;

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "&'static str")]
 pub enum Method {
-    /// This project's own: in a drawing of an open floor, the outline of what was seen is aligned with the drawing's. In one of
-    /// rooms, and along routes, it drives as [`Self::Beam`] does.
+    /// This project's own: on an open floor, the outline of what was seen is aligned with the drawing's. Once it has seen rooms,
+    /// and along routes, it drives as [`Self::Beam`] does.
     #[default]
     Outline,
     /// This project's own: a particle filter. Beams are weighed by what the drawing lets them see.

@@ -10,7 +10,7 @@
 mod arrival;
 mod driving;
 mod explorer;
-mod journey;
+mod pace;
 mod reason;
 
 use crate::messages::{
@@ -29,11 +29,11 @@ use sketchnav_schemas::robot::RobotError;
 use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
-use self::driving::{Driver, Memory, TaskStatus};
+use self::driving::{Driver, TaskStatus};
 pub use self::reason::ROOMS;
 use self::reason::{Help, Reason};
-use crate::planning::chart::Chart;
-use crate::planning::parameters::{ParameterError, Parameters};
+use crate::paths::chart::Chart;
+use crate::paths::parameters::{ParameterError, Parameters};
 use crate::sketch::{CellsError, SketchGrid};
 use crate::task::Task;
 
@@ -63,7 +63,7 @@ pub enum PlannerError {
 /// What changes from step to step, for a checkpoint; the sketch and the route are not in it. `D` is the driver's part,
 /// or where it lies.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct State<D = Memory> {
+pub struct State<D = driving::State> {
     agenda: Standing,
     drawing: DrawingSeq,
     asking: Asking,
@@ -347,7 +347,7 @@ impl Stage for Planner {
     }
 
     fn state(&self) -> impl Serialize {
-        let (agenda, driver) = (self.agenda.standing(), self.driver.memory());
+        let (agenda, driver) = (self.agenda.standing(), self.driver.state());
         State { agenda, drawing: self.drawing, asking: self.asking, driver }
     }
 

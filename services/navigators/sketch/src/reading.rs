@@ -27,6 +27,7 @@ mod direction;
 pub mod doubts;
 mod drawn_map;
 mod edges;
+mod enclosure;
 mod encoding;
 mod error;
 mod file;

@@ -4,8 +4,8 @@
 mod support;
 
 use sketchnav_schemas::codes::Tracking;
-use sketchnav_sketch::localization::parameters::{Likelihood, Parameters};
-use sketchnav_sketch::localization::{Estimate, Localizer};
+use sketchnav_sketch::filter::parameters::{Likelihood, Parameters};
+use sketchnav_sketch::filter::{Estimate, Filter};
 use support::{Drawing, Drive, WAY};
 
 /// A drawing of 21 pixels a metre along the corridor and 13 across.
@@ -31,7 +31,7 @@ fn drive_with(
     drawing: Drawing,
     parameters: Parameters,
     seed: u64,
-    mut meddle: impl FnMut(usize, &mut Localizer),
+    mut meddle: impl FnMut(usize, &mut Filter),
 ) -> Outcome {
     let mut drive = Drive::new(drawing, parameters, seed);
     let (mut errors, mut scales, mut trace, mut tracking) = (vec![], vec![], vec![], Tracking::Waiting);

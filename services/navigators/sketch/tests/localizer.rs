@@ -11,7 +11,9 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_sketch::localizer::{Localizer, LocalizerError};
 use sketchnav_sketch::messages::{CHANNELS, ESTIMATE, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
 use sketchnav_sketch::mission::KIND;
-use sketchnav_stage::{Access, Heard, Inputs, Instant, Memory, Outbox, Reading, Remains, Stage, StageError};
+use sketchnav_stage::{
+    Access, Heard, InProcess, Inputs, Instant, Outbox, Reading, Remains, Stage, StageError,
+};
 
 const MISSION: &str = r#"
 name = "test"
@@ -68,13 +70,13 @@ fn localizer_of(robot: Robot, parameters: &str) -> Result<Localizer, LocalizerEr
 /// A localizer, and what it has sent.
 struct Hosted {
     stage: Localizer,
-    sent: Memory,
+    sent: InProcess,
 }
 
 impl Hosted {
     fn new(parameters: &str) -> Self {
         channels::register(KIND, CHANNELS).unwrap();
-        let sent = Memory::of_writer(Process::Localizer, KIND);
+        let sent = InProcess::of_writer(Process::Localizer, KIND);
         Self { stage: localizer(parameters).unwrap(), sent }
     }
 

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use rayon_core::{ThreadPool, ThreadPoolBuilder};
-use sketchnav_sketch::localization::parameters::{Likelihood, Parameters};
-use sketchnav_sketch::localization::workers::Workers;
+use sketchnav_sketch::filter::parameters::{Likelihood, Parameters};
+use sketchnav_sketch::filter::workers::Workers;
 use support::{Drawing, Drive, WAY};
 
 const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_rad: 0.1, wobble_px: 0.0 };

@@ -11,7 +11,7 @@ use sketchnav_schemas::channels::{self, COMMAND, ChannelSpec, Role};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::erased;
 use sketchnav_schemas::message::Header;
-use sketchnav_stage::{Memory, StageError, Tap};
+use sketchnav_stage::{InProcess, StageError, Tap};
 
 use super::RerunError;
 use crate::RehearsalError;
@@ -27,7 +27,7 @@ pub(super) enum Subject {
 pub(super) struct Staged {
     part: Part,
     /// What it read: the newest of each channel.
-    inputs: Memory,
+    inputs: InProcess,
     /// What it answers.
     trigger: Option<&'static ChannelSpec>,
     reads: Vec<&'static ChannelSpec>,
@@ -46,7 +46,7 @@ impl Subject {
         let kind = run.mission.navigator_kind();
         Ok(Self::Stage(Box::new(Staged {
             part,
-            inputs: Memory::of_reader(process, kind),
+            inputs: InProcess::of_reader(process, kind),
             trigger: channels::trigger_of(process, kind),
             reads: channels::read_by(process, kind).collect(),
             answered: None,
@@ -111,7 +111,14 @@ impl Staged {
         let Some(spec) = self.reads.iter().copied().find(|spec| spec.is_topic(&raw.topic.name)) else {
             return Ok(());
         };
-        let message = raw.decode(spec)?;
+        let message = match raw.decode(spec) {
+            Err(error) if error.is_one_message() => {
+                // The process has heard nothing of it.
+                self.rejections.count_undecoded(raw, &error);
+                return Ok(());
+            }
+            decoded => decoded?,
+        };
         if let Err(why) = spec.message.check(message.bytes()) {
             // The process has rejected it, too.
             self.rejections.count(raw, &why);

@@ -20,6 +20,7 @@ use super::clock::Clock;
 use super::keys::{Keys, Wish};
 use super::plan::Plan;
 use super::ports::{Ports, Shift};
+use crate::output::say;
 use crate::recordings::args::{Rate, ReplayOptions};
 
 /// Longest sleep between two looks at keys and readers.
@@ -111,6 +112,9 @@ impl<'a> Player<'a> {
             };
             self.bar.finish_and_clear();
             self.wait_for_answers(self.tick, supervisor)?;
+            for rejected in self.ports.rejected().list() {
+                say!("notice: not played: {rejected}");
+            }
             return Ok(end);
         }
     }

@@ -6,10 +6,11 @@ use std::time::Duration;
 
 use anyhow::Context;
 use sketchnav_recordings::reader::RawMessage;
+use sketchnav_recordings::rejected::Rejections;
 use sketchnav_runtime::{Node, RawWriter, System, Wake};
 use sketchnav_schemas::channels::{self, Role};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::erased;
+use sketchnav_schemas::erased::{self, Owned};
 use sketchnav_schemas::message::Header;
 use sketchnav_supervisor::Supervisor;
 
@@ -44,9 +45,8 @@ struct Port {
 }
 
 impl Port {
-    fn play(&mut self, node: &Node, raw: &RawMessage, shift: Shift) -> anyhow::Result<()> {
+    fn play(&mut self, node: &Node, message: &Owned, shift: Shift) -> anyhow::Result<()> {
         let spec = self.writer.spec();
-        let message = raw.decode(spec)?;
         let header = erased::header(message.bytes());
         if spec.writer.is_some() && !spec.is_latched() {
             // After a jump back the numbers go on; after one forward they show what was left out.
@@ -74,12 +74,14 @@ pub struct Ports {
     ports: BTreeMap<String, Port>,
     /// Behind the ports, which are to go first.
     nodes: BTreeMap<Process, Node>,
+    rejected: Rejections,
 }
 
 impl Ports {
     /// Opens the channels that are played into; those of the supervisor by its own node.
     pub fn open(system: &str, plan: &Plan, supervisor: &Supervisor) -> anyhow::Result<Self> {
-        let mut ports = Self { ports: BTreeMap::new(), nodes: BTreeMap::new() };
+        let mut ports =
+            Self { ports: BTreeMap::new(), nodes: BTreeMap::new(), rejected: Rejections::default() };
         for spec in channels::all() {
             let Some(topic) = plan.topic_of(spec) else { continue };
             let process = speaker(spec);
@@ -105,8 +107,20 @@ impl Ports {
     ) -> anyhow::Result<()> {
         let Some(port) = self.ports.get_mut(&message.topic.name) else { return Ok(()) };
         let node = node_of(&self.nodes, port.process, supervisor)?;
-        port.play(node, message, shift)
+        let decoded = match message.decode(port.writer.spec()) {
+            Err(error) if error.is_one_message() => {
+                self.rejected.count_undecoded(message, &error);
+                return Ok(());
+            }
+            decoded => decoded?,
+        };
+        port.play(node, &decoded, shift)
             .with_context(|| format!("{} message {}", message.topic.name, message.sequence))
+    }
+
+    /// Messages that could not be decoded, and were not sent.
+    pub fn rejected(&self) -> &Rejections {
+        &self.rejected
     }
 
     /// Sleeps, and hands what was sent before to readers that have come; whether the process is to end.

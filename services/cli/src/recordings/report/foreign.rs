@@ -11,10 +11,14 @@ use sketchnav_recordings::info::{self, Info, TopicInfo};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
 use crate::poses::{self, Way};
+use crate::recordings::tell_cut_off;
+use crate::recordings::whole::Whole;
 
 /// Writes the page.
-pub fn report(recording: &Recording, output: &Path, json: bool) -> Result<Outcome, Failure> {
-    let info = info::info(recording.path()).or_input()?;
+pub fn report(whole: &Whole, recording: &Recording, output: &Path, json: bool) -> Result<Outcome, Failure> {
+    let mut info = info::info(recording.path()).or_input()?;
+    let is_told = !whole.lacks().cut_off.is_empty();
+    info.clean_end &= !is_told;
     // What cannot be read of the places is said; the rest is shown.
     let ways = poses::read(recording).unwrap_or_else(|error| {
         say!("notice: places are not shown: {error}");
@@ -23,8 +27,8 @@ pub fn report(recording: &Recording, output: &Path, json: bool) -> Result<Outcom
     let page =
         page::document(&format!("{} · sketchnav report", name(recording)), &body(recording, &info, &ways));
     sketchnav_files::write(output, page).with_context(|| output.display().to_string()).or_input()?;
-    if !info.clean_end {
-        super::super::tell_cut_off(recording.path().display());
+    if !info.clean_end && !is_told {
+        tell_cut_off(whole.name().display());
     }
     say!("notice: no recording of sketchnav: the page has its topics and places, no tasks and no figures");
     let page = output.display().to_string();

@@ -81,7 +81,7 @@ fn the_stated_probability_is_kept_and_is_better_than_the_ratio_of_the_paper() {
             let navigator = Navigator::new(pilot.settings, plan.map.clone()).unwrap();
             for trial in 0..4 {
                 let landmarks = plan.landmarks();
-                let journey = Journey::new(&truth, &navigator, &landmarks, pilot.noise).unwrap();
+                let journey = Traversal::new(&truth, &navigator, &landmarks, pilot.noise).unwrap();
                 tally.add(
                     journey
                         .run(start.centre, &mut stream(seed, &format!("journey/{trial}")), |_, _, _| {})

@@ -13,13 +13,13 @@ use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::error;
 use crate::geometry::{Corner, Land, Point};
-use crate::journey::Noise;
 use crate::path::Atlas;
 use crate::plane::DotId;
 use crate::sight::{Eye, is_seen};
 use crate::signature::Signature;
 use crate::trajectory::Slide;
 use crate::transitions::{Movement, Transition};
+use crate::traversal::Noise;
 
 /// How probable it is that a transition attains its target.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -9,13 +9,13 @@ use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::{uniform, walled};
 use crate::geometry::Window;
-use crate::journey::{Journey, Noise};
 use crate::navigator::{Navigator, Settings};
 use crate::path::{Atlas, Measure, Objective, Start, best};
 use crate::plan::{Plan, Verify};
 use crate::plane::{DotId, Plane};
 use crate::reliability::Reliability;
 use crate::transitions::Kinds;
+use crate::traversal::{Noise, Traversal};
 
 /// How a plan is chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,7 +136,7 @@ impl World {
         let landmarks = plan.landmarks();
         let mut tally = Tally::default();
         for trial in 0..journeys {
-            let journey = Journey::new(&self.truth, &navigator, &landmarks, pilot.noise)?;
+            let journey = Traversal::new(&self.truth, &navigator, &landmarks, pilot.noise)?;
             let mut rng = stream(seed, &format!("directions/journey/{trial}"));
             tally.add(journey.run(self.start.centre, &mut rng, |_, _, _| {}).kind);
         }

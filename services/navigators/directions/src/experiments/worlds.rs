@@ -5,13 +5,13 @@ use crate::error::Error;
 use crate::fit::{Effort, identified};
 use crate::generate::uniform;
 use crate::geometry::Window;
-use crate::journey::Noise;
 use crate::parkway::{count, general};
 use crate::path::{Atlas, Measure, Objective, Path, Start, best};
 use crate::plane::DotId;
 use crate::recovery::Check;
 use crate::reliability::{LandmarkModel, Reliability};
 use crate::transitions::{Kinds, Transitions};
+use crate::traversal::Noise;
 
 /// Figure 7, above: general parkways by the number of dots, for five windows on a world of side 100.
 pub fn windows(populations: &[usize], worlds: u64, seed: u64) -> Result<Table, Error> {

@@ -4,8 +4,8 @@ use proptest::prelude::*;
 use sketchnav_schemas::seed::stream;
 
 use super::*;
-use crate::journey::{Helicopter, Noise, STEP_S};
 use crate::testing::{config, plane};
+use crate::traversal::{Helicopter, Noise, STEP_S};
 
 const MAP: &str = "(*, SW)\n(Isol, (2, -), SW)\n(Isol, Trajp, (0, -), -)";
 

@@ -3,10 +3,10 @@
 use super::*;
 use crate::error::Barrier;
 use crate::generate::uniform;
-use crate::journey::Noise;
 use crate::reliability::Reliability;
 use crate::testing::plane;
 use crate::transitions::Kinds;
+use crate::traversal::Noise;
 
 fn window() -> Window {
     Window::new(10.0, 1.5).unwrap()

@@ -5,10 +5,10 @@ use crate::custom_map::tests::counting;
 use crate::custom_map::{CustomMap, Entry, Response};
 use crate::generate::uniform;
 use crate::geometry::Point;
-use crate::journey::{Journey, Kind, Noise};
 use crate::navigator::{Navigator, Settings};
 use crate::testing::plane;
 use crate::transitions::{Kinds, Transitions};
+use crate::traversal::{Kind, Noise, Traversal};
 use sketchnav_schemas::seed::stream;
 
 const R: DotId = 0;
@@ -99,7 +99,7 @@ fn recovers(world: &Plane, verification: Verification, from: DotId, target: DotI
     let map = CustomMap::new(vec![entry]).unwrap();
     let settings = Settings { most_recoveries: 40, ..Settings::new(window(), 0.0) };
     let navigator = Navigator::new(settings, map).unwrap();
-    let journey = Journey::new(world, &navigator, std::slice::from_ref(&target), Noise::NONE).unwrap();
+    let journey = Traversal::new(world, &navigator, std::slice::from_ref(&target), Noise::NONE).unwrap();
     journey.run(world.dot(from), &mut stream(1, "journey"), |_, _, _| {}).kind
 }
 

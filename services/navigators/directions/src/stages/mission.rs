@@ -40,13 +40,13 @@ use crate::arrival::{Effort, Pilot, WORDS};
 use crate::description::{Descriptor, Vocabulary};
 use crate::error::Error;
 use crate::geometry::{Land, Point, Window};
-use crate::journey::Noise;
 use crate::messages::MAX_PLANNED;
 use crate::navigator::Settings;
 use crate::path::Objective;
 use crate::pillars::Finder;
 use crate::plan::Verify;
 use crate::transitions::Kinds;
+use crate::traversal::Noise;
 use crate::walls::Body;
 
 /// The word of `[navigator] kind`.

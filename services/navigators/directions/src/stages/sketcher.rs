@@ -251,7 +251,8 @@ fn calibration_notices(review: &Review) -> Vec<String> {
     let mirrored = review.is_mirrored.then(|| {
         "navigator.calibration: the picture shows the plane as if from below; rows are counted from its top".to_owned()
     });
-    disagree.into_iter().chain(mirrored).collect()
+    let unchecked = review.is_unchecked().then(|| format!("navigator.calibration: {review}"));
+    disagree.into_iter().chain(mirrored).chain(unchecked).collect()
 }
 
 /// How many of the spots that are no dots are described.
@@ -508,15 +509,21 @@ mod tests {
         );
         assert!(error.ends_with("exchange the places of points 1 and 2, and all agree"), "{error}");
         let mirrored = "[0,100,0,0.25],[320,100,0.8,0.25],[0,0,0,0],[320,0,0.8,0]";
-        assert!(see(mirrored).unwrap()[0].contains("as if from below"), "{:?}", see(mirrored));
+        let said = see(mirrored).unwrap();
+        assert!(said[0].contains("as if from below"), "{said:?}");
+        assert!(
+            said[1].ends_with("cannot be checked against each other; a fifth would show an error"),
+            "{said:?}"
+        );
     }
 
     #[test]
     fn uneven_light_is_levelled_and_a_frame_is_left_out_and_both_are_said() {
         let seen = |changed: &dyn Fn([usize; 2], usize) -> usize| {
             let bytes = picture(&APART, changed);
-            let made = make(&run(KNOWN, [0.15, 0.15]), &|_| Ok(bytes.clone())).unwrap();
-            (made.dots, notices(&run(KNOWN, [0.15, 0.15]), &|_| Ok(bytes.clone())).unwrap())
+            let run = run(&format!("{KNOWN},[160,50,0.4,0.125]"), [0.15, 0.15]);
+            let made = make(&run, &|_| Ok(bytes.clone())).unwrap();
+            (made.dots, notices(&run, &|_| Ok(bytes.clone())).unwrap())
         };
         let (dots, none) = seen(&|_, level| level);
         assert_eq!((dots.len(), none), (4, Vec::new()));

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use rayon_core::ThreadPoolBuilder;
 use sketchnav_schemas::geometry::{Odom, Pose};
-use sketchnav_sketch::localization::parameters::Parameters;
-use sketchnav_sketch::localization::workers::Workers;
+use sketchnav_sketch::filter::parameters::Parameters;
+use sketchnav_sketch::filter::workers::Workers;
 use support::{Drive, WAY};
 
 /// A whole update of the default method: motion, weighing, mode, resampling, estimate.

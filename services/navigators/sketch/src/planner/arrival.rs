@@ -5,8 +5,8 @@
 //! to another. Who doubts an arrival looks around first, once a task: a full turn shows what the laser did not see on
 //! its way in. Who still doubts then says so.
 
-use crate::planning::chart::Chart;
-use crate::planning::parameters::Parameters;
+use crate::paths::chart::Chart;
+use crate::paths::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Sketch};
 

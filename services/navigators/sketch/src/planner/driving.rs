@@ -4,13 +4,13 @@
 //! is due, and follows the local path.
 
 mod exploring;
-mod memory;
+mod state;
 mod way;
 
-use crate::planning::chart::Chart;
-use crate::planning::cost_field::{self, Blockage, CostField};
-use crate::planning::parameters::Parameters;
-use crate::planning::route::DrawnRoute;
+use crate::paths::chart::Chart;
+use crate::paths::cost_field::{self, Blockage, CostField};
+use crate::paths::parameters::Parameters;
+use crate::paths::route::DrawnRoute;
 use crate::sketch::SketchGrid;
 use crate::task::Task;
 use serde::{Deserialize, Serialize};
@@ -27,9 +27,9 @@ use sketchnav_schemas::robot::{Laser, Robot};
 
 use super::arrival::{Arrival, Belief};
 use super::explorer::Explorer;
-use super::journey::Journey;
+use super::pace::Pace;
 use super::reason::Reason;
-pub use memory::Memory;
+pub use state::State;
 
 /// Most blockages remembered of a task.
 const MAX_BLOCKAGES: usize = 16;
@@ -73,7 +73,7 @@ struct Attempt {
     guide: Guide,
     goal: Point<Sketch>,
     progress: ProgressChecker,
-    journey: Journey,
+    pace: Pace,
     arrival: Arrival,
     stuck: StuckCounter,
     recovery: Option<Recovery>,
@@ -221,7 +221,7 @@ impl Driver {
         let blocked = std::mem::take(&mut self.attempt.blocked);
         self.attempt = Attempt::new(guide, goal, chart.robot_m().position(), blocked);
         self.attempt.limit_s = task.time_limit_s;
-        if let Some(explorer) = self.explorer.as_mut().filter(|_| guide == Guide::Outline) {
+        if let Some(explorer) = self.explorer.as_mut().filter(|_| !task.is_route()) {
             explorer.begin(goal);
         }
         self.solve(chart);
@@ -240,6 +240,7 @@ impl Driver {
         self.chart = Some(*chart);
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
         self.attempt.arrival.follow(chart, fit, dt_s);
+        self.go_by_the_floor(chart, now_s);
         if self.attempt.guide == Guide::Outline {
             return self.explore(chart, now_s, dt_s);
         }
@@ -316,7 +317,7 @@ impl Driver {
             self.attempt.goal = self.route.end().unwrap_or(robot);
             self.attempt.plan_due_s = now_s;
             self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
-            self.attempt.journey = Journey::new(now_s);
+            self.attempt.pace = Pace::new(now_s);
         }
         if self.attempt.guide == Guide::Route {
             self.route.track(chart, window_m);
@@ -328,7 +329,7 @@ impl Driver {
             let too_long = self.attempt.lost_s >= self.parameters.lost_s;
             return too_long.then_some((TaskState::Lost, Reason::Lost(self.attempt.lost_s)));
         }
-        let (on_way_s, drawn_m) = self.attempt.journey.astray(now_s, self.speed_mps, &self.parameters)?;
+        let (on_way_s, drawn_m) = self.attempt.pace.astray(now_s, self.speed_mps, &self.parameters)?;
         Some((TaskState::Lost, Reason::Astray(on_way_s, drawn_m)))
     }
 
@@ -442,7 +443,7 @@ impl Driver {
         if self.attempt.guide != Guide::Route && self.attempt.blocked.len() < MAX_BLOCKAGES {
             let radius_px = BLOCKAGE_M * chart.mean_scale_pxpm();
             self.attempt.blocked.push(Blockage { place, radius_px, weight: BLOCKAGE_WEIGHT });
-            self.attempt.journey.go_around();
+            self.attempt.pace.go_around();
             self.solve(chart);
         }
     }
@@ -480,7 +481,7 @@ impl Driver {
 impl Attempt {
     /// Doubts of where the robot is begin anew: somebody has helped it.
     fn look_again(&mut self, now_s: f64, chart: Option<&Chart>) {
-        (self.arrival, self.journey) = (Arrival::default(), Journey::new(now_s));
+        (self.arrival, self.pace) = (Arrival::default(), Pace::new(now_s));
         (self.recovery, self.lost_s, self.plan_due_s) = (None, 0.0, now_s);
         if let Some(chart) = chart {
             self.progress = ProgressChecker::new(now_s, chart.robot_m().position());
@@ -494,7 +495,7 @@ impl Attempt {
             guide,
             goal,
             progress: ProgressChecker::new(0.0, robot),
-            journey: Journey::new(0.0),
+            pace: Pace::new(0.0),
             arrival: Arrival::default(),
             stuck: StuckCounter::default(),
             recovery: None,

@@ -10,11 +10,12 @@
 //! An alignment is spread over steps: each takes a fixed part of the work. The explorer knows no clock and no channel; the same scans
 //! give the same courses.
 
-mod chart;
 mod correspondence;
 mod course;
 mod doubt;
+mod floor;
 mod paper;
+mod path_grid;
 
 use std::fmt;
 
@@ -30,13 +31,13 @@ use sketchnav_mapping::{CellGrid, Map};
 use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::LaserScan;
 
-use crate::planning::parameters::Parameters;
+use crate::paths::parameters::Parameters;
 use crate::sketch::SketchGrid;
-use chart::{Chart, Field};
 pub use course::Aim;
 use course::{Course, Likely};
 use doubt::{Doubt, Settled, Told};
 use paper::Paper;
+use path_grid::{Field, PathGrid};
 
 /// Samples of the drawing's outline.
 const SAMPLES: usize = 220;
@@ -48,6 +49,8 @@ const MOST_PIECES: usize = 900;
 const MOST_SHUT: usize = 4096;
 /// The outline is aligned anew after so many metres on the way to a gap or the goal.
 const ANEW_M: f64 = 0.9;
+/// How open the floor is is judged again after so many metres.
+const JUDGED_M: f64 = 0.9;
 /// A gap is reached within this distance of the nearest place, metres.
 const AT_GAP_M: f64 = 0.3;
 /// The goal is reached within this distance of the nearest place, metres.
@@ -128,10 +131,13 @@ struct Rival {
 
 /// All that changes, except for the map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct State {
+pub struct Exploration {
     /// What is looked for now.
     goal: Option<Point<Sketch>>,
     has_looked: bool,
+    /// How open the floor is by what was seen ([`floor::open_share`]), and where that was judged last.
+    open_share: Option<f64>,
+    judged_at: Option<Place>,
     job: Option<Job>,
     course: Option<Course>,
     /// Where the robot was when the outline was taken last.
@@ -153,17 +159,17 @@ pub struct State {
     last: Option<(SeenOutline, Alignment)>,
 }
 
-/// The explorer's memory as it is read back from a checkpoint.
+/// The explorer's state as it is read back from a checkpoint.
 #[derive(Debug, Clone, Deserialize)]
-pub struct Memory {
-    state: State,
+pub struct State {
+    exploration: Exploration,
     mapper: mapper::State,
 }
 
 /// The same where it lies.
 #[derive(Debug, Serialize)]
-pub struct MemoryView<'a> {
-    state: &'a State,
+pub struct StateView<'a> {
+    exploration: &'a Exploration,
     mapper: &'a mapper::State,
 }
 
@@ -180,7 +186,7 @@ pub struct Explorer {
     weights: Weights,
     aligner: Aligner,
     field: Option<Field>,
-    state: State,
+    exploration: Exploration,
 }
 
 impl Explorer {
@@ -201,47 +207,58 @@ impl Explorer {
             weights: Weights { away_m: parameters.rival_away_m, ..Weights::default() },
             aligner: Aligner::default(),
             field: None,
-            state: State::default(),
+            exploration: Exploration::default(),
         })
     }
 
     /// Takes over the drawing and the start in it. What was seen before belongs to another drawing.
     pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
         self.paper = Paper::new(sketch, start, self.parameters.building_size_m);
-        self.state = State::default();
+        self.exploration = Exploration::default();
         if let Ok(mapper) = Mapper::new(self.mapping) {
             self.mapper = mapper;
         }
     }
 
-    /// What it remembers; nothing is copied.
-    pub fn memory(&self) -> MemoryView<'_> {
-        MemoryView { state: &self.state, mapper: self.mapper.state() }
+    /// Its state, without copying it.
+    pub fn state(&self) -> StateView<'_> {
+        StateView { exploration: &self.exploration, mapper: self.mapper.state() }
     }
 
-    /// Goes on from the memory of an explorer with the same drawing and parameters; from nothing where it is of others.
-    pub fn restore(&mut self, memory: Memory) {
-        if let Ok(mapper) = Mapper::restore(self.mapping, memory.mapper) {
-            (self.mapper, self.state) = (mapper, memory.state);
+    /// Goes on from the state of an explorer with the same drawing and parameters; from nothing where it is of others.
+    pub fn restore(&mut self, state: State) {
+        if let Ok(mapper) = Mapper::restore(self.mapping, state.mapper) {
+            (self.mapper, self.exploration) = (mapper, state.exploration);
             self.weigh_goal();
-            self.field = self.state.course.as_ref().and_then(|course| Field::new(&course.chart, course.cell));
+            self.field =
+                self.exploration.course.as_ref().and_then(|course| Field::new(&course.grid, course.cell));
             self.prepare_job();
         }
     }
 
-    /// Whether goals are to be found this way: where the drawing shows an open floor.
+    /// Whether goals are to be found this way: as long as what was seen is an open floor.
     pub fn is_in_charge(&self) -> bool {
-        self.paper.as_ref().is_some_and(|paper| paper.open_share >= self.parameters.least_open_share)
+        let share = self.exploration.open_share.unwrap_or(1.0);
+        self.paper.is_some() && share >= self.parameters.least_open_share
     }
 
-    /// Whether the drawing shows rooms, so that goals are to be found by the filter.
+    /// Whether what was seen is rooms, so that goals are to be found by the filter.
     pub fn sees_rooms(&self) -> bool {
         self.paper.is_some() && !self.is_in_charge()
     }
 
+    /// Judges the floor where the robot has gone some way since, or has looked around.
+    fn judge_floor(&mut self) {
+        let place = self.place();
+        if self.exploration.judged_at.is_none_or(|at| distance(at, place) > JUDGED_M) {
+            let share = floor::open_share(&self.free(), self.mapping.cell_m);
+            (self.exploration.judged_at, self.exploration.open_share) = (Some(place), Some(share));
+        }
+    }
+
     /// Takes in a scan of a robot that believes to be at `robot` by its wheels.
     pub fn observe(&mut self, robot: Pose<Odom>, base_from_laser: Pose<Base>, scan: &LaserScan) {
-        if !self.is_in_charge() {
+        if self.paper.is_none() {
             return;
         }
         let scan = Scan {
@@ -254,20 +271,22 @@ impl Explorer {
         };
         // A scan that no laser sends was rejected before; nothing would change.
         let _ = self.mapper.update(robot, &scan);
+        self.judge_floor();
     }
 
     /// Begins to look for a goal.
     pub fn begin(&mut self, goal: Point<Sketch>) {
-        self.state.goal = Some(goal);
-        (self.state.job, self.state.course, self.state.taken_at) = (None, None, None);
-        (self.state.looking, self.state.looks, self.field) = (None, 0, None);
-        (self.state.looked_at, self.state.rival) = (Vec::new(), None);
-        (self.state.doubt, self.state.settled, self.state.denied) = (None, None, Vec::new());
+        self.exploration.goal = Some(goal);
+        (self.exploration.job, self.exploration.course, self.exploration.taken_at) = (None, None, None);
+        (self.exploration.looking, self.exploration.looks, self.field) = (None, 0, None);
+        (self.exploration.looked_at, self.exploration.rival) = (Vec::new(), None);
+        (self.exploration.doubt, self.exploration.settled, self.exploration.denied) =
+            (None, None, Vec::new());
         self.weigh_goal();
     }
 
     fn weigh_goal(&mut self) {
-        self.shares = match (&self.paper, self.state.goal) {
+        self.shares = match (&self.paper, self.exploration.goal) {
             (Some(paper), Some(goal)) => paper.shares(goal),
             _ => Vec::new(),
         };
@@ -277,7 +296,7 @@ impl Explorer {
 
     /// Takes a step: `left_s` seconds are left for the task.
     pub fn step(&mut self, left_s: f64) -> Advice {
-        if !std::mem::replace(&mut self.state.has_looked, true) {
+        if !std::mem::replace(&mut self.exploration.has_looked, true) {
             return Advice::Look;
         }
         if let Some(advice) = self.take_settled() {
@@ -286,11 +305,11 @@ impl Explorer {
         if self.asks().is_some() {
             return Advice::Ask;
         }
-        if let Some(job) = &mut self.state.job {
+        if let Some(job) = &mut self.exploration.job {
             if !job.search.advance(&mut self.aligner, WORK) {
                 return Advice::Drive;
             }
-            return match self.state.job.take() {
+            return match self.exploration.job.take() {
                 Some(job) => self.decide(job, left_s),
                 None => Advice::Drive,
             };
@@ -303,7 +322,8 @@ impl Explorer {
 
     /// The look around has ended.
     pub fn end_look(&mut self) {
-        if let Some((places, before)) = self.state.looking.take() {
+        self.exploration.judged_at = None;
+        if let Some((places, before)) = self.exploration.looking.take() {
             let shown = self.free().count() as f64 - f64::from(before);
             if shown * self.mapping.cell_m.powi(2) < SHOWS_M2 {
                 self.shut(&places);
@@ -314,7 +334,7 @@ impl Explorer {
 
     /// The robot gets no farther on its course.
     pub fn give_way(&mut self) {
-        if let Some(course) = self.state.course.take() {
+        if let Some(course) = self.exploration.course.take() {
             let gap = course.gap.clone();
             self.shut(&gap);
         }
@@ -324,17 +344,17 @@ impl Explorer {
 
     /// What the robot is driving to.
     pub fn aim(&self) -> Option<Aim> {
-        self.state.course.as_ref().map(|course| course.aim)
+        self.exploration.course.as_ref().map(|course| course.aim)
     }
 
     /// How often it has looked where a rival had the goal.
     pub fn looks(&self) -> u32 {
-        self.state.looks
+        self.exploration.looks
     }
 
     /// Where its course ends.
     pub fn course_end(&self) -> Option<Place> {
-        self.state.course.as_ref().map(|course| course.end)
+        self.exploration.course.as_ref().map(|course| course.end)
     }
 
     /// The cost of the way from a place to the end of the course, metres at least; infinite where there is none.
@@ -366,10 +386,10 @@ impl Explorer {
     }
 
     fn is_due(&self) -> bool {
-        let Some(course) = &self.state.course else { return true };
+        let Some(course) = &self.exploration.course else { return true };
         let place = self.place();
         let is_there = distance(place, course.end) < course.aim.within_m();
-        let has_moved = self.state.taken_at.is_none_or(|at| distance(at, place) > ANEW_M);
+        let has_moved = self.exploration.taken_at.is_none_or(|at| distance(at, place) > ANEW_M);
         is_there || has_moved && course.aim != Aim::Rival
     }
 
@@ -377,29 +397,29 @@ impl Explorer {
     fn begin_job(&mut self, mut forbidden: Vec<Forbidden>, best: Option<f64>) {
         let Some(paper) = &self.paper else { return };
         let (grid, place) = (self.mapper.map().grid(), self.place());
-        let seen = match (&self.state.last, best) {
+        let seen = match (&self.exploration.last, best) {
             // The rival of an alignment is one of the same outline.
             (Some((seen, _)), Some(_)) => seen.clone(),
             _ => {
                 let free = free_around(&grid, place, 0.6);
-                SeenOutline::of_map(&grid, &free, &self.state.shut, &paper.taking())
+                SeenOutline::of_map(&grid, &free, &self.exploration.shut, &paper.taking())
             }
         };
         if best.is_none() {
-            (self.state.taken_at, self.state.doubt) = (Some(place), None);
+            (self.exploration.taken_at, self.exploration.doubt) = (Some(place), None);
         }
         // The map's x is where the robot looked at its first scan.
         let marked = Told { drawn: [paper.start.x, paper.start.y], seen: [0.0; 2], turn_rad: None };
-        let Told { drawn, seen: at, turn_rad } = self.state.told.unwrap_or(marked);
+        let Told { drawn, seen: at, turn_rad } = self.exploration.told.unwrap_or(marked);
         let turn_rad = turn_by_walls(&paper.outline, &seen, turn_rad.unwrap_or(paper.start.yaw_rad));
         let anchor = Anchor { drawn, seen: at, turn_rad, scale_m: paper.scale_m };
-        forbidden.extend(&self.state.denied);
-        self.state.job = Some(Job { seen, anchor, forbidden, best, search: Search::default() });
+        forbidden.extend(&self.exploration.denied);
+        self.exploration.job = Some(Job { seen, anchor, forbidden, best, search: Search::default() });
         self.prepare_job();
     }
 
     fn prepare_job(&mut self) {
-        if let (Some(job), Some(paper)) = (&self.state.job, &self.paper) {
+        if let (Some(job), Some(paper)) = (&self.exploration.job, &self.paper) {
             let Job { seen, anchor, forbidden, .. } = job;
             let (drawn, emphasis) = (&paper.outline, &self.emphasis[..]);
             self.aligner.set(&self.weights, &Problem { drawn, seen, anchor, emphasis, forbidden });
@@ -411,13 +431,13 @@ impl Explorer {
         let alignment = self.aligner.trace(start);
         match job.best {
             None => {
-                self.state.is_news = true;
-                self.state.last = Some((job.seen, alignment));
+                self.exploration.is_news = true;
+                self.exploration.last = Some((job.seen, alignment));
                 self.choose(left_s)
             }
             Some(best) => {
                 let margin = alignment.cost - best;
-                match self.state.doubt.take() {
+                match self.exploration.doubt.take() {
                     Some(doubt) => self.doubt_on(doubt, &alignment, margin),
                     None => self.weigh_rival(&job.seen, &alignment, margin, left_s),
                 }
@@ -427,11 +447,11 @@ impl Explorer {
 
     /// Drives to the goal where it was seen, or to the gap behind which it lies.
     fn choose(&mut self, left_s: f64) -> Advice {
-        let Some((seen, alignment)) = self.state.last.take() else { return Advice::Drive };
+        let Some((seen, alignment)) = self.exploration.last.take() else { return Advice::Drive };
         let likely = Likely::new(&self.shares, &seen, &alignment);
         let advice = self.choose_by(&likely, &seen, &alignment, left_s);
-        if self.state.last.is_none() {
-            self.state.last = Some((seen, alignment));
+        if self.exploration.last.is_none() {
+            self.exploration.last = Some((seen, alignment));
         }
         advice
     }
@@ -454,7 +474,7 @@ impl Explorer {
                 if way_m >= AT_GOAL_M {
                     return Advice::Drive;
                 }
-                self.state.last = Some((seen.clone(), alignment.clone()));
+                self.exploration.last = Some((seen.clone(), alignment.clone()));
                 if hurries || self.parameters.rival_margin <= 0.0 {
                     return self.arrived(None);
                 }
@@ -469,7 +489,7 @@ impl Explorer {
                 };
                 if way_m < AT_GAP_M {
                     let near = self.near_of(&points, point);
-                    self.state.looking = Some((near, self.free().count() as u32));
+                    self.exploration.looking = Some((near, self.free().count() as u32));
                     return Advice::Look;
                 }
                 Advice::Drive
@@ -514,19 +534,19 @@ impl Explorer {
             (_, Some(place)) => (place, Vec::new()),
             _ => return self.arrived(Some(margin)),
         };
-        self.state.rival = Some(Rival { margin, place: target });
-        self.state.is_news = true;
+        self.exploration.rival = Some(Rival { margin, place: target });
+        self.exploration.is_news = true;
         if margin > self.parameters.rival_margin {
             return self.arrived(Some(margin));
         }
-        let is_known = self.state.looked_at.iter().any(|at| distance(*at, target) < LOOKED_AT_M);
-        if is_known || self.state.looks >= self.parameters.rival_looks {
+        let is_known = self.exploration.looked_at.iter().any(|at| distance(*at, target) < LOOKED_AT_M);
+        if is_known || self.exploration.looks >= self.parameters.rival_looks {
             return self.doubt(rival, margin);
         }
-        let before = (self.state.course.take(), self.field.take());
+        let before = (self.exploration.course.take(), self.field.take());
         let Some(way_m) = self.set_course(Aim::Rival, target, points.clone()) else {
             if self.may_ask() {
-                (self.state.course, self.field) = before;
+                (self.exploration.course, self.field) = before;
             }
             return self.doubt(rival, margin);
         };
@@ -539,7 +559,7 @@ impl Explorer {
             return Advice::Drive;
         }
         if way_m < AT_RIVAL_M || back_s > left_s {
-            (self.state.course, self.field) = before;
+            (self.exploration.course, self.field) = before;
             return if way_m < AT_RIVAL_M { self.doubt(rival, margin) } else { self.arrived(Some(margin)) };
         }
         self.look_at(target);
@@ -547,39 +567,39 @@ impl Explorer {
     }
 
     fn arrived(&self, margin: Option<f64>) -> Advice {
-        let misfit = self.state.last.as_ref().map_or(0.0, |(_, alignment)| {
+        let misfit = self.exploration.last.as_ref().map_or(0.0, |(_, alignment)| {
             let pairs = self.shares.iter().zip(&alignment.misfits);
             pairs.map(|(share, misfit)| share * f64::from(*misfit)).sum()
         });
         let place = self.place();
         let away_m = |rival: Rival| distance(rival.place, place);
-        let rival = margin.map(|margin| (margin, self.state.rival.map_or(f64::INFINITY, away_m)));
+        let rival = margin.map(|margin| (margin, self.exploration.rival.map_or(f64::INFINITY, away_m)));
         Advice::Arrived(Evidence { rival, misfit, is_confirmed: false })
     }
 
     fn look_at(&mut self, target: Place) {
-        self.state.looks += 1;
-        self.state.looked_at.push(target);
+        self.exploration.looks += 1;
+        self.exploration.looked_at.push(target);
     }
 
     /// Drives to the place in reach that is nearest to `target`; the way there, metres, or `None` where nothing is in reach.
     fn set_course(&mut self, aim: Aim, target: Place, gap: Vec<Place>) -> Option<f64> {
-        let grid: CellGrid = self.mapper.map().grid();
+        let map: CellGrid = self.mapper.map().grid();
         let place = self.place();
-        let free = free_around(&grid, place, 0.6);
-        let mut chart =
-            Chart::new(&grid, &free, self.parameters.footprint_padding_m + self.parameters.map_clearance_m);
+        let free = free_around(&map, place, 0.6);
+        let mut grid =
+            PathGrid::new(&map, &free, self.parameters.footprint_padding_m + self.parameters.map_clearance_m);
         let end = match aim {
-            Aim::Gap => chart.end_near(place, target, &gap),
-            _ => chart.end_for(place, target),
+            Aim::Gap => grid.end_near(place, target, &gap),
+            _ => grid.end_for(place, target),
         };
         let Some((cell, way_m)) = end else {
-            (self.state.course, self.field) = (None, None);
+            (self.exploration.course, self.field) = (None, None);
             return None;
         };
-        let end = chart.middle(cell);
-        self.field = Field::new(&chart, cell);
-        self.state.course = Some(Course { aim, target, end, gap, chart, cell });
+        let end = grid.middle(cell);
+        self.field = Field::new(&grid, cell);
+        self.exploration.course = Some(Course { aim, target, end, gap, grid, cell });
         Some(way_m)
     }
 
@@ -591,8 +611,8 @@ impl Explorer {
     }
 
     fn shut(&mut self, places: &[Place]) {
-        let room = MOST_SHUT.saturating_sub(self.state.shut.len());
-        self.state.shut.extend(places.iter().take(room));
+        let room = MOST_SHUT.saturating_sub(self.exploration.shut.len());
+        self.exploration.shut.extend(places.iter().take(room));
     }
 }
 

@@ -6,15 +6,15 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 
 use super::explorer::{Aim, Evidence};
 
-/// What the planner of the method `outline` says on its way to a goal by a drawing of rooms.
-pub const ROOMS: &str = "a drawing of rooms: driving as by `beam`";
+/// What the planner of the method `outline` says on its way to a goal where it has seen rooms.
+pub const ROOMS: &str = "among rooms: driving as by `beam`";
 
 /// Why the state is what it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reason {
     /// Nothing to say.
     None,
-    /// The drawing shows rooms, so its outline is not what the robot goes by.
+    /// What was seen is rooms, so the robot does not go by its outline.
     Rooms,
     /// The sketch is missing.
     NoSketch,

@@ -10,6 +10,7 @@ use sketchnav_schemas::codes::{FREE, WALL};
 use sketchnav_schemas::geometry::{Point, Sketch};
 
 use super::drawn_map::DrawnMap;
+use super::enclosure::encloses;
 use super::error::SketchError;
 use super::left_out::LeftOut;
 use super::places::{Places, flood};
@@ -26,6 +27,10 @@ const DIRECTIONS: u32 = 72;
 const LEAST_INK_SHARE: f64 = 0.002;
 /// Free space that is smaller leads nowhere.
 const LEAST_ROOM_M2: f64 = 1.0;
+/// An opening that is no wider, in a building as small as a room, is a door.
+const DOOR_M: f64 = 1.0;
+/// Walls no farther than this share of the page's diagonal from its edge are a frame.
+const FRAME_SHARE: f64 = 0.02;
 /// A route that runs along a wall may touch it: what is joined within so many pen widths is one side of the wall.
 const BRUSH_PENS: f64 = 4.0;
 
@@ -64,11 +69,20 @@ pub enum Doubt {
         /// Where.
         at: [f64; 2],
     },
+    /// The walls do not enclose the start: they hardly tell one place from another.
+    Unenclosed {
+        /// The start.
+        at: [f64; 2],
+        /// How wide an opening still counts as a door.
+        opening_px: f64,
+    },
     /// Hardly anything is drawn.
     LittleInk {
         /// Share of the page that is wall.
         share: f64,
     },
+    /// Nothing but a frame of the page is drawn.
+    OnlyFrame,
     /// Walls may be missing.
     LeftOut(LeftOut),
 }
@@ -98,6 +112,15 @@ impl fmt::Display for Doubt {
                 "{task}: the route crosses a wall at {}: draw a door there, or lead the route around",
                 at(place)
             ),
+            Self::Unenclosed { at: start, opening_px } => write!(
+                f,
+                "the walls do not enclose the start at {}: expected openings of {opening_px:.0} px at most, a sixth of \
+                 what is drawn; draw the walls around it",
+                at(start)
+            ),
+            Self::OnlyFrame => {
+                write!(f, "nothing is drawn but along the page's edge, as a frame is: are walls missing?")
+            }
             Self::LittleInk { share } => write!(
                 f,
                 "only {:.2} % of the page is wall, less than {} %: are walls missing?",
@@ -122,6 +145,8 @@ pub fn doubts(drawing: &DrawnMap, places: &Places, range_max_m: Option<f64>) -> 
             let at = drawing.to_image(&start);
             doubts.push(Doubt::NoWallNear { at, reach_px: reach_px / drawing.scale });
             doubts.extend(open_fields(drawing, &walls, places, reach_px));
+        } else {
+            doubts.extend(unenclosed(drawing, &walls, &start));
         }
     }
     doubts.extend(crossings(drawing, places));
@@ -133,9 +158,11 @@ pub fn of_drawing(drawing: &DrawnMap) -> Vec<Doubt> {
     let walls = drawing.cells.iter().filter(|&&cell| cell == WALL).count();
     let share = walls as f64 / drawing.cells.len() as f64;
     let is_bare = drawing.kind != Kind::Filled && share < LEAST_INK_SHARE;
+    let is_bare = is_bare.then_some(Doubt::LittleInk { share });
+    let is_frame = is_frame(drawing).then_some(Doubt::OnlyFrame);
     let left_out = drawing.left_out.iter().filter(|what| what.is_doubtful());
     let left_out = left_out.cloned().map(Doubt::LeftOut);
-    is_bare.then_some(Doubt::LittleInk { share }).into_iter().chain(left_out).collect()
+    is_bare.into_iter().chain(is_frame).chain(left_out).collect()
 }
 
 /// Where nothing could be right: no wall near the start, nor on the way of any task.
@@ -162,6 +189,27 @@ fn shut_in(drawing: &DrawnMap, walls: &Walls, start: &Point<Sketch>) -> Option<D
     let is_small = free < LEAST_ROOM_M2 * px_per_m * px_per_m;
     let area_px2 = free / (drawing.scale * drawing.scale);
     is_small.then(|| Doubt::ShutIn { at: drawing.to_image(start), area_px2 })
+}
+
+/// A filled drawing is solid beyond its page.
+fn unenclosed(drawing: &DrawnMap, walls: &Walls, start: &Point<Sketch>) -> Option<Doubt> {
+    let opening_px = walls.length_px() * DOOR_M / ROOM_M;
+    let is_open = drawing.kind != Kind::Filled && !encloses(drawing, start, opening_px);
+    is_open.then(|| Doubt::Unenclosed { at: drawing.to_image(start), opening_px: opening_px / drawing.scale })
+}
+
+/// Whether all walls lie along the page's edge; a frame that touches it is taken for a filled drawing.
+fn is_frame(drawing: &DrawnMap) -> bool {
+    let width = drawing.width_px as usize;
+    let most = [width - 1, drawing.height_px as usize - 1];
+    let frame_px = FRAME_SHARE * drawing.diagonal_px();
+    let is_near = |i: usize| {
+        let [column, row] = [i % width, i / width];
+        let ends = [column, row, most[0] - column, most[1] - row];
+        ends.into_iter().min().is_some_and(|near| near as f64 <= frame_px)
+    };
+    let mut walls = drawing.cells.iter().enumerate().filter(|&(_, &cell)| cell == WALL);
+    walls.all(|(i, _)| is_near(i))
 }
 
 /// The tasks whose ways have no wall within reach.
@@ -371,6 +419,43 @@ mod tests {
             words[2].contains("g: no wall") && words[2].contains("from (200, 600) to (400, 700)"),
             "{words:?}"
         );
+    }
+
+    /// A robot was driven by a single line without a word: it has more ink than 0.2 % of the page, and the start lay near it.
+    #[test]
+    fn walls_that_do_not_enclose_the_start_are_doubted() {
+        let line: &[[f64; 2]] = &[[50.0, 700.0], [950.0, 700.0]];
+        let other: &[[f64; 2]] = &[[50.0, 50.0], [950.0, 50.0]];
+        let corner: &[[f64; 2]] = &[[50.0, 400.0], [50.0, 750.0], [300.0, 750.0]];
+        let strip: &[[f64; 2]] = &[[120.0, 300.0], [120.0, 790.0]];
+        for strokes in [&[line][..], &[line, other], &[corner], &[strip], &[&ROOM[..4]]] {
+            let (.., found) = doubted(strokes, goal([100.0, 640.0], [200.0, 500.0]));
+            assert!(matches!(found[..], [Doubt::Unenclosed { at: [100.0, 640.0], .. }]), "{found:?}");
+        }
+        // Three walls and a door in the fourth.
+        let door: &[[f64; 2]] = &[[50.0, 700.0], [50.0, 190.0]];
+        let (.., found) = doubted(
+            &[&ROOM[..4], &[[50.0, 750.0], [50.0, 700.0]], door],
+            goal([100.0, 640.0], [200.0, 500.0]),
+        );
+        assert_eq!(found, []);
+    }
+
+    #[test]
+    fn a_frame_of_the_page_alone_is_doubted() {
+        let frame: &[[f64; 2]] = &[[4.0, 4.0], [996.0, 4.0], [996.0, 796.0], [4.0, 796.0], [4.0, 4.0]];
+        assert_eq!(doubted(&[frame], goal([200.0, 200.0], [800.0, 200.0])).2, [Doubt::OnlyFrame]);
+        assert_eq!(doubted(&[frame, WALL], goal([200.0, 200.0], [800.0, 200.0])).2, []);
+        // One that touches the page's edge.
+        let page = |inside: &str| {
+            let svg = format!(
+                "<svg xmlns='http://www.w3.org/2000/svg' width='960' height='640'>\
+                 <path d='M2 2H958V638H2z{inside}' fill='none' stroke='black' stroke-width='5'/></svg>"
+            );
+            of_drawing(&read(svg.as_bytes(), "frame.svg", &Options::default()).unwrap())
+        };
+        assert_eq!(page(""), [Doubt::OnlyFrame]);
+        assert_eq!(page("M480 2V400"), []);
     }
 
     #[test]

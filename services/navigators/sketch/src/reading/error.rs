@@ -211,6 +211,15 @@ const OTHERS: [((usize, &[u8]), &str); 13] = [
     ((0, b"PK\x03\x04"), "a ZIP archive, as many drawing programs save in"),
 ];
 
+/// Roots of XML that is no SVG, and what it is.
+const ROOTS: [(&str, &str); 5] = [
+    ("xournal", "a note of Xournal++"),
+    ("mxfile", "a drawing of draw.io"),
+    ("mxGraphModel", "a drawing of draw.io"),
+    ("html", "a web page"),
+    ("diagram", "a drawing of Dia"),
+];
+
 /// Makes the errors of one file.
 pub(crate) struct Broken<'a> {
     /// Name of the file.
@@ -232,6 +241,14 @@ impl Broken<'_> {
 
     pub(crate) fn no_walls(&self, found: impl Into<String>) -> SketchError {
         SketchError::NoWalls { file: self.file(), found: found.into() }
+    }
+
+    /// XML with another root than SVG's.
+    pub(crate) fn other_xml(&self, root: &str) -> SketchError {
+        let known = ROOTS.iter().find(|(known, _)| *known == root);
+        let kind =
+            known.map_or_else(|| format!("XML that begins with <{root}>"), |(_, kind)| (*kind).to_owned());
+        SketchError::Unsupported { file: self.file(), found: format!("{kind}; export it as SVG or PNG") }
     }
 
     pub(crate) fn unsupported(&self, bytes: &[u8]) -> SketchError {

@@ -11,6 +11,9 @@ use super::settings::Options;
 use super::walls::Walls;
 use super::{encoding, ink, raster, strokes, vector};
 
+/// Ink of a second tone is more than what people erase with white.
+const MOST_LOST: f64 = 0.1;
+
 /// Reads a drawing: PNG, JPEG, SVG or [`strokes`](super::strokes) in JSON, recognized by their content; packed with gzip
 /// (`.svgz`) or not. Text may be in UTF-8, UTF-16, or the encoding that its XML declaration says.
 ///
@@ -42,16 +45,18 @@ fn picture(
 ) -> Result<Walls, SketchError> {
     let tones = raster::tones(bytes, format, broken)?;
     let ink = ink::find(&tones, options.walls).ok_or_else(|| broken.no_walls(blank(&tones)))?;
-    Ok(walls(ink, &tones, Vec::new()))
+    Ok(walls(ink, &tones, options, Vec::new()))
 }
 
 fn svg(text: &str, broken: &Broken, options: &Options) -> Result<Walls, SketchError> {
     let page = vector::page(text, broken)?;
     let ink = ink::find(&page.tones, options.walls).ok_or_else(|| broken.no_walls(page.blank()))?;
-    Ok(walls(ink, &page.tones, page.left_out))
+    Ok(walls(ink, &page.tones, options, page.left_out))
 }
 
-fn walls(ink: ink::Ink, tones: &Tones, left_out: Vec<LeftOut>) -> Walls {
+fn walls(ink: ink::Ink, tones: &Tones, options: &Options, mut left_out: Vec<LeftOut>) -> Walls {
+    let share = ink::lost_share(tones, options.walls);
+    left_out.extend((share > MOST_LOST).then_some(LeftOut::Tone { share }));
     let marks = Marks::default();
     Walls { mask: ink.walls, scale: tones.scale, pen_width_px: None, kind: ink.kind, marks, left_out }
 }

@@ -62,13 +62,36 @@ pub(crate) fn find(tones: &Tones, tone: WallTone) -> Option<Ink> {
 
 /// Whether the ink is of strokes most of which would vanish on white paper.
 fn is_light_pen(ink: &GrayImage, cover: &GrayImage) -> bool {
-    let (mut lost, mut all) = (0_u64, 0_u64);
+    let [on_white, ..] = vanishing(ink, cover);
+    on_white > 0.5 && is_strokes(&covered(cover))
+}
+
+/// How much of the strokes on transparent paper vanishes on the paper that [`find`] takes and would be seen on the other; 0
+/// where the ink is no strokes, as of white rooms between black walls.
+pub(crate) fn lost_share(tones: &Tones, tone: WallTone) -> f64 {
+    let Some(cover) = &tones.cover else { return 0.0 };
+    let [on_white, on_black, on_both] = vanishing(&tones.ink, cover);
+    let lost = if on_white > 0.5 && tone != WallTone::Dark { on_black } else { on_white };
+    let lost = lost - on_both;
+    if lost > 0.0 && is_strokes(&covered(cover)) { lost } else { 0.0 }
+}
+
+/// Which shares of the ink vanish on white paper, on black, and on both: what is as thin as haze.
+fn vanishing(ink: &GrayImage, cover: &GrayImage) -> [f64; 3] {
+    let (mut lost, mut all) = ([0_u64; 3], 0_u64);
     for (&ink, &cover) in ink.iter().zip(cover.iter()) {
         all += u64::from(cover);
         // The tone on white is that on black and what shows of the paper.
-        lost += if f64::from(cover - ink.min(cover)) < LEAST_CONTRAST { u64::from(cover) } else { 0 };
+        let [on_white, on_black] = [cover - ink.min(cover), ink];
+        for (lost, contrast) in lost.iter_mut().zip([on_white, on_black, on_white.max(on_black)]) {
+            *lost += if f64::from(contrast) < LEAST_CONTRAST { u64::from(cover) } else { 0 };
+        }
     }
-    2 * lost > all && is_strokes(&map(cover, |cover| if cover < 128 { 0 } else { 255 }))
+    lost.map(|lost| lost as f64 / all.max(1) as f64)
+}
+
+fn covered(cover: &GrayImage) -> GrayImage {
+    map(cover, |cover| if cover < 128 { 0 } else { 255 })
 }
 
 /// The largest difference between two tones of the picture, levels of 255.

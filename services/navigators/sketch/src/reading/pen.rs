@@ -41,7 +41,7 @@ pub(crate) fn share_deeper(mask: &GrayImage, depth_px: f64) -> f64 {
 /// Squared distance of each pixel of a mask to the nearest outside it, pixels², 0 outside; `None` where nothing is outside.
 /// Exact: distances in the columns, then row by row the lower envelope of parabolas (Meijster, Roerdink and Hesselink
 /// 2000). Each stretch of the mask is worked out by itself: nothing nearer lies beyond its ends.
-fn squared_depths(mask: &GrayImage) -> Option<Vec<u32>> {
+pub(crate) fn squared_depths(mask: &GrayImage) -> Option<Vec<u32>> {
     if mask.iter().all(|&v| v > 0) {
         return None;
     }

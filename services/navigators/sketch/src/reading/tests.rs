@@ -775,6 +775,83 @@ fn pictures_inside_an_svg_are_drawn() {
     assert!(too_large(&svg(&many)).contains("steps of painting"));
 }
 
+/// The last row of a page that ends within a pixel was half covered: a line along the edge, and the only wall of a page whose
+/// walls have the colour of its ground.
+#[test]
+fn a_page_that_ends_within_a_pixel_has_no_wall_along_its_edge() {
+    for colour in ["white", "black", "#404040"] {
+        let page = format!(
+            "<svg xmlns='http://www.w3.org/2000/svg' width='960' height='640'><rect width='960' height='640' fill='{colour}'/>\
+             <path d='M40 40H900V600' fill='none' stroke='{colour}' stroke-width='5'/></svg>"
+        );
+        let error = refusal(page.as_bytes()).to_string();
+        assert!(error.contains("shapes of SVG that all have the colour of the paper"), "{colour}: {error}");
+    }
+}
+
+#[test]
+fn xml_of_other_programs_is_named() {
+    for (text, words) in [
+        ("<?xml version='1.0'?><xournal creator='x'><page/></xournal>", "a note of Xournal++; export it as"),
+        ("<mxfile><diagram/></mxfile>", "a drawing of draw.io; export it as SVG or PNG"),
+        ("<html><body>x</body></html>", "a web page; export it as"),
+        ("<!DOCTYPE html><p>x<br>y", "a web page; export it as"),
+        ("<kml><Document/></kml>", "XML that begins with <kml>; export it as"),
+    ] {
+        let error = refusal(text.as_bytes()).to_string();
+        assert!(
+            error.starts_with(&format!("page: expected PNG, JPEG, SVG or strokes in JSON, found {words}")),
+            "{error}"
+        );
+    }
+}
+
+/// Half of the walls were white and half of them black, on transparent paper: one half was read, and no word of the other.
+#[test]
+fn ink_of_two_tones_on_transparent_paper_is_doubted() {
+    let half = |walls: &[&str], paint: &str| -> String {
+        walls
+            .iter()
+            .map(|d| format!("<path d='{d}' fill='none' stroke-width='9' stroke='{paint}'/>"))
+            .collect()
+    };
+    let left_out = |first: &str, second: &str| {
+        let (a, b) = ROOMS.split_at(2);
+        cells(&svg(&(half(a, first) + &half(b, second)))).left_out
+    };
+    for (first, second) in [("black", "white"), ("white", "black")] {
+        let found = left_out(first, second);
+        assert!(matches!(found[..], [LeftOut::Tone { share }] if (0.2..0.4).contains(&share)), "{found:?}");
+    }
+    assert_eq!(left_out("white", "#eee"), []);
+    assert_eq!(left_out("black", "#777"), []);
+    // Haze is seen on no paper.
+    assert_eq!(left_out("white", "rgb(255 255 255 / 5%)"), []);
+}
+
+/// A gradient is fitted to the box of what it paints, and a straight line along an axis has none: it was not drawn, and
+/// nobody was told. Neither were walls for readers of another language.
+#[test]
+fn walls_that_would_vanish_are_drawn_or_named() {
+    let gradient =
+        |units: &str| format!("<linearGradient id='g' {units}><stop/><stop offset='1'/></linearGradient>");
+    let walls = "<path d='M100 100L1900 140' stroke='black' stroke-width='9'/>\
+        <g stroke='url(#g)' stroke-width='9'><path d='M100 900H1900'/><path id='b' d='M100 100V900'/></g>";
+    let words = |units: &str| {
+        let drawing = cells(&svg(&format!("{}{walls}", gradient(units))));
+        drawing.left_out.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let [named, unnamed] = &words("")[..] else { panic!("{:?}", words("")) };
+    assert!(named.starts_with("the stroke of <path id=\"b\"> in line 1: its gradient or pattern"), "{named}");
+    assert!(unnamed.starts_with("the stroke of <path> in line 1: its gradient or pattern"), "{unnamed}");
+    assert_eq!(words("gradientUnits='userSpaceOnUse'"), Vec::<String>::new());
+    let plain = cells(&rooms("", "stroke='black'"));
+    for language in ["de", "fr-CH, en"] {
+        let walls = rooms("", &format!("stroke='black' systemLanguage='{language}'"));
+        assert!(cells(&walls).cells == plain.cells, "{language}");
+    }
+}
+
 #[test]
 fn ink_on_transparent_paper_is_read_whatever_its_tone() {
     let page = Sheet::default().building(0.1);

@@ -7,6 +7,7 @@ mod references;
 mod styles;
 mod work;
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use image::GrayImage;
@@ -23,6 +24,8 @@ use super::raster::{Tones, fit};
 const MAX_BYTES: usize = 16 << 20;
 /// Most nodes of XML that are parsed: elements, texts and comments.
 const MAX_NODES: u32 = 1_000_000;
+/// Most languages that a drawing asks for.
+const MOST_LANGUAGES: usize = 64;
 /// A smaller drawing is rendered with its longer side that long: units may be metres.
 const MIN_SIDE_PX: f64 = 1024.0;
 
@@ -52,12 +55,15 @@ pub(crate) fn page(text: &str, broken: &Broken) -> Result<Page, SketchError> {
     if text.len() > MAX_BYTES {
         return Err(broken.too_large(format!("{MAX_BYTES} bytes of SVG"), text.len().to_string()));
     }
-    let Flat { text, pictures, left_out } = styles::flatten(&parse(text, broken)?, broken)?;
+    let Flat { text, pictures, mut left_out, served } = styles::flatten(&parse_svg(text, broken)?, broken)?;
     let document = parse(&text, broken)?;
     let too_much = |found: references::TooMuch| broken.too_large(found.limit, found.found);
     references::check(&document).map_err(too_much)?;
-    let tree =
-        Tree::from_xmltree(&document, &closed(pictures)).map_err(|error| broken.decode("SVG", error))?;
+    let options = closed(pictures, languages(&document));
+    let tree = Tree::from_xmltree(&document, &options).map_err(|error| broken.decode("SVG", error))?;
+    let mut unpainted = BTreeSet::new();
+    find_unpainted(tree.root(), &served, &mut unpainted);
+    left_out.extend(unpainted.into_iter().map(|element| LeftOut::Paint(element.to_owned())));
     let (width, height) = (f64::from(tree.size().width()), f64::from(tree.size().height()));
     let content = Content::of(tree.root());
     let finest = (MIN_SIDE_PX / width.max(height)).max(1.0).max(content.fineness);
@@ -66,7 +72,19 @@ pub(crate) fn page(text: &str, broken: &Broken) -> Result<Page, SketchError> {
     work::check(tree.root(), transform, w, h).map_err(too_much)?;
     let mut page = Pixmap::new(w, h).ok_or_else(|| broken.decode("SVG", "it has no size"))?;
     resvg::render(&tree, transform, &mut page.as_mut());
+    complete(&mut page, [width * scale, height * scale]);
     Ok(Page { tones: Tones::new(gray(&page), cover(&page), scale), left_out, content })
+}
+
+/// Other XML is named, and so are web pages, which need not be XML.
+fn parse_svg<'a>(text: &'a str, broken: &Broken) -> Result<Document<'a>, SketchError> {
+    let begin = text.trim_start().get(..14).unwrap_or("").to_ascii_lowercase();
+    if begin.starts_with("<!doctype html") || begin.starts_with("<html") {
+        return Err(broken.other_xml("html"));
+    }
+    let document = parse(text, broken)?;
+    let root = document.root_element().tag_name().name();
+    if root == "svg" { Ok(document) } else { Err(broken.other_xml(root)) }
 }
 
 fn parse<'a>(text: &'a str, broken: &Broken) -> Result<Document<'a>, SketchError> {
@@ -75,12 +93,51 @@ fn parse<'a>(text: &'a str, broken: &Broken) -> Result<Document<'a>, SketchError
 }
 
 /// Opens no file: pictures are those that were decoded.
-fn closed(files: Vec<Arc<Vec<u8>>>) -> Options<'static> {
+fn closed(files: Vec<Arc<Vec<u8>>>, languages: Vec<String>) -> Options<'static> {
     let resolver = ImageHrefResolver {
         resolve_data: Box::new(|_, _, _| None),
         resolve_string: Box::new(move |link, _| pictures::find(&files, link).cloned().map(ImageKind::PNG)),
     };
-    Options { image_href_resolver: resolver, ..Options::default() }
+    Options { image_href_resolver: resolver, languages, ..Options::default() }
+}
+
+/// All languages that a drawing asks for: walls are walls in each of them.
+fn languages(document: &Document) -> Vec<String> {
+    let lists = document.descendants().filter_map(|node| node.attribute("systemLanguage"));
+    let all: BTreeSet<_> = lists.flat_map(|list| list.split(',')).map(|one| one.trim().to_owned()).collect();
+    all.into_iter().take(MOST_LANGUAGES).chain(["en".to_owned()]).collect()
+}
+
+/// The shapes whose strokes were to be painted by a gradient or a pattern and are not: straight lines that run along an
+/// axis have no box that it could be fitted to.
+fn find_unpainted<'a>(
+    group: &Group,
+    served: &'a BTreeMap<String, String>,
+    unpainted: &mut BTreeSet<&'a str>,
+) {
+    for node in group.children() {
+        match node {
+            Node::Group(group) => find_unpainted(group, served, unpainted),
+            Node::Path(path) if path.stroke().is_none() => {
+                unpainted.extend(served.get(path.id()).map(String::as_str));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// A page that ends within a pixel covers its last column or row in part, as if there were paper beyond its edge: they become
+/// as those before them.
+fn complete(page: &mut Pixmap, ends: [f64; 2]) {
+    let [width, height] = [page.width(), page.height()].map(|side| side as usize);
+    let is_partial = |side: usize, end: f64| side > 1 && 255.0 * (side as f64 - end) > 0.5;
+    let pixels = page.pixels_mut();
+    if is_partial(width, ends[0]) {
+        pixels.chunks_exact_mut(width).for_each(|row| row[width - 1] = row[width - 2]);
+    }
+    if is_partial(height, ends[1]) {
+        pixels.copy_within((height - 2) * width..(height - 1) * width, (height - 1) * width);
+    }
 }
 
 impl Content {

@@ -12,7 +12,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_sketch::messages::{CHANNELS, ESTIMATE, PLAN, PoseEstimate, ROUTE, Route, SKETCH, SketchMap};
 use sketchnav_sketch::mission::KIND;
 use sketchnav_sketch::planner::Planner;
-use sketchnav_stage::{Access, Heard, Inputs, Instant, Memory, Outbox, Reading, Stage};
+use sketchnav_stage::{Access, Heard, InProcess, Inputs, Instant, Outbox, Reading, Stage};
 
 pub const ROBOTINO: &str = include_str!("../../../../../sim/robots/robotino.toml");
 pub const TURTLEBOT: &str = include_str!("../../../../../sim/robots/turtlebot3.toml");
@@ -80,7 +80,7 @@ pub struct Drive {
     pub planner: Planner,
     /// What it has sent.
     access: Access,
-    pub sent: Memory,
+    pub sent: InProcess,
     senses: Senses,
     scene: Scene,
     robot: Robot,
@@ -195,7 +195,7 @@ impl Drive {
         let mut drive = Self {
             planner: Planner::new(&config).unwrap(),
             access: Access::new(Process::Planner, KIND),
-            sent: Memory::of_writer(Process::Planner, KIND),
+            sent: InProcess::of_writer(Process::Planner, KIND),
             senses: Senses {
                 scan: Box::new(Zeroable::zeroed()),
                 estimate: Box::new(Zeroable::zeroed()),

@@ -8,19 +8,19 @@ use rand_pcg::Pcg64Mcg;
 use sketchnav_schemas::geometry::{Base, Odom, Pose, World, wrap_angle};
 use sketchnav_schemas::message::LaserScan;
 use sketchnav_schemas::seed;
-use sketchnav_sketch::localization::beams::Mounting;
-use sketchnav_sketch::localization::parameters::Parameters;
-use sketchnav_sketch::localization::{Localizer, Start};
+use sketchnav_sketch::filter::beams::Mounting;
+use sketchnav_sketch::filter::parameters::Parameters;
+use sketchnav_sketch::filter::{Filter, Start};
 
 use building::normal;
 pub use building::{Drawing, WAY, scan_from};
 
 /// The localizer at the way's beginning in a drawing.
-pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Localizer {
+pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Filter {
     let [x, y] = drawing.px(WAY[0]);
     let pose = Pose::new(x, y, std::f64::consts::FRAC_PI_2 + drawing.turn_rad);
     let start = Start { pose, spread_px: 5.0, spread_rad: 0.1 };
-    Localizer::new(
+    Filter::new(
         &drawing.sketch(),
         Mounting::default(),
         sketchnav_schemas::robot::Drive::Omnidirectional,
@@ -33,7 +33,7 @@ pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Locali
 
 /// A robot on its way along [`WAY`].
 pub struct Drive {
-    pub localizer: Localizer,
+    pub localizer: Filter,
     rng: Pcg64Mcg,
     pub truth: Pose<World>,
     odometry: Pose<Odom>,

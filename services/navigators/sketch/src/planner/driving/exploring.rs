@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use crate::messages::{Correspondence, Question};
-use crate::planning::chart::Chart;
+use crate::paths::chart::Chart;
 use sketchnav_mapping::Map;
 use sketchnav_motion::progress::ProgressChecker;
 use sketchnav_motion::recovery::Recovery;
@@ -15,6 +15,7 @@ use sketchnav_schemas::message::Here;
 use super::way::{LENGTH_SHARE, farthest_within, is_in_reach, length};
 use super::{Driver, Guide, TaskStatus};
 use crate::planner::explorer::{Advice, Explorer};
+use crate::planner::pace::Pace;
 use crate::planner::reason::Reason;
 
 /// A look turns by what the laser leaves out, and so much more, radians.
@@ -38,6 +39,21 @@ impl Join {
 }
 
 impl Driver {
+    /// Goes by the outline as long as what was seen is an open floor, and by the filter as soon as it is rooms. A recovery
+    /// behaviour or a look is finished first.
+    pub(super) fn go_by_the_floor(&mut self, chart: &Chart, now_s: f64) {
+        let Some(explorer) = self.explorer.as_ref().filter(|_| self.attempt.recovery.is_none()) else {
+            return;
+        };
+        self.attempt.guide = match (self.attempt.guide, explorer.is_in_charge()) {
+            (Guide::Goal, true) => Guide::Outline,
+            (Guide::Outline, false) => Guide::Goal,
+            _ => return,
+        };
+        (self.attempt.plan_due_s, self.attempt.pace) = (now_s, Pace::new(now_s));
+        self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
+    }
+
     /// A step by the explorer's advice.
     pub(super) fn explore(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         if self.attempt.recovery.is_some() {

@@ -7,7 +7,7 @@
 
 use std::iter::once;
 
-use crate::planning::chart::Chart;
+use crate::paths::chart::Chart;
 use sketchnav_motion::local::LocalPlanner;
 use sketchnav_schemas::geometry::{Odom, Point, Sketch};
 
@@ -56,7 +56,7 @@ impl Driver {
             Guide::Outline => self.plan_on_course(chart),
             Guide::Goal | Guide::ToRoute => self.plan_to_goal(chart),
         }
-        self.attempt.journey.plan(self.attempt.remaining_m);
+        self.attempt.pace.plan(self.attempt.remaining_m);
     }
 
     fn plan_to_goal(&mut self, chart: &Chart) {

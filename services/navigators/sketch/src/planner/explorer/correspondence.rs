@@ -11,15 +11,15 @@ use crate::messages::{Correspondence, CourseAim, OutlineSample, PartnerKind};
 impl Explorer {
     /// Whether there is something new to send; asking takes it as sent.
     pub fn has_news(&mut self) -> bool {
-        std::mem::take(&mut self.state.is_news)
+        std::mem::take(&mut self.exploration.is_news)
     }
 
     /// Writes what corresponds to what, except for header and odometry.
     pub fn write(&self, out: &mut Correspondence) {
         out.robot = PoseM::new(&self.robot());
-        out.rival_margin = self.state.rival.map_or(-1.0, |rival| rival.margin);
-        out.rival_m = self.state.rival.map_or([0.0; 2], |rival| rival.place);
-        if let Some(course) = &self.state.course {
+        out.rival_margin = self.exploration.rival.map_or(-1.0, |rival| rival.margin);
+        out.rival_m = self.exploration.rival.map_or([0.0; 2], |rival| rival.place);
+        if let Some(course) = &self.exploration.course {
             (out.aim, out.target_m) = (code(course.aim).code(), course.target);
         }
         self.write_samples(out);
@@ -37,7 +37,7 @@ impl Explorer {
     }
 
     fn write_samples(&self, out: &mut Correspondence) {
-        let (Some(paper), Some((seen, alignment))) = (&self.paper, &self.state.last) else { return };
+        let (Some(paper), Some((seen, alignment))) = (&self.paper, &self.exploration.last) else { return };
         let likely = Likely::new(&self.shares, seen, alignment);
         out.goal_m = likely.place.unwrap_or_default();
         (out.seen_share, out.hidden_share, out.cost) = (likely.seen, likely.hidden, alignment.cost);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{Alignment, Partner};
 use sketchnav_mapping::outline::{Place, SeenOutline};
 
-use super::chart::Chart;
+use super::path_grid::PathGrid;
 
 /// What a course leads to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,7 +39,7 @@ pub struct Course {
     /// Points of the gap that it leads to.
     pub gap: Vec<Place>,
     /// What was free when it was set.
-    pub chart: Chart,
+    pub grid: PathGrid,
     /// The cell of its end.
     pub cell: usize,
 }

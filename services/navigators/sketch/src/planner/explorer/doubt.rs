@@ -71,9 +71,9 @@ impl Explorer {
         if !self.may_ask() || margin > self.parameters.ask_margin {
             return self.arrived(Some(margin));
         }
-        let best = self.state.last.take();
+        let best = self.exploration.last.take();
         let first = best.as_ref().and_then(|(_, best)| self.hypothesis(best, 0.0));
-        self.state.last = best;
+        self.exploration.last = best;
         let Some(first) = first else { return self.arrived(Some(margin)) };
         let found = first.goal.clone();
         let doubt = Doubt { margin, hypotheses: vec![first], found, rivals: 0, is_open: false };
@@ -102,12 +102,12 @@ impl Explorer {
             |at: &Point<Sketch>| doubt.hypotheses.iter().all(|known| known.at.distance(at) > apart_px);
         let hypothesis = self.hypothesis(rival, margin).filter(|hypothesis| is_new(&hypothesis.at));
         doubt.hypotheses.extend(hypothesis);
-        let best = self.state.last.as_ref().map(|(_, best)| best.cost);
+        let best = self.exploration.last.as_ref().map(|(_, best)| best.cost);
         if doubt.hypotheses.len() == MOST_PLACES || doubt.rivals == MOST_RIVALS || found.is_empty() {
             return self.ask(doubt);
         }
         self.begin_job(doubt.found.clone(), best);
-        self.state.doubt = Some(doubt);
+        self.exploration.doubt = Some(doubt);
         Advice::Drive
     }
 
@@ -116,7 +116,7 @@ impl Explorer {
         if doubt.hypotheses.len() < 2 {
             return self.arrived(Some(doubt.margin));
         }
-        self.state.doubt = Some(Doubt { is_open: true, ..doubt });
+        self.exploration.doubt = Some(Doubt { is_open: true, ..doubt });
         Advice::Ask
     }
 
@@ -127,13 +127,13 @@ impl Explorer {
 
     /// Of how many places a person is asked which one it is, and what the second one's alignment costs more.
     pub fn asks(&self) -> Option<(usize, f64)> {
-        let doubt = self.state.doubt.as_ref().filter(|doubt| doubt.is_open)?;
+        let doubt = self.exploration.doubt.as_ref().filter(|doubt| doubt.is_open)?;
         Some((doubt.hypotheses.len(), doubt.hypotheses.get(1)?.margin))
     }
 
     /// Writes the places that a person is asked about.
     pub fn write_question(&self, out: &mut Question) {
-        let doubt = self.state.doubt.as_ref().filter(|doubt| doubt.is_open);
+        let doubt = self.exploration.doubt.as_ref().filter(|doubt| doubt.is_open);
         let places = doubt.map_or(&[][..], |doubt| &doubt.hypotheses);
         for (slot, Hypothesis { at, margin, .. }) in out.places.iter_mut().zip(places) {
             *slot = PossiblePlace { x_px: at.x, y_px: at.y, margin: *margin };
@@ -143,13 +143,13 @@ impl Explorer {
 
     /// Nobody answers: the arrival is believed by its evidence.
     pub fn believe(&mut self) {
-        let doubt = self.state.doubt.take_if(|doubt| doubt.is_open);
-        self.state.settled = doubt.map(|doubt| Settled { margin: doubt.margin, is_confirmed: false });
+        let doubt = self.exploration.doubt.take_if(|doubt| doubt.is_open);
+        self.exploration.settled = doubt.map(|doubt| Settled { margin: doubt.margin, is_confirmed: false });
     }
 
     /// How an arrival that was in doubt was settled.
     pub(super) fn take_settled(&mut self) -> Option<Advice> {
-        let Settled { margin, is_confirmed } = self.state.settled.take()?;
+        let Settled { margin, is_confirmed } = self.exploration.settled.take()?;
         let Advice::Arrived(evidence) = self.arrived(Some(margin)) else { return None };
         Some(Advice::Arrived(super::Evidence { is_confirmed, ..evidence }))
     }
@@ -161,29 +161,29 @@ impl Explorer {
         if !self.is_in_charge() {
             return;
         }
-        let doubt = self.state.doubt.take_if(|doubt| doubt.is_open);
+        let doubt = self.exploration.doubt.take_if(|doubt| doubt.is_open);
         let near = doubt.as_ref().and_then(|doubt| Some((doubt, self.nearest(doubt, &here.at)?)));
         if let Some((doubt, 0)) = near {
-            self.state.settled = Some(Settled { margin: doubt.margin, is_confirmed: true });
+            self.exploration.settled = Some(Settled { margin: doubt.margin, is_confirmed: true });
             return;
         }
         if let Some((doubt, chosen)) = near {
             let others = doubt.hypotheses.iter().enumerate().filter(|(k, _)| *k != chosen);
-            self.state.denied.extend(others.flat_map(|(_, other)| &other.goal));
+            self.exploration.denied.extend(others.flat_map(|(_, other)| &other.goal));
         }
         let robot = self.robot();
         let turn_rad = here.yaw_rad.map(|yaw_rad| wrap_angle(yaw_rad - robot.yaw_rad));
-        self.state.told = Some(Told { drawn: [here.at.x, here.at.y], seen: self.place(), turn_rad });
+        self.exploration.told = Some(Told { drawn: [here.at.x, here.at.y], seen: self.place(), turn_rad });
         self.look_anew();
     }
 
     /// What was compared before counts no more.
     fn look_anew(&mut self) {
-        (self.state.job, self.state.course, self.field) = (None, None, None);
-        (self.state.doubt, self.state.settled) = (None, None);
-        (self.state.looking, self.state.looks) = (None, 0);
-        (self.state.looked_at, self.state.rival) = (Vec::new(), None);
-        if self.state.goal.is_some() && self.state.has_looked {
+        (self.exploration.job, self.exploration.course, self.field) = (None, None, None);
+        (self.exploration.doubt, self.exploration.settled) = (None, None);
+        (self.exploration.looking, self.exploration.looks) = (None, 0);
+        (self.exploration.looked_at, self.exploration.rival) = (Vec::new(), None);
+        if self.exploration.goal.is_some() && self.exploration.has_looked {
             self.begin_job(Vec::new(), None);
         }
     }

@@ -23,6 +23,7 @@ use std::sync::Arc;
 
 use resvg::usvg::roxmltree::{Document, Node};
 
+use self::colours::in_dark;
 use self::sheet::{Rule, Seen, Written};
 use self::syntax::{Declaration, declarations, function, without_comments, words};
 use self::values::{Checked, Kind, check, initial, is_inherited, kind, url};
@@ -41,6 +42,8 @@ const MOST_STEPS: u64 = 100_000_000;
 const MOST_BYTES: usize = 64 << 20;
 /// A value in an error is cut after so many characters.
 const SHOWN: usize = 80;
+/// And what cannot be read of a shape.
+const SHOWN_POINTS: usize = 16;
 
 /// Elements that paint nothing: what they hold is left out without a word.
 const SILENT: [&str; 13] = [
@@ -64,6 +67,8 @@ const GEOMETRY: [&str; 9] = ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "he
 const LENGTHS: [&str; 13] =
     ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "height", "x1", "y1", "x2", "y2"];
 const SHAPES: [&str; 6] = ["circle", "ellipse", "image", "line", "rect", "use"];
+/// Elements that are drawn by strokes.
+const STROKED: [&str; 7] = ["circle", "ellipse", "line", "path", "polygon", "polyline", "rect"];
 /// Properties that the renderer takes from a style alone.
 const STYLE_ONLY: [&str; 3] = ["mix-blend-mode", "isolation", "image-rendering"];
 
@@ -75,6 +80,8 @@ pub(crate) struct Flat {
     pub pictures: Vec<Arc<Vec<u8>>>,
     /// What is not drawn and a person may miss.
     pub left_out: Vec<LeftOut>,
+    /// The ids of shapes whose strokes are painted by a gradient or a pattern, and what to call them.
+    pub served: BTreeMap<String, String>,
 }
 
 /// Works out all styles.
@@ -101,12 +108,13 @@ pub(crate) fn flatten(document: &Document, broken: &Broken) -> Result<Flat, Sket
         pictures: Pictures::default(),
         out: String::new(),
         left_out: written.left_out.iter().cloned().map(LeftOut::Rules).collect(),
+        served: BTreeMap::new(),
         labels: 0,
     };
     walk.element(document.root_element(), &Scope::default(), 0)?;
-    let Walk { pictures, out, mut left_out, labels, .. } = walk;
+    let Walk { pictures, out, mut left_out, served, labels, .. } = walk;
     left_out.extend((labels > 0).then_some(LeftOut::Labels(labels)));
-    Ok(Flat { text: out, pictures: pictures.files, left_out })
+    Ok(Flat { text: out, pictures: pictures.files, left_out, served })
 }
 
 fn is_svg(node: Node) -> bool {
@@ -119,6 +127,10 @@ struct Scope {
     variables: Variables,
     /// Properties that an element around it declares.
     declared: BTreeSet<String>,
+    /// The stroke.
+    stroke: Option<String>,
+    /// Whether its colour scheme is dark and nothing else.
+    is_dark: bool,
     /// Whether nothing of it is shown: then nothing is missed.
     is_hidden: bool,
 }
@@ -153,6 +165,14 @@ impl<'a> Declared<'a> {
             name => &[name],
         };
         longhands.iter().for_each(|name| self.add(name, value, false));
+    }
+
+    /// Whether the colour scheme is dark, where one is declared.
+    fn is_dark(&self, variables: &Variables) -> Option<bool> {
+        let value = self.properties.get("color-scheme")?.last()?.value;
+        let value = variables.resolve(value).ok()?.to_ascii_lowercase();
+        let has = |scheme: &str| words(&value).any(|word| word == scheme);
+        (has("dark") || has("light") || has("normal")).then(|| has("dark") && !has("light"))
     }
 }
 
@@ -259,6 +279,7 @@ impl<'a> Styles<'a> {
                     "unset" | "revert" | "revert-layer" => return Ok(None),
                     // The attribute has a syntax of its own, which the renderer knows.
                     _ if *is_attribute && kind == Kind::Transform => Checked::Valid(text.clone()),
+                    _ if scope.is_dark => check(kind, in_dark(text.trim()).trim()),
                     _ => check(kind, text.trim()),
                 },
             };
@@ -317,6 +338,7 @@ struct Walk<'a> {
     pictures: Pictures,
     out: String,
     left_out: Vec<LeftOut>,
+    served: BTreeMap<String, String>,
     labels: usize,
 }
 
@@ -334,6 +356,7 @@ impl Walk<'_> {
         let declared = self.styles.declared(node, &style)?;
         let mut inside = Scope { variables: scope.variables.with(&declared.custom), ..scope.clone() };
         self.styles.take(if declared.custom.is_empty() { 0 } else { inside.variables.len() })?;
+        inside.is_dark = declared.is_dark(&inside.variables).unwrap_or(scope.is_dark);
         self.write(format_args!("<{tag}"))?;
         if depth == 0 {
             self.write(format_args!(" xmlns=\"{SVG}\" xmlns:xlink=\"{XLINK}\""))?;
@@ -342,7 +365,10 @@ impl Walk<'_> {
         if tag == "use" && !declared.custom.is_empty() && !scope.is_hidden {
             self.miss(LeftOut::Variables(name(node)));
         }
+        let attributes = self.out.len();
         let settled = self.properties(node, &declared, &inside)?;
+        inside.stroke = settled.get("stroke").cloned().or(inside.stroke);
+        self.serve(node, tag, &inside, attributes);
         inside.is_hidden |= settled.get("display").is_some_and(|display| display == "none");
         let colours = settled.into_keys().filter(|property| is_inherited(property));
         inside
@@ -359,13 +385,31 @@ impl Walk<'_> {
     fn is_left_out(&mut self, node: Node, tag: &str, scope: &Scope) -> bool {
         let is_label = |node: Node| matches!(node.tag_name().name(), "text" | "foreignObject");
         // A browser shows the first part of a switch that it can, and HTML is one.
-        let is_switched =
-            tag == "switch" && node.children().find(|child| is_svg(*child)).is_some_and(is_label);
-        if is_label(node) || is_switched {
+        let first = || node.children().find(|child| is_svg(*child));
+        let shown = if tag == "switch" { first() } else { Some(node) };
+        let Some(label) = shown.filter(|shown| is_label(*shown)) else { return SILENT.contains(&tag) };
+        let is_shape = |inside: Node| is_svg(inside) && STROKED.contains(&inside.tag_name().name());
+        if !scope.is_hidden && label.descendants().any(is_shape) {
+            self.miss(LeftOut::Foreign(name(label)));
+        } else {
             self.labels += usize::from(!scope.is_hidden);
-            return true;
         }
-        SILENT.contains(&tag)
+        true
+    }
+
+    /// Remembers a shape whose stroke is painted by a gradient or a pattern; it gets an id where it has none.
+    fn serve(&mut self, node: Node, tag: &str, scope: &Scope, at: usize) {
+        let mut parts = words(scope.stroke.as_deref().unwrap_or(""));
+        let (server, fallback) = (parts.next().and_then(url), parts.next());
+        let is_known = server.is_some_and(|server| self.is_known(server));
+        if scope.is_hidden || !is_known || fallback.is_some() || !STROKED.contains(&tag) {
+            return;
+        }
+        let id = node.attribute("id").map_or_else(|| located(node), str::to_owned);
+        if node.attribute("id").is_none() {
+            self.out.insert_str(at, &format!(" id=\"{}\"", escaped(&id)));
+        }
+        self.served.insert(id, located(node));
     }
 
     /// All attributes but those of styles.
@@ -381,6 +425,7 @@ impl Walk<'_> {
                     if ["style", "class"].contains(&key) || is_presentation(key) || overridden => {}
                 None | Some(SVG) => {
                     self.styles.check_length(node, key, value, scope)?;
+                    self.check_points(node, key, value, scope);
                     self.attribute(key, value)?;
                 }
                 _ => {}
@@ -440,7 +485,9 @@ impl Walk<'_> {
             let Some(value) = self.styles.settled(node, (property, candidates), scope)? else { continue };
             self.check_reference(node, property, &value, scope);
             if !STYLE_ONLY.contains(&property.as_str()) {
-                self.attribute(property, path_of(property, &value))?;
+                let value = path_of(property, &value);
+                self.check_points(node, property, value, scope);
+                self.attribute(property, value)?;
             } else if value.bytes().all(|byte| byte.is_ascii_alphabetic() || byte == b'-') {
                 _ = write!(style, "{property}:{value};");
             }
@@ -452,14 +499,37 @@ impl Walk<'_> {
         Ok(settled)
     }
 
-    /// A paint that nothing in the drawing has leaves nothing to be seen.
+    /// A paint or a filter that nothing in the drawing has leaves nothing to be seen.
     fn check_reference(&mut self, node: Node, property: &str, value: &str, scope: &Scope) {
-        let mut parts = words(value);
-        let (server, fallback) = (parts.next().and_then(url), parts.next());
-        let Some(server) = server.filter(|_| matches!(property, "fill" | "stroke")) else { return };
-        if fallback.is_none() && !scope.is_hidden && !self.is_known(server) {
-            let found = format!("{property} url({server})").chars().take(SHOWN).collect();
-            self.miss(LeftOut::Reference { element: name(node), found });
+        let all: Vec<_> = words(value).collect();
+        let servers: &[&str] = match (property, &all[..]) {
+            ("fill" | "stroke", [_]) | ("filter", _) => &all,
+            _ => &[],
+        };
+        for server in servers.iter().filter_map(|word| url(word)) {
+            if !scope.is_hidden && !self.is_known(server) {
+                let found = format!("{property} url({server})").chars().take(SHOWN).collect();
+                self.miss(LeftOut::Reference { element: name(node), found });
+            }
+        }
+    }
+
+    /// A shape ends where its data cannot be read.
+    fn check_points(&mut self, node: Node, key: &str, value: &str, scope: &Scope) {
+        let commands = match (node.tag_name().name(), key) {
+            ("path", "d") if value.trim() != "none" => "MmZzLlHhVvCcSsQqTtAa",
+            ("polygon" | "polyline", "points") => "",
+            _ => return,
+        };
+        let is_read = |c: char| {
+            c.is_ascii_digit() || c.is_ascii_whitespace() || "eE.,+-".contains(c) || commands.contains(c)
+        };
+        let data = value.trim_start();
+        let begins = key == "points" || data.is_empty() || data.starts_with(['M', 'm']);
+        let wrong = if begins { data.find(|c| !is_read(c)) } else { Some(0) };
+        if let Some(at) = wrong.filter(|_| !scope.is_hidden) {
+            let found = data[at..].chars().take(SHOWN_POINTS).collect();
+            self.miss(LeftOut::Points { element: located(node), found });
         }
     }
 

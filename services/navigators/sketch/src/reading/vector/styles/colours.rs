@@ -1,11 +1,11 @@
 //! Colours as CSS writes them, in sRGB. (CSS Color Module Level 4; `light-dark()` and `color-mix()` of Level 5.)
 //!
-//! A drawing is read on white paper: of `light-dark()` the light one counts, and system colours are those of a light
-//! page. Colours that no screen shows are clipped, as browsers do.
+//! A drawing is read on white paper: of `light-dark()` the light one counts, unless the drawing's scheme is dark ([`in_dark`]),
+//! and system colours are those of a light page. Colours that no screen shows are clipped, as browsers do.
 
 use color::{ColorSpaceTag, DynamicColor, HueDirection, Srgb, parse_color};
 
-use super::syntax::{function, split, words};
+use super::syntax::{find, function, split, words};
 
 /// How deep functions are looked into.
 const MOST_DEPTH: usize = 8;
@@ -81,6 +81,20 @@ pub(super) fn read(text: &str) -> Colour {
         Err(Trouble::Unreadable(why)) => Colour::Unreadable(why),
         Err(Trouble::Invalid) => Colour::Invalid,
     }
+}
+
+/// A value in a drawing whose colour scheme is dark: the second colour stands for each `light-dark()`.
+pub(super) fn in_dark(value: &str) -> String {
+    const NAME: &str = "light-dark(";
+    let (small, mut text, mut end) = (value.to_ascii_lowercase(), String::new(), 0);
+    while let Some(at) = small[end..].find(NAME).map(|at| end + at) {
+        let inside = at + NAME.len();
+        let close = inside + find(&value[inside..], b")");
+        text.push_str(&value[end..at]);
+        text.push_str(split(&value[inside..close], b',').nth(1).unwrap_or(""));
+        end = (close + 1).min(value.len());
+    }
+    text + &value[end..]
 }
 
 enum Trouble {
@@ -249,6 +263,19 @@ mod tests {
             ("transparent", "#00000000"),
         ] {
             assert_eq!(srgb(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_dark_scheme_takes_the_second_colour() {
+        for (value, expected) in [
+            ("light-dark(black, white)", "white"),
+            ("url(#a) LIGHT-DARK(rgb(0, 0, 0), rgb(255, 255, 255))", "url(#a) rgb(255, 255, 255)"),
+            ("color-mix(in srgb, light-dark(a, b), light-dark(c, d))", "color-mix(in srgb, b, d)"),
+            ("#111", "#111"),
+            ("light-dark(a", ""),
+        ] {
+            assert_eq!(in_dark(value), expected, "{value}");
         }
     }
 

@@ -49,6 +49,13 @@ fn the_weightiest_declaration_that_holds_counts() {
         ("<style>:root{--a:#111} path{stroke:var(--a)}</style><path id='w'/>", "#111111"),
         ("<g style='--a: light-dark(#111, white)'><path id='w' stroke='var(--a, red)'/></g>", "#111111"),
         ("<path id='w' stroke='var(--a, rgb(17 17 17 / 100%))'/>", "#111111"),
+        // A fixed dark scheme takes the second colour; one that leaves the choice is shown on white paper.
+        ("<g style='color-scheme: dark'><path id='w' stroke='light-dark(red, #111)'/></g>", "#111111"),
+        (
+            "<style>:root{color-scheme:only dark}</style><path id='w' stroke='light-dark(red, #111)'/>",
+            "#111111",
+        ),
+        ("<g style='color-scheme: light dark'><path id='w' stroke='light-dark(#111, red)'/></g>", "#111111"),
         (
             "<style>@property --a {syntax: '*'; inherits: true; initial-value: #111}</style>\
           <path id='w' stroke='var(--a)'/>",
@@ -160,6 +167,21 @@ fn what_is_left_out_is_named() {
     assert!(picture.contains("the file \"plan.png\"") && picture.contains("type image/gif"), "{picture}");
     assert_eq!(names("<use href='#a'/>"), "#a of <use>: nothing in the drawing has that id");
     assert_eq!(names("<path fill='url(#a)'/>"), "fill url(#a) of <path>: nothing in the drawing has that id");
+    assert_eq!(
+        names("<path filter='blur(1px) url(#a) url(#b)'/><g id='b'/>"),
+        "filter url(#a) of <path>: nothing in the drawing has that id"
+    );
+    let foreign = "<foreignObject><svg><path d='M0 0h9'/></svg></foreignObject>";
+    assert!(names(foreign).starts_with("the shapes in <foreignObject>: it holds another document"));
+    for (shape, found) in [
+        ("<path d='oops M1 1L2 2'/>", "\"oops M1 1L2 2\""),
+        ("<path d='M1 1L2 oops'/>", "\"oops\""),
+        ("<polyline points='1,1 2,2 x'/>", "\"x\""),
+    ] {
+        let words = names(shape);
+        assert!(words.contains(&format!("in line 1 from {found} on: expected commands")), "{words}");
+    }
+    assert_eq!(names("<path d=' m1-1.5e-1,2Z'/><path d='none'/><path d=''/><polygon points='1,2 3 4'/>"), "");
     let variables = names("<path id='a' stroke='var(--a, white)'/><use href='#a' style='--a: black'/>");
     assert_eq!(variables, "the custom properties of <use>: what it refers to is drawn without them");
     assert_eq!(names("<path fill='url(#a) red' stroke='url(#b)'/><g id='b'/>"), "");

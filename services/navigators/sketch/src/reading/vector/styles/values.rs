@@ -196,9 +196,10 @@ fn paint(value: &str) -> Checked {
     }
 }
 
-/// What `url()` leads to.
+/// What `url()` leads to; `None` for other words.
 pub(super) fn url(value: &str) -> Option<&str> {
-    let inside = value.get(4..)?.strip_suffix(')')?;
+    let is_url = value.get(..4)?.eq_ignore_ascii_case("url(");
+    let inside = value.get(4..).filter(|_| is_url)?.strip_suffix(')')?;
     Some(inside.trim().trim_matches(['"', '\'']).trim())
 }
 

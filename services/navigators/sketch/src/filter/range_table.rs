@@ -179,7 +179,7 @@ fn leave_rows(wall: &[bool], width: usize) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::localization::sweep::{OFF_CORNERS, PARTS};
+    use crate::filter::sweep::{OFF_CORNERS, PARTS};
     use crate::sketch::SketchGrid;
     use proptest::prelude::*;
     use sketchnav_schemas::codes::WALL;

@@ -1,10 +1,10 @@
-//! What the driver remembers from step to step, for a checkpoint.
+//! The driver's state from step to step, for a checkpoint.
 //!
 //! The cost field is large and follows from the drawing, the goal and the blockages: it is solved
 //! again. What the local planner found is used up within the step, except for where there is room.
 
-use crate::planning::chart::Chart;
-use crate::planning::route::DrawnRoute;
+use crate::paths::chart::Chart;
+use crate::paths::route::DrawnRoute;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::local;
 use sketchnav_motion::obstacles::Obstacles;
@@ -16,9 +16,9 @@ use super::{Attempt, Driver, MAX_BLOCKAGES, Solved};
 
 /// The driver's state, as it is read back.
 #[derive(Debug, Clone, Deserialize)]
-pub struct Memory {
+pub struct State {
     obstacles: Obstacles,
-    local: local::Memory,
+    local: local::State,
     pursuit: Pursuit,
     route: DrawnRoute,
     attempt: Attempt,
@@ -27,14 +27,14 @@ pub struct Memory {
     local_path: Vec<Point<Odom>>,
     chart: Option<Chart>,
     planned: bool,
-    explorer: Option<explorer::Memory>,
+    explorer: Option<explorer::State>,
 }
 
-/// The same where it lies, to be written: field by field a [`Memory`].
+/// The same where it lies, to be written: field by field a [`State`].
 #[derive(Debug, Serialize)]
-pub struct MemoryView<'a> {
+pub struct StateView<'a> {
     obstacles: &'a Obstacles,
-    local: local::MemoryView<'a>,
+    local: local::StateView<'a>,
     pursuit: &'a Pursuit,
     route: &'a DrawnRoute,
     attempt: &'a Attempt,
@@ -43,15 +43,15 @@ pub struct MemoryView<'a> {
     local_path: &'a [Point<Odom>],
     chart: Option<Chart>,
     planned: bool,
-    explorer: Option<explorer::MemoryView<'a>>,
+    explorer: Option<explorer::StateView<'a>>,
 }
 
 impl Driver {
-    /// What it remembers; nothing is copied.
-    pub fn memory(&self) -> MemoryView<'_> {
-        MemoryView {
+    /// Its state, without copying it.
+    pub fn state(&self) -> StateView<'_> {
+        StateView {
             obstacles: &self.obstacles,
-            local: self.local.memory(),
+            local: self.local.state(),
             pursuit: &self.pursuit,
             route: &self.route,
             attempt: &self.attempt,
@@ -60,24 +60,24 @@ impl Driver {
             local_path: &self.local_path,
             chart: self.chart,
             planned: self.planned,
-            explorer: self.explorer.as_ref().map(Explorer::memory),
+            explorer: self.explorer.as_ref().map(Explorer::state),
         }
     }
 
-    /// Goes on from the memory of a driver with the same drawing and parameters. Whatever grew before
+    /// Goes on from the state of a driver with the same drawing and parameters. Whatever grew before
     /// has its room again, so that driving on allocates nothing.
-    pub fn restore(&mut self, memory: Memory) {
-        let Memory { obstacles, local, pursuit, route, attempt, solved, chart, planned, .. } = memory;
+    pub fn restore(&mut self, state: State) {
+        let State { obstacles, local, pursuit, route, attempt, solved, chart, planned, .. } = state;
         (self.obstacles, self.pursuit, self.route, self.attempt) = (obstacles, pursuit, route, attempt);
         (self.solved, self.chart, self.planned) = (solved, chart, planned);
         self.local.restore(local);
         self.route.reserve();
         self.attempt.blocked.reserve(MAX_BLOCKAGES);
-        refill(&mut self.global_path, &memory.global_path);
-        refill(&mut self.local_path, &memory.local_path);
+        refill(&mut self.global_path, &state.global_path);
+        refill(&mut self.local_path, &state.local_path);
         self.solve_again();
-        if let (Some(explorer), Some(memory)) = (&mut self.explorer, memory.explorer) {
-            explorer.restore(memory);
+        if let (Some(explorer), Some(state)) = (&mut self.explorer, state.explorer) {
+            explorer.restore(state);
         }
     }
 }

@@ -8,7 +8,7 @@ use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Pose, Sketch};
 
-use super::LocalizationError;
+use super::FilterError;
 use super::beams::Beams;
 use super::grid::Grid;
 use super::metric::{PxFromBase, ScaleFrame, wrap};
@@ -36,10 +36,10 @@ const FARTHEST: f32 = 8.0;
 
 impl Start {
     /// Refuses a start beside the drawing.
-    pub(super) fn check_within(&self, [width, height]: [usize; 2]) -> Result<(), LocalizationError> {
+    pub(super) fn check_within(&self, [width, height]: [usize; 2]) -> Result<(), FilterError> {
         let (x, y) = (self.pose.x, self.pose.y);
         let inside = (0.0..width as f64).contains(&x) && (0.0..height as f64).contains(&y);
-        if inside { Ok(()) } else { Err(LocalizationError::StartOutside { x, y, width, height }) }
+        if inside { Ok(()) } else { Err(FilterError::StartOutside { x, y, width, height }) }
     }
 
     /// Whether the heading may be any.

@@ -291,10 +291,10 @@ impl BeamModelOfScan<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::localization::beam_model::Room;
-    use crate::localization::grid::Grid;
-    use crate::localization::lanes::levels;
-    use crate::localization::parameters::Parameters;
+    use crate::filter::beam_model::Room;
+    use crate::filter::grid::Grid;
+    use crate::filter::lanes::levels;
+    use crate::filter::parameters::Parameters;
     use crate::sketch::SketchGrid;
     use proptest::prelude::*;
     use rand::RngExt;

@@ -8,7 +8,7 @@ use sketchnav_mapping::{Cell, CellGrid, Map};
 use sketchnav_motion::weighted_grid::{Frontier, Weights, chamfer};
 use sketchnav_schemas::geometry::Point;
 
-/// Cells of the map along a cell of the chart.
+/// Cells of the map along a cell of the grid.
 const COARSE: usize = 2;
 /// Nobody has been there, or something stands there.
 const CLOSED: u8 = 0;
@@ -31,9 +31,9 @@ const BEFORE_GAP_M: f64 = 0.9;
 /// Most points of a way.
 const MAX_PATH: usize = 2048;
 
-/// The chart.
+/// The grid: how much room there is around each cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Chart {
+pub struct PathGrid {
     stride: usize,
     cell_m: f64,
     origin: Place,
@@ -42,7 +42,7 @@ pub struct Chart {
     escape: Vec<u32>,
 }
 
-impl Chart {
+impl PathGrid {
     /// Of what is `free` of a map. The robot's middle keeps `clearance_m` from what is occupied.
     pub fn new(grid: &CellGrid, free: &Region, clearance_m: f64) -> Self {
         let (stride, rows) = (grid.width.div_ceil(COARSE) + 2, grid.height.div_ceil(COARSE) + 2);
@@ -80,7 +80,7 @@ impl Chart {
         [0, 1].map(|k| self.origin[k] + (at[k] as f64 + 0.5) * self.cell_m)
     }
 
-    /// The cell of a place, the nearest inner one where it lies beside the chart.
+    /// The cell of a place, the nearest inner one where it lies beside the grid.
     fn cell(&self, place: Place) -> usize {
         let rows = self.kinds.len() / self.stride;
         let at = |k: usize, count: usize| {
@@ -167,31 +167,31 @@ pub struct Field {
     origin: Place,
     weights: Vec<f32>,
     frontier: Frontier,
-    chart: Chart,
+    grid: PathGrid,
 }
 
 impl Field {
-    /// To a cell of a chart; `None` where the chart is empty.
-    pub fn new(chart: &Chart, end: usize) -> Option<Self> {
-        if chart.kinds.len() <= end {
+    /// To a cell of a grid; `None` where the grid is empty.
+    pub fn new(grid: &PathGrid, end: usize) -> Option<Self> {
+        if grid.kinds.len() <= end {
             return None;
         }
         // Beyond its end a course may lead through what is tight: obstacles push the robot there.
-        let weights = chart.weights(|kind| if kind == TIGHT { 4.0 * ESCAPE } else { with_room(kind) });
-        let frontier = chart.flood(&weights, end);
-        let Chart { stride, cell_m, origin, .. } = *chart;
-        Some(Self { stride, cell_m, origin, weights, frontier, chart: chart.clone() })
+        let weights = grid.weights(|kind| if kind == TIGHT { 4.0 * ESCAPE } else { with_room(kind) });
+        let frontier = grid.flood(&weights, end);
+        let PathGrid { stride, cell_m, origin, .. } = *grid;
+        Some(Self { stride, cell_m, origin, weights, frontier, grid: grid.clone() })
     }
 
     /// The cost from a place, metres at least.
     pub fn cost_m(&self, place: Place) -> f64 {
-        f64::from(self.frontier.costs()[self.chart.cell(place)])
+        f64::from(self.frontier.costs()[self.grid.cell(place)])
     }
 
     /// Writes the way from a place, one point a cell.
     pub fn descend(&self, from: Place, path: &mut Vec<Point<Map>>) {
         let weights = Weights { weight: &self.weights, stride: self.stride, cell_length: self.cell_m as f32 };
-        let mut cell = self.chart.cell(from);
+        let mut cell = self.grid.cell(from);
         path.push(Point::new(from[0], from[1]));
         while let Some(next) = weights.downhill(&self.frontier, cell).filter(|_| path.len() < MAX_PATH) {
             cell = next;
@@ -224,11 +224,11 @@ mod tests {
     #[test]
     fn the_way_leads_through_the_door_and_keeps_off_the_walls() {
         let (grid, free) = hall();
-        let mut chart = Chart::new(&grid, &free, 0.25);
-        let (cell, way_m) = chart.end_for([1.0, 1.0], [5.0, 1.0]).unwrap();
-        assert!(super::super::distance(chart.middle(cell), [5.0, 1.0]) < 0.15);
+        let mut grid = PathGrid::new(&grid, &free, 0.25);
+        let (cell, way_m) = grid.end_for([1.0, 1.0], [5.0, 1.0]).unwrap();
+        assert!(super::super::distance(grid.middle(cell), [5.0, 1.0]) < 0.15);
         assert!((7.0..9.5).contains(&way_m), "{way_m}");
-        let field = Field::new(&chart, cell).unwrap();
+        let field = Field::new(&grid, cell).unwrap();
         let mut path = Vec::new();
         field.descend([1.0, 1.0], &mut path);
         assert!(path.iter().any(|at| (at.x - 3.0).abs() < 0.2 && at.y > 3.3));
@@ -240,18 +240,18 @@ mod tests {
     #[test]
     fn a_place_where_the_robot_does_not_fit_is_gone_to_as_near_as_can_be() {
         let (grid, free) = hall();
-        let mut chart = Chart::new(&grid, &free, 0.25);
-        let (cell, _) = chart.end_for([1.0, 1.0], [0.12, 2.0]).unwrap();
-        assert!(super::super::distance(chart.middle(cell), [0.45, 2.0]) < 0.2, "{:?}", chart.middle(cell));
+        let mut grid = PathGrid::new(&grid, &free, 0.25);
+        let (cell, _) = grid.end_for([1.0, 1.0], [0.12, 2.0]).unwrap();
+        assert!(super::super::distance(grid.middle(cell), [0.45, 2.0]) < 0.2, "{:?}", grid.middle(cell));
         let gap: Vec<_> = (0..10).map(|k| [5.9, 1.0 + 0.1 * f64::from(k)]).collect();
-        let (cell, _) = chart.end_near([1.0, 1.0], [5.9, 1.5], &gap).unwrap();
-        assert!(super::super::distance(chart.middle(cell), [5.6, 1.5]) < 0.25, "{:?}", chart.middle(cell));
+        let (cell, _) = grid.end_near([1.0, 1.0], [5.9, 1.5], &gap).unwrap();
+        assert!(super::super::distance(grid.middle(cell), [5.6, 1.5]) < 0.25, "{:?}", grid.middle(cell));
     }
 
     #[test]
     fn a_robot_that_stands_too_near_to_a_wall_gets_away_from_it() {
         let (grid, free) = hall();
-        let mut chart = Chart::new(&grid, &free, 0.25);
-        assert!(chart.end_for([0.2, 1.0], [2.0, 1.0]).is_some());
+        let mut grid = PathGrid::new(&grid, &free, 0.25);
+        assert!(grid.end_for([0.2, 1.0], [2.0, 1.0]).is_some());
     }
 }

@@ -15,7 +15,7 @@ pub trait Tap {
 /// The newest message of each channel that a process writes, made one after the other in the same place. A stage sends
 /// its messages here.
 #[derive(Debug, Clone, Default)]
-pub struct Memory {
+pub struct InProcess {
     slots: Vec<Slot>,
 }
 
@@ -27,7 +27,7 @@ struct Slot {
     is_fresh: bool,
 }
 
-impl Memory {
+impl InProcess {
     /// For what `process` writes in a run of this kind of navigator.
     pub fn of_writer(process: Process, kind: &str) -> Self {
         Self::of(channels::written_by(process, kind))
@@ -68,7 +68,7 @@ impl Memory {
     }
 }
 
-impl Inputs for Memory {
+impl Inputs for InProcess {
     fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>> {
         let slot = self.slots.iter().find(|slot| slot.spec == spec && slot.seq > 0)?;
         let (message, cells) = (slot.newest.bytes(), slot.newest.cells());
@@ -76,13 +76,13 @@ impl Inputs for Memory {
     }
 }
 
-impl<const N: usize> Inputs for [&Memory; N] {
+impl<const N: usize> Inputs for [&InProcess; N] {
     fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>> {
         self.iter().find_map(|memory| memory.newest(spec))
     }
 }
 
-impl Sink for Memory {
+impl Sink for InProcess {
     fn put(&mut self, put: Put<'_>) -> Result<u64, StageError> {
         let slot = self.slots.iter_mut().find(|slot| slot.spec == put.spec);
         let slot = slot.ok_or_else(|| Denied::to_write(put.spec))?;
@@ -111,7 +111,7 @@ impl Sink for Memory {
 }
 
 struct Tapped<'a, T> {
-    memory: &'a mut Memory,
+    memory: &'a mut InProcess,
     tap: &'a mut T,
 }
 

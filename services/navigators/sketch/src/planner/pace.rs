@@ -4,21 +4,21 @@
 //! since each step seems to lead nearer. That it takes out of all proportion to the drawn way gives it away. It is the
 //! time that counts, not the way driven: who goes astray also stands, backs up and looks around.
 
-use crate::planning::parameters::Parameters;
+use crate::paths::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
 use sketchnav_motion::progress::USUAL_MPS;
 
 /// The way of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Journey {
+pub struct Pace {
     began_s: f64,
     drawn_m: Option<f64>,
     /// Whether the next plan's way counts.
     counts: bool,
 }
 
-impl Journey {
+impl Pace {
     /// Begins.
     pub fn new(now_s: f64) -> Self {
         Self { began_s: now_s, drawn_m: None, counts: true }
@@ -56,30 +56,30 @@ mod tests {
     /// 3·(10 + 5) m are 90 s at half a metre a second, 450 s at a tenth.
     #[test]
     fn whoever_is_far_longer_on_the_way_than_is_drawn_is_astray() {
-        let mut journey = Journey::new(100.0);
-        let at = |journey: &Journey, s: f64, mps: f64| journey.astray(100.0 + s, mps, &parameters());
-        assert_eq!(at(&journey, 1000.0, 0.5), None, "nothing is drawn yet");
-        journey.plan(10.0);
-        journey.plan(1000.0);
-        assert_eq!(at(&journey, 89.0, 0.5), None);
-        assert_eq!(at(&journey, 91.0, 0.5), Some((91.0, 10.0)), "the first plan counts");
-        assert_eq!(at(&journey, 89.0, 3.0), None, "in a building nobody drives at top speed");
-        assert_eq!(at(&journey, 449.0, 0.1), None);
-        assert_eq!(at(&journey, 451.0, 0.1), Some((451.0, 10.0)));
+        let mut pace = Pace::new(100.0);
+        let at = |pace: &Pace, s: f64, mps: f64| pace.astray(100.0 + s, mps, &parameters());
+        assert_eq!(at(&pace, 1000.0, 0.5), None, "nothing is drawn yet");
+        pace.plan(10.0);
+        pace.plan(1000.0);
+        assert_eq!(at(&pace, 89.0, 0.5), None);
+        assert_eq!(at(&pace, 91.0, 0.5), Some((91.0, 10.0)), "the first plan counts");
+        assert_eq!(at(&pace, 89.0, 3.0), None, "in a building nobody drives at top speed");
+        assert_eq!(at(&pace, 449.0, 0.1), None);
+        assert_eq!(at(&pace, 451.0, 0.1), Some((451.0, 10.0)));
     }
 
     /// The watch once began anew whenever a place was found to be shut. A robot that was elsewhere found one after the
     /// other, and went on until its time was over.
     #[test]
     fn a_way_around_gets_the_time_that_it_takes_and_no_more() {
-        let mut journey = Journey::new(0.0);
-        journey.plan(10.0);
-        journey.go_around();
-        journey.plan(8.0);
-        assert!(journey.astray(91.0, 0.5, &parameters()).is_some(), "as long as before");
-        journey.go_around();
-        journey.plan(30.0);
-        assert_eq!(journey.astray(209.0, 0.5, &parameters()), None, "3·(30 + 5) m are 210 s");
-        assert_eq!(journey.astray(211.0, 0.5, &parameters()), Some((211.0, 30.0)));
+        let mut pace = Pace::new(0.0);
+        pace.plan(10.0);
+        pace.go_around();
+        pace.plan(8.0);
+        assert!(pace.astray(91.0, 0.5, &parameters()).is_some(), "as long as before");
+        pace.go_around();
+        pace.plan(30.0);
+        assert_eq!(pace.astray(209.0, 0.5, &parameters()), None, "3·(30 + 5) m are 210 s");
+        assert_eq!(pace.astray(211.0, 0.5, &parameters()), Some((211.0, 30.0)));
     }
 }

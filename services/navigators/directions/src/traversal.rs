@@ -222,7 +222,7 @@ pub struct Report {
 
 /// A journey under way.
 #[derive(Debug)]
-pub struct Journey<'a> {
+pub struct Traversal<'a> {
     plane: &'a Plane,
     navigator: &'a Navigator,
     noise: Noise,
@@ -230,7 +230,7 @@ pub struct Journey<'a> {
     intended: &'a [DotId],
 }
 
-impl<'a> Journey<'a> {
+impl<'a> Traversal<'a> {
     /// A journey over the true plane. Rejects impossible errors, and intended landmarks that are not one dot of the plane for
     /// each entry of the map.
     pub fn new(
@@ -323,7 +323,7 @@ impl<'a> Journey<'a> {
 }
 
 /// The activities of a journey, each once in a row.
-pub fn activities(journey: &Journey<'_>, from: Point, rng: &mut Pcg64Mcg) -> Vec<Activity> {
+pub fn activities(journey: &Traversal<'_>, from: Point, rng: &mut Pcg64Mcg) -> Vec<Activity> {
     let mut seen = Vec::new();
     journey.run(from, rng, |_, output, _| {
         if seen.last() != Some(&output.activity) {

@@ -65,8 +65,8 @@ pub struct Parameters {
     pub doubt_above: f64,
     /// Whether goals are found by the outline of what was seen.
     pub by_outline: bool,
-    /// Only in drawings of open floors. Passages narrower than some width are shut, up to a fifth of the drawing's
-    /// longer side. The largest part that is left keeps this share of the area, whatever the width.
+    /// Only on open floors: where passages as narrow as doors are shut, the largest part of what was seen keeps this share of
+    /// the area, whatever the doors' width. Among rooms the robot drives by the filter.
     pub least_open_share: f64,
     /// How large buildings are, metres: what the outline's proportions begin with.
     pub building_size_m: f64,

@@ -23,7 +23,7 @@ fn navigator(map: &str) -> Navigator {
 
 fn run(world: &Plane, map: &str, intended: &[DotId], from: (f64, f64)) -> (Report, Vec<Activity>) {
     let navigator = navigator(map);
-    let journey = Journey::new(world, &navigator, intended, Noise::NONE).unwrap();
+    let journey = Traversal::new(world, &navigator, intended, Noise::NONE).unwrap();
     let from = Point::new(from.0, from.1);
     (
         journey.run(from, &mut stream(1, "journey"), |_, _, _| {}),
@@ -125,7 +125,7 @@ fn false_dots_and_misses_are_outvoted_by_several_looks() {
         let settings = Settings { looks, ..Settings::new(window(), noise.sigma) };
         let navigator = Navigator::new(settings, map).unwrap();
         let world = stairs();
-        let journey = Journey::new(&world, &navigator, &[0, 1, 2, 3], noise).unwrap();
+        let journey = Traversal::new(&world, &navigator, &[0, 1, 2, 3], noise).unwrap();
         let run = |seed| {
             journey.run(Point::new(0.5, 0.5), &mut stream(seed, "journey"), |_, _, _| {}).kind.is_success()
         };
@@ -142,7 +142,7 @@ fn a_seed_gives_the_same_journey() {
     let world = stairs();
     let noise = Noise { translation: 0.05, rotation_rad: 0.01, ..Noise::of_sigma(0.2) };
     let run = |seed| {
-        Journey::new(&world, &navigator, &[0, 1, 2], noise).unwrap().run(
+        Traversal::new(&world, &navigator, &[0, 1, 2], noise).unwrap().run(
             Point::default(),
             &mut stream(seed, "journey"),
             |_, _, _| {},
@@ -158,7 +158,7 @@ fn impossible_noise_is_rejected() {
     assert!(Noise { sigma: f64::NAN, ..Noise::NONE }.check().is_err());
     assert!(Noise::of_sigma(1.0).check().is_ok());
     let (world, navigator) = (stairs(), navigator("(*, SW)\n(Isol, -)"));
-    let journey = |intended: &[DotId], noise| Journey::new(&world, &navigator, intended, noise).is_ok();
+    let journey = |intended: &[DotId], noise| Traversal::new(&world, &navigator, intended, noise).is_ok();
     assert!(journey(&[0, 1], Noise::NONE));
     assert!(!journey(&[0, 1], Noise { misses: -0.1, ..Noise::NONE }));
     assert!(!journey(&[0], Noise::NONE) && !journey(&[0, 9], Noise::NONE));
@@ -172,7 +172,7 @@ fn on_land() -> Window {
 fn driven(world: &Plane, map: &str, intended: &[DotId], noise: Noise) -> (Report, f64) {
     let settings = Settings { speed: 0.5, ..Settings::new(on_land(), noise.sigma) };
     let navigator = Navigator::new(settings, map.parse::<CustomMap>().unwrap()).unwrap();
-    let journey = Journey::new(world, &navigator, intended, noise).unwrap();
+    let journey = Traversal::new(world, &navigator, intended, noise).unwrap();
     let mut nearest = f64::INFINITY;
     let from = world.dot(intended[0]) + on_land().centre_from(Corner::Sw);
     let report = journey.run(from, &mut stream(1, "journey"), |robot, _, _| {
@@ -216,7 +216,7 @@ fn direct(window: Window, from: Point, map: &str) -> usize {
     let speed = window.land.map_or(usual.speed, |_| 0.5);
     let settings = Settings { speed, heading_rad: noise.heading_rad, ..usual };
     let navigator = Navigator::new(settings, map.parse().unwrap()).unwrap();
-    let journey = Journey::new(&world, &navigator, &[0, 1, 2], noise).unwrap();
+    let journey = Traversal::new(&world, &navigator, &[0, 1, 2], noise).unwrap();
     let kind = |seed| journey.run(from, &mut stream(seed, "journey"), |_, _, _| {}).kind;
     (0..40).filter(|&seed| kind(seed) == Kind::Direct).count()
 }
@@ -248,7 +248,7 @@ fn on_land_a_wall_is_neither_seen_through_nor_driven_through() {
         let world = plane(&[(0.0, 0.0), (5.0, 4.0)]).among(wall(ends));
         let settings = Settings { speed: 0.5, longest_entry_s: 60.0, ..Settings::new(on_land(), 0.0) };
         let navigator = Navigator::new(settings, "(*, SW)\n(Isol, NE)\n(Isol, -)".parse().unwrap()).unwrap();
-        let journey = Journey::new(&world, &navigator, &[0, 1, 0], Noise::NONE).unwrap();
+        let journey = Traversal::new(&world, &navigator, &[0, 1, 0], Noise::NONE).unwrap();
         let from = on_land().centre_from(Corner::Sw);
         let mut nearest = f64::INFINITY;
         let report = journey.run(from, &mut stream(1, "journey"), |helicopter, _, _| {

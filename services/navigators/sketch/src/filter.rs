@@ -5,7 +5,7 @@
 //! and weighs them by the scan. Weights follow equations 7 and 8, or the beam model. Then it resamples. Between
 //! updates the estimate is dead-reckoned through its scales.
 //!
-//! It knows no clock, no file and no truth; after [`Localizer::new`] it allocates nothing; the same
+//! It knows no clock, no file and no truth; after [`Filter::new`] it allocates nothing; the same
 //! inputs give the same bits.
 
 pub mod adaptive;
@@ -85,7 +85,7 @@ pub struct Estimate {
 
 /// Why there is no localization.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum LocalizationError {
+pub enum FilterError {
     /// An invalid parameter.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
@@ -131,7 +131,7 @@ pub struct State {
 
 /// The filter: the drawing prepared, the state, and room to work in.
 #[derive(Debug, Clone)]
-pub struct Localizer {
+pub struct Filter {
     parameters: Parameters,
     mounting: Mounting,
     drive: Drive,
@@ -152,11 +152,11 @@ pub struct Localizer {
     state: State,
 }
 
-impl Localizer {
+impl Filter {
     /// Prepares the drawing. The first scan starts the filter.
     ///
     /// # Errors
-    /// [`LocalizationError`] for an invalid parameter, and for a start outside the drawing.
+    /// [`FilterError`] for an invalid parameter, and for a start outside the drawing.
     pub fn new(
         sketch: &SketchGrid,
         mounting: Mounting,
@@ -164,7 +164,7 @@ impl Localizer {
         parameters: Parameters,
         start: Start,
         mission_seed: u64,
-    ) -> Result<Self, LocalizationError> {
+    ) -> Result<Self, FilterError> {
         parameters.check()?;
         let size_px = [sketch.width(), sketch.height()];
         start.check_within(size_px)?;
@@ -224,8 +224,8 @@ impl Localizer {
     /// A person says where the robot is. With the next scan all particles are drawn anew there.
     ///
     /// # Errors
-    /// [`LocalizationError::StartOutside`], and nothing has changed.
-    pub fn tell(&mut self, told: Start) -> Result<(), LocalizationError> {
+    /// [`FilterError::StartOutside`], and nothing has changed.
+    pub fn tell(&mut self, told: Start) -> Result<(), FilterError> {
         told.check_within(self.size_px)?;
         self.state.told = Some(told);
         Ok(())
@@ -538,8 +538,7 @@ mod tests {
     fn door_px(parameters: Parameters) -> usize {
         let start = Start { pose: Pose::new(100.0, 100.0, 0.0), spread_px: 0.0, spread_rad: 0.0 };
         let drive = Drive::Omnidirectional;
-        let localizer =
-            Localizer::new(&two_rooms(), Mounting::default(), drive, parameters, start, 1).unwrap();
+        let localizer = Filter::new(&two_rooms(), Mounting::default(), drive, parameters, start, 1).unwrap();
         (220..280).filter(|&x| !localizer.grid.is_wall(x as f32 + 0.5, 150.5)).count()
     }
 
@@ -553,7 +552,7 @@ mod tests {
         let start = Start { pose: Pose::new(100.0, 100.0, 0.0), spread_px: 0.0, spread_rad: 0.0 };
         let drive = Drive::Omnidirectional;
         let mut localizer =
-            Localizer::new(&two_rooms(), Mounting::default(), drive, parameters, start, 1).unwrap();
+            Filter::new(&two_rooms(), Mounting::default(), drive, parameters, start, 1).unwrap();
         let mut scan = LaserScan { beam_count: 4, range_max_m: 5.6, ..bytemuck::Zeroable::zeroed() };
         scan.ranges_m[..4].fill(f32::INFINITY);
         localizer.step(&Pose::new(0.0, 0.0, 0.0), &scan);

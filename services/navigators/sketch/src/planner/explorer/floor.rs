@@ -1,0 +1,58 @@
+//! Whether the robot is on an open floor or among rooms, by what it has seen.
+//!
+//! Where every passage as narrow as a door is shut, a floor of rooms falls apart and an open floor does not. This is asked of the
+//! map and not of the drawing: doors of buildings are about equally wide, and nobody knows how wide they are drawn.
+
+use sketchnav_mapping::region::Region;
+
+/// Widths up to which passages are shut, metres: single doors, wide ones, double doors.
+const DOORS_M: [f64; 3] = [0.9, 1.2, 1.5];
+/// Cells are at least so long, metres.
+const CELL_M: f64 = 0.1;
+
+/// The share of the largest part of what is `free`, for the width that leaves it the least; 1 where nothing is left at all. Each
+/// part counts by what of it is farther than half that width from walls.
+pub fn open_share(free: &Region, cell_m: f64) -> f64 {
+    let times = ((CELL_M / cell_m).round() as usize).max(1);
+    let (coarse, cell_m) = (free.coarser(times), cell_m * times as f64);
+    DOORS_M.iter().map(|width_m| largest_share(&coarse, width_m / cell_m)).fold(1.0, f64::min)
+}
+
+fn largest_share(region: &Region, width: f64) -> f64 {
+    let mut left = region.shrunk((width / 2.0).round() as usize);
+    let (mut largest, mut whole) = (0, 0);
+    while let Some(seed) = left.cells.iter().position(|cell| *cell) {
+        let part = left.connected(seed);
+        left.cells.iter_mut().zip(&part.cells).for_each(|(cell, taken)| *cell &= !taken);
+        let count = part.count();
+        (largest, whole) = (largest.max(count), whole + count);
+    }
+    if whole > 0 { largest as f64 / whole as f64 } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 10 × 6 m in cells of 5 cm, parted by a wall with a passage of so many metres.
+    fn parted(passage_m: f64) -> Region {
+        Region::of(204, 124, |k| {
+            let (x, y) = (k % 204, k / 204);
+            let is_inside = (2..202).contains(&x) && (2..122).contains(&y);
+            let passage = 60..60 + (passage_m / 0.05).round() as usize;
+            is_inside && (!(120..122).contains(&x) || passage.contains(&y))
+        })
+    }
+
+    #[test]
+    fn doors_part_a_floor_and_wide_passages_do_not() {
+        assert!((0.55..0.65).contains(&open_share(&parted(0.9), 0.05)));
+        assert!(open_share(&parted(2.4), 0.05) > 0.99);
+    }
+
+    #[test]
+    fn what_is_too_narrow_for_any_of_it_to_be_left_is_open() {
+        let slit = Region::of(40, 8, |k| (2..6).contains(&(k / 40)));
+        assert!((open_share(&slit, 0.05) - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,45 @@
+//! Whether walls enclose a place. A wide disc rolls in from beyond the page, as water does: what it reaches is open, what
+//! lies behind an opening that is too narrow for it is not. The grid is coarse, for an opening is as wide as a door.
+
+use image::{GrayImage, Luma};
+use imageproc::region_labelling::{Connectivity, connected_components};
+use sketchnav_schemas::codes::WALL;
+use sketchnav_schemas::geometry::{Point, Sketch};
+
+use super::drawn_map::DrawnMap;
+use super::pen;
+
+/// The disc is at most about so many cells wide.
+const DISC_CELLS: f64 = 32.0;
+
+/// Whether a disc as wide as `opening_px` that comes from beyond the page is kept from a place by the walls.
+pub(super) fn encloses(drawing: &DrawnMap, place: &Point<Sketch>, opening_px: f64) -> bool {
+    let cell_px = (opening_px / DISC_CELLS).floor().max(1.0) as u32;
+    let radius = opening_px / f64::from(2 * cell_px);
+    let rim = radius.ceil() as u32 + 1;
+    let page = free_page(drawing, cell_px, rim);
+    let Some(depths) = pen::squared_depths(&page) else { return false };
+    let mut middles = GrayImage::new(page.width(), page.height());
+    for (middle, &depth) in middles.iter_mut().zip(&depths) {
+        *middle = if f64::from(depth) > radius * radius { 255 } else { 0 };
+    }
+    let labels = connected_components(&middles, Connectivity::Four, Luma([0]));
+    let beyond = labels.get_pixel(0, 0);
+    let cell = |at: f64| (at / f64::from(cell_px)).floor() + f64::from(rim);
+    let (x, y) = (cell(place.x), cell(place.y));
+    !labels.enumerate_pixels().any(|(column, row, label)| {
+        label == beyond && (f64::from(column) - x).hypot(f64::from(row) - y) <= radius
+    })
+}
+
+/// 255 where a cell of the grid holds no wall, with a rim of free cells around the page.
+fn free_page(drawing: &DrawnMap, cell_px: u32, rim: u32) -> GrayImage {
+    let [width, height] = [drawing.width_px, drawing.height_px].map(|side| side.div_ceil(cell_px) + 2 * rim);
+    let mut page = GrayImage::from_pixel(width, height, Luma([255]));
+    for (row, cells) in (0..).zip(drawing.cells.chunks_exact(drawing.width_px as usize)) {
+        for (column, _) in (0..).zip(cells).filter(|&(_, &cell)| cell == WALL) {
+            page.put_pixel(column / cell_px + rim, row / cell_px + rim, Luma([0]));
+        }
+    }
+    page
+}

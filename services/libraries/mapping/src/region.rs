@@ -50,20 +50,43 @@ impl Region {
             waiting.push(seed);
         }
         while let Some(index) = waiting.pop() {
-            let column = index % self.width;
-            let beside = [
-                (column > 0).then(|| index - 1),
-                (column + 1 < self.width).then_some(index + 1),
-                index.checked_sub(self.width),
-                Some(index + self.width).filter(|next| *next < self.cells.len()),
-            ];
-            for next in beside.into_iter().flatten() {
+            for next in self.beside(index) {
                 if self.cells[next] && !std::mem::replace(&mut found.cells[next], true) {
                     waiting.push(next);
                 }
             }
         }
         found
+    }
+
+    /// Takes out the cells that hang together with `seed` by their sides: how many they were. `waiting` is memory that is used
+    /// again.
+    pub fn take_connected(&mut self, seed: usize, waiting: &mut Vec<usize>) -> usize {
+        let mut count = 0;
+        if std::mem::take(&mut self.cells[seed]) {
+            waiting.push(seed);
+        }
+        while let Some(index) = waiting.pop() {
+            count += 1;
+            for next in self.beside(index) {
+                if std::mem::take(&mut self.cells[next]) {
+                    waiting.push(next);
+                }
+            }
+        }
+        count
+    }
+
+    /// The cells beside a cell, at its sides.
+    fn beside(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
+        let column = index % self.width;
+        let beside = [
+            (column > 0).then(|| index - 1),
+            (column + 1 < self.width).then_some(index + 1),
+            index.checked_sub(self.width),
+            Some(index + self.width).filter(|next| *next < self.cells.len()),
+        ];
+        beside.into_iter().flatten()
     }
 
     /// The cell that is nearest to `at`, the first of those that are equally near, up to a distance in cells.

@@ -451,6 +451,11 @@ impl Driver {
     fn recover(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         let (robot, count) = (chart.robot_m(), self.attempt.stuck.total);
         let Some(recovery) = &mut self.attempt.recovery else { return TaskStatus::Driving(Reason::None) };
+        let reason = match (self.attempt.arrival.is_looking(), self.attempt.guide) {
+            (true, Guide::Outline) => Reason::Surveying,
+            (true, _) => Reason::LookingAround,
+            (false, _) => Reason::Recovering(count),
+        };
         match recovery.step(now_s, &robot, count, self.turn_rate_radps) {
             Next::Drive(twist) => {
                 self.pursuit.command(twist, &robot, &self.obstacles, dt_s);
@@ -469,11 +474,6 @@ impl Driver {
                 self.stop(dt_s);
             }
         }
-        let reason = match (self.attempt.arrival.is_looking(), self.attempt.guide) {
-            (true, Guide::Outline) => Reason::Surveying,
-            (true, _) => Reason::LookingAround,
-            (false, _) => Reason::Recovering(count),
-        };
         TaskStatus::Driving(reason)
     }
 }

@@ -247,10 +247,12 @@ impl Explorer {
         self.paper.is_some() && !self.is_in_charge()
     }
 
-    /// Judges the floor where the robot has gone some way since, or has looked around.
+    /// Judges the floor, on the way to a goal, where the robot has gone some way since or has looked around.
     fn judge_floor(&mut self) {
         let place = self.place();
-        if self.exploration.judged_at.is_none_or(|at| distance(at, place) > JUDGED_M) {
+        if self.exploration.goal.is_some()
+            && self.exploration.judged_at.is_none_or(|at| distance(at, place) > JUDGED_M)
+        {
             let share = floor::open_share(&self.free(), self.mapping.cell_m);
             (self.exploration.judged_at, self.exploration.open_share) = (Some(place), Some(share));
         }

@@ -244,7 +244,12 @@ mod tests {
         let error = desk.take(DrawingKind::Route, away).unwrap_err().to_string();
         assert!(error.starts_with("navigator.start at (900, 600) of the drawing: expected walls"), "{error}");
         desk.take(DrawingKind::Route, br#"{"route": [[450,150],[450,200],[600,200]]}"#).unwrap();
-        assert!(desk.doubts().starts_with("route: the route crosses a wall at (49"), "{}", desk.doubts());
+        assert!(
+            desk.doubts().starts_with("the walls do not enclose the start at (450, 150)"),
+            "{}",
+            desk.doubts()
+        );
+        assert!(desk.doubts().contains("; route: the route crosses a wall at (49"), "{}", desk.doubts());
         desk.take(DrawingKind::Sketch, ROOM).unwrap();
         assert_eq!(desk.doubts(), "");
     }

@@ -27,9 +27,9 @@ pub(crate) fn stroke_width(mask: &GrayImage) -> Option<f64> {
     Some(2.0 * f64::from(*median).sqrt() - 1.0)
 }
 
-/// The share of a mask's pixels that are farther than `depth_px` from its edge; 0 for an empty one.
+/// The share of a mask's pixels that are farther than `depth_px` from its edge; 0 for an empty one, 1 for one that covers all.
 pub(crate) fn share_deeper(mask: &GrayImage, depth_px: f64) -> f64 {
-    let Some(depths) = squared_depths(mask) else { return 0.0 };
+    let Some(depths) = squared_depths(mask) else { return 1.0 };
     let (mut inside, mut deeper) = (0_u64, 0_u64);
     for (at, _) in mask.iter().enumerate().filter(|&(_, &v)| v > 0) {
         inside += 1;

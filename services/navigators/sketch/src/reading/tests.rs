@@ -825,6 +825,9 @@ fn ink_of_two_tones_on_transparent_paper_is_doubted() {
     }
     assert_eq!(left_out("white", "#eee"), []);
     assert_eq!(left_out("black", "#777"), []);
+    // A page that is painted all over is a picture, as soon as one of its pixels is not quite opaque. It was taken for ink.
+    let page = "<path d='M0 0H9999V9999H0z' fill='white' fill-opacity='.99'/>";
+    assert_eq!(cells(&svg(&(page.to_owned() + &half(&ROOMS, "black")))).left_out, []);
     // Haze is seen on no paper.
     assert_eq!(left_out("white", "rgb(255 255 255 / 5%)"), []);
 }

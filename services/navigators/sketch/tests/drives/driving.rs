@@ -101,7 +101,7 @@ fn it_says_where_the_drawing_shows_no_way() {
 fn a_robot_held_to_a_share_of_its_speed_is_waited_for() {
     for share in [0.5, 0.2] {
         let scene = Scene::faithful(two_rooms(9.0), SIZE, START);
-        let slow = config(ROBOTINO, &format!("speed_share = {share}"));
+        let slow = config(ROBOTINO, &format!("by_outline = false\nspeed_share = {share}"));
         let outcome = Drive::with(scene, slow, &[&[[10.5, 4.5]]], 300.0).run(400.0);
         assert_eq!(outcome.states(), [Reached, Finished], "{share}: {:?}", outcome.ends);
         assert_eq!(outcome.recoveries, 0, "{share}");

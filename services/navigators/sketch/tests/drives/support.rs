@@ -184,7 +184,7 @@ pub fn route(warp: Warp, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Box<Route>
 
 impl Drive {
     pub fn new(scene: Scene, robot: &str, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Self {
-        Self::with(scene, config(robot, ""), tasks, time_limit_s)
+        Self::with(scene, config(robot, "by_outline = false"), tasks, time_limit_s)
     }
 
     /// A drive by the planner's parameters of `config`.

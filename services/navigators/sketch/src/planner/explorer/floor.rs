@@ -20,11 +20,9 @@ pub fn open_share(free: &Region, cell_m: f64) -> f64 {
 
 fn largest_share(region: &Region, width: f64) -> f64 {
     let mut left = region.shrunk((width / 2.0).round() as usize);
-    let (mut largest, mut whole) = (0, 0);
-    while let Some(seed) = left.cells.iter().position(|cell| *cell) {
-        let part = left.connected(seed);
-        left.cells.iter_mut().zip(&part.cells).for_each(|(cell, taken)| *cell &= !taken);
-        let count = part.count();
+    let (mut largest, mut whole, mut waiting) = (0, 0, Vec::new());
+    for seed in 0..left.cells.len() {
+        let count = left.take_connected(seed, &mut waiting);
         (largest, whole) = (largest.max(count), whole + count);
     }
     if whole > 0 { largest as f64 / whole as f64 } else { 1.0 }

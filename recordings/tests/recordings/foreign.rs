@@ -13,6 +13,9 @@ use super::common;
 
 const COUNT: u64 = 25;
 
+/// Copies a recording in some way.
+type CopyBy<'a> = dyn Fn(&mut Copy<Vec<u8>>) + 'a;
+
 fn write(folder: &Path, form: SampleForm, topics: &[SampleTopic]) -> PathBuf {
     let path = folder.join("other.mcap");
     std::fs::write(&path, recording(form, topics)).unwrap();
@@ -61,7 +64,7 @@ fn a_message_that_does_not_unpack_is_left_out_and_counted() {
     damaged.truncate(damaged.len() - 5);
     let path = write(folder.path(), SampleForm::default(), &[ball]);
     let recording = Recording::open(&path).unwrap();
-    let copies: [&dyn Fn(&mut Copy<Vec<u8>>); 2] = [
+    let copies: [&CopyBy; 2] = [
         &|copy: &mut Copy<Vec<u8>>| filter(&recording, &Selection::default(), copy).unwrap(),
         &|copy: &mut Copy<Vec<u8>>| merge(std::slice::from_ref(&recording), copy).unwrap(),
     ];

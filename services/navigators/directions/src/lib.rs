@@ -16,7 +16,7 @@
 //!
 //! The stages of the navigator `directions`: [`stages`].
 //!
-//! Both: [`custom_map`], the file that people read and write. The navigator: [`navigator`]. For trials: [`journey`].
+//! Both: [`custom_map`], the file that people read and write. The navigator: [`navigator`]. For trials: [`traversal`].
 //!
 //! **Units and frames.** Lengths are in one unit that the caller chooses; the paper's is the millimetre. x points east, y
 //! north. The window never turns on purpose, so its axes are those of the plane except for the helicopter's own errors.

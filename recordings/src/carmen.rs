@@ -74,7 +74,7 @@ impl std::fmt::Display for LeftOut {
 pub enum Entry {
     /// A scan.
     Scan(CarmenScan),
-    /// A line that cannot be read.
+    /// An unreadable line, left out.
     LeftOut(LeftOut),
 }
 

@@ -422,7 +422,7 @@ pub fn next_in(bytes: &[u8], at: usize) -> Option<(u8, Range<usize>)> {
     Some((opcode, begin..begin + length))
 }
 
-/// How long the content of a chunk's record is that has nothing behind what it packs.
+/// The length of a chunk record's content when nothing follows the packed data, bytes.
 pub fn chunk_bytes(head: &ChunkHead, packed: &[u8]) -> u64 {
     /// Times, length, checksum, and two lengths.
     const FIXED: usize = 8 + 8 + 8 + 4 + 4 + 8;

@@ -54,7 +54,7 @@ fn a_recorded_run_reads_nothing_outside_of_its_recording() {
     }
     let error = recorded.check_files().unwrap_err().to_string();
     assert!(error.contains("navigator/id_rsa") && error.contains(path), "{error}");
-    // What the processes of a replay are told, and what its recorder takes along.
+    // The files that the processes of a replay read, and those that its recorder stores.
     let run = playing(&evil, recorded.run);
     assert!(sources::of_run(&run).unwrap().read(&secret, DRAWING).is_err());
     assert!(sources::to_record(&run).unwrap().is_empty());

@@ -414,7 +414,7 @@ const BERTH_M: f64 = 0.15;
 /// How much further than that it stands beside a landmark, metres.
 const BESIDE_M: f64 = 0.25;
 
-/// How far away landmarks are, in the range of the robot, where its errors of position are told.
+/// The distance at which position errors are stated, as a share of the robot's range: that of a usual landmark.
 const USUAL_SHARE: f64 = 0.62;
 
 /// What the robot of a mission sees: its window, and the standard deviation of a position in it, metres.

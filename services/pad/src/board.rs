@@ -139,8 +139,8 @@ impl Board {
     }
 }
 
-/// A copy of the image. If a thread panicked while holding the lock, the image is still intact, since it is replaced as
-/// a whole.
+/// A copy of the image. If a thread panicked while holding the lock, the image is still
+/// intact, since it is replaced as a whole.
 pub fn image(place: &Mutex<Option<Image>>) -> Option<Image> {
     place.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }

@@ -1,11 +1,11 @@
-//! Which requests are accepted, and how often: checks the page's own origin and the token, and keeps buckets for each
-//! session.
+//! Which requests are accepted, and how often: checks the page's own origin and the
+//! token, and keeps buckets for each session.
 //!
 //! Pure: the caller passes the time. A pad is guarded twice. The token in its link keeps out people who have not been
 //! given the link; even on a loopback address, every user of the machine can connect. The host name in the request
 //! keeps out other pages: they cannot make a browser send the pad's own origin, nor a host name of their own for the
-//! pad's address. So the host must be a numeric address on which the pad listens, `localhost`, or a name that the user
-//! has allowed.
+//! pad's address. So the host must be a numeric address on which the pad listens,
+//! `localhost`, or a name that the user has allowed.
 
 use std::collections::BTreeMap;
 use std::fmt::{Debug, Formatter};

@@ -177,8 +177,8 @@ impl Machine {
         self.memory = memory;
     }
 
-    /// Starts after a predecessor of which only the number of its last drawing is known. A page may have ordered the
-    /// robot to drive.
+    /// Starts after a predecessor of which only the number of its last drawing is known. A
+    /// page may have ordered the robot to drive.
     pub fn begin_behind(&mut self, drawing_seq: u64) {
         self.memory.drawing_seq = drawing_seq;
         self.memory.ordered = true;
@@ -278,8 +278,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Whether there may be something to abort. A superfluous abort changes nothing, but one that is not passed on lets
-    /// the robot drive off.
+    /// Whether there may be something to abort. A superfluous abort changes nothing, but one that is
+    /// not passed on lets the robot drive off.
     fn may_be_under_way(&self) -> bool {
         match self.state() {
             State::Driving | State::Paused => true,

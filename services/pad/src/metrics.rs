@@ -143,8 +143,8 @@ mod tests {
         }
     }
 
-    /// The format requires HELP and TYPE once, before the samples of their family, and `_total` at the end of a
-    /// counter's name.
+    /// The format requires HELP and TYPE once, before the samples of their family, and
+    /// `_total` at the end of a counter's name.
     #[test]
     fn each_family_is_declared_once_before_its_samples() {
         let text = text();

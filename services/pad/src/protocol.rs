@@ -19,7 +19,7 @@
 //! | `POST /api/wheel` | empty: takes the wheel if no page has it, or its holder cannot be heard | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
 //! | `POST /api/mission` | `{"name":"…"}`: writes a mission file and the drawing into the pad's folder, unless a file that the pad has not written is in the way (409) | `files`: `name` and `text` (null for a photo) of the mission and of the drawing |
-//! | `GET /api/seat` | `?session=…`: whether a page would be let in now (503: not) | |
+//! | `GET /api/seat` | `?session=…`: whether a page would be admitted now (503: not) | |
 //! | `GET /api/walls.png` | | a picture: the walls as the robot understands them, gray with alpha, as large as the sketch; 404 before there are any |
 //! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 if it is not a photo |
 //!

@@ -70,8 +70,8 @@ impl Sessions {
         Ok(())
     }
 
-    /// Adds a connection of a page; returns the session that it names, if that is known, or `fresh`. The first page
-    /// gets the wheel.
+    /// Adds a connection of a page; returns the session that it names, if that is known, or
+    /// `fresh`. The first page gets the wheel.
     ///
     /// # Errors
     /// As [`Sessions::check_seat`].

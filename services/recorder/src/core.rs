@@ -74,8 +74,8 @@ impl<W: Write> Core<W> {
     }
 
     /// Continues after an earlier part of the recording, which holds everything up to `positions`, the last number of
-    /// each recorded channel in the order of the table. The tick `acknowledged_tick` has been acknowledged to the
-    /// world.
+    /// each recorded channel in the order of the table. The tick
+    /// `acknowledged_tick` has been acknowledged to the world.
     pub fn resume_after(&mut self, positions: &Positions, acknowledged_tick: u64) {
         if let Some(writer) = &mut self.writer {
             writer.resume_after(*positions);

@@ -1,8 +1,8 @@
 //! The process that writes all channels to a file; a thin shell around [`core::Core`].
 //!
 //! Messages do not wake it: every few milliseconds it drains all channels, in the order of the table. In lockstep it
-//! acknowledges to the world up to which tick the file is safe, so that the world never runs further ahead than the
-//! channels can hold.
+//! acknowledges to the world up to which tick the file is safe, so that the world never runs
+//! further ahead than the channels can hold.
 //!
 //! A full disk does not stop the robot. The recorder reports it and, when there is room again, continues in a new part
 //! with what the channels still have. It counts what is missing.

@@ -74,8 +74,8 @@ pub fn of_run(run: &RunConfig) -> Vec<Topic> {
     topics
 }
 
-/// The `ros2msg` schema of `package/msg/Type`: its definition, followed by those of the types that it uses. Empty for
-/// an unknown type.
+/// The `ros2msg` schema of `package/msg/Type`: its definition, followed by those of the types
+/// that it uses. Empty for an unknown type.
 pub fn schema(kind: &str) -> String {
     let channel = channels::all().find(|spec| spec.message.ros2 == kind);
     channel.map_or_else(|| definitions::schema(kind, &[]), |spec| spec.message.schema())

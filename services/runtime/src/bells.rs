@@ -128,8 +128,8 @@ impl Bells {
         slot.beats.load(SeqCst).wrapping_add(slot.progress.load(SeqCst))
     }
 
-    /// Sleeps until the count of the process's bell differs from `seen`, and returns the new count, or `None` after
-    /// `timeout`.
+    /// Sleeps until the count of the process's bell differs from `seen`, and returns
+    /// the new count, or `None` after `timeout`.
     pub(crate) fn wait(&self, process: Process, seen: u32, timeout: Duration) -> Option<u32> {
         let slot = self.slot(process);
         slot.sleeping.store(1, SeqCst);

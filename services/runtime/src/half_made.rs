@@ -1,6 +1,6 @@
 //! Files in shared memory whose maker was killed while it was creating them.
 //!
-//! iceoryx2 0.10 creates a file that its owner may write and nobody may read, gives it its size, fills it, and only
+//! iceoryx2 0.10 creates a file that its owner may write and no process may read, gives it its size, fills it, and only
 //! then makes it readable. A process that is killed in between leaves a file that will never be finished. Any other
 //! process that needs it, whether a living writer or the supervisor clearing up after the dead, is denied access; as
 //! root, and if the file is still empty, it waits forever. So such a file is removed once no process has it open.
@@ -71,8 +71,8 @@ pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
     opened.any(|other| (other.dev(), other.ino()) == (file.dev(), file.ino()))
 }
 
-/// Watches a system's files for its own lifetime: removes those that will never be finished, and reports those of other
-/// users.
+/// Watches a system's files for its own lifetime: removes those that will never be
+/// finished, and reports those of other users.
 pub(crate) struct Sweeper {
     stop: mpsc::Sender<()>,
     complaint: Arc<Mutex<Complaint>>,
@@ -145,8 +145,8 @@ impl Sweeper {
 }
 
 /// Ends the supervisor's process once it no longer asks. If another user has created a file under a name that iceoryx2
-/// 0.10 needs, it waits forever for that file to be finished. When the supervisor is gone, the kernel ends the other
-/// processes.
+/// 0.10 needs, it waits forever for that file to be finished. When the supervisor is
+/// gone, the kernel ends the other processes.
 fn end_for_good(system: &System, error: &Error) -> ! {
     system.abandon();
     sketchnav_schemas::say!("{error}");

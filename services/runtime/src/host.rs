@@ -158,8 +158,8 @@ impl Host<'_> {
     }
 
     /// Hears what has arrived. Before each request come the instructions, because the request may refer to what was
-    /// drawn before it. A request waits until everything that a predecessor answered is computed again, because it was
-    /// made later.
+    /// drawn before it. A request waits until everything that a predecessor answered is
+    /// computed again, because it was made later.
     fn hear_all(&mut self) -> Result<(), HostError> {
         loop {
             if self.hear_instructions()? {

@@ -72,8 +72,8 @@ impl Identity {
                 self.pid, self.namespace
             ));
         }
-        // The order matters: the start time is read after the descriptor is opened, so it belongs to the descriptor's
-        // process.
+        // The order matters: the start time is read after the descriptor is opened, so
+        // it belongs to the descriptor's process.
         let pid = Pid::from_raw(i32::try_from(self.pid).map_err(|_| format!("{self}, which is none"))?);
         let pidfd = match pidfd(self.pid) {
             Ok(pidfd) => Some(pidfd),

@@ -80,8 +80,8 @@ impl Mapping {
     }
 
     fn unmap(&mut self) {
-        // SAFETY: the mapping is ours, and no reference into it outlives the borrow of `self`. It cannot fail for a
-        // mapping that exists.
+        // SAFETY: the mapping is ours, and no reference into it outlives the borrow of `self`. It
+        // cannot fail for a mapping that exists.
         let _ = unsafe { munmap(self.start.cast(), self.length * WORD) };
     }
 }

@@ -100,8 +100,8 @@ struct OwnWriter {
 }
 
 impl Node {
-    /// Joins the system as `process`; a process does this first. From here on SIGTERM, SIGINT and SIGHUP end it through
-    /// [`Node::wait`].
+    /// Joins the system as `process`; a process does this first. From here on SIGTERM, SIGINT
+    /// and SIGHUP end it through [`Node::wait`].
     ///
     /// # Errors
     /// [`Error::ProcessRunsAlready`] if the system has such a process already; [`Error::FewFiles`].

@@ -1,8 +1,8 @@
 //! Notices: what a process or a tool reports to the supervisor, which publishes it on `faults`.
 //!
 //! Notices are lines of JSON in a file of the system's folder. Each line is appended in one piece, so writers need no
-//! lock, a killed one leaves no partial line, and no process has to be running for it to be kept. Not meant for
-//! frequent events.
+//! lock, a killed one leaves no partial line, and no process has to be running for it to
+//! be kept. Not meant for frequent events.
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};

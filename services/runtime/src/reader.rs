@@ -78,8 +78,8 @@ impl RawReader {
     /// The next message, if one has arrived. A message whose number has arrived before is dropped.
     ///
     /// # Errors
-    /// [`Error::SharedMemory`], also if more samples of the channel are held than allowed: eight, or two if messages
-    /// have cells.
+    /// [`Error::SharedMemory`], also if more samples of the channel are held than
+    /// allowed: eight, or two if messages have cells.
     pub fn receive(&mut self) -> Result<Option<RawSample>> {
         while let Some(sample) = self.port.receive().map_err(self.failed())? {
             // A writer of another build cannot connect; one that does not belong to this project might.

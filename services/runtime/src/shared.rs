@@ -468,8 +468,8 @@ mod tests {
 
     use super::*;
 
-    /// Another user once created `checkpoint_localizer_0` under a name that was derived from a hash, and read the scans
-    /// of a mission.
+    /// Another user once created `checkpoint_localizer_0` under a name that was derived from a
+    /// hash, and read the scans of a mission.
     #[test]
     fn no_two_systems_have_the_same_prefix() {
         let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
@@ -575,8 +575,8 @@ mod tests {
         assert!(per_file.iter().all(|calls| *calls == per_file[0] && *calls <= 5.0), "{per_file:?}");
     }
 
-    /// Each process reserves the memory of the files that it uses. It once searched the whole folder for each channel
-    /// that it opened.
+    /// Each process reserves the memory of the files that it uses. It once searched the whole
+    /// folder for each channel that it opened.
     #[test]
     fn what_a_process_has_mapped_is_found_without_the_folder() {
         let folder = tempfile::tempdir().unwrap();

@@ -2,8 +2,8 @@
 //!
 //! The handler changes the words that the process may sleep on, so a signal between the last look and the sleep is not
 //! lost. SIGBUS means that shared memory has no room for what was promised; the process then ends with a message
-//! instead of silently. iceoryx2's own handlers stay off: they hand one request to one waiter and mistake SIGCONT for
-//! an interrupt.
+//! instead of silently. iceoryx2's own handlers stay off: they hand one request to one
+//! waiter and mistake SIGCONT for an interrupt.
 
 use std::ptr::null_mut;
 use std::sync::atomic::{AtomicPtr, AtomicU32, Ordering::SeqCst};
@@ -27,8 +27,8 @@ pub(crate) fn install(bell: &'static AtomicU32) {
     BELL.store(std::ptr::from_ref(bell).cast_mut(), SeqCst);
     let action = SigAction::new(SigHandler::Handler(on_signal), SaFlags::empty(), SigSet::empty());
     for signal in SIGNALS {
-        // SAFETY: the handler only uses atomics and futex calls, which are async-signal-safe. The call can only fail
-        // for invalid signals.
+        // SAFETY: the handler only uses atomics and futex calls, which are async-signal-safe. The
+        // call can only fail for invalid signals.
         let _ = unsafe { sigaction(signal, &action) };
     }
     // As above: it can only fail for an invalid set.

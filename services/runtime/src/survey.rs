@@ -1,5 +1,5 @@
-//! What a system needs of its machine, and which processes are connected to its channels, for diagnostic tools. Changes
-//! nothing.
+//! What a system needs of its machine, and which processes are connected to its channels,
+//! for diagnostic tools. Changes nothing.
 
 use std::path::PathBuf;
 
@@ -39,8 +39,8 @@ impl Room {
     /// Checks that it is enough for a system.
     ///
     /// # Errors
-    /// [`Error::NoRoom`]: pages of shared memory are allocated when they are first written, and a process that gets
-    /// none is killed.
+    /// [`Error::NoRoom`]: pages of shared memory are allocated when they are first written,
+    /// and a process that gets none is killed.
     pub fn check(self) -> Result<()> {
         let Self { needed_mib, free_mib } = self;
         if free_mib < needed_mib { Err(Error::NoRoom { needed_mib, found_mib: free_mib }) } else { Ok(()) }

@@ -231,8 +231,8 @@ impl System {
         serde_json::from_slice(&bytes).map_err(|source| Error::RunConfig { path, source })
     }
 
-    /// The living processes of the system with their process ids, ordered by name, the supervisor first. Each observer
-    /// counts as one.
+    /// The living processes of the system with their process ids, ordered by name, the
+    /// supervisor first. Each observer counts as one.
     pub fn processes(&self) -> Result<Vec<(String, u32)>> {
         let mut found = Vec::new();
         if self.is_alive()? {
@@ -269,8 +269,8 @@ impl System {
         self.folder.join("notices")
     }
 
-    /// Removes those of the system's files in shared memory that no living process will finish; the caller keeps `ages`
-    /// from call to call.
+    /// Removes those of the system's files in shared memory that no living process will finish; the
+    /// caller keeps `ages` from call to call.
     pub(crate) fn clear_half_made(&self, seen: &[Seen], ages: &mut half_made::Ages) -> Result<()> {
         let living = || Ok(self.processes()?.into_iter().map(|(_, pid)| pid).collect());
         shared::clear_half_made(seen, ages, living)
@@ -290,8 +290,8 @@ impl System {
         self.folder.join("bells")
     }
 
-    /// Registers this process as `process` of the system for the lifetime of the lock. The supervisor holds the
-    /// system's own lock.
+    /// Registers this process as `process` of the system for the lifetime of the lock. The
+    /// supervisor holds the system's own lock.
     pub(crate) fn enter(&self, process: Process) -> Result<Option<Lock>> {
         let file = match process {
             Process::Supervisor => return Ok(None),

@@ -9,8 +9,8 @@ use std::os::unix::process::ExitStatusExt;
 
 /// Exit code of a process that was given bad input.
 const BAD_INPUT: i32 = 2;
-/// Exit code of a recorder whose recording is incomplete because its files could not be written, and of a run with such
-/// a recording.
+/// Exit code of a recorder whose recording is incomplete because its files could not be
+/// written, and of a run with such a recording.
 pub const INCOMPLETE: u8 = 4;
 
 /// What went wrong while a system ran.

@@ -24,8 +24,8 @@ use crate::{Death, Error, Result};
 /// How often the supervisor looks at its channels and children. In that time a lockstep world, which waits for the
 /// recorder, sends no more statuses than their channel holds.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
-/// How long after a process's successful end that end counts as too early: it may be due to a last command whose status
-/// is still on its way.
+/// How long after a process's successful end that end counts as too early: it may be due to a last
+/// command whose status is still on its way.
 const EARLY_END: Duration = Duration::from_secs(2);
 /// Room for the largest file of a channel, with any number of readers; 103 MiB were measured for a sketch.
 const LARGEST_FILE_MIB: u64 = 256;
@@ -301,8 +301,8 @@ impl Supervisor {
         met.and(services).and(recorder).and(received).and(removed)
     }
 
-    /// Notes what the recorder reported about its files. A recorder that ended because they are incomplete has done
-    /// what it could.
+    /// Notes what the recorder reported about its files. A recorder that ended because they
+    /// are incomplete has done what it could.
     fn hear_of_the_recording(&mut self, ended: Result<()>) -> Result<()> {
         if let Some(ports) = &mut self.ports {
             self.recording_failure = ports.faults.take_recording_failure();

@@ -3,8 +3,8 @@
 //! Every process looks up from its work at least every quarter of a second. One that does not is stopped (SIGSTOP),
 //! hangs, or takes long over something; the kernel reports whether it is stopped or computing. Time in which the
 //! supervisor itself did not run does not count, since the processes may not have run either. While a plan starves the
-//! process, only its share of the time counts, and a stop counts as part of the starvation. Afterwards the count starts
-//! again from zero.
+//! process, only its share of the time counts, and a stop counts as part of the starvation.
+//! Afterwards the count starts again from zero.
 
 use std::time::{Duration, Instant};
 

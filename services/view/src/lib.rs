@@ -1,5 +1,5 @@
-//! Shows a running system or a recording in Foxglove, Lichtblick, or any other viewer that supports Foxglove's
-//! WebSocket protocol.
+//! Shows a running system or a recording in Foxglove, Lichtblick, or any other viewer that
+//! supports Foxglove's WebSocket protocol.
 //!
 //! ```text
 //! channels ─reader─┐

@@ -1,5 +1,5 @@
-//! The position in a recording that is played: a clock that viewers can pause, seek and speed up. Pure: time is passed
-//! as an argument.
+//! The position in a recording that is played: a clock that viewers can pause, seek and speed
+//! up. Pure: time is passed as an argument.
 
 use std::time::{Duration, Instant};
 
@@ -77,8 +77,8 @@ impl Playback {
         }
     }
 
-    /// Handles a viewer's request; returns the time from which playing continues, if that changes. Playing from the end
-    /// starts again.
+    /// Handles a viewer's request; returns the time from which playing continues, if that
+    /// changes. Playing from the end starts again.
     pub fn ask(&mut self, request: Request, now: Instant) -> Option<u64> {
         self.settle(now);
         if request.rate.is_finite() && request.rate > 0.0 {

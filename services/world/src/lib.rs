@@ -129,8 +129,8 @@ impl<S: Simulation> Shell<'_, S> {
         }
     }
 
-    /// Takes one step per command: the next step when the command that this tick caused has arrived and the recorder is
-    /// not too far behind.
+    /// Takes one step per command: the next step when the command that this tick caused has arrived
+    /// and the recorder is not too far behind.
     fn lockstep(&mut self) -> anyhow::Result<()> {
         self.observe()?;
         loop {

@@ -143,7 +143,7 @@ impl Guard {
         self.hosts.iter().fold(numbers, |names, host| format!("{names} or {host}:{port}"))
     }
 
-    /// Checks the token in constant time, so that the time does not reveal how much of it is right.
+    /// Checks the token; the time this takes does not reveal how much of it is right.
     ///
     /// # Errors
     /// [`Refusal::Token`].

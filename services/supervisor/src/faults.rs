@@ -51,7 +51,7 @@ impl Faults {
         })
     }
 
-    /// Dates the reports from here on after the status with this header.
+    /// Reports from here on are dated to the status with this header.
     pub(crate) fn is_now(&mut self, header: Header) {
         self.now = header;
     }

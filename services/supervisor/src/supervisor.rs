@@ -35,7 +35,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// How long the recorder may take to connect to its writers before they are ended.
 const MEETING: Duration = Duration::from_secs(2);
 
-/// How long to wait in several situations.
+/// Time limits for processes and for a lockstep.
 #[derive(Debug, Clone, Copy)]
 pub struct Grace {
     /// How long world, sketcher, localizer and planner may take to end.

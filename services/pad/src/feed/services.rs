@@ -15,7 +15,7 @@ const SETTLED_NS: u64 = 3_000_000_000;
 #[derive(Debug, Clone)]
 pub struct Services {
     known: BTreeMap<u32, ServiceView>,
-    /// When each process that is not up yet was restarted.
+    /// When processes were restarted, until they have settled.
     restarted_ns: BTreeMap<u32, u64>,
 }
 

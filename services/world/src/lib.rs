@@ -41,7 +41,7 @@ struct Positions {
     recorded: u64,
 }
 
-/// Runs the world of the node's system until the process is asked to end. `files` holds the files that its mission names.
+/// Runs the world of the node's system until the process is asked to end. `files` provides the files that its mission names.
 ///
 /// # Errors
 /// [`sketchnav_sim::SimError`] if the mission's world or start is impossible; the runtime's errors.

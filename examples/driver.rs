@@ -127,7 +127,7 @@ impl Robot {
     }
 }
 
-/// How far the next wall is from `eye` in a direction, metres; +∞ where there is none.
+/// How far the next wall is from `eye` in a direction, metres; +∞ if there is none.
 fn nearest_wall_m(eye: [f64; 2], direction_rad: f64) -> f64 {
     let (sin, cos) = direction_rad.sin_cos();
     let hits = WALLS.iter().filter_map(|&[ax, ay, bx, by]| {

@@ -37,11 +37,11 @@ pub struct CarmenScan {
     pub time_s: f64,
     /// Where its beams point.
     pub beams: Beams,
-    /// Ranges in metres, from the right to the left; NaN where the log has no number that a laser measures.
+    /// Ranges in metres, from the right to the left; NaN if the log has no number that a laser measures.
     pub ranges_m: Vec<f32>,
     /// The maximum range that the log states, metres.
     pub range_max_m: Option<f64>,
-    /// Where the robot was, by whoever corrected the log; `None` where its lines state no pose.
+    /// Where the robot was, by whoever corrected the log; `None` if its lines state no pose.
     pub reference: Option<Pose<World>>,
     /// Where it had come by its own count.
     pub odometry: Pose<Odom>,

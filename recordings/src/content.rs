@@ -24,7 +24,7 @@ pub struct RawMessage {
     pub stamp_ns: u64,
     /// When it was sent, nanoseconds, where the file has that apart.
     pub publish_ns: u64,
-    /// Its CDR; unpacked, where rosbag2 has compressed each message. See [`RawMessage::is_damaged`].
+    /// Its CDR; unpacked, if rosbag2 has compressed each message. See [`RawMessage::is_damaged`].
     pub cdr: Vec<u8>,
 }
 
@@ -36,7 +36,7 @@ pub(crate) fn is_packed(data: &[u8]) -> bool {
     data.starts_with(&ZSTD_MAGIC)
 }
 
-/// What a message was before it was compressed by itself; `None` where it was not, or does not unpack.
+/// What a message was before it was compressed by itself; `None` if it was not, or does not unpack.
 fn unpacked(data: &[u8]) -> Option<Vec<u8>> {
     if !is_packed(data) {
         return None;
@@ -81,7 +81,7 @@ impl RawMessage {
     /// The message as a `T`, and the slice behind it.
     ///
     /// # Errors
-    /// [`RecordingError::Message`] where it is no `T`.
+    /// [`RecordingError::Message`] if it is no `T`.
     pub fn typed<T: Ros2>(&self) -> Result<(T, Vec<u8>), RecordingError> {
         self.decode_by(T::from_cdr)
     }
@@ -116,7 +116,7 @@ impl RawMessage {
     /// As [`RawMessage::typed`], of the recording at `path`, where the topic's type is `T`'s.
     ///
     /// # Errors
-    /// As [`RawMessage::typed`]; [`RecordingError::Type`] where the topic's type is another one.
+    /// As [`RawMessage::typed`]; [`RecordingError::Type`] if the topic's type is another one.
     pub fn typed_in<T: Ros2>(&self, path: &Path) -> Result<(T, Vec<u8>), RecordingError> {
         self.must_be(T::TYPE, path)?;
         self.typed()

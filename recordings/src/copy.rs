@@ -55,7 +55,7 @@ pub struct Lost {
     pub bytes: u64,
     /// Why.
     pub reason: String,
-    /// How many messages the file itself says to be in it, where it does.
+    /// How many messages the file itself says to be in it, if it does.
     pub messages: Option<u64>,
 }
 
@@ -169,7 +169,7 @@ impl<W: Write> Copy<W> {
         &self.left_out
     }
 
-    /// Declares a topic, where it is new.
+    /// Declares a topic, if it is new.
     ///
     /// # Errors
     /// [`RecordingError::Write`].
@@ -288,7 +288,7 @@ impl<W: Write> Copy<W> {
 /// chunks and a damaged beginning are left out, and listed.
 ///
 /// # Errors
-/// [`RecordingError::File`], [`RecordingError::Foreign`] or [`RecordingError::Damaged`] where it is no recording at all,
+/// [`RecordingError::File`], [`RecordingError::Foreign`] or [`RecordingError::Damaged`] if it is no recording at all,
 /// [`RecordingError::Write`].
 pub fn recover<W: Write>(
     path: &Path,
@@ -389,7 +389,7 @@ impl Salvage {
         }
     }
 
-    /// Goes on after what is damaged; false where nothing after it makes sense.
+    /// Goes on after what is damaged; false if nothing after it makes sense.
     fn pass_over(&mut self, at: u64, damage: &Damage) -> Result<bool, RecordingError> {
         let was_inside = self.open.abandon_chunk();
         let end = self.open.file.at();

@@ -75,10 +75,10 @@ impl fmt::Display for Difference {
 }
 
 /// The first difference of the recordings `a` and `b`, by simulation time. Among differences of one time the first in
-/// the table of channels counts. `None` where they are the same.
+/// the table of channels counts. `None` if they are the same.
 ///
 /// # Errors
-/// [`RecordingError`] where one of them cannot be read.
+/// [`RecordingError`] if one of them cannot be read.
 pub fn diff(a: &Path, b: &Path) -> Result<Option<Difference>, RecordingError> {
     let (mut a, mut b) = (compared(a)?, compared(b)?);
     let compared = channels::all().filter(|spec| spec.is_recorded() && spec.role != Role::Report);
@@ -264,14 +264,14 @@ impl Lane {
     }
 }
 
-/// What is different about two messages of one number; `None` where all of it is forgiven.
+/// What is different about two messages of one number; `None` if all of it is forgiven.
 fn explain(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage, tolerances: &Tolerances) -> Option<What> {
     let offset = a.cdr.iter().zip(&b.cdr).position(|(a, b)| a != b);
     let bytes = What::Bytes { offset: offset.unwrap_or(a.cdr.len().min(b.cdr.len())) };
     field(spec, a, b, tolerances).unwrap_or(Some(bytes))
 }
 
-/// The field that differs, `Some(None)` where all that do are forgiven; `None` where these are no messages of the
+/// The field that differs, `Some(None)` if all that do are forgiven; `None` if these are no messages of the
 /// channel.
 fn field(
     spec: &ChannelSpec,

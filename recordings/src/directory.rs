@@ -12,7 +12,7 @@ use crate::records::{ChannelRecord, FileHeader, Schema};
 pub struct Topic {
     /// `/scan`.
     pub name: String,
-    /// `sensor_msgs/msg/LaserScan`; empty where the file does not say.
+    /// `sensor_msgs/msg/LaserScan`; empty if the file does not say.
     pub ros2_type: String,
     /// `cdr`: how its messages are encoded.
     pub encoding: String,
@@ -54,7 +54,7 @@ impl Directory {
         self.schemas.entry(id).or_insert_with(|| Arc::new(schema));
     }
 
-    /// The topic, where it is new.
+    /// The topic, if it is new.
     pub(crate) fn add_channel(&mut self, channel: ChannelRecord) -> Option<Arc<Topic>> {
         if self.topics.contains_key(&channel.id) {
             return None;

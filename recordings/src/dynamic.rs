@@ -97,7 +97,7 @@ impl Decoder {
     /// The message as JSON: an object with the fields of its definition, in their order by name.
     ///
     /// # Errors
-    /// [`RecordingError::Form`] where it is no message of ROS 2, [`RecordingError::Dynamic`] where it does not fit its
+    /// [`RecordingError::Form`] if it is no message of ROS 2, [`RecordingError::Dynamic`] if it does not fit its
     /// definition.
     pub fn decode(&mut self, message: &RawMessage) -> Result<Value, RecordingError> {
         let topic = &message.topic;

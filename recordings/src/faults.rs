@@ -23,11 +23,11 @@ pub struct FaultInfo {
     pub process: &'static str,
     /// Its process id.
     pub pid: u32,
-    /// How often it was started again so far, where that is known.
+    /// How often it was started again so far, if that is known.
     pub restarts: u32,
     /// Messages that are missing because of it.
     pub missing: u32,
-    /// Wall-clock time: a pause, a silence, how long a recovery took; 0 where none is meant.
+    /// Wall-clock time: a pause, a silence, how long a recovery took; 0 if none is meant.
     pub duration_ms: f64,
     /// What there is to say.
     pub words: String,

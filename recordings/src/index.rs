@@ -34,7 +34,7 @@ impl Index {
     /// The index of the recording at `path`.
     ///
     /// # Errors
-    /// [`RecordingError::File`]; [`RecordingError::Damaged`] where a file without a summary is no recording.
+    /// [`RecordingError::File`]; [`RecordingError::Damaged`] if a file without a summary is no recording.
     pub(crate) fn read(path: &Path) -> Result<Self, RecordingError> {
         match Self::of_summary(path)? {
             Some(index) => Ok(index),
@@ -42,7 +42,7 @@ impl Index {
         }
     }
 
-    /// The index that the file has at its end; `None` where it has none that fits.
+    /// The index that the file has at its end; `None` if it has none that fits.
     pub(crate) fn of_summary(path: &Path) -> Result<Option<Self>, RecordingError> {
         Self::of_summary_in(&mut Open::new(path)?)
     }
@@ -179,7 +179,7 @@ impl Index {
         self.chunks.len()
     }
 
-    /// Time of the first message and of the last, nanoseconds; `None` where there is none.
+    /// Time of the first message and of the last, nanoseconds; `None` if there is none.
     pub fn span_ns(&self) -> Option<(u64, u64)> {
         // The times of a chunk without messages are the wrong way round.
         let chunks = || self.chunks.iter().filter(|chunk| chunk.first_ns <= chunk.last_ns);

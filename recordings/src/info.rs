@@ -74,13 +74,13 @@ pub struct TopicInfo {
     pub encoding: String,
     /// How many messages.
     pub messages: u64,
-    /// Messages a second, from the first to the last; `None` where there are fewer than two times.
+    /// Messages a second, from the first to the last; `None` if there are fewer than two times.
     pub rate_hz: Option<f64>,
     /// Simulation time of the first message.
     pub first_s: Option<f64>,
     /// Simulation time of the last message.
     pub last_s: Option<f64>,
-    /// How many its numbers show to be missing; 0 where several processes write.
+    /// How many its numbers show to be missing; 0 if several processes write.
     pub missing: u64,
     /// The first gaps.
     pub gaps: Vec<Gap>,
@@ -121,7 +121,7 @@ pub fn info_of_messages(path: &Path) -> Result<Info, RecordingError> {
     tally.finish(&recording)
 }
 
-/// Out of the summary; `None` where it does not say enough.
+/// Out of the summary; `None` if it does not say enough.
 fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
     let Some(index) = Index::of_summary(path)? else { return Ok(None) };
     let Some(statistics) = &index.statistics else { return Ok(None) };

@@ -20,7 +20,7 @@ use crate::writer::Writer;
 /// Writes the messages of `parts`, in this order, as one recording of `run`, which is still to be finished.
 ///
 /// # Errors
-/// [`RecordingError`] where a part is damaged (not: cut off), or the sink fails.
+/// [`RecordingError`] if a part is damaged (not: cut off), or the sink fails.
 pub fn join<W: Write>(
     parts: impl IntoIterator<Item = impl AsRef<Path>>,
     run: &RunConfig,

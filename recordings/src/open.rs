@@ -96,7 +96,7 @@ impl Open {
         self.kept
     }
 
-    /// How many messages the records behind a chunk say to be in it, which ends there; `None` where there are no such
+    /// How many messages the records behind a chunk say to be in it, which ends there; `None` if there are no such
     /// records. The next record to be read stays the same.
     pub(crate) fn messages_by_index(&mut self, end: u64) -> Result<Option<u64>, RecordingError> {
         /// Channel, and length of the entries.
@@ -156,7 +156,7 @@ impl Open {
         Record::parse(opcode, self.file.content()).map_err(|kind| self.damaged(Damage::Content { at, kind }))
     }
 
-    /// The opcode of the record that begins there and where it ends; none where the file ends before it does.
+    /// The opcode of the record that begins there and where it ends; none if the file ends before it does.
     pub(crate) fn frame_at(&mut self, at: u64) -> Result<Option<(u8, u64)>, RecordingError> {
         match self.file.frame_at(at) {
             Ok(frame) => Ok(Some(frame)),
@@ -208,7 +208,7 @@ impl Open {
         }
     }
 
-    /// What comes next in the chunk; nothing where it is a message that is not wanted.
+    /// What comes next in the chunk; nothing if it is a message that is not wanted.
     pub(crate) fn in_chunk(
         &mut self,
         is_wanted: &impl Fn(&Topic, u64) -> bool,
@@ -256,7 +256,7 @@ impl Open {
         Ok(times)
     }
 
-    /// Leaves the chunk that is being read; false where there is none.
+    /// Leaves the chunk that is being read; false if there is none.
     pub(crate) fn abandon_chunk(&mut self) -> bool {
         let was_inside = self.is_in_chunk();
         self.offset = self.chunk.len();

@@ -59,7 +59,7 @@ impl Recording {
     /// what stands anywhere else.
     ///
     /// # Errors
-    /// [`RecordingError::File`]; [`RecordingError::Damaged`] where it is no recording; [`RecordingError::Run`] where more
+    /// [`RecordingError::File`]; [`RecordingError::Damaged`] if it is no recording; [`RecordingError::Run`] if more
     /// is attached than the files of a run.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let mut recording = Self::open_to_first_message(path)?;
@@ -189,7 +189,7 @@ impl Recording {
     /// files take [`RecordedRun`](crate::sources::RecordedRun).
     ///
     /// # Errors
-    /// [`RecordingError::NotOurs`] where the attachment is missing; [`RecordingError::Run`] where it is not one of this
+    /// [`RecordingError::NotOurs`] if the attachment is missing; [`RecordingError::Run`] if it is not one of this
     /// version.
     pub fn run(&self) -> Result<RunConfig, RecordingError> {
         let wrong = |reason| RecordingError::Run { what: RUN_ATTACHMENT, reason };
@@ -210,7 +210,7 @@ impl Recording {
     /// Where its chunks lie and when; read once.
     ///
     /// # Errors
-    /// [`RecordingError::File`]; [`RecordingError::Damaged`] where a file without an index of its own is
+    /// [`RecordingError::File`]; [`RecordingError::Damaged`] if a file without an index of its own is
     /// damaged.
     pub fn index(&self) -> Result<&Index, RecordingError> {
         if let Some(index) = self.index.get() {
@@ -259,7 +259,7 @@ impl Recording {
         Ok(last.into_values().collect())
     }
 
-    /// The messages of a channel in the order of the file, with the slices behind them. None where the
+    /// The messages of a channel in the order of the file, with the slices behind them. None if the
     /// file does not have the channel.
     ///
     /// # Errors

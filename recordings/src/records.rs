@@ -97,7 +97,7 @@ pub enum Damage {
     NoIndex,
 }
 
-/// The fields of a record, taken one after the other; `None` where there are too few bytes.
+/// The fields of a record, taken one after the other; `None` if there are too few bytes.
 #[derive(Clone, Copy)]
 pub struct Fields<'a>(pub &'a [u8]);
 
@@ -173,7 +173,7 @@ pub struct FileHeader {
 pub struct ChannelRecord {
     /// Its number.
     pub id: u16,
-    /// Number of its schema; 0 where it has none.
+    /// Number of its schema; 0 if it has none.
     pub schema: u16,
     /// `/scan`.
     pub topic: String,
@@ -209,7 +209,7 @@ pub struct ChunkEntry {
     pub bytes: u64,
     /// Length of what stands behind it to find its messages by, which says nothing new.
     pub index_bytes: u64,
-    /// The channels that have messages in it; empty where that is not known.
+    /// The channels that have messages in it; empty if that is not known.
     pub channels: Vec<u16>,
 }
 
@@ -292,7 +292,7 @@ pub struct ChunkHead {
     pub last_ns: u64,
     /// Length of its records.
     pub bytes: u64,
-    /// CRC-32 of its records; 0 where there is none.
+    /// CRC-32 of its records; 0 if there is none.
     pub checksum: u32,
     /// `zstd`, `lz4`, or nothing.
     pub compression: String,

@@ -88,7 +88,7 @@ struct Information {
 }
 
 impl Bag {
-    /// What the metadata of `folder` say; `None` where it has none.
+    /// What the metadata of `folder` say; `None` if it has none.
     ///
     /// # Errors
     /// [`BagError::Metadata`], [`BagError::Compression`].

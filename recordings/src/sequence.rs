@@ -20,7 +20,7 @@ pub enum Seen {
 /// A hole in the numbers of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Gap {
-    /// The last number before the hole; 0 where the beginning is missing.
+    /// The last number before the hole; 0 if the beginning is missing.
     pub after_seq: u64,
     /// How many are missing.
     pub missing: u64,
@@ -50,7 +50,7 @@ impl Sequence {
         Seen::New { missing }
     }
 
-    /// The largest number so far, 0 where there was none.
+    /// The largest number so far, 0 if there was none.
     pub fn last(&self) -> u64 {
         self.last
     }

@@ -23,7 +23,7 @@ pub fn file(path: &Path, number: u32) -> PathBuf {
     path.with_file_name(format!("{stem}_{number}.mcap"))
 }
 
-/// The number of a file in the recording `NAME.mcap`; none where it is none of its files.
+/// The number of a file in the recording `NAME.mcap`; none if it is none of its files.
 pub fn number(path: &Path, name: &str) -> Option<u32> {
     let stem = path.file_stem()?.to_str()?;
     let number = name.strip_prefix(stem)?.strip_prefix('_')?.strip_suffix(".mcap")?;
@@ -80,7 +80,7 @@ pub fn whole<W: Write>(files: &[PathBuf], sink: W) -> Result<W, RecordingError> 
     writer.finish()
 }
 
-/// How often the recorder had been started again by then, where the file says so.
+/// How often the recorder had been started again by then, if the file says so.
 fn restarts(file: &Path) -> Result<Option<u32>, RecordingError> {
     let facts = Recording::open(file)?.index()?.metadata(file, RECORDER_METADATA)?;
     Ok(facts.and_then(|facts| facts.get("restarts")?.parse().ok()))

@@ -107,7 +107,7 @@ impl<W: Write> Writer<W> {
     /// Begins the recording of `run`. Many small writes go to `sink`: give it a buffered one.
     ///
     /// # Errors
-    /// [`RecordingError::Write`] where `sink` fails, [`RecordingError::Run`] where `run` cannot be
+    /// [`RecordingError::Write`] if `sink` fails, [`RecordingError::Run`] if `run` cannot be
     /// written down.
     pub fn create(sink: W, run: &RunConfig) -> Result<Self, RecordingError> {
         Self::create_with(sink, run, &[])
@@ -164,8 +164,8 @@ impl<W: Write> Writer<W> {
     /// written before is left out.
     ///
     /// # Errors
-    /// One that [`RecordingError::is_one_message`] where the message alone is at fault;
-    /// [`RecordingError::Write`] where the sink fails: then nothing more can be written.
+    /// One that [`RecordingError::is_one_message`] if the message alone is at fault;
+    /// [`RecordingError::Write`] if the sink fails: then nothing more can be written.
     pub fn write<T: Message>(
         &mut self,
         channel: Channel<T>,
@@ -221,7 +221,7 @@ impl<W: Write> Writer<W> {
     /// readers reject because it cannot be decoded goes over as it is.
     ///
     /// # Errors
-    /// As [`Writer::write`]; where the topic is no channel; where the message is not of its channel's type.
+    /// As [`Writer::write`]; if the topic is no channel; where the message is not of its channel's type.
     pub fn write_raw(&mut self, raw: &RawMessage) -> Result<(), RecordingError> {
         let topic = &raw.topic.name;
         if [TF, TF_STATIC].contains(&topic.as_str()) {
@@ -277,7 +277,7 @@ impl<W: Write> Writer<W> {
     /// Closes the chunk and flushes the sink: everything written so far survives a kill.
     ///
     /// # Errors
-    /// [`RecordingError::Write`] where the sink fails.
+    /// [`RecordingError::Write`] if the sink fails.
     pub fn flush(&mut self) -> Result<(), RecordingError> {
         self.mcap.flush().map_err(RecordingError::Write)
     }
@@ -288,14 +288,14 @@ impl<W: Write> Writer<W> {
     }
 
     /// Goes on after the messages of an earlier part. The numbers are the last ones of the channels in the order of
-    /// [`Writer::topics`], 0 where there is none.
+    /// [`Writer::topics`], 0 if there is none.
     pub fn resume_after(&mut self, positions: impl IntoIterator<Item = u64>) {
         for (topic, last) in self.topics.iter_mut().zip(positions) {
             topic.sequence = Sequence::after(last);
         }
     }
 
-    /// Takes the last message of each latched channel, in the order of [`Writer::topics`], where the run has several files.
+    /// Takes the last message of each latched channel, in the order of [`Writer::topics`], if the run has several files.
     pub fn take_latched(&mut self) -> Vec<Option<Latched>> {
         self.topics.iter_mut().map(|topic| topic.latched.take()).collect()
     }
@@ -303,7 +303,7 @@ impl<W: Write> Writer<W> {
     /// Begins with what was latched in the file before, as a reader that comes late would get it, at this time.
     ///
     /// # Errors
-    /// [`RecordingError::Write`] where the sink fails.
+    /// [`RecordingError::Write`] if the sink fails.
     pub fn repeat(&mut self, latched: Vec<Option<Latched>>, log_ns: u64) -> Result<(), RecordingError> {
         for (index, last) in latched.into_iter().enumerate() {
             let (Some(topic), Some(last)) = (self.topics.get_mut(index), last) else { continue };
@@ -331,7 +331,7 @@ impl<W: Write> Writer<W> {
     /// Ends the recording with its index and gives the sink back, flushed.
     ///
     /// # Errors
-    /// [`RecordingError::Write`] where the sink fails; what was flushed before stays readable.
+    /// [`RecordingError::Write`] if the sink fails; what was flushed before stays readable.
     pub fn finish(mut self) -> Result<W, RecordingError> {
         let missing = self.topics.iter().map(|t| (topic_name(t.spec.name), t.sequence.missing().to_string()));
         let refused = self.topics.iter().map(|t| (topic_name(t.spec.name), t.refused.to_string()));

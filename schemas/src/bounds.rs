@@ -1,7 +1,7 @@
 //! The bounds of the numbers that people write into robots, missions and floors.
 //!
 //! Messages and physics hold many numbers as `f32`. A number within its bound stays finite in that form, and away from
-//! 0 where it must not be 0. Numbers far from anything that drives indoors once made invalid messages, physics that
+//! 0 if it must not be 0. Numbers far from anything that drives indoors once made invalid messages, physics that
 //! panicked, and simulations that never came to the next instant.
 
 /// The least and the most that a number may be, both included.

@@ -57,17 +57,17 @@ pub enum Role {
 pub struct ChannelSpec {
     /// Name, unique within a system.
     pub name: &'static str,
-    /// The one process that writes it; `None` where every process does (health alone).
+    /// The one process that writes it; `None` if every process does (health alone).
     pub writer: Option<Process>,
     /// The processes that may read it, beside the recorder and observers, who may read all.
     pub readers: &'static [Process],
     /// What its messages are in the flow.
     pub role: Role,
-    /// The kind of navigator that has it; `None` where all have.
+    /// The kind of navigator that has it; `None` if all have.
     pub kind: Option<&'static str>,
     /// Most messages between two ticks.
     pub per_tick: usize,
-    /// Longest slice of bytes behind a message; 0 where there is none.
+    /// Longest slice of bytes behind a message; 0 if there is none.
     pub max_cells: usize,
     /// Its message.
     pub message: MessageType,
@@ -404,7 +404,7 @@ pub fn read_by(process: Process, kind: &str) -> impl Iterator<Item = &'static Ch
     of_kind(kind).filter(move |spec| spec.readers.contains(&process))
 }
 
-/// The channel whose messages `process` answers, one step each; `None` where it has no steps.
+/// The channel whose messages `process` answers, one step each; `None` if it has no steps.
 pub fn trigger_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
     let role = match process {
         Process::World => Role::Command,

@@ -213,7 +213,7 @@ macro_rules! __messages {
     )*};
 }
 
-/// The ROS 2 form of a message, where it is not mapped by hand.
+/// The ROS 2 form of a message, if it is not mapped by hand.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own_message {
@@ -304,7 +304,7 @@ macro_rules! __codes {
             /// The number in the message.
             pub const fn code(self) -> u32 { self as u32 }
 
-            /// The value of a number, `None` where there is no such value.
+            /// The value of a number, `None` if there is no such value.
             pub fn from_code(code: u32) -> Option<Self> {
                 Self::ALL.iter().copied().find(|v| v.code() == code)
             }

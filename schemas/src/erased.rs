@@ -101,7 +101,7 @@ impl MessageType {
     /// Appends the message in CDR to `out`. Allocates nothing once `spare` and `out` have had a message of this length.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the message would not come back the same; `out` is then of no use.
+    /// [`Ros2Error`] if the message would not come back the same; `out` is then of no use.
     pub fn encode(
         &self,
         message: &[u8],
@@ -115,7 +115,7 @@ impl MessageType {
     /// The message number `seq` out of its CDR.
     ///
     /// # Errors
-    /// [`Ros2Error`] where `cdr` is not what [`MessageType::encode`] would have written.
+    /// [`Ros2Error`] if `cdr` is not what [`MessageType::encode`] would have written.
     pub fn decode(&self, cdr: &[u8], seq: u64) -> Result<Owned, Ros2Error> {
         (self.decode)(cdr, seq)
     }
@@ -221,7 +221,7 @@ impl Owned {
         &self.cells
     }
 
-    /// The message as what it is. Panics where it is of another size.
+    /// The message as what it is. Panics if it is of another size.
     pub fn typed<T: Pod>(&self) -> &T {
         bytemuck::from_bytes(self.bytes())
     }

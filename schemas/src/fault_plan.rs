@@ -140,7 +140,7 @@ impl PlannedFault {
         }
     }
 
-    /// How the writer is starved, where it is.
+    /// How the writer is starved, if it is.
     pub fn starvation(&self) -> Option<Starvation> {
         let (share, duration_ms) = (self.share?, self.duration_ms?);
         (self.action == Action::Starve).then_some(Starvation { share, duration_ms })

@@ -68,7 +68,7 @@ impl Wall {
 }
 
 impl Door {
-    /// The stretch of a wall's `line` that it opens, metres from the line's start; none where it lies elsewhere.
+    /// The stretch of a wall's `line` that it opens, metres from the line's start; none if it lies elsewhere.
     pub fn gap(&self, line: &Segment, thickness_m: f64) -> Option<[f64; 2]> {
         let (start, along, length) = direction(line);
         let offset = Vector2::from(self.at) - start;

@@ -20,7 +20,7 @@ pub struct Robot {
     pub name: String,
     /// Radius of the round footprint, or of the circle around a rectangular one, metres.
     pub radius_m: f64,
-    /// The rectangular footprint, where it is not round.
+    /// The rectangular footprint, if it is not round.
     pub footprint: Option<Footprint>,
     /// Mass, kilograms.
     pub mass_kg: f64,
@@ -30,17 +30,17 @@ pub struct Robot {
     pub tick_hz: Option<f64>,
     /// What it can do.
     pub limits: Limits,
-    /// Its laser range finder, where it has one.
+    /// Its laser range finder, if it has one.
     pub laser: Option<Laser>,
-    /// Its ring of sonars, where it has one.
+    /// Its ring of sonars, if it has one.
     pub sonar: Option<Sonar>,
-    /// Its camera that finds markers, where it has one.
+    /// Its camera that finds markers, if it has one.
     pub camera: Option<MarkerCamera>,
-    /// Its camera that looks down on a plane of dots, where it has one.
+    /// Its camera that looks down on a plane of dots, if it has one.
     pub view: Option<DotCamera>,
     /// How it strays from its commands: over a plane of dots alone.
     pub motion_noise: Option<MotionNoise>,
-    /// How its odometry errs, where it has one.
+    /// How its odometry errs, if it has one.
     pub odometry: Option<OdometryNoise>,
 }
 

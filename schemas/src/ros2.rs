@@ -48,16 +48,16 @@ pub trait Ros2: Message {
 
     /// The ROS 2 form, put into the memory of `spare`: an earlier form of any content, or the default.
     /// Allocates only where `spare` has less room than the message can fill. `cells` is the slice
-    /// behind the message; empty where the channel has none.
+    /// behind the message; empty if the channel has none.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the message holds what the form cannot.
+    /// [`Ros2Error`] if the message holds what the form cannot.
     fn to_ros2_in(&self, cells: &[u8], spare: Self::Form) -> Result<Self::Form, Ros2Error>;
 
     /// The ROS 2 form in memory of its own: see [`Ros2::to_ros2_in`].
     ///
     /// # Errors
-    /// [`Ros2Error`] where the message holds what the form cannot.
+    /// [`Ros2Error`] if the message holds what the form cannot.
     fn to_ros2(&self, cells: &[u8]) -> Result<Self::Form, Ros2Error> {
         self.to_ros2_in(cells, Self::Form::default())
     }
@@ -65,7 +65,7 @@ pub trait Ros2: Message {
     /// The message number `seq` and the slice behind it.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the form holds what the message cannot.
+    /// [`Ros2Error`] if the form holds what the message cannot.
     fn from_ros2(form: Self::Form, seq: u64) -> Result<(Self, Vec<u8>), Ros2Error>;
 
     /// The `.msg` texts that are this project's own: the message's and those of the structs in it.
@@ -81,7 +81,7 @@ pub trait Ros2: Message {
     /// Appends the message in CDR to `out`, which should be empty: alignment counts from its start.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the message would not come back the same; `out` is then of no use.
+    /// [`Ros2Error`] if the message would not come back the same; `out` is then of no use.
     fn to_cdr(&self, cells: &[u8], out: &mut Vec<u8>) -> Result<(), Ros2Error> {
         self.to_cdr_by(cells, &mut Self::Form::default(), out)
     }
@@ -99,7 +99,7 @@ pub trait Ros2: Message {
     /// The message number `seq` out of `bytes`, and the slice behind it.
     ///
     /// # Errors
-    /// [`Ros2Error`] where `bytes` are not what [`Ros2::to_cdr`] would have written; [`Ros2Error::Rounded`] where they are but
+    /// [`Ros2Error`] if `bytes` are not what [`Ros2::to_cdr`] would have written; [`Ros2Error::Rounded`] if they are but
     /// for rounding. Allocates no more than a few times the length of `bytes` and the size of the message.
     fn from_cdr(bytes: &[u8], seq: u64) -> Result<(Self, Vec<u8>), Ros2Error> {
         let (message, cells) = Self::from_ros2(decode::<Self::Form>(bytes)?, seq)?;
@@ -122,7 +122,7 @@ pub fn encode<F: Serialize>(form: &F, out: &mut Vec<u8>) -> Result<(), Ros2Error
 /// Reads any ROS 2 form from CDR.
 ///
 /// # Errors
-/// [`Ros2Error`] where the bytes are cut, too many, or no CDR in little endian.
+/// [`Ros2Error`] if the bytes are cut, too many, or no CDR in little endian.
 pub fn decode<F: DeserializeOwned>(bytes: &[u8]) -> Result<F, Ros2Error> {
     let found = bytes.get(..4).unwrap_or(bytes);
     if found != ENCAPSULATION {

@@ -83,7 +83,7 @@ pub struct RunConfig {
     /// are driven in one process, and in some recordings of earlier versions.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub method: String,
-    /// The recording that holds the files of the mission; `None` where they are on disk. It is for the processes of a
+    /// The recording that holds the files of the mission; `None` if they are on disk. It is for the processes of a
     /// running system and counts in no recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub files_of: Option<String>,
@@ -93,7 +93,7 @@ pub struct RunConfig {
     pub seed: u64,
     /// How time passes.
     pub pace: Pace,
-    /// The recording's path; `None` where nothing records.
+    /// The recording's path; `None` if nothing records.
     pub recording: Option<String>,
     /// When the recording goes on in a next file.
     #[serde(default, skip_serializing_if = "Split::is_never")]

@@ -34,7 +34,7 @@ fn building() -> WorldDescription {
     floor_plan::parse(&text).expect("a floor plan that holds")
 }
 
-/// The map of Building 079, where it is at hand.
+/// The map of Building 079, if it is at hand.
 fn building_079() -> Option<WorldDescription> {
     files::map_file(&needs::data().join("maps/Freiburg79_scan_furnitures.yaml")).ok()
 }

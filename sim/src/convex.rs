@@ -31,7 +31,7 @@ impl Convex {
         Self { corners: (0..DISC_CORNERS).map(corner).collect() }
     }
 
-    /// A polygon through `corners`, in either direction; `None` where they are no convex polygon.
+    /// A polygon through `corners`, in either direction; `None` if they are no convex polygon.
     pub fn polygon(corners: &[[f64; 2]]) -> Option<Self> {
         let mut corners = corners.to_vec();
         if signed_area(&corners) < 0.0 {

@@ -55,7 +55,7 @@ pub enum SimError {
         needed_m: f64,
         /// What stands there.
         kind: BodyKind,
-        /// How far from the robot's centre; 0 where the centre lies inside.
+        /// How far from the robot's centre; 0 if the centre lies inside.
         distance_m: f64,
     },
     /// One of the above, in a file.

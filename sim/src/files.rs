@@ -94,7 +94,7 @@ fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, SimE
     picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))
 }
 
-/// The picture that the YAML of a map names, where it is one.
+/// The picture that the YAML of a map names, if it is one.
 pub fn picture_of(map: &Path) -> Option<PathBuf> {
     let yaml = sketchnav_files::read_to_string(map, MAP).ok()?;
     Some(map.with_file_name(MapInfo::parse(&yaml).ok()?.image))

@@ -147,7 +147,7 @@ impl Floor {
     /// A floor on which the robot stands at `start`, at time 0; its sensors have read once.
     ///
     /// # Errors
-    /// [`SimError::Start`] where the robot does not fit there; [`SimError::Robot`] for a robot that no file was read for.
+    /// [`SimError::Start`] if the robot does not fit there; [`SimError::Robot`] for a robot that no file was read for.
     pub fn new(
         description: WorldDescription,
         robot: &Robot,

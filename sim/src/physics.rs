@@ -55,7 +55,7 @@ impl Physics {
     /// Puts everything into its place; the robot stands at `start`.
     ///
     /// # Errors
-    /// [`SimError::Start`] where the robot does not fit there.
+    /// [`SimError::Start`] if the robot does not fit there.
     pub fn new(
         world: &WorldDescription,
         robot: &Robot,

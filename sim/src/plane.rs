@@ -50,7 +50,7 @@ impl DotPlane {
     /// A plane over which the robot hovers at `start`, at time 0; its camera has looked once.
     ///
     /// # Errors
-    /// [`SimError::Value`] where the robot has a sensor that a plane has nothing for; [`SimError::Robot`].
+    /// [`SimError::Value`] if the robot has a sensor that a plane has nothing for; [`SimError::Robot`].
     pub fn new(
         description: PlaneDescription,
         robot: &Robot,

@@ -73,7 +73,7 @@ impl PlaneFile {
     /// Reads a plane file.
     ///
     /// # Errors
-    /// [`SimError::Toml`]; [`SimError::Value`] where it has no source of dots, or several.
+    /// [`SimError::Toml`]; [`SimError::Value`] if it has no source of dots, or several.
     pub fn parse(text: &str) -> Result<Self, SimError> {
         let file: Self = toml::from_str(text)?;
         let sources =
@@ -83,7 +83,7 @@ impl PlaneFile {
         Ok(file)
     }
 
-    /// The picture that it names, where it does.
+    /// The picture that it names, if it does.
     pub fn picture(&self) -> Option<&PictureSource> {
         self.picture.as_ref()
     }

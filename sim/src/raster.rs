@@ -25,7 +25,7 @@ pub struct CellBox {
 }
 
 impl Raster {
-    /// `solid` has `width` × `height` cells; `None` where it has another number of them.
+    /// `solid` has `width` × `height` cells; `None` if it has another number of them.
     pub fn new(width: usize, height: usize, solid: Vec<bool>) -> Option<Self> {
         (solid.len() == width * height).then_some(Self { width, height, solid })
     }
@@ -58,7 +58,7 @@ impl Raster {
 
     /// Rectangles, which may overlap. They cover solid cells alone, and every solid cell within two cells of a free
     /// one, also in the ring of cells around the grid. Each is as large as it can get: wide first where the run of
-    /// cells is wider than high, else high first. `None` where they are more than `most`.
+    /// cells is wider than high, else high first. `None` if they are more than `most`.
     pub fn boxes(&self, most: usize) -> Option<Vec<CellBox>> {
         let mut covered = vec![false; (self.width + 2) * (self.height + 2)];
         let index = |x: i64, y: i64| (y + 1) as usize * (self.width + 2) + (x + 1) as usize;

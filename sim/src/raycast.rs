@@ -65,7 +65,7 @@ impl Faces {
     }
 
     /// How far a ray from `from` goes along `direction` (a unit vector) until it hits a face; `None`
-    /// where there is none within `max_m`.
+    /// if there is none within `max_m`.
     pub fn cast(&self, from: Vector2<f64>, direction: Vector2<f64>, max_m: f64) -> Option<f64> {
         let ray = Ray::new(vector(from), vector(direction));
         self.tree.cast_local_ray(&ray, max_m as Real, true).map(f64::from)
@@ -127,7 +127,7 @@ fn lengthened([a, b]: &Segment) -> [Vector2<f64>; 2] {
     [a - hair, b + hair]
 }
 
-/// How far the ray goes until it meets a disc; `None` where there is none within `max_m`, 0 where it
+/// How far the ray goes until it meets a disc; `None` if there is none within `max_m`, 0 if it
 /// starts inside.
 pub fn cast_disc(
     center: Vector2<f64>,

@@ -128,7 +128,7 @@ impl OccupancyMap {
     /// is unknown, and so it is solid.
     ///
     /// # Errors
-    /// [`SimError::Picture`], or [`SimError::Value`] where the picture has no free cell, or is too large.
+    /// [`SimError::Picture`], or [`SimError::Value`] if the picture has no free cell, or is too large.
     pub fn decode(info: &MapInfo, picture: &[u8]) -> Result<Self, SimError> {
         let reader = ImageReader::new(Cursor::new(picture)).with_guessed_format()?;
         let decoder = reader.into_decoder()?;
@@ -171,7 +171,7 @@ impl OccupancyMap {
     /// The map as walls.
     ///
     /// # Errors
-    /// [`SimError::Value`] where they are too many: a picture of noise.
+    /// [`SimError::Value`] if they are too many: a picture of noise.
     pub fn describe(&self, name: &str) -> Result<WorldDescription, SimError> {
         let outline = self.raster.outline().into_iter().map(|segment| segment.map(|p| self.corner(p)));
         let most = bounds::MOST_MAP_SOLIDS;

@@ -135,7 +135,7 @@ pub fn distance_to(outline: &[At], at: At) -> f64 {
     edges.map(|(a, b)| to_segment(at, *a, *b)).fold(f64::INFINITY, f64::min)
 }
 
-/// How far two outlines are apart, by corners and edges; 0 where one holds a corner of the other.
+/// How far two outlines are apart, by corners and edges; 0 if one holds a corner of the other.
 pub fn apart(one: &[At], other: &[At]) -> f64 {
     let corners =
         one.iter().map(|at| distance_to(other, *at)).chain(other.iter().map(|at| distance_to(one, *at)));

@@ -15,7 +15,7 @@ use support::{Ended, Place, Running, kill_if_alive, repository, wait_until};
 struct SmallDisk(PathBuf);
 
 impl SmallDisk {
-    /// `None`, with a notice, where that takes rights that this user has not got.
+    /// `None`, with a notice, if that takes rights that this user has not got.
     fn mount(at: PathBuf, size: &str) -> Option<Self> {
         fs::create_dir(&at).unwrap();
         let option = format!("size={size}");
@@ -122,7 +122,7 @@ fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
     assert!(lacks > 0 && report["lost_messages"].as_u64().unwrap() >= lacks, "{info:#}");
 }
 
-/// Runs a shell script with shared memory of its own, of this size; `$0` is `sketchnav`. `None`, with a notice, where
+/// Runs a shell script with shared memory of its own, of this size; `$0` is `sketchnav`. `None`, with a notice, if
 /// that takes rights that this user has not got.
 fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> {
     let script = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm || exit 99\n{script}");

@@ -63,7 +63,7 @@ fn every_link_leads_somewhere() {
     findings.are_none();
 }
 
-/// What is wrong with a link of a page; `None` where it leads somewhere.
+/// What is wrong with a link of a page; `None` if it leads somewhere.
 fn follow(page: &Page, link: &str) -> Option<&'static str> {
     let (file, heading) = link.split_once('#').map_or((link, None), |(file, heading)| (file, Some(heading)));
     let folder = repository().join(page.path.parent().unwrap());

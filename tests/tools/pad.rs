@@ -469,7 +469,7 @@ fn a_flood_of_connections_locks_nobody_out() {
     stage.end();
 }
 
-/// What Prometheus reads, as its own tool judges it where there is one.
+/// What Prometheus reads, as its own tool judges it if there is one.
 fn are_metrics(text: &str) {
     for line in
         ["sketchnav_process_up{process=\"localizer\"} 1", "# TYPE sketchnav_channel_messages_total counter"]

@@ -1,5 +1,5 @@
 //! The bridge to ROS 2. Its counterpart is real ROS 2 (rclpy with Fast DDS), from a Python that
-//! `SKETCHNAV_ROS2_PYTHON` names. Tests that need it are skipped where there is none.
+//! `SKETCHNAV_ROS2_PYTHON` names. Tests that need it are skipped if there is none.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

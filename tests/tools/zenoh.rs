@@ -1,5 +1,5 @@
 //! The bridge to ROS 2 by Zenoh. Its counterpart is the package `zenoh-ros2-sdk`, which speaks as rmw_zenoh does, in a
-//! Python that `SKETCHNAV_ZENOH_PYTHON` names. Tests that need it are skipped where there is none.
+//! Python that `SKETCHNAV_ZENOH_PYTHON` names. Tests that need it are skipped if there is none.
 
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};

@@ -71,7 +71,7 @@ pub enum Fault {
     /// The number of its fields does not fit what it says.
     #[error("{word}: expected {expected} fields, found {found}")]
     Fields {
-        /// How it begins, with the number of readings where there is one.
+        /// How it begins, with the number of readings if there is one.
         word: String,
         /// As many as there should be.
         expected: usize,
@@ -159,7 +159,7 @@ pub struct ScanLine {
     pub kind: ScanKind,
     /// Where its beams point.
     pub beams: Beams,
-    /// Ranges in metres, from the right to the left; NaN where the log has no number that a laser measures.
+    /// Ranges in metres, from the right to the left; NaN if the log has no number that a laser measures.
     pub ranges_m: Vec<f32>,
     /// The maximum range that the line states, metres.
     pub range_max_m: Option<f64>,

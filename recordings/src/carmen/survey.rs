@@ -184,7 +184,7 @@ struct Facts {
     longest_gap: Gap,
     /// Whether some scan's two poses differ.
     poses_differ: bool,
-    /// The field too many of the first line that has one, and of how many lines; none where they differ.
+    /// The field too many of the first line that has one, and of how many lines; none if they differ.
     surplus: Option<(f64, u64)>,
     surplus_differs: bool,
     shapes: Shapes,
@@ -218,7 +218,7 @@ impl Facts {
         }
     }
 
-    /// The field too many, where it is the same in all lines that have one.
+    /// The field too many, if it is the same in all lines that have one.
     fn surplus(&self) -> Option<(f64, u64)> {
         self.surplus.filter(|(_, count)| *count > 1 && !self.surplus_differs)
     }

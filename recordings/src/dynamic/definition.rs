@@ -225,7 +225,7 @@ mod tests {
             let names: Vec<_> = types.fields(name).unwrap().iter().map(|field| field.name.as_str()).collect();
             assert_eq!(names, ["sec", "nanosec"], "{name}");
         }
-        // Those of the file count, where it has them: once.
+        // Those of the file count, if it has them: once.
         let own = Types::of(&Schema {
             name: "a_msgs/msg/A".to_owned(),
             encoding: "ros2msg".to_owned(),

@@ -18,7 +18,7 @@ const MAX_DRAFTS: u32 = 1000;
 #[derive(Debug)]
 pub struct Draft {
     path: PathBuf,
-    /// None where there is nothing to be moved.
+    /// None if there is nothing to be moved.
     draft: Option<PathBuf>,
 }
 
@@ -105,7 +105,7 @@ pub fn is_same(a: &Path, b: &Path) -> bool {
 /// Refuses a result in the place of what it is made of.
 ///
 /// # Errors
-/// [`ErrorKind::AlreadyExists`] where `output` is one of `inputs`.
+/// [`ErrorKind::AlreadyExists`] if `output` is one of `inputs`.
 pub fn refuse_to_overwrite<'a>(inputs: impl IntoIterator<Item = &'a Path>, output: &Path) -> io::Result<()> {
     match inputs.into_iter().any(|input| is_same(input, output)) {
         true => {

@@ -13,7 +13,7 @@ const O_NONBLOCK: i32 = 0o4000;
 /// Opens a plain file to read it; never waits. `what` it should be, for errors: `a mission`.
 ///
 /// # Errors
-/// As the system says; [`ErrorKind::InvalidInput`], or [`ErrorKind::IsADirectory`], where it is something else than a plain
+/// As the system says; [`ErrorKind::InvalidInput`], or [`ErrorKind::IsADirectory`], if it is something else than a plain
 /// file, with what it is.
 pub fn open(path: impl AsRef<Path>, what: &str) -> io::Result<File> {
     open_plain(path.as_ref(), what).map_err(|error| match error.raw_os_error() {

@@ -45,9 +45,9 @@ pub struct Line {
     pub doc: &'static [&'static str],
     /// Its name.
     pub name: &'static str,
-    /// Its ROS 2 type; `None` where it does not travel as a field of its own.
+    /// Its ROS 2 type; `None` if it does not travel as a field of its own.
     pub kind: Option<String>,
-    /// The values that it takes, where it is the number of a code.
+    /// The values that it takes, if it is the number of a code.
     pub values: &'static [Value],
 }
 

@@ -47,7 +47,7 @@ impl Derived {
     /// Appends what is derived of a message of the channel to `out`, in CDR.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the message cannot be said in ROS 2; `out` is then of no use.
+    /// [`Ros2Error`] if the message cannot be said in ROS 2; `out` is then of no use.
     ///
     /// # Panics
     /// Where `message` is not of the channel's size and alignment.

@@ -17,7 +17,7 @@ use crate::message::Header;
 /// The header of a form in a frame.
 ///
 /// # Errors
-/// [`Ros2Error`] where ROS 2 has no such number or time.
+/// [`Ros2Error`] if ROS 2 has no such number or time.
 pub fn stamped(header: &Header, frame: &str) -> Result<HeaderForm, Ros2Error> {
     header_form(header, frame, HeaderForm::default())
 }

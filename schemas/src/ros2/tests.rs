@@ -59,7 +59,7 @@ fn another_frame_is_not_ours() {
     assert!(matches!(error, Ros2Error::Foreign { .. }), "{error}");
 }
 
-/// A driver whose quaternions are computed leaves rounding in x and y, and −0 where it turns them round. None of its odometry
+/// A driver whose quaternions are computed leaves rounding in x and y, and −0 if it turns them round. None of its odometry
 /// was read, and the reason that was given was a byte offset.
 #[test]
 fn rounding_in_a_quaternion_is_told_from_a_tilt() {

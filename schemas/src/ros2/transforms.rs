@@ -30,7 +30,7 @@ pub type Form = TFMessage;
 /// `form`, whose memory is used again.
 ///
 /// # Errors
-/// [`Ros2Error`] where the header cannot be said in ROS 2.
+/// [`Ros2Error`] if the header cannot be said in ROS 2.
 pub fn base_in_odom(odometry: &Odometry, form: &mut Form, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
     let spare = std::mem::take(form);
     *form = transform(&odometry.header, "odom", "base_link", &odometry.pose, spare)?;

@@ -95,7 +95,7 @@ pub(crate) fn remember(floor: &Floor, degree: f64, rng: &mut Pcg64Mcg) -> Memory
     memory
 }
 
-/// The ends of walls at the two sides of an opening; `None` where it is no gap between two ends.
+/// The ends of walls at the two sides of an opening; `None` if it is no gap between two ends.
 fn door_ends(walls: &[Wall], jambs: [Vector2<f64>; 2]) -> Option<[WallEnd; 2]> {
     let nearest = |jamb: Vector2<f64>| {
         let ends = (0..walls.len()).flat_map(|wall| [(wall, 0), (wall, 1)]);

@@ -35,7 +35,7 @@ pub struct DeformedDrawing {
     pub strokes: Vec<Stroke>,
     /// Indices of the regions that were left out; [`DeformedDrawing::to_sketch`] knows no place of theirs.
     pub forgotten: Vec<usize>,
-    /// The deformation, measured over [`Floor::places`]; `None` where these are too few.
+    /// The deformation, measured over [`Floor::places`]; `None` if these are too few.
     pub deformation: Option<Deformation>,
     /// The same as annotators would have marked it, for comparison with [`PEOPLE`](crate::PEOPLE).
     pub as_annotated: Option<Deformation>,

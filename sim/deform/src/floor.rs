@@ -42,7 +42,7 @@ impl Floor {
     /// The floor of a plan.
     ///
     /// # Errors
-    /// [`DeformError::World`] where the plan does not hold, [`DeformError::NoRegions`].
+    /// [`DeformError::World`] if the plan does not hold, [`DeformError::NoRegions`].
     pub fn of_plan(plan: &FloorPlan) -> Result<Self, DeformError> {
         let world = sketchnav_sim::floor_plan::describe(plan)?;
         let regions = Regions::of(&Solid::of_walls(&world)?);

@@ -88,7 +88,7 @@ impl Solid {
     /// The walls of a world, without its furniture.
     ///
     /// # Errors
-    /// [`DeformError::TooLarge`] where they reach too far for a grid.
+    /// [`DeformError::TooLarge`] if they reach too far for a grid.
     pub fn of_walls(world: &WorldDescription) -> Result<Self, DeformError> {
         let [low, high] = extent(world.walls.iter().flat_map(|wall| wall.corners()));
         let low = low.add_scalar(-PLAN_RIM_M);

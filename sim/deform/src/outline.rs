@@ -3,7 +3,7 @@
 use crate::grid::Grid;
 
 /// Walks around the set's lowest cell with the cells on the left, until it is back. Holes in the set, and pieces apart
-/// from that one, are not in the outline. Empty where the set is.
+/// from that one, are not in the outline. Empty if the set is.
 pub(crate) fn polygon(grid: &Grid, belongs: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
     let Some(first) = (0..grid.len()).find(|&i| belongs(i)) else { return Vec::new() };
     let inside = |x: i64, y: i64| {

@@ -46,7 +46,7 @@ pub struct Doorway {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Regions {
     pub grid: Grid,
-    /// The region's index and 1, 0 where there is none.
+    /// The region's index and 1, 0 if there is none.
     labels: Vec<u32>,
     pub list: Vec<Region>,
     pub doorways: Vec<Doorway>,

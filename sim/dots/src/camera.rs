@@ -28,8 +28,8 @@ impl Camera {
     /// The camera that sees the known points where they are, as nearly as one can.
     ///
     /// # Errors
-    /// [`DotsError::Calibration`] where the points do not say enough, [`DotsError::Crossed`] where four would if two of them
-    /// were exchanged, [`DotsError::Behind`] where one of them would lie behind the camera.
+    /// [`DotsError::Calibration`] if the points do not say enough, [`DotsError::Crossed`] if four would if two of them
+    /// were exchanged, [`DotsError::Behind`] if one of them would lie behind the camera.
     pub fn calibrated(points: &[Known]) -> Result<Self, DotsError> {
         Self::fitted(points).map_err(|error| {
             uncrossing(points).map_or(error, |pair| DotsError::Crossed { exchange: pair.map(|at| at + 1) })

@@ -94,7 +94,7 @@ struct Lit {
 /// Above this separation two levels are those of dots and their ground, however large the dots are.
 const SEPARATED: f64 = 0.85;
 
-/// The picture in even light; none where its light is even as it is.
+/// The picture in even light; none if its light is even as it is.
 fn levelled(picture: &GrayImage) -> Option<Lit> {
     let of = |dots: Dots| {
         let (light, picture) = level(picture, dots);
@@ -114,7 +114,7 @@ struct Found {
     dust: usize,
 }
 
-/// None where the picture has one level, or nearly so.
+/// None if the picture has one level, or nearly so.
 fn spots(picture: &GrayImage) -> Option<Found> {
     let Levels { ground, threshold, .. } = levels(picture)?;
     // Contrast against the ground; pixels on the ground's side of the threshold have none.
@@ -137,7 +137,7 @@ struct Levels {
     separation: f64,
 }
 
-/// None where the picture has one level, or nearly so.
+/// None if the picture has one level, or nearly so.
 fn levels(picture: &GrayImage) -> Option<Levels> {
     let mut histogram = [0_u64; 256];
     picture.pixels().for_each(|pixel| histogram[usize::from(pixel.0[0])] += 1);

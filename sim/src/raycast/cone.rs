@@ -24,7 +24,7 @@ impl Cone {
         Self { apex, from_world: Rotation2::new(-axis_rad), half_rad, edge }
     }
 
-    /// Distance from the apex to the nearest point of `faces` and `discs` in the cone, metres; +∞ where there is
+    /// Distance from the apex to the nearest point of `faces` and `discs` in the cone, metres; +∞ if there is
     /// none within `max_m`.
     pub fn nearest(&self, faces: &Faces, discs: &[([f64; 2], f64)], max_m: f64) -> f64 {
         let of_faces = faces.near(self.apex, max_m).filter_map(|face| self.segment(face));

@@ -149,7 +149,7 @@ impl Rays {
 }
 
 impl Faces {
-    /// Writes how far each ray from `from` goes until it hits a face: +∞ where there is none within `max_m`.
+    /// Writes how far each ray from `from` goes until it hits a face: +∞ if there is none within `max_m`.
     pub fn sweep(&self, from: Vector2<f64>, rays: &Rays, max_m: f64, ranges_m: &mut [Real]) {
         let (origin, max) = (vector(from), max_m as Real);
         // The tree leaves out what begins at the reach as it does what begins at another hit.
@@ -261,7 +261,7 @@ impl<'a> Seen<'a> {
         is_doubtful
     }
 
-    /// +∞ where there is no hit; written so that the compiler uses vector instructions.
+    /// +∞ if there is no hit; written so that the compiler uses vector instructions.
     #[inline(always)]
     #[expect(clippy::manual_range_contains, reason = "a branch, which vector instructions do not have")]
     fn ranges(

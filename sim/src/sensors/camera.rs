@@ -69,7 +69,7 @@ impl Camera {
         view.marker_count = count as u32;
     }
 
-    /// How the camera sees a marker; `None` where it does not.
+    /// How the camera sees a marker; `None` if it does not.
     fn sight(&self, scene: &Scene<'_>, camera: &Pose<World>, marker: &Marker) -> Option<Sight> {
         let (from, at) = (camera.position().coords(), Vector2::from(marker.at));
         let (distance_m, facing) = ((at - from).norm(), marker.facing_deg.to_radians());
@@ -87,7 +87,7 @@ impl Camera {
             .then_some(sight)
     }
 
-    /// The marker as it is measured; `None` where it is missed.
+    /// The marker as it is measured; `None` if it is missed.
     fn measure(&self, id: u32, sight: &Sight, stream: &mut Pcg64Mcg) -> Option<SeenMarker> {
         let model = &self.model;
         let span_m = model.range_max_m - model.range_min_m;

@@ -65,7 +65,7 @@ impl DownCamera {
         dots.iter().map(relative).filter(move |at| at.iter().all(|v| v.abs() <= half))
     }
 
-    /// A dot as it is measured; `None` where it is missed.
+    /// A dot as it is measured; `None` if it is missed.
     fn measure(&self, at: [f64; 2], stream: &mut Pcg64Mcg) -> Option<SeenDot> {
         let is_missed = stream.random::<f64>() < self.model.miss;
         let noise_m = self.model.noise_m;

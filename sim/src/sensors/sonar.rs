@@ -41,7 +41,7 @@ impl SonarRing {
         scan.ranges_m[count..].fill(0.0);
     }
 
-    /// Distance to the nearest echo of sonar `i`, metres. It is 0 where a wall stands between the robot's centre and
+    /// Distance to the nearest echo of sonar `i`, metres. It is 0 if a wall stands between the robot's centre and
     /// the sonar: the robot was pushed into that wall.
     fn echo(&self, scene: &Scene<'_>, i: usize) -> f64 {
         let (robot, ring_m) = (scene.robot, self.model.ring_radius_m);

@@ -53,7 +53,7 @@ pub fn skipped(kind: &str, what: impl Display) {
     let _ = writeln!(std::io::stderr(), "skipped: {name}: {what} ({kind})");
 }
 
-/// Calls a program of [`PROGRAMS`]; a notice and `None` where this machine does not have it.
+/// Calls a program of [`PROGRAMS`]; a notice and `None` if this machine does not have it.
 ///
 /// # Panics
 /// Where the program is not in the list.
@@ -90,7 +90,7 @@ pub fn data() -> PathBuf {
     std::env::var_os("SKETCHNAV_DATA").map_or_else(|| checkout.join("../shared/data"), PathBuf::from)
 }
 
-/// A file or folder of that data; a notice and `None` where it is missing.
+/// A file or folder of that data; a notice and `None` if it is missing.
 pub fn data_file(file: &str) -> Option<PathBuf> {
     let path = data().join(file);
     if !path.exists() {

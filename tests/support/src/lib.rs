@@ -58,7 +58,7 @@ pub struct Place {
 
 /// A command that has ended.
 pub struct Ended {
-    /// Its exit code; `None` where a signal ended it.
+    /// Its exit code; `None` if a signal ended it.
     pub code: Option<i32>,
     /// Its standard output.
     pub out: String,
@@ -246,7 +246,7 @@ impl Place {
         }
     }
 
-    /// Names and ids of the processes of the system `name`; empty where it does not run.
+    /// Names and ids of the processes of the system `name`; empty if it does not run.
     pub fn processes(&self, name: &str) -> Vec<(String, u32)> {
         let systems = self.ps();
         let system = systems.iter().find(|system| system["system"] == name);
@@ -298,13 +298,13 @@ impl Place {
         remains
     }
 
-    /// Fails where anything is left of the system `name`, or a process of any system lives.
+    /// Fails if anything is left of the system `name`, or a process of any system lives.
     pub fn assert_nothing_left(&self, name: &str) {
         self.assert_no_system_left(name);
         assert_eq!(self.living(), []);
     }
 
-    /// Fails where anything is left of the system `name`; others may live.
+    /// Fails if anything is left of the system `name`; others may live.
     pub fn assert_no_system_left(&self, name: &str) {
         assert_eq!(self.files_of(name), Vec::<String>::new());
         let option = format!("--system {name} ");
@@ -345,7 +345,7 @@ impl Running {
         send(self.pid, signal);
     }
 
-    /// Fails where it has ended, with what it said.
+    /// Fails if it has ended, with what it said.
     pub fn must_live(&mut self) {
         let ended = self.child.as_mut().and_then(|child| child.try_wait().unwrap()).is_some();
         assert!(!ended, "ended early: {}", self.collect(LIMIT));

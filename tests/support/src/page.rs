@@ -30,7 +30,7 @@ pub fn wait_for(running: &mut Running, port: u16) {
     }
 }
 
-/// An answer: its status and its body, null where that is no JSON.
+/// An answer: its status and its body, null if that is no JSON.
 pub type Answer = (u16, Value);
 
 /// Sends a request as it stands and hands back its answer.
@@ -71,7 +71,7 @@ pub fn body(port: u16, path: &str) -> String {
     body.to_owned()
 }
 
-/// An answer as it came over the wire; `None` where it is none.
+/// An answer as it came over the wire; `None` if it is none.
 pub fn parsed(answer: &str) -> Option<Answer> {
     let status = answer.split(' ').nth(1)?.parse().ok()?;
     let body = answer.split_once("\r\n\r\n").map_or("", |(_, body)| body);

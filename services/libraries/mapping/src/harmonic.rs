@@ -90,7 +90,7 @@ impl Interior {
     }
 
     /// The place whose image is nearest to `image`, of those of which at least the share `least` is known. `images` has
-    /// the image of each sample of the outline, where that is known. The image of a place inside is the mean of these
+    /// the image of each sample of the outline, if that is known. The image of a place inside is the mean of these
     /// by its harmonic measure. It is the other way round of [`Interior::measure`], for all places at once.
     pub fn place_of(&self, images: &[Option<Place>], image: Place, least: f64) -> Option<Place> {
         let extended = |value: &dyn Fn(Place) -> f64| {

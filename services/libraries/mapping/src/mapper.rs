@@ -127,7 +127,7 @@ impl Mapper {
         &self.state.map
     }
 
-    /// Takes where the robot believes to be by its wheels, and what it sees there.
+    /// Takes where the robot believes it is by its wheels, and what it sees there.
     ///
     /// # Errors
     /// [`Error::Scan`] if scan or odometry are invalid; nothing changes then.

@@ -30,7 +30,7 @@ pub struct Parameters {
     pub max_tiles: usize,
     /// Beams change the map up to this range.
     pub mapping_range_m: f64,
-    /// Beams without a return show free space up to this range; 0 where a lost return says nothing.
+    /// Beams without a return show free space up to this range; 0 if a lost return says nothing.
     pub open_range_m: f64,
     /// Beams up to this range are matched.
     pub matching_range_m: f64,

@@ -41,7 +41,7 @@ impl Region {
         [(index % self.width) as i64, (index / self.width) as i64]
     }
 
-    /// The cells that hang together with `seed` by their sides; none where it does not hold the seed.
+    /// The cells that hang together with `seed` by their sides; none if it does not hold the seed.
     pub fn connected(&self, seed: usize) -> Self {
         let mut found = Self { cells: vec![false; self.cells.len()], ..*self };
         let mut waiting = Vec::new();

@@ -50,7 +50,7 @@ fn drive() -> Vec<(Pose<Map>, Pose<Odom>)> {
     (0..=60).map(at).collect()
 }
 
-/// From the first pose to where the mapper believes to be.
+/// From the first pose to where the mapper believes it is.
 fn off(mapper: &Mapper, start: &Pose<Map>, truth: &Pose<Map>) -> (f64, f64) {
     let error =
         start.motion_to(truth).motion_to(&Pose::new(mapper.pose().x, mapper.pose().y, mapper.pose().yaw_rad));

@@ -44,7 +44,7 @@ pub enum Hold {
 }
 
 impl Hold {
-    /// What a status says; `None` where the reason was said when it was held.
+    /// What a status says; `None` if the reason was said when it was held.
     fn status(self) -> Option<(TaskState, &'static str)> {
         match self {
             Self::Paused => Some((TaskState::Paused, "stopped by a person")),

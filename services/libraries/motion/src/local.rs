@@ -145,14 +145,14 @@ impl LocalPlanner {
         best.0
     }
 
-    /// Length of the cheapest way to `place`, metres; `None` where there is none.
+    /// Length of the cheapest way to `place`, metres; `None` if there is none.
     pub fn length_m(&self, place: Point<Odom>) -> Option<f64> {
         let index = index_of(self.corner, place)?;
         self.frontier.costs()[index].is_finite().then(|| f64::from(self.frontier.lengths()[index]))
     }
 
     /// Writes the cheapest way from the robot to `target`, one point a cell, both ends included;
-    /// nothing where there is none.
+    /// nothing if there is none.
     pub fn path(&self, target: Point<Odom>, path: &mut Vec<Point<Odom>>) {
         path.clear();
         let Some(mut index) = index_of(self.corner, target) else { return };
@@ -205,7 +205,7 @@ fn cell_at(corner: Cell, index: usize) -> Cell {
     Cell { x: corner.x + (index % SIDE) as i32, y: corner.y + (index / SIDE) as i32 }
 }
 
-/// The index of a place's cell, `None` where it lies outside or on the border.
+/// The index of a place's cell, `None` if it lies outside or on the border.
 fn index_of(corner: Cell, place: Point<Odom>) -> Option<usize> {
     let cell = Cell::of(place);
     let (x, y) = (cell.x - corner.x, cell.y - corner.y);

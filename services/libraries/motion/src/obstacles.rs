@@ -331,7 +331,7 @@ fn fixed(cells: f64) -> i64 {
 }
 
 /// How many steps of `by` from a place on stay within the window, that place included, both in cells with fractions.
-/// `None` where the place is outside.
+/// `None` if the place is outside.
 fn passed(from: [i64; 2], by: [i64; 2]) -> Option<usize> {
     const END: i64 = (SIDE as i64) << FRACTION_BITS;
     let along = |from: i64, by: i64| match by {

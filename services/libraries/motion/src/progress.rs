@@ -113,7 +113,7 @@ pub struct StuckCounter {
 }
 
 impl StuckCounter {
-    /// Counts one; false where there were too many.
+    /// Counts one; false if there were too many.
     pub fn count(&mut self, robot: Point<Odom>, parameters: &ProgressParameters) -> bool {
         let newest = self.total as usize % REMEMBERED;
         self.places[newest] = Some(robot);

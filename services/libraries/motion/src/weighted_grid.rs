@@ -20,7 +20,7 @@ impl Frontier {
         Self { cost: vec![f32::INFINITY; cells], length: vec![0.0; cells], buckets: Buckets::new(cells) }
     }
 
-    /// The cost of every cell: infinite where no way was found yet.
+    /// The cost of every cell: infinite if no way was found yet.
     pub fn costs(&self) -> &[f32] {
         &self.cost
     }

@@ -51,7 +51,7 @@ pub trait Relation: Copy + Eq + fmt::Debug + fmt::Display + FromStr<Err = Error>
     }
 
     /// What must have held between two observations that are not neighbours: the one relation that is a neighbour of
-    /// both. `None` where nothing is missing and where several could have held.
+    /// both. `None` if nothing is missing and where several could have held.
     fn between(self, next: Self) -> Option<Self> {
         if self == next || self.is_neighbour(next) {
             return None;

@@ -55,7 +55,7 @@ impl Scale {
     /// A scale of labels with their thresholds, in any order.
     ///
     /// # Errors
-    /// [`Error::Thresholds`] where there is none or more than [`MAX_THRESHOLDS`]; [`Error::Threshold`] where one is not
+    /// [`Error::Thresholds`] if there is none or more than [`MAX_THRESHOLDS`]; [`Error::Threshold`] if one is not
     /// finite, not above 0 or there twice.
     pub fn new<L: Into<String>>(
         labels: impl IntoIterator<Item = (L, f64)>,
@@ -99,7 +99,7 @@ impl Scale {
         Rank(rank as u8)
     }
 
-    /// The rank's label; `None` where the scale ends before it.
+    /// The rank's label; `None` if the scale ends before it.
     pub fn label(&self, rank: Rank) -> Option<&str> {
         self.labels.get(rank.place()).map(String::as_str)
     }
@@ -107,7 +107,7 @@ impl Scale {
     /// The rank of a label.
     ///
     /// # Errors
-    /// [`Error::UnknownRelation`] where the scale has no such label.
+    /// [`Error::UnknownRelation`] if the scale has no such label.
     pub fn parse(&self, label: &str) -> Result<Rank, Error> {
         let place = self.labels.iter().position(|own| own == label);
         place.map(|place| Rank(place as u8)).ok_or_else(|| Error::UnknownRelation {

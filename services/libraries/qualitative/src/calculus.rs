@@ -18,7 +18,7 @@ pub trait Calculus {
     /// Whether a relation is of the motion between two times; else it is of one time, and `before` is not looked at.
     const OF_MOTION: bool;
 
-    /// The relation; `None` where it takes two scenes and there is one.
+    /// The relation; `None` if it takes two scenes and there is one.
     fn relate(&self, before: Before<'_, Self::Scene>, now: &Self::Scene) -> Option<Self::Relation>;
 }
 
@@ -40,7 +40,7 @@ impl Quantisation {
     /// Motion counts that goes farther than this, however long it takes. QSRlib's `quantisation_factor`.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not a finite number from 0.
+    /// [`Error::Parameter`] if it is not a finite number from 0.
     pub fn distance(distance: f64) -> Result<Self, Error> {
         Ok(Self(Unchecked::Distance(not_negative("quantisation distance", distance)?)))
     }
@@ -49,7 +49,7 @@ impl Quantisation {
     /// rates, the relations do not depend on the rate.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not a finite number from 0.
+    /// [`Error::Parameter`] if it is not a finite number from 0.
     pub fn speed(per_s: f64) -> Result<Self, Error> {
         Ok(Self(Unchecked::Speed(not_negative("quantisation speed", per_s)?)))
     }

@@ -66,7 +66,7 @@ impl Projections {
     /// `distance` count as on a line or at one place.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where either is not a finite number from 0.
+    /// [`Error::Parameter`] if either is not a finite number from 0.
     pub fn new(angle_rad: f64, distance: f64) -> Result<Self, Error> {
         Ok(Self {
             angle_rad: not_negative("angle_rad", angle_rad)?,
@@ -141,7 +141,7 @@ impl Qrpc {
         Self { disposition, side, i_ahead: crossing, j_ahead: crossing, ahead }
     }
 
-    /// A relation by its parts; `None` where no two oriented points have it.
+    /// A relation by its parts; `None` if no two oriented points have it.
     pub fn new(
         disposition: Disposition,
         side: Sign,

@@ -94,7 +94,7 @@ pub struct Parameters {
     pub distance_threshold: f64,
     /// `qsr_relations_and_values`, of distances.
     pub scale: Option<Scale>,
-    /// `qsrs_for`: the objects to relate, in the order of the relation. All permutations where there is none.
+    /// `qsrs_for`: the objects to relate, in the order of the relation. All permutations if there is none.
     pub qsrs_for: Option<Vec<Vec<String>>>,
 }
 
@@ -169,7 +169,7 @@ impl fmt::Display for At {
 /// Every relation of a world, in the order of the objects and then of time.
 ///
 /// # Errors
-/// [`Error::Object`] where `qsrs_for` names no object, or too few or too many; [`Error::Thresholds`] where distances
+/// [`Error::Object`] if `qsrs_for` names no object, or too few or too many; [`Error::Thresholds`] if distances
 /// have no scale.
 pub fn request(which: Which, world: &World, parameters: &Parameters) -> Result<Vec<Answer>, Error> {
     let mut answers = Vec::new();

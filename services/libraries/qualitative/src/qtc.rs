@@ -213,7 +213,7 @@ fn meeting<const N: usize>(from: [Sign; N], to: [Sign; N]) -> [Sign; N] {
     std::array::from_fn(|i| if from[i] == to[i] { from[i] } else { Sign::Zero })
 }
 
-/// What QSRlib inserts between two relations: `None` where they are equal or neighbours.
+/// What QSRlib inserts between two relations: `None` if they are equal or neighbours.
 pub(crate) fn inserted<const N: usize>(from: [Sign; N], to: [Sign; N]) -> Option<[Sign; N]> {
     let is_neighbour = reaches(from, to) || reaches(to, from);
     (!is_neighbour).then(|| meeting(from, to))
@@ -268,7 +268,7 @@ macro_rules! signed {
                 self != instant && reaches(self.signs(), instant.signs())
             }
 
-            /// Signs that jump over 0, and signs that leave 0 where another reaches it, are 0 in between (as QSRlib
+            /// Signs that jump over 0, and signs that leave 0 if another reaches it, are 0 in between (as QSRlib
             /// has it). Where neither of two signs jumps, both could also differ from 0 in between.
             fn between(self, next: Self) -> Option<Self> {
                 inserted(self.signs(), next.signs()).map(Self::from_signs)
@@ -406,7 +406,7 @@ impl Switching {
     /// With sides up to a distance at the later of the two times.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not a finite number from 0.
+    /// [`Error::Parameter`] if it is not a finite number from 0.
     pub fn new(quantisation: Quantisation, near: f64) -> Result<Self, Error> {
         Ok(Self { quantisation, near: not_negative("distance of QTC_BC", near)? })
     }

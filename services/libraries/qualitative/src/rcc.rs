@@ -265,7 +265,7 @@ impl<R> Regions<R> {
     /// With sides in line that differ by no more than `tolerance`.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not a finite number from 0.
+    /// [`Error::Parameter`] if it is not a finite number from 0.
     pub fn new(tolerance: f64) -> Result<Self, Error> {
         Ok(Self { tolerance: not_negative("tolerance", tolerance)?, relation: std::marker::PhantomData })
     }

@@ -24,7 +24,7 @@ pub struct Options {
     /// Whether what continuous motion must have passed between two observations is inserted
     /// ([`Relation::between`]).
     pub validate: bool,
-    /// The longest pause between two samples that belong together, in seconds; any, where there is none.
+    /// The longest pause between two samples that belong together, in seconds; any, if there is none.
     pub max_gap_s: Option<f64>,
 }
 
@@ -72,7 +72,7 @@ pub struct Step<R> {
 impl<R> Step<R> {
     const NOTHING: Self = Self { inserted: None, observed: None };
 
-    /// The relation that was observed; `None` where it goes on and equal relations are one.
+    /// The relation that was observed; `None` if it goes on and equal relations are one.
     pub fn observed(self) -> Option<Timed<R>> {
         self.observed
     }
@@ -144,10 +144,10 @@ impl<C: Calculus> Stream<C> {
         Some(Timed { relation, from_s, to_s, change: Change::Same })
     }
 
-    /// Takes a sample in: the scene at a time, `None` where not all of its objects were seen.
+    /// Takes a sample in: the scene at a time, `None` if not all of its objects were seen.
     ///
     /// # Errors
-    /// [`Error::Time`] where the time is not a number later than the sample's before; the stream is as it was then.
+    /// [`Error::Time`] if the time is not a number later than the sample's before; the stream is as it was then.
     pub fn push(&mut self, time_s: f64, scene: Option<C::Scene>) -> Result<Step<C::Relation>, Error> {
         let after_s = self.state.time_s.unwrap_or(f64::NEG_INFINITY);
         if !(time_s > after_s && time_s < f64::INFINITY) {
@@ -196,7 +196,7 @@ impl<C: Calculus> Stream<C> {
 /// sample that shows the relation.
 ///
 /// # Errors
-/// [`Error::Time`] where a sample is not later than the one before.
+/// [`Error::Time`] if a sample is not later than the one before.
 pub fn series<C: Calculus>(
     calculus: C,
     options: Options,

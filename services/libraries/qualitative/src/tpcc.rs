@@ -319,7 +319,7 @@ impl Configurations {
     /// With positions straight that are within `tolerance_rad` of it.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not from 0 to below π/4.
+    /// [`Error::Parameter`] if it is not from 0 to below π/4.
     pub fn new(tolerance_rad: f64) -> Result<Self, Error> {
         if (0.0..FRAC_PI_2 / 2.0).contains(&tolerance_rad) {
             Ok(Self { tolerance_rad })

@@ -47,7 +47,7 @@ pub struct Chart {
 pub struct Curve {
     /// Its name in the legend.
     pub name: &'static str,
-    /// Seconds since the mission's start, and the value; NaN where there is none.
+    /// Seconds since the mission's start, and the value; NaN if there is none.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -57,7 +57,7 @@ impl Summary {
         self.figures.push((name.into(), value.into()));
     }
 
-    /// Adds a chart; none where no curve has a point.
+    /// Adds a chart; none if no curve has a point.
     pub fn chart(&mut self, title: &'static str, unit: &'static str, curves: impl Into<Vec<Curve>>) {
         let curves = curves.into();
         if curves.iter().any(|curve| !curve.points.is_empty()) {

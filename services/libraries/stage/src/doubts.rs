@@ -24,7 +24,7 @@ pub struct Planned {
     pub doubts: fn(&RunConfig, &[u8]) -> Vec<String>,
 }
 
-/// The drawing in which the robot of a run believes to be somewhere.
+/// The drawing in which the robot of a run believes it is somewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Canvas {
     /// Its width and height, pixels of the grid.

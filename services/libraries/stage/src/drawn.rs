@@ -10,7 +10,7 @@ use crate::lookout::Walls;
 /// What a navigator makes of drawings.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawn {
-    /// The walls of a drawing as its sketcher understands them; `None` where that refuses it.
+    /// The walls of a drawing as its sketcher understands them; `None` if that refuses it.
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,
     /// Writes what was drawn into a mission, which is then driven without a page.
     pub keep: fn(&mut Mission, &Kept<'_>) -> Result<(), StageError>,

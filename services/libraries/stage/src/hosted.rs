@@ -80,7 +80,7 @@ pub trait Hosted {
     /// Writes the state to the beginning of `room`; how many bytes. Allocates nothing.
     ///
     /// # Errors
-    /// [`postcard::Error::SerializeBufferFull`] where there is not room enough.
+    /// [`postcard::Error::SerializeBufferFull`] if there is not room enough.
     fn save(&self, room: &mut [u8]) -> Result<usize, postcard::Error>;
     /// Goes on from a state that [`Hosted::save`] wrote.
     ///

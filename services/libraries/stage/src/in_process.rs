@@ -8,7 +8,7 @@ use crate::{Denied, Inputs, Put, Reading, Sink, StageError};
 
 /// Sees every message as it is sent, and does nothing else.
 pub trait Tap {
-    /// A message; `cells` is the slice behind it, empty where its channel has none.
+    /// A message; `cells` is the slice behind it, empty if its channel has none.
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]);
 }
 
@@ -43,7 +43,7 @@ impl InProcess {
         Self { slots: specs.map(slot).collect() }
     }
 
-    /// The newest message of a channel, where there is one.
+    /// The newest message of a channel, if there is one.
     pub fn get(&self, spec: &ChannelSpec) -> Option<&Owned> {
         self.slots.iter().find(|slot| slot.spec == spec && slot.seq > 0).map(|slot| &slot.newest)
     }

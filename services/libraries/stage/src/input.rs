@@ -86,7 +86,7 @@ impl<'a> Heard<'a> {
         Self { attempts, ..self }
     }
 
-    /// The message, where it is one of this channel.
+    /// The message, if it is one of this channel.
     ///
     /// # Errors
     /// [`Denied`] for a channel of which no message can ever be heard.
@@ -116,7 +116,7 @@ impl<'a> Heard<'a> {
 
 /// The last messages that a predecessor sent.
 pub trait Remains {
-    /// A copy of the last one of a channel; `None` where there is none, or where its channel has cells.
+    /// A copy of the last one of a channel; `None` if there is none, or where its channel has cells.
     fn last(&self, spec: &ChannelSpec) -> Option<Vec<u64>>;
 }
 

@@ -38,7 +38,7 @@ pub trait Lookout {
         true
     }
 
-    /// The places among which a person is asked to choose where the robot is, the likeliest first; none where it may be
+    /// The places among which a person is asked to choose where the robot is, the likeliest first; none if it may be
     /// anywhere. `None` while nobody is asked.
     fn question(&self) -> Option<Vec<[f64; 2]>> {
         None
@@ -79,7 +79,7 @@ impl Picture {
     }
 }
 
-/// Where a robot believes to be in a drawing.
+/// Where a robot believes it is in a drawing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Whereabouts {
     /// Its centre.

@@ -29,7 +29,7 @@ pub type Review = fn(&RunConfig) -> Box<dyn Account>;
 /// Says what is doubted about the files of a run.
 pub type Doubt = fn(&RunConfig, &Files<'_>) -> Result<Doubts, StageError>;
 
-/// Finds the drawing in which a robot believes to be somewhere; `None` in a run without.
+/// Finds the drawing in which a robot believes it is somewhere; `None` in a run without.
 pub type FindCanvas = fn(&RunConfig, &Files<'_>) -> Result<Option<Canvas>, StageError>;
 
 /// Checks a mission against the markers of its floor.
@@ -58,7 +58,7 @@ pub struct Navigator {
     pub kind: &'static str,
     /// What a person gives it, and what it drives by, in a sentence.
     pub about: &'static str,
-    /// What its `[navigator] method` can be, the default first; none where there is nothing to choose.
+    /// What its `[navigator] method` can be, the default first; none if there is nothing to choose.
     pub methods: &'static [&'static str],
     /// What it demands of mission and robot, before anything starts. The files that a mission names are the loader's:
     /// see [`Mission::navigator_files_mut`].
@@ -76,19 +76,19 @@ pub struct Navigator {
     /// The stages: the sketcher takes in what a person gives, the localizer says in what situation the robot is, the
     /// planner drives.
     pub stages: [Make; 3],
-    /// What a page shows of it while it drives; `None` where the robot's sensors are enough.
+    /// What a page shows of it while it drives; `None` if the robot's sensors are enough.
     pub lookout: Option<Watch>,
     /// What it makes of what people draw on that page; `None` for a navigator that they only watch.
     pub drawn: Option<Drawn>,
-    /// Warnings about the mission's files, given before the start; `None` where it has none to give.
+    /// Warnings about the mission's files, given before the start; `None` if it has none to give.
     pub doubts: Option<Doubt>,
-    /// Warnings about its plan, given before the start; `None` where it plans nothing beforehand.
+    /// Warnings about its plan, given before the start; `None` if it plans nothing beforehand.
     pub planned: Option<Planned>,
-    /// The drawing in which the robot believes to be somewhere, for the order `here`; `None` where it has none.
+    /// The drawing in which the robot believes it is somewhere, for the order `here`; `None` if it has none.
     pub canvas: Option<FindCanvas>,
     /// Whether an order to resume can name a state of the route, from which the robot goes on.
     pub resumes_at_states: bool,
-    /// What is said of a run when it is over; `None` where what is said of every run is enough.
+    /// What is said of a run when it is over; `None` if what is said of every run is enough.
     pub account: Option<Review>,
 }
 

@@ -12,7 +12,7 @@ pub struct LogScan {
     pub odometry: Pose<Odom>,
 }
 
-/// All scans of a log; `None`, with a notice, where the file is missing.
+/// All scans of a log; `None`, with a notice, if the file is missing.
 #[allow(clippy::disallowed_methods, reason = "a test reads its data")]
 pub fn read(path: &Path) -> Option<Vec<LogScan>> {
     let Ok(file) = std::fs::File::open(path) else {

@@ -129,7 +129,7 @@ impl Pair {
     /// The force F_r(θ), with r the exponent of the distance.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where r is not from 0 to 16 or the angle is not finite.
+    /// [`Error::Parameter`] if r is not from 0 to 16 or the angle is not finite.
     pub fn force(&self, exponent: f64, angle_rad: f64, workspace: &mut Workspace) -> Result<Force, Error> {
         let power = Power::new(exponent)?;
         if angle_rad.abs() > MAX_COORDINATE || angle_rad.is_nan() {
@@ -145,7 +145,7 @@ impl Pair {
     /// The forces in `directions` directions, from 0 on, evenly spaced.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where r is not from 0 to 16.
+    /// [`Error::Parameter`] if r is not from 0 to 16.
     pub fn histogram(&self, exponent: f64, directions: usize) -> Result<Vec<Force>, Error> {
         let mut forces = vec![Force::ZERO; directions];
         self.histogram_into(exponent, &mut forces, &mut Workspace::default())?;
@@ -156,7 +156,7 @@ impl Pair {
     /// seen objects of that many corners.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where r is not from 0 to 16.
+    /// [`Error::Parameter`] if r is not from 0 to 16.
     pub fn histogram_into(
         &self,
         exponent: f64,

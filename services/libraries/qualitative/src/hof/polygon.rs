@@ -16,7 +16,7 @@ impl Polygon {
     /// A polygon of one ring by its corners, in either order.
     ///
     /// # Errors
-    /// [`Error::Extent`] where there are fewer than three corners, or all in one line.
+    /// [`Error::Extent`] if there are fewer than three corners, or all in one line.
     pub fn new(corners: impl IntoIterator<Item = Point>) -> Result<Self, Error> {
         Self::from_rings([corners])
     }
@@ -24,7 +24,7 @@ impl Polygon {
     /// A polygon of several rings.
     ///
     /// # Errors
-    /// [`Error::Extent`] where there is no ring, or one of fewer than three corners, or one with all in one line.
+    /// [`Error::Extent`] if there is no ring, or one of fewer than three corners, or one with all in one line.
     pub fn from_rings(
         rings: impl IntoIterator<Item = impl IntoIterator<Item = Point>>,
     ) -> Result<Self, Error> {
@@ -92,7 +92,7 @@ impl Polygon {
         crossed.count() % 2 == 1
     }
 
-    /// The proximity: the least distance between a point of this object and one of the other, 0 where they overlap.
+    /// The proximity: the least distance between a point of this object and one of the other, 0 if they overlap.
     pub fn distance(&self, other: &Self) -> f64 {
         let is_inside = |of: &Self, ring: &[Point]| of.contains(ring[0]);
         if other.rings().any(|ring| is_inside(self, ring)) || self.rings().any(|ring| is_inside(other, ring))
@@ -131,7 +131,7 @@ fn to_edge(at: Point, [from, to]: [Point; 2]) -> f64 {
     (off.x - part * along.x).hypot(off.y - part * along.y)
 }
 
-/// 0 where they cross.
+/// 0 if they cross.
 fn between_edges(a: [Point; 2], b: [Point; 2]) -> f64 {
     if crossing(a, b).is_some() {
         return 0.0;

@@ -43,7 +43,7 @@ impl Power {
         t.powf(-self.r)
     }
 
-    /// A second integral of t^−r, that is 0 at 0 where one is.
+    /// A second integral of t^−r, that is 0 at 0 if one is.
     fn second(self, t: f64) -> f64 {
         if t <= 0.0 {
             0.0
@@ -56,7 +56,7 @@ impl Power {
         }
     }
 
-    /// A third integral, that is 0 at 0 where one is.
+    /// A third integral, that is 0 at 0 if one is.
     fn third(self, t: f64) -> f64 {
         if t <= 0.0 {
             0.0

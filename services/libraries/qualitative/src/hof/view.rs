@@ -88,7 +88,7 @@ impl<'a> View<'a> {
         degree_of_truth(self.forces, self.heading_rad + direction_rad)
     }
 
-    /// The best of `directions` directions; the first of equal ones. `None` where no degree is known.
+    /// The best of `directions` directions; the first of equal ones. `None` if no degree is known.
     pub fn assess(&self, directions: usize) -> Option<Assessment> {
         best(directions, |direction_rad| self.degree(direction_rad))
     }
@@ -108,7 +108,7 @@ impl<'a> View<'a> {
         some as f64 * TAU / self.forces.len() as f64
     }
 
-    /// The widest opening: the middle of the directions without forces, from −π to π, and their width. `None` where there
+    /// The widest opening: the middle of the directions without forces, from −π to π, and their width. `None` if there
     /// are forces all around.
     pub fn opening(&self) -> Option<(f64, f64)> {
         let count = self.forces.len();
@@ -140,7 +140,7 @@ fn best(directions: usize, degree: impl Fn(f64) -> Option<f64>) -> Option<Assess
 }
 
 /// How true it is that the argument is in a direction of the referent, from 0 to 1 (after Matsakis et al. 2001). The
-/// histogram has directions from 0 on that are evenly spaced. `None` where a force is infinite or none is above 0.
+/// histogram has directions from 0 on that are evenly spaced. `None` if a force is infinite or none is above 0.
 ///
 /// - Forces more than a right angle off `direction_rad` contradict it. Their moments about the right angle on their side
 ///   cancel as much of the moments of the forces within, from that right angle on inwards. What is left is effective.

@@ -27,7 +27,7 @@ pub fn read(path: &Path) -> Option<Vec<LogScan>> {
         let word = words.next();
         let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
         match word {
-            // In these logs the first ODOM line behind a scan repeats the scan's reference pose.
+            // In these logs the first ODOM line after a scan repeats the scan's reference pose.
             Some("ODOM") => {
                 let now = Pose::new(numbers[0], numbers[1], numbers[2]);
                 if let Some(before) = last.replace(now) {

@@ -5,7 +5,7 @@
 //! something else. A line break inside a name begins a line that nobody has written. All of these are shown as the escapes
 //! of JSON, `\u001b`, so that the text of a JSON object stays what it is.
 //!
-//! Whatever is printed goes through here, if it is written: [`one_line`] is what [`say!`](crate::say) and the printing
+//! Whatever is printed goes through here when it is written: [`one_line`] is what [`say!`](crate::say) and the printing
 //! macros of the command line take. Styles of our own are added to what comes out.
 
 use std::fmt::{self, Arguments, Display, Formatter, Write};

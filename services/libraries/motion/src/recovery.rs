@@ -26,7 +26,7 @@ pub enum Recovery {
     BackUp {
         /// From here.
         from: Point<Odom>,
-        /// At the latest until then, seconds.
+        /// The latest end, seconds.
         until_s: f64,
     },
     /// Turn on the spot.
@@ -35,7 +35,7 @@ pub enum Recovery {
         left_rad: f64,
         /// The last heading, radians.
         yaw_rad: f64,
-        /// At the latest until then, seconds.
+        /// The latest end, seconds.
         until_s: f64,
     },
 }

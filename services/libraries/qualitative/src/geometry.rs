@@ -1,6 +1,6 @@
-//! Points, oriented points and rectangles, checked once: what a calculus is given is finite and has an extent.
+//! Points, oriented points and rectangles, checked once, so that a calculus is given only finite values with an extent.
 //!
-//! Lengths are in one unit of the caller's, the same in all arguments; x and y are right-handed.
+//! Lengths are in one unit of the caller's choice, the same in all arguments; x and y are right-handed.
 
 use std::ops::Sub;
 

@@ -33,7 +33,7 @@ impl Topic {
         self.encoding == "cdr"
     }
 
-    /// Whether a reader that comes late is to be given its last message again.
+    /// Whether a late reader is to be given its last message again.
     pub fn is_latched(&self) -> bool {
         let said = self.metadata.get("offered_qos_profiles");
         said.is_some_and(|profile| profile.contains("transient_local") || profile.contains("durability: 1"))
@@ -45,7 +45,7 @@ impl Topic {
 pub(crate) struct Directory {
     schemas: BTreeMap<u16, Arc<Schema>>,
     topics: BTreeMap<u16, Arc<Topic>>,
-    /// What the file says of itself, once that was read.
+    /// What the file says about itself, once that has been read.
     pub(crate) header: FileHeader,
 }
 

@@ -2,7 +2,7 @@
 
 use crate::declare::codes;
 
-/// A type whose values are small numbers in messages: `as Process` behind a field of a declaration.
+/// A type whose values are small numbers in messages: `as Process` after a field of a declaration.
 pub trait Code {
     /// Every value, in order.
     const VALUES: &'static [Value];

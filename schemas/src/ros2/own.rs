@@ -1,5 +1,4 @@
-//! Structs and messages whose `.msg` is this project's own: what their declarations generate, and what
-//! follows from it.
+//! Structs and messages whose `.msg` is this project's own: what their declarations generate, and what follows from that.
 
 use ros2_interfaces_jazzy_serde::std_msgs::msg::Header as HeaderForm;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -37,7 +36,7 @@ pub trait Way<T> {
         spare: Self::Form,
     ) -> Result<Self::Form, Ros2Error>;
 
-    /// Sets `value`, which is zero, to what the form says, and `count` where entries are counted.
+    /// Sets `value`, which is zero, to the content of the form, and `count` if entries are counted.
     ///
     /// # Errors
     /// [`Ros2Error`] if the value cannot hold the form.
@@ -104,7 +103,7 @@ impl<T: Field, const N: usize> Way<[T; N]> for Counted {
     }
 }
 
-/// Not at all: another field's form says it.
+/// Not at all: another field's form implies it.
 #[derive(Debug)]
 pub struct Untold;
 
@@ -124,7 +123,7 @@ impl Way<u32> for Untold {
     }
 }
 
-/// Whether a field's form says nothing. CDR has no bytes for it, and JSON no field.
+/// Whether a field's form is empty, so that it has no bytes in CDR and no field in JSON.
 pub fn is_untold<T>(_: &T) -> bool {
     size_of::<T>() == 0
 }
@@ -177,7 +176,7 @@ pub trait Own: Part {
     /// The struct's comment.
     const DOC: &'static [&'static str];
 
-    /// The fields as the `.msg` says them.
+    /// The fields in the `.msg`.
     fn lines() -> Vec<Line>;
 
     /// The `.msg` texts of the structs in it.
@@ -189,7 +188,7 @@ pub trait Own: Part {
     /// [`Ros2Error`] if a form cannot hold a field.
     fn to_form_in(&self, spare: Self::Form) -> Result<Self::Form, Ros2Error>;
 
-    /// Sets the fields, which are zero, to what the form says.
+    /// Sets the fields, which are zero, to the content of the form.
     ///
     /// # Errors
     /// [`Ros2Error`] if a field cannot hold its form.
@@ -224,17 +223,17 @@ impl<T: OwnPart> Field for T {
 
 /// A message with a `.msg` of its own.
 pub trait OwnMessage: Own + Message {
-    /// The form of the slice behind the message; `()` if there is none.
+    /// The form of the slice that follows the message; `()` if there is none.
     type Slice: Slice;
     /// `sketchnav_msgs/msg/Type`.
     const TYPE: &'static str;
     /// The frame that the header names; empty if no field is in a frame.
     const FRAME: &'static str;
-    /// The name of the field that holds the slice; empty if there is none.
+    /// The name of the field with the slice; empty if there is none.
     const SLICE: &'static str;
 }
 
-/// The form of the slice behind a message.
+/// The form of the slice that follows a message.
 pub trait Slice: Default + Serialize + DeserializeOwned + Send + 'static {
     /// Its type in the `.msg`; `None` if it has no line there.
     fn msg() -> Option<String>;

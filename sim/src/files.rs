@@ -13,7 +13,7 @@ use crate::plane_file::{PlaneDescription, PlaneFile};
 use crate::ros_map::{MapInfo, OccupancyMap};
 use crate::{floor_plan, robots};
 
-/// The world that a mission names, with its files on disk; paths are taken as they are.
+/// The world that a mission names, with its files on disk; paths are used as they are.
 ///
 /// # Errors
 /// As [`world_in`].
@@ -42,7 +42,7 @@ pub fn world_in(files: &dyn Files, source: &WorldSource) -> Result<WorldDescript
     Ok(world)
 }
 
-/// A floor plan of the project's own form.
+/// A floor plan in the project's own format.
 ///
 /// # Errors
 /// [`SimError::InFile`].

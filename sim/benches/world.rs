@@ -1,5 +1,5 @@
-//! How long the floor takes: an instant of motion, its sensors, and a scan's rays. The rays go by the tree of faces,
-//! by the sweep and by rapier's query pipeline.
+//! How long the floor takes: an instant of motion, its sensors, and the rays of a scan, cast by the tree of faces, by the sweep
+//! and by rapier's query pipeline.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

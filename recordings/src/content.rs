@@ -78,7 +78,7 @@ impl RawMessage {
         self.topic.is_cdr() && is_packed(&self.cdr)
     }
 
-    /// The message as a `T`, and the slice behind it.
+    /// The message as a `T`, and the slice that follows it.
     ///
     /// # Errors
     /// [`RecordingError::Message`] if it is not a `T`.

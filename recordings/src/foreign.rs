@@ -10,7 +10,7 @@ pub(crate) const LOOKED_AT: usize = 512;
 
 /// The commands that take every MCAP file, whatever its messages are.
 pub const OF_ANY_MCAP: &str = "info, hz, filter, merge, split, recover, report and view";
-/// The commands that take every MCAP file with ROS 2 messages, whoever wrote it.
+/// The commands that take every MCAP file with ROS 2 messages, whatever wrote it.
 pub const OF_ROS2: &str = "info, echo, hz, filter, merge, split, recover, relations, report and view";
 
 /// A file that is not an MCAP file, identified by how it begins.

@@ -57,9 +57,9 @@ bounds! {
     ACCELERATION_MPS2: 0.001 to 1000 " m/s²";
     /// Angular acceleration of a robot.
     YAW_ACCELERATION_RADPS2: 0.001 to 1000 " rad/s²";
-    /// Instants a second: physics has to reach the next one.
+    /// Instants per second: physics has to reach the next one.
     TICK_HZ: 0.1 to 1000 " Hz";
-    /// Readings of a sensor a second: the moment of each must be a number of physics steps.
+    /// Readings of a sensor per second: the moment of each must be a whole number of physics steps.
     RATE_HZ: 0.01 to 1000 " Hz";
     /// Longest range of a sensor.
     RANGE_MAX_M: 0.1 to 1000 " m";
@@ -115,13 +115,13 @@ bounds! {
     WINDOW_MARGIN_M: 0 to 1000 " m";
     /// Dots that a view shows and that are not there, on average.
     FALSE_DOTS: 0 to 10 "";
-    /// Error of a place after a metre: it grows with the square root of the way.
+    /// Error of a place after a metre: it grows with the square root of the distance.
     TRANSLATION_NOISE_M: 0 to 10 " m";
-    /// Error of a heading after a metre: it grows with the square root of the way.
+    /// Error of a heading after a metre: it grows with the square root of the distance.
     ROTATION_NOISE_RAD: 0 to 10 " rad";
     /// Side of a plane of dots, or the spread of a cluster.
     PLANE_SIDE_M: 0.001 to 10000 " m";
-    /// Pixels of a picture of a plane a metre.
+    /// Pixels per metre in a picture of a plane.
     PICTURE_PXPM: 0.01 to 1000000 " px/m";
     /// A place in a drawing, along each axis: a pen may slip off the sheet, but not out of the room.
     COORDINATE_PX: -100000 to 100000 " px";

@@ -145,7 +145,7 @@ codes! {
 }
 
 impl TaskState {
-    /// Whether a task in this state is over. [`TaskState::Finished`] speaks of the mission.
+    /// Whether a task in this state is over. [`TaskState::Finished`] refers to the mission.
     pub const fn is_end(self) -> bool {
         matches!(self, Self::Reached | Self::Blocked | Self::Lost | Self::TimedOut | Self::Aborted)
     }

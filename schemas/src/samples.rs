@@ -115,7 +115,7 @@ pub mod example {
     pub const KIND: &str = "example";
 
     messages! {
-        /// An instruction with a slice behind it.
+        /// An instruction with a slice after it.
         pub struct ExampleMap version 1 in "map" with data {
             /// A number.
             pub number: u64,
@@ -127,7 +127,7 @@ pub mod example {
             pub at_m: [f64; 2],
         }
 
-        /// What nobody waits for.
+        /// A detail that nothing waits for.
         pub struct ExampleDetail version 1 in "map" {
             /// A number.
             pub number: u64,

@@ -320,7 +320,7 @@ impl Floor {
         &self.outline
     }
 
-    /// What stands around.
+    /// The furniture.
     pub fn furniture(&self) -> &[Convex] {
         &self.furniture
     }

@@ -79,7 +79,7 @@ pub enum Due {
     Begin,
     /// It drives on.
     Drive,
-    /// The robot stands; the status says why.
+    /// The robot stands still; the status says why.
     Stand,
 }
 

@@ -39,7 +39,7 @@ impl Default for Options {
 pub enum Change {
     /// Nothing was seen just before: the beginning, or the end of a gap.
     First,
-    /// The same relation goes on.
+    /// The same relation continues.
     Same,
     /// A conceptual neighbour of the relation before.
     Neighbour,

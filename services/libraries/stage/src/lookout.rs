@@ -51,7 +51,7 @@ pub trait Lookout {
 /// What a lookout draws on. All places and lengths are in the units of the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sheet {
-    /// What lies around the robot, in its own axes: metres ahead and to the left.
+    /// The robot's surroundings, in its own axes: metres ahead and to the left.
     Robot,
     /// A drawing of this width and height, pixels: origin lower left, y up. `None` before it is known.
     Drawing(Option<[u32; 2]>),

@@ -1,4 +1,4 @@
-//! What lies around a robot: its sensors, in its own axes.
+//! A robot's surroundings: its sensors, in its own axes.
 
 use sketchnav_schemas::channels::{SCAN, SONAR};
 use sketchnav_schemas::geometry::Pose;

@@ -20,9 +20,9 @@
 //!
 //! # Neighbourhood
 //! − and + are not neighbours, because motion passes through 0. The sign 0 may hold for an instant, but the others may not, so
-//! no sign leaves 0 at the instant at which another reaches it. QTC_B has 9 relations and 16 pairs of neighbours, QTC_C 81 and
-//! 544. In QTC_BC the same applies to the distance: it is near at the instant at which it reaches the threshold. That gives 225
-//! pairs that connect QTC_B and QTC_C.
+//! no sign leaves 0 at the instant at which another reaches it. QTC_B has 9 relations and 16 pairs of neighbours, QTC_C has
+//! 81 relations and 544 pairs. In QTC_BC the same applies to the distance: it is near at the instant at which it reaches the
+//! threshold. That gives 225 pairs that connect QTC_B and QTC_C.
 
 use std::fmt;
 use std::str::FromStr;

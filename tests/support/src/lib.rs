@@ -117,7 +117,7 @@ impl Default for Place {
 impl Place {
     /// A new, empty place.
     pub fn new() -> Self {
-        let runtime = tempfile::tempdir().unwrap();
+        let runtime = tempfile::tempdir_in("/dev/shm").unwrap();
         fs::set_permissions(runtime.path(), fs::Permissions::from_mode(0o700)).unwrap();
         Self { runtime, files: tempfile::tempdir().unwrap(), program: program() }
     }

@@ -293,7 +293,7 @@ fn a_world_without_any_good_checkpoint_is_given_up() {
     damage_and_kill(&place, "world", 2);
     let ended = running.end();
     assert_eq!(ended.code, Some(3), "{ended}");
-    for words in ["checkpoint refused: expected a state of checksum", "the robot's place is unknown"] {
+    for words in ["checkpoint refused: expected a state of checksum", "the robot's position is unknown"] {
         assert!(ended.err.contains(words), "{ended}");
     }
     place.assert_nothing_left("disturbed");

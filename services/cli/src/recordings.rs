@@ -98,7 +98,7 @@ pub fn cut_off<'a>(
 
 /// Warns that the recording is cut off, so that it covers only part of the run.
 pub fn tell_cut_off(name: impl std::fmt::Display) {
-    say!("notice: {name} is cut off; what is there is whole");
+    say!("notice: {name} is cut off; the rest is intact");
 }
 
 fn open(path: &Path) -> Result<Recording, Failure> {

@@ -100,9 +100,9 @@ fn print(told: &Told) -> anyhow::Result<()> {
         out!("{key:<10} {value}")?;
     }
     let end = match (info.clean_end, info.restarts) {
-        (false, _) => "cut off; what is there is whole".to_owned(),
+        (false, _) => "cut off; the rest is intact".to_owned(),
         (true, 0) => "ended cleanly".to_owned(),
-        (true, restarts) => format!("ended cleanly; the recorder was killed and went on {restarts} times"),
+        (true, restarts) => format!("ended cleanly; the recorder was killed and resumed {restarts} times"),
     };
     for (process, restarts) in info.process_restarts.iter().filter(|(_, restarts)| **restarts > 0) {
         out!("{process:<10} started again {restarts} times")?;

@@ -181,7 +181,7 @@ impl<'a> Bridge<'a> {
     fn begin_behind(&mut self, node: &Node) -> anyhow::Result<()> {
         let mut last = 0;
         self.inbox.understood.take_kept(node, |answer| last = answer.header.source_seq)?;
-        sketchnav_schemas::say!("no checkpoint can be used: the drawing is to be sent again");
+        sketchnav_schemas::say!("no checkpoint can be used: send the drawing again");
         self.machine.begin_behind(last + 1);
         self.drawings.resume_after(last + 1);
         Ok(())

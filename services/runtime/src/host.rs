@@ -277,7 +277,9 @@ impl Host<'_> {
     fn begin_anew(&mut self, kind: &str) -> Result<(), HostError> {
         self.outputs.resume_behind_history();
         let (process, answered) = (self.node.process(), self.last_answered(kind));
-        sketchnav_schemas::say!("no checkpoint can be used: the {process} begins anew after tick {answered}");
+        sketchnav_schemas::say!(
+            "no checkpoint can be used: the {process} restarts from scratch after tick {answered}"
+        );
         self.spoken_from.clone_from(self.outputs.positions());
         self.inputs.begin_behind(answered, self.node)?;
         self.stage.recover(&self.outputs);

@@ -74,7 +74,8 @@ impl Identity {
         }
         // The order matters: the start time is read after the descriptor is opened, so
         // it belongs to the descriptor's process.
-        let pid = Pid::from_raw(i32::try_from(self.pid).map_err(|_| format!("{self}, which is none"))?);
+        let pid =
+            Pid::from_raw(i32::try_from(self.pid).map_err(|_| format!("{self}, which is not a process id"))?);
         let pidfd = match pidfd(self.pid) {
             Ok(pidfd) => Some(pidfd),
             Err(Errno::ENOSYS) => None,
@@ -101,7 +102,7 @@ pub(crate) fn text(identity: &Identity) -> String {
 
 /// The holder of a lock file for an error message: its id, and what it does.
 pub(crate) fn described(text: &str) -> String {
-    let Some(identity) = Identity::parse(text) else { return "a process that has not said which".into() };
+    let Some(identity) = Identity::parse(text) else { return "an unidentified process".into() };
     match identity.handle() {
         Ok(_) => format!("{identity} ({})", ProcessState::of(identity.pid).word()),
         Err(words) => words,

@@ -64,7 +64,7 @@ fn resume(
     match found.state {
         Some((positions, world)) => Ok((Some(positions), world)),
         None if is_lost => {
-            anyhow::bail!("expected a usable checkpoint, found none: the robot's place is unknown")
+            anyhow::bail!("expected a usable checkpoint, found none: the robot's position is unknown")
         }
         None => Ok((None, World::of_run(run, files)?)),
     }

@@ -81,11 +81,11 @@ impl Origin {
         }
         if self.program != other.program && !accepted.contains(&Foreign::Program) {
             let told = differs("program", &self.program, &other.program);
-            return Some(format!("{told}; --accept program takes it all the same"));
+            return Some(format!("{told}; --accept program accepts it anyway"));
         }
         if self.machine != other.machine && !accepted.contains(&Foreign::Machine) {
             let told = differs("machine", &self.machine, &other.machine);
-            return Some(format!("{told}; --accept machine takes it all the same, with other last bits"));
+            return Some(format!("{told}; --accept machine accepts it anyway, with other last bits"));
         }
         None
     }

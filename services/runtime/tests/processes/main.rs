@@ -222,7 +222,7 @@ fn a_second_writer_is_refused() {
     let answer = twin.tell("join second world");
     assert_eq!(
         answer,
-        format!("error world of system \"second\" runs already as process {pid}; end that one first")
+        format!("error world of system \"second\" is already running as process {pid}; end that one first")
     );
     writer.kill();
     twin.does("join second world");

@@ -42,13 +42,13 @@ pub enum DynamicError {
         kind: String,
     },
     /// Types contain each other without end.
-    #[error("{kind}: expected a type that ends, found one within itself")]
+    #[error("{kind}: the type contains itself")]
     Endless {
         /// The type.
         kind: String,
     },
     /// Characters of this type are not read.
-    #[error("expected a type that is read here, found {kind}")]
+    #[error("type not supported: {kind}")]
     NotRead {
         /// The type.
         kind: String,

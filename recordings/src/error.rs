@@ -54,7 +54,7 @@ pub enum RecordingError {
         library: String,
     },
     /// The messages of a topic are in a form that is not read here.
-    #[error("{topic}: expected messages of ROS 2 in CDR, found {found}; {OF_ANY_MCAP} take them; {way_on}")]
+    #[error("{topic}: expected messages of ROS 2 in CDR, found {found}; {OF_ANY_MCAP} accept them; {way_on}")]
     Form {
         /// The topic.
         topic: String,

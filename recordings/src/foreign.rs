@@ -106,7 +106,7 @@ impl fmt::Display for Foreign {
             Self::Bzip2 => "a file compressed by bzip2; unpack it first: `bunzip2 FILE`",
             Self::Xz => "a file compressed by xz; unpack it first: `unxz FILE`",
             Self::Zip => "a ZIP archive; unpack it first: `unzip FILE`",
-            Self::ULog => "a log of PX4 (ULog), which is no recording of ROS 2",
+            Self::ULog => "a log of PX4 (ULog), which is not a ROS 2 recording",
             Self::BagMetadata => "the metadata of a folder of rosbag2; give the folder instead",
             Self::Carmen => "a laser log of CARMEN; `sketchnav import` makes a recording of it",
             Self::Text => "text: it does not begin with the magic bytes of MCAP",

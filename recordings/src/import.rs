@@ -58,7 +58,7 @@ pub enum ImportError {
     #[error("line {0}")]
     LeftOut(LeftOut),
     /// Readings that would be left out although nothing may be.
-    #[error("line {line}: expected distances in metres, found {count} readings that are none")]
+    #[error("line {line}: expected distances in metres, found {count} readings that are not distances")]
     Readings {
         /// The line.
         line: u64,
@@ -262,6 +262,6 @@ mod tests {
         imported.count(&spoilt, &RULES).unwrap();
         assert_eq!((imported.left_out_readings, imported.unreadable.as_slice()), (2, &[(9, 2)][..]));
         let error = imported.count(&spoilt, &STRICT).unwrap_err().to_string();
-        assert_eq!(error, "line 9: expected distances in metres, found 2 readings that are none");
+        assert_eq!(error, "line 9: expected distances in metres, found 2 readings that are not distances");
     }
 }

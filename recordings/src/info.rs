@@ -175,7 +175,7 @@ fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>
             let (name, words, way_on) = (&topic.name, form.words(&topic), form.way_on());
             let echo = if form == Form::Json { "; echo prints them" } else { "" };
             notes.push(format!(
-                "{name}: {words}, not of ROS 2 in CDR{echo}; {OF_ANY_MCAP} take them; {way_on}"
+                "{name}: {words}, not of ROS 2 in CDR{echo}; {OF_ANY_MCAP} accept them; {way_on}"
             ));
         }
     }

@@ -432,7 +432,7 @@ impl Robot {
     ) -> Result<(), RobotError> {
         let most = channel.spec.per_tick as f64 * self.tick_hz();
         let found = hz.unwrap_or_default();
-        expect(key, "at most as many as its channel holds for the ticks of tick_hz", found, found <= most)
+        expect(key, "no more readings per tick than its channel holds", found, found <= most)
     }
 }
 
@@ -444,7 +444,7 @@ impl Footprint {
         ])?;
         let half_diagonal_m = self.length_m.hypot(self.width_m) / 2.0;
         let is_around = (half_diagonal_m..=half_diagonal_m + RADIUS_SLACK_M).contains(&radius_m);
-        expect("radius_m", "half the diagonal of the footprint, at most 0.05 m more", radius_m, is_around)
+        expect("radius_m", "between half the diagonal of the footprint and 0.05 m more", radius_m, is_around)
     }
 }
 

@@ -103,7 +103,7 @@ impl MapInfo {
         let resolution = self.resolution;
         check(!self.image.is_empty(), "image", "the path of a picture", &self.image)?;
         check(resolution > 0.0, "resolution", "a number above 0", resolution)?;
-        check((1e-3..=10.0).contains(&resolution), "resolution", "0.001 to 10 metres a pixel", resolution)?;
+        check((1e-3..=10.0).contains(&resolution), "resolution", "0.001 to 10 metres per pixel", resolution)?;
         check_within("origin", bounds::COORDINATE_M, &self.origin[..2])?;
         let yaw_rad = wrap_angle(self.origin[2]);
         // False for NaN, too.

@@ -90,7 +90,7 @@ pub enum Doubt {
     SamePoses,
     /// A field that the format does not have.
     #[error(
-        "{count} {kind} lines have one field too many after their readings, {value} in each: read as the maximum range"
+        "{count} {kind} lines have an extra field after their readings, {value} in each: read as the maximum range"
     )]
     Surplus {
         /// How the lines begin.

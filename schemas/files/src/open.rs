@@ -36,7 +36,7 @@ fn check(found: &Metadata, what: &str) -> io::Result<()> {
         return Ok(());
     }
     let kind = if found.is_dir() { ErrorKind::IsADirectory } else { ErrorKind::InvalidInput };
-    let advice = if found.is_dir() { "" } else { "; copy what it gives into a file first" };
+    let advice = if found.is_dir() { "" } else { "; copy its output into a file first" };
     let words = format!("expected {what}, found {}{advice}", name(found.file_type()));
     Err(io::Error::new(kind, words))
 }
@@ -51,7 +51,7 @@ fn name(kind: FileType) -> &'static str {
     } else if kind.is_socket() {
         "a socket"
     } else {
-        "something that is no file"
+        "something other than a file"
     }
 }
 
@@ -84,12 +84,12 @@ mod tests {
         let (end, _other) = pipe().unwrap();
         let substituted = format!("/proc/self/fd/{}", end.as_raw_fd()).into();
         for (path, found) in [
-            (fifo, "a pipe; copy what it gives into a file first"),
-            (link, "a pipe; copy what it gives into a file first"),
-            (substituted, "a pipe; copy what it gives into a file first"),
-            (socket, "a socket; copy what it gives into a file first"),
-            ("/dev/zero".into(), "a device; copy what it gives into a file first"),
-            ("/dev/tty".into(), "a device; copy what it gives into a file first"),
+            (fifo, "a pipe; copy its output into a file first"),
+            (link, "a pipe; copy its output into a file first"),
+            (substituted, "a pipe; copy its output into a file first"),
+            (socket, "a socket; copy its output into a file first"),
+            ("/dev/zero".into(), "a device; copy its output into a file first"),
+            ("/dev/tty".into(), "a device; copy its output into a file first"),
             (folder.path().to_path_buf(), "a folder"),
         ] {
             let error = open(&path, "a note").unwrap_err().to_string();

@@ -179,7 +179,7 @@ impl Machine {
 
     /// Starts after a predecessor of which only the number of its last drawing is known. A
     /// page may have ordered the robot to drive.
-    pub fn begin_behind(&mut self, drawing_seq: u64) {
+    pub fn resume_after(&mut self, drawing_seq: u64) {
         self.memory.drawing_seq = drawing_seq;
         self.memory.ordered = true;
     }

@@ -163,7 +163,7 @@ impl<'a> Recorder<'a> {
             }
         }
         if let Some(writer) = &mut self.acknowledgements {
-            writer.resume_behind_history();
+            writer.resume_after_history();
         }
         Ok(())
     }

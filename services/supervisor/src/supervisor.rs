@@ -356,7 +356,7 @@ impl Supervisor {
         let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);
         supervisor.channels = Some(Channels::create(node)?);
         let mut mission = (!ceded.mission).then(|| node.writer(MISSION)).transpose()?;
-        mission.iter_mut().for_each(Writer::resume_behind_history);
+        mission.iter_mut().for_each(Writer::resume_after_history);
         supervisor.ports = Some(Ports {
             mission,
             status: node.reader(STATUS)?,

@@ -244,7 +244,7 @@ mod tests {
     fn a_point_that_would_lie_behind_the_camera_is_named() {
         let inside = [[0.0, 900.0], [900.0, 900.0], [400.0, 0.0], [400.0, 600.0]];
         let error = Camera::calibrated(&known(inside, SQUARE)).unwrap_err().to_string();
-        assert!(error.contains("expected a place before the camera, as others have"), "{error}");
+        assert!(error.contains("expected a place in front of the camera, like the others"), "{error}");
     }
 
     proptest! {

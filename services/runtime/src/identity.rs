@@ -121,8 +121,11 @@ impl Handle {
     }
 }
 
-/// A descriptor of the process that currently has this id.
-fn pidfd(pid: u32) -> nix::Result<OwnedFd> {
+/// A descriptor of the process that currently has this id; it becomes readable when the process ends.
+///
+/// # Errors
+/// `ESRCH` if there is no such process, `ENOSYS` before Linux 5.3.
+pub fn pidfd(pid: u32) -> nix::Result<OwnedFd> {
     // SAFETY: a system call without pointers.
     let fd = Errno::result(unsafe { libc::syscall(libc::SYS_pidfd_open, pid, 0) })?;
     // SAFETY: the kernel has just created the descriptor, and only we own it.

@@ -11,6 +11,7 @@
 //! from the suite's seed and the trial's name alone.
 
 pub mod ablation;
+pub mod calibration;
 pub mod corridor;
 pub mod corridor_cost;
 pub mod cost;

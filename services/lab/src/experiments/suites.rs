@@ -9,8 +9,8 @@ use sketchnav_sketch::method::Method;
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
-    ablation, corridor, corridor_cost, deformed, land, landmarks, people, protocol, routes, sensitivity,
-    studies,
+    ablation, calibration, corridor, corridor_cost, deformed, land, landmarks, people, protocol, routes,
+    sensitivity, studies,
 };
 
 /// Loads a suite.
@@ -22,10 +22,11 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// The suites: a new one is a line here and a module of its own. Where all are driven, some compare methods, or are
 /// about another one than the first of their navigator.
-const SUITES: [(&str, Loader, &[&str]); 22] = [
+const SUITES: [(&str, Loader, &[&str]); 23] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
+    ("calibrate-boniardi-2015", calibration::boniardi_2015, &[]),
     ("corridor", corridor::suite, &METHODS),
     ("corridor-cost", corridor_cost::suite, &[]),
     ("corridor-person", corridor::person, &[]),

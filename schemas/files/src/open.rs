@@ -8,7 +8,7 @@ use std::path::Path;
 
 /// Does not wait for the other end of a pipe (open(2)): the value on all Linux that Rust's standard library is tested on but
 /// MIPS and SPARC. A test compares it with the C library's.
-const O_NONBLOCK: i32 = 0o4000;
+pub(crate) const O_NONBLOCK: i32 = 0o4000;
 
 /// Opens a plain file to read it; never waits. `what` it should be, for errors: `a mission`.
 ///

@@ -15,7 +15,7 @@ pub mod whole;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use sketchnav_recordings::{Recording, RecordingError, copy};
+use sketchnav_recordings::{Recording, copy};
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::say;
@@ -48,13 +48,13 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
 }
 
 /// Works with the recording that a person means by a path, which is what a failure names.
-fn with(file: &Path, work: impl FnOnce(&Whole) -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
+pub fn with(file: &Path, work: impl FnOnce(&Whole) -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
     let whole = Whole::of(file)?;
     whole.known(work(&whole))
 }
 
 /// The same of several.
-fn with_all(
+pub fn with_all(
     files: &[PathBuf],
     work: impl FnOnce(&[Whole]) -> Result<Outcome, Failure>,
 ) -> Result<Outcome, Failure> {
@@ -81,19 +81,6 @@ fn refuse_a_recording(output: &Path, force: bool) -> Result<(), Failure> {
         "{place}: expected a page to replace, or no file, found a recording; it is unchanged: choose another --output, or \
          --force it"
     )))
-}
-
-/// The names of those of the recordings that `info` calls cut off.
-pub fn cut_off<'a>(
-    recordings: impl IntoIterator<Item = &'a Recording>,
-) -> Result<Vec<String>, RecordingError> {
-    let mut names = Vec::new();
-    for recording in recordings {
-        if recording.index()?.is_cut_off() {
-            names.push(recording.path().display().to_string());
-        }
-    }
-    Ok(names)
 }
 
 /// Warns that the recording is cut off, so that it covers a part of the run only.
@@ -209,6 +196,55 @@ mod tests {
         };
         let place = Place::new(SampleForm::default(), &[json]);
         assert_eq!(place.run("echo text --file x.mcap --field a"), "");
+    }
+
+    /// One message that could not be decoded was the end of `echo` and `relations`.
+    #[test]
+    fn a_message_that_cannot_be_decoded_is_skipped() {
+        let cut = |count: usize| {
+            let mut ball = points("/ball", 25, false);
+            ball.messages.iter_mut().take(count).for_each(|(.., message)| message.truncate(20));
+            Place::new(SampleForm::default(), &[ball, points("/cup", 25, false)])
+        };
+        let place = cut(2);
+        for line in
+            ["echo ball --file x.mcap", "echo ball --file x.mcap --once", "relations x.mcap --calculus qtc-b"]
+        {
+            assert_eq!(place.run(line), "", "{line}");
+        }
+        // Where nothing is left, the error is that of the first.
+        assert!(cut(25).run("echo ball --file x.mcap").contains("found the end of the message"));
+    }
+
+    /// `filter -o pipe` waited for ever for somebody to read the pipe.
+    #[test]
+    fn a_pipe_that_nobody_reads_is_no_output() {
+        let place =
+            Place::new(SampleForm::default(), &[points("/ball", 25, false), points("/cup", 25, false)]);
+        let pipe = place.0.path().join("pipe.mcap");
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+        for line in [
+            "filter x.mcap -o pipe.mcap",
+            "merge x.mcap x.mcap -o pipe.mcap",
+            "recover x.mcap -o pipe.mcap",
+            "report x.mcap -o pipe.mcap",
+        ] {
+            let error = place.run(line);
+            assert!(error.contains("pipe.mcap: ") || error.contains("pipe.mcap\""), "{line}: {error}");
+            assert!(
+                error.contains("found a pipe that nobody reads; start its reader first"),
+                "{line}: {error}"
+            );
+        }
+        for line in [
+            "info pipe.mcap",
+            "echo ball --file pipe.mcap",
+            "filter pipe.mcap -o y.mcap",
+            "diff pipe.mcap x.mcap",
+        ] {
+            let error = place.run(line);
+            assert!(error.contains("found a pipe"), "{line}: {error}");
+        }
     }
 
     /// A page took the place of a recording that stood under a name like the one that was meant.

@@ -21,7 +21,7 @@ impl From<&Laser> for Mounting {
     }
 }
 
-/// Shorter ranges count as invalid, metres.
+/// The shortest range that counts, metres; shorter readings are invalid.
 pub const SHORTEST_M: f32 = 0.05;
 
 /// An even selection of a scan's valid beams, one array for each property.

@@ -153,6 +153,9 @@ fn written_by(library: &str) -> String {
 impl RecordingError {
     /// Whether only a single message was refused and the recording continues.
     pub fn is_one_message(&self) -> bool {
-        matches!(self, Self::Message { .. } | Self::NotRecorded { .. })
+        match self {
+            Self::Dynamic { source, .. } => source.is_one_message(),
+            _ => matches!(self, Self::Message { .. } | Self::NotRecorded { .. }),
+        }
     }
 }

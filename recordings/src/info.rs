@@ -3,7 +3,7 @@
 //! For a recording that its writer finished, this comes from the summary alone, however long the recording is; for any other,
 //! from all its messages.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde::Serialize;
@@ -169,10 +169,19 @@ fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>
     if damaged > 0 {
         notes.push(format!("damaged: {damaged} of them, which do not unpack; copies leave them out"));
     }
-    for topic in recording.topics()? {
-        let form = Form::of(&topic);
+    let topics = recording.topics()?;
+    let mut types: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for topic in &topics {
+        types.entry(&topic.name).or_default().insert(&topic.ros2_type);
+    }
+    for (name, types) in types.iter().filter(|(_, types)| types.len() > 1) {
+        let types: Vec<_> = types.iter().copied().collect();
+        notes.push(format!("{name}: messages of {} types: {}", types.len(), types.join(", ")));
+    }
+    for topic in &topics {
+        let form = Form::of(topic);
         if form != Form::Ros2 {
-            let (name, words, way_on) = (&topic.name, form.words(&topic), form.way_on());
+            let (name, words, way_on) = (&topic.name, form.words(topic), form.way_on());
             let echo = if form == Form::Json { "; echo prints them" } else { "" };
             notes.push(format!(
                 "{name}: {words}, not of ROS 2 in CDR{echo}; {OF_ANY_MCAP} accept them; {way_on}"

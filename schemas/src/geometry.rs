@@ -23,9 +23,9 @@ pub struct Base;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sketch;
 
-/// A place in frame `F`.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(bound = "")]
+/// A place in frame `F`. Serialised as a pair, `[x, y]`.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+#[serde(bound = "", from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Point<F> {
     /// First coordinate, in the frame's unit.
     pub x: f64,
@@ -45,11 +45,30 @@ impl<F> Point<F> {
         (self.x - other.x).hypot(self.y - other.y)
     }
 
+    /// The direction of `other`, radians counter-clockwise from the frame's x axis.
+    pub fn direction_rad(&self, other: &Self) -> f64 {
+        (other.y - self.y).atan2(other.x - self.x)
+    }
+
+    /// The place at a part of the straight way to `other`: 0 is here, 1 is there.
+    pub fn towards(&self, other: &Self, part: f64) -> Self {
+        Self::new(self.x + (other.x - self.x) * part, self.y + (other.y - self.y) * part)
+    }
+
     /// The vector from the frame's origin.
     pub fn coords(&self) -> Vector2<f64> {
         Vector2::new(self.x, self.y)
     }
 }
+
+// Derives would require the frame to be `Clone` and `Copy`, too.
+impl<F> Clone for Point<F> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<F> Copy for Point<F> {}
 
 impl<F> From<Vector2<f64>> for Point<F> {
     fn from(v: Vector2<f64>) -> Self {
@@ -57,11 +76,26 @@ impl<F> From<Vector2<f64>> for Point<F> {
     }
 }
 
-/// Whether a closed polygon encloses a place, by the even-odd rule.
-pub fn encloses(polygon: &[[f64; 2]], [x, y]: [f64; 2]) -> bool {
+impl<F> From<[f64; 2]> for Point<F> {
+    fn from([x, y]: [f64; 2]) -> Self {
+        Self::new(x, y)
+    }
+}
+
+impl<F> From<Point<F>> for [f64; 2] {
+    fn from(at: Point<F>) -> Self {
+        [at.x, at.y]
+    }
+}
+
+/// Whether a closed polygon encloses a place of its frame, by the even-odd rule.
+pub fn encloses<P: Copy + Into<[f64; 2]>>(polygon: &[P], at: P) -> bool {
+    let [x, y] = at.into();
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
-    let crossed = edges
-        .filter(|(a, b)| (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]);
+    let edges = edges.map(|(a, b)| ((*a).into(), (*b).into()));
+    let crossed = edges.filter(|(a, b): &([f64; 2], [f64; 2])| {
+        (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]
+    });
     crossed.count() % 2 == 1
 }
 
@@ -117,6 +151,22 @@ mod tests {
         let hook = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [3.0, 4.0], [3.0, 1.0], [0.0, 1.0]];
         assert!(encloses(&hook, [1.0, 0.5]) && encloses(&hook, [3.5, 3.5]));
         assert!(!encloses(&hook, [1.0, 2.0]) && !encloses(&hook, [5.0, 0.5]) && !encloses(&[], [0.0, 0.0]));
+        assert!(encloses(&hook.map(Point::<World>::from), Point::new(1.0, 0.5)));
+    }
+
+    #[test]
+    fn a_point_is_serialised_as_a_pair() {
+        let at = Point::<Sketch>::new(1.5, -2.0);
+        let text = serde_json::to_string(&at).unwrap();
+        assert_eq!(text, "[1.5,-2.0]");
+        assert_eq!(serde_json::from_str::<Point<Sketch>>(&text).unwrap(), at);
+    }
+
+    #[test]
+    fn half_the_way_to_a_place_lies_in_its_direction() {
+        let (from, to) = (Point::<World>::new(1.0, 1.0), Point::new(3.0, 3.0));
+        assert_eq!(from.towards(&to, 0.5), Point::new(2.0, 2.0));
+        assert!((from.direction_rad(&to) - PI / 4.0).abs() < 1e-12);
     }
 
     #[test]

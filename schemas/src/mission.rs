@@ -48,7 +48,7 @@ pub struct WorldSource {
     /// A floor plan in the project's own format (TOML).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor_plan: Option<String>,
-    /// A map of ROS's map_server (YAML next to a PGM or PNG).
+    /// A map of ROS's map_server (YAML beside a PGM, PNG or BMP).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map: Option<String>,
     /// A plane of dots (TOML).

@@ -14,7 +14,7 @@ use sketchnav_schemas::robot::{Drive, Limits, Robot};
 use sketchnav_schemas::seed;
 
 use crate::convex::{Convex, Segment};
-use crate::description::{Extent, WorldDescription};
+use crate::description::WorldDescription;
 use crate::drive;
 use crate::error::{SimError, check, check_start};
 use crate::people::Walker;
@@ -112,16 +112,7 @@ struct Event {
     touch: Touch,
 }
 
-/// Checks that the start is within the walls: outside, there is nothing to see and nowhere to go.
-fn check_within_walls(start: &Pose<World>, extent: &Extent) -> Result<(), SimError> {
-    if extent.meets(&Extent::of([[start.x, start.y]])) {
-        return Ok(());
-    }
-    let found = format!("({}, {}) m, {}", start.x, start.y, extent.outside());
-    Err(SimError::Value { key: "start.world".into(), expected: "a place within the walls", found })
-}
-
-/// Refuses sensors for what only a plane of dots has.
+/// Keys for what only a plane of dots has.
 fn check_sensors(robot: &Robot) -> Result<(), SimError> {
     for (key, is_there) in [("view", robot.view.is_some()), ("motion_noise", robot.motion_noise.is_some())] {
         let expected = "a robot without that table on a floor: a plane of dots alone has it";
@@ -157,7 +148,7 @@ impl Floor {
         robot.check_numbers()?;
         check_sensors(robot)?;
         check_start(&start)?;
-        check_within_walls(&start, &description.extent())?;
+        description.check_start([start.x, start.y])?;
         let (tick_hz, period_s) = (robot.tick_hz(), 1.0 / robot.tick_hz());
         let substeps = substeps(robot, period_s);
         let at = TruePose { at: start.position().coords(), yaw_rad: start.yaw_rad };

@@ -16,6 +16,7 @@ use std::f64::consts::{PI, TAU};
 
 use sketchnav_schemas::geometry::{Odom, Pose, World};
 use sketchnav_schemas::message::MAX_BEAMS;
+use sketchnav_schemas::valid::Invalid;
 
 /// Farther than any robot drives, metres: such a position is invalid.
 const FAR_M: f64 = 1e7;
@@ -120,6 +121,9 @@ pub enum Fault {
         /// After the first scan, seconds.
         since_s: f64,
     },
+    /// A scan, or its odometry, that every reader rejects.
+    #[error("expected a scan with odometry that readers accept; {0}")]
+    Invalid(Invalid),
     /// The end of what can be read.
     #[error("the file breaks off here: {why}")]
     BreaksOff {

@@ -263,3 +263,19 @@ fn a_message_of_an_unknown_topic_is_refused_by_a_writer_of_runs() {
     let error = writer.write_raw(&messages(&path)[0]).unwrap_err();
     assert!(matches!(&error, RecordingError::UnknownTopic { topic } if topic == "/ball"), "{error}");
 }
+
+/// Where rosbag2 had not found a definition, its messages were said to be too long. Of two types on one topic one was shown.
+#[test]
+fn an_empty_definition_and_a_second_type_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let undefined = SampleTopic { definition: "", ..points("/ball", COUNT, false) };
+    let path = write(folder.path(), SampleForm::default(), &[undefined]);
+    let error = Decoder::default().decode(&messages(&path)[0]).unwrap_err();
+    let words = "expected the definition of geometry_msgs/msg/PointStamped, found none in the file";
+    assert!(error.to_string().contains(words) && !error.is_one_message(), "{error}");
+    let other = SampleTopic { kind: "geometry_msgs/msg/PoseStamped", ..points("/ball", COUNT, false) };
+    let path = write(folder.path(), SampleForm::default(), &[points("/ball", COUNT, false), other]);
+    let notes = info(&path).unwrap().notes.join("\n");
+    let words = "/ball: messages of 2 types: geometry_msgs/msg/PointStamped, geometry_msgs/msg/PoseStamped";
+    assert!(notes.contains(words), "{notes}");
+}

@@ -6,9 +6,9 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
-/// Do not wait for the other end of a pipe (open(2)). This is the value on all Linux targets on which Rust's standard library
-/// is tested, except MIPS and SPARC. A test compares it with the C library's.
-const O_NONBLOCK: i32 = 0o4000;
+/// Does not wait for the other end of a pipe (open(2)): the value on all Linux that Rust's standard library is tested on but
+/// MIPS and SPARC. A test compares it with the C library's.
+pub(crate) const O_NONBLOCK: i32 = 0o4000;
 
 /// Opens a plain file to read it; never waits. `what` it should be, for errors: `a mission`.
 ///

@@ -136,7 +136,6 @@ use sketchnav_stage::Navigator;
 
 use args::{Cli, Command};
 use failure::{Failure, Outcome, exit_code};
-use recordings::whole::Whole;
 
 /// The program itself: reads the command line and runs the command.
 pub fn main() -> ExitCode {
@@ -213,10 +212,12 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Param { what }) => param::param(&what),
         Some(Command::Snapshot { options }) => recordings::snapshot::snapshot(&options),
         Some(Command::Bridge { other }) => bridge::bridge(&other),
-        Some(Command::Diff { a, b, json }) => tools::diff(Whole::of(&a)?.path(), Whole::of(&b)?.path(), json),
+        Some(Command::Diff { a, b, json }) => {
+            recordings::with_all(&[a, b], |wholes| tools::diff(wholes, json))
+        }
         Some(Command::Info { file, json }) => tools::info(&file, json),
         Some(Command::Relations { file, options }) => {
-            relations::relations(Whole::of(&file)?.path(), &options)
+            recordings::with(&file, |whole| relations::relations(whole, &options))
         }
         Some(Command::Landmarks { mission, table }) => landmarks::print(&mission, table),
         Some(Command::Completions { shell }) => manuals::completions(shell),

@@ -10,11 +10,11 @@ use bytemuck::Zeroable;
 use flate2::bufread::MultiGzDecoder;
 use sketchnav_files::draft::Draft;
 use sketchnav_files::{MAP, MAP_PICTURE};
-use sketchnav_recordings::carmen::{CarmenLog, CarmenScan, Entry, Reading, Shape, Survey};
+use sketchnav_recordings::carmen::{CarmenLog, CarmenScan, Entry, LeftOut, Reading, Shape, Survey};
 use sketchnav_recordings::import::{self, Imported, LOG_SYSTEM, Rules};
 use sketchnav_recordings::{Writer, sources};
 use sketchnav_schemas::codes::{FREE, Process, WALL};
-use sketchnav_schemas::geometry::{Pose, Sketch, World};
+use sketchnav_schemas::geometry::{Pose, Sketch, World, wrap_angle};
 use sketchnav_schemas::message::{Header, PosePx};
 use sketchnav_schemas::mission::{Mission, Parameters, Place, Start, WorldSource};
 use sketchnav_schemas::robot::{Drive, Laser, Limits, OdometryNoise, Robot};
@@ -28,6 +28,7 @@ use super::args::ImportOptions;
 use super::guard::Guard;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::plain_name;
+use crate::output::say;
 use summary::Summary;
 
 /// The spread of the log's starting position if the drawing is the map. The position is the log's own corrected pose,
@@ -140,7 +141,11 @@ fn write(
         writer.write(ROUTE, &*drawn.route, &[])?;
         let imported = import::import(entries, &rules, &mut writer);
         let strict = if options.strict { " (--strict)" } else { "" };
-        imported.map_err(|error| anyhow!("{error}{strict}"))
+        let imported = imported.map_err(|error| anyhow!("{error}{strict}"))?;
+        if let (0, Some(LeftOut { line, why })) = (imported.scans, imported.left_out.first()) {
+            bail!("expected scans that can be recorded, found none; the first is line {line}: {why}");
+        }
+        Ok(imported)
     };
     let imported = { work }().with_context(|| log.path.display().to_string()).or_input()?;
     let messages = writer.message_count();
@@ -186,7 +191,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
         robot: LOG_SYSTEM.to_owned(),
         navigator: sketch.navigator(),
         world: WorldSource { map: Some(world), ..WorldSource::default() },
-        start: Start { world: [x, y], world_heading_deg: yaw_rad.to_degrees() },
+        start: Start { world: [x, y], world_heading_deg: wrap_angle(yaw_rad).to_degrees() },
         task: vec![task.with_place(there)],
         parameters: Parameters::default(),
     };
@@ -264,7 +269,17 @@ fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
 fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfig) -> Result<Drawn, Failure> {
     let known = occupied(map).or_input()?;
     let (width, height) = known.raster().size();
-    let is_wall = |i: usize| known.raster().is_solid((i % width) as i64, (i / width) as i64);
+    let is_wall = |i: usize| {
+        let (x, y) = ((i % width) as i64, (i / width) as i64);
+        known.raster().is_solid(x, y) && !known.is_transparent(x, y)
+    };
+    if known.transparent_share() > 0.0 {
+        say!(
+            "notice: {}: {:.1} % of the map's picture is transparent: that is unknown, and taken as free",
+            map.display(),
+            100.0 * known.transparent_share()
+        );
+    }
     let cells: Vec<u8> = (0..height * width).map(|i| if is_wall(i) { WALL } else { FREE }).collect();
     let (resolution, [x0, y0]) = (known.resolution_m(), known.origin_m());
     let in_map =
@@ -434,7 +449,25 @@ mod tests {
         assert_eq!(recording.all(TRUTH).unwrap().len(), 0, "nobody said where it truly was");
     }
 
-    /// A recording's odometry had quaternions of length 0.5; the result was "0 estimates" without a reason.
+    /// A robot that has turned round often was refused by the bounds of a mission's heading; degrees are doubted.
+    #[test]
+    fn headings_go_on_beyond_a_turn() {
+        let line = |i: f64| {
+            format!("FLASER 180 {}{i} 5 {} {i} 5 {} host {i}\n", "2.5 ".repeat(180), 20.0 + i, 20.0 + i)
+        };
+        let text: String = (0..5).map(|i| line(3.0 + f64::from(i) / 10.0)).collect();
+        let place = Place::new("turned.log", text.as_bytes());
+        let error = place.import("turned.log", true, None).unwrap_err();
+        assert!(
+            error.contains("headings of the poses reach 23: expected radians; are they degrees?"),
+            "{error}"
+        );
+        let recording = place.import("turned.log", false, None).unwrap();
+        let heading_deg = recording.run().unwrap().mission.start.world_heading_deg;
+        assert!((heading_deg - (23.0_f64.to_degrees() - 3.0 * 360.0 - 360.0)).abs() < 1e-9, "{heading_deg}");
+    }
+
+    /// A recording's odometry had quaternions of length 0.5: "0 estimates", and no reason.
     #[test]
     fn an_odometry_that_every_reader_rejects_is_named() {
         let text: String = (0..10).map(|i| flaser(180, 3.0 + f64::from(i) / 10.0)).collect();

@@ -18,8 +18,8 @@ use super::rewrite::common_profile;
 use crate::failure::{Failure, OrInput, story};
 use crate::output::say;
 
-/// The extension of files packed by rosbag2.
-const PACKED_MCAP: &str = ".mcap.zstd";
+/// How the names of recordings end, of those too that rosbag2 or zstd has packed.
+const NAMES: [&str; 3] = [".mcap", ".mcap.zstd", ".mcap.zst"];
 
 /// What a recording, or a copy of one, lacks of the original content of its files.
 #[derive(Debug, Default)]
@@ -290,11 +290,11 @@ fn unpack_whole(path: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
 /// The existing files of a bag, including those of the series that a recorder has begun since.
 fn files_of(folder: &Path, bag: &Bag) -> anyhow::Result<Vec<PathBuf>> {
     bag.must_be_mcap(folder)?;
+    let missing = if bag.missing.is_empty() { "it lists none".to_owned() } else { bag.missing.join(", ") };
     ensure!(
         !bag.files.is_empty(),
-        "{}: expected the files that {METADATA} lists, found none of them: {}",
-        folder.display(),
-        bag.missing.join(", ")
+        "{}: expected the files that {METADATA} lists, found none of them: {missing}",
+        folder.display()
     );
     let series =
         bag.files.iter().find_map(|file| of_series(file)).map(|name| series::files(&name)).transpose()?;
@@ -354,8 +354,8 @@ fn named_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder).with_context(place)? {
         let path = entry.with_context(place)?.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.ends_with(".mcap") || name.ends_with(PACKED_MCAP) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+        if NAMES.iter().any(|end| name.ends_with(end)) {
             files.push(path);
         }
     }
@@ -432,6 +432,20 @@ mod tests {
         assert_eq!(only_one_in(folder.path()).unwrap(), folder.path().join("lab.mcap"));
         write("hall_b.mcap");
         assert!(only_one_in(folder.path()).unwrap_err().to_string().contains("found 2"));
+    }
+
+    /// Files of other systems, and those packed by hand, were not seen in a folder.
+    #[test]
+    fn a_recording_is_found_however_its_name_ends() {
+        for (name, bytes) in [
+            ("B.MCAP", points(12)),
+            ("b.mcap.zst", samples::packed("zstd", &points(12))),
+            ("b.mcap.zstd", samples::packed("zstd", &points(12))),
+        ] {
+            let folder = tempfile::tempdir().unwrap();
+            std::fs::write(folder.path().join(name), bytes).unwrap();
+            assert_eq!(count(&Whole::of(folder.path()).unwrap()), 12, "{name}");
+        }
     }
 
     #[test]
@@ -575,6 +589,10 @@ mod tests {
         };
         check("replay X", path);
         check("judge X", path);
+        check("diff X X", path);
+        check("relations X --calculus qtc-b", path);
+        check("echo cup --file X", path);
+        check("hz cup --file X", path);
         check("recover X/cut.zstd -o X/y.mcap", &path.join("cut.zstd"));
         bag(path, "mcap", &["b_0.mcap.zstd", "b_1.mcap.zstd"]);
         std::fs::write(path.join("b_1.mcap.zstd"), &packed).unwrap();

@@ -6,15 +6,16 @@
 use std::f64::consts::{FRAC_PI_8, TAU};
 
 use serde::{Deserialize, Serialize};
+use sketchnav_landmarks::drawn::DrawnMetres;
 use sketchnav_landmarks::extraction::track::headings;
 use sketchnav_landmarks::matching::{self, Features};
 use sketchnav_landmarks::messages::{LandmarkEvent, LandmarkProgress, LandmarkView};
 use sketchnav_landmarks::perception::Seen;
-use sketchnav_landmarks::plane::{self, At};
+use sketchnav_landmarks::plane;
 use sketchnav_landmarks::route::{DIRECTIONS, INCH_M, Place, Relation, Route, State};
 use sketchnav_landmarks::sketch::Sketch;
 use sketchnav_landmarks::view;
-use sketchnav_schemas::geometry::{Pose, World, wrap_angle};
+use sketchnav_schemas::geometry::{Point, Pose, World, wrap_angle};
 use sketchnav_schemas::message::GroundTruth;
 use sketchnav_schemas::run::RunConfig;
 
@@ -81,10 +82,11 @@ pub fn states(run: &RunConfig, said: &Said<'_>, is_reached: bool) -> Vec<StateDr
 
 /// The part of the states that follows from the sketch without a drive.
 fn drawn(route: &Route, sketch: &Sketch) -> Vec<StateDriven> {
-    let step_m = plane::length(&sketch.route) / (sketch.route.len() - 1).max(1) as f64;
+    let step = plane::length(&sketch.route) / (sketch.route.len() - 1).max(1) as f64;
+    let steps = |along: Option<DrawnMetres>| along.unwrap_or_default().0 / step;
     let headings = headings(&sketch.route, 10.0 * INCH_M);
-    let place = |along_m: Option<f64>| ((along_m.unwrap_or(0.0) / step_m) as usize).min(headings.len() - 1);
-    let places: Vec<usize> = route.along_m().into_iter().map(place).collect();
+    let place = |along| (steps(along) as usize).min(headings.len() - 1);
+    let places: Vec<usize> = route.along().into_iter().map(place).collect();
     let one = |(i, state): (usize, &State)| {
         let before = i.saturating_sub(1);
         let way = &headings[places[before].min(places[i])..=places[i]];
@@ -93,7 +95,7 @@ fn drawn(route: &Route, sketch: &Sketch) -> Vec<StateDriven> {
             matched: false,
             correct: false,
             ends_turn: i > 0 && route.states[before].command.is_turn(),
-            steps: if i == 0 { 0.0 } else { state.after_m.unwrap_or(0.0) / step_m },
+            steps: if i == 0 { 0.0 } else { steps(state.after) },
             turned_deg: turned.abs().to_degrees(),
         }
     };
@@ -102,7 +104,7 @@ fn drawn(route: &Route, sketch: &Sketch) -> Vec<StateDriven> {
 
 /// The true objects that the sonars may hit.
 struct TrueScene<'a> {
-    objects: Vec<(&'a str, &'a [At])>,
+    objects: Vec<(&'a str, Vec<Point<World>>)>,
     ring_m: f64,
     half_opening_rad: f64,
     features: Features,
@@ -111,7 +113,10 @@ struct TrueScene<'a> {
 impl<'a> TrueScene<'a> {
     fn of(run: &'a RunConfig) -> Self {
         let furniture = run.mission.world.furniture.iter();
-        let objects = furniture.filter_map(|one| Some((one.name.as_str(), one.polygon.as_deref()?)));
+        let objects = furniture.filter_map(|one| {
+            let outline = one.polygon.as_ref()?.iter().copied().map(Point::from);
+            Some((one.name.as_str(), outline.collect()))
+        });
         let sonar = run.robot.sonar.as_ref();
         let features = sketchnav_landmarks::mission::Parameters::of(&run.mission);
         Self {
@@ -174,7 +179,7 @@ impl<'a> TrueScene<'a> {
     /// The nearest object in the cone of a direction.
     fn echo(&self, robot: &Pose<World>, direction: usize) -> Option<&'a str> {
         let axis = robot.yaw_rad + direction as f64 * TAU / f64::from(DIRECTIONS);
-        let from = [robot.x + self.ring_m * axis.cos(), robot.y + self.ring_m * axis.sin()];
+        let from = Point::new(robot.x + self.ring_m * axis.cos(), robot.y + self.ring_m * axis.sin());
         let rays = (-RAYS..=RAYS).map(|i| axis + f64::from(i) / f64::from(RAYS) * self.half_opening_rad);
         let hits = rays.flat_map(|ray| {
             self.objects.iter().filter_map(move |(name, outline)| Some((range(from, ray, outline)?, *name)))
@@ -200,11 +205,11 @@ fn witnesses<'s>(relation: &Relation, seen: &'s [Seen], features: Features) -> O
 }
 
 /// The distance to an outline along a ray; `None` if the ray does not hit it.
-fn range(from: At, ray_rad: f64, outline: &[At]) -> Option<f64> {
+fn range(from: Point<World>, ray_rad: f64, outline: &[Point<World>]) -> Option<f64> {
     let (sin, cos) = ray_rad.sin_cos();
-    let crossing = |[a, b]: [At; 2]| {
-        let [ax, ay] = [a[0] - from[0], a[1] - from[1]];
-        let [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+    let crossing = |[a, b]: [Point<World>; 2]| {
+        let [ax, ay] = [a.x - from.x, a.y - from.y];
+        let [dx, dy] = [b.x - a.x, b.y - a.y];
         let across = cos * dy - sin * dx;
         let (along, part) = ((ax * dy - ay * dx) / across, (ax * sin - ay * cos) / across);
         (along >= 0.0 && (0.0..=1.0).contains(&part)).then_some(along)
@@ -225,7 +230,7 @@ mod tests {
 
     const WORDS: &str = "When the box is left, then turn left. At the end, stop.";
 
-    fn square(name: &str, [x, y]: At) -> Furniture {
+    fn square(name: &str, [x, y]: [f64; 2]) -> Furniture {
         let polygon = [[x, y], [x + 1.0, y], [x + 1.0, y + 1.0], [x, y + 1.0]];
         let (center, size, radius_m) = (None, None, None);
         Furniture { name: name.into(), polygon: Some(polygon.into()), center, size, yaw_deg: 0.0, radius_m }
@@ -249,7 +254,7 @@ mod tests {
             progress
         };
         let route = language::read(WORDS).unwrap();
-        let line: Vec<At> = (0..=20).map(|i| [f64::from(i) * 0.5, 0.0]).collect();
+        let line = (0..=20).map(|i| Point::new(f64::from(i) * 0.5, 0.0)).collect();
         let sketch = Sketch { landmarks: Vec::new(), route: line, metres_per_pixel: 0.1 };
         let progress = [event(LandmarkEvent::Matched), event(LandmarkEvent::Arrived)];
         let said =
@@ -272,9 +277,9 @@ mod tests {
 
     #[test]
     fn the_nearest_object_in_the_cone_answers() {
-        let outline = [[2.0, -0.2], [3.0, -0.2], [3.0, 0.2], [2.0, 0.2]];
-        assert_eq!(range([0.0, 0.0], 0.0, &outline), Some(2.0));
-        assert_eq!(range([0.0, 0.0], 0.2, &outline), None);
-        assert_eq!(range([4.0, 0.0], 0.0, &outline), None, "it is behind");
+        let outline = [[2.0, -0.2], [3.0, -0.2], [3.0, 0.2], [2.0, 0.2]].map(Point::from);
+        assert_eq!(range(Point::new(0.0, 0.0), 0.0, &outline), Some(2.0));
+        assert_eq!(range(Point::new(0.0, 0.0), 0.2, &outline), None);
+        assert_eq!(range(Point::new(4.0, 0.0), 0.0, &outline), None, "it is behind");
     }
 }

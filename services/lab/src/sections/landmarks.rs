@@ -9,10 +9,10 @@ use crate::picture::FloorShapes;
 use crate::picture::svg::{Sheet, View};
 use maud::{Markup, PreEscaped, html};
 use sketchnav_files::Files;
+use sketchnav_landmarks::drawn::{Drawn, DrawnMetres};
 use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_landmarks::messages::{LandmarkEvent, LandmarkProgress, LandmarkView};
 use sketchnav_landmarks::perception::{Perceiving, Perception};
-use sketchnav_landmarks::plane::{self, At};
 use sketchnav_landmarks::ring::Ring;
 use sketchnav_landmarks::route::Route;
 use sketchnav_landmarks::view;
@@ -120,45 +120,41 @@ impl<'a> Landmarks<'a> {
     /// The sketch with its states and the believed trajectory; `None` if the route was given only in words.
     pub fn sketch_picture(&self) -> Option<String> {
         let sketch = self.instructions.sketch.as_ref()?;
-        let point = |at: &At| Point::<Base>::new(at[0], at[1]);
         let all = || sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline));
-        let mut sheet =
-            sheet("The sketch with its states, and where the robot believed to be", all().copied());
+        let mut sheet = sheet(
+            "The sketch with its states, and where the robot believed to be",
+            all().copied().map(<[f64; 2]>::from),
+        );
         for landmark in &sketch.landmarks {
-            let corners: Vec<_> = landmark.outline.iter().map(point).collect();
-            sheet.polygon(&corners, "fill=\"#eef1f6\" stroke=\"#5b6472\" stroke-width=\"2\"");
+            sheet.polygon(&landmark.outline, "fill=\"#eef1f6\" stroke=\"#5b6472\" stroke-width=\"2\"");
             named(&mut sheet, &landmark.name, &landmark.outline);
         }
-        sheet.line(
-            &sketch.route.iter().map(point).collect::<Vec<_>>(),
-            "stroke=\"#9aa3b2\" stroke-width=\"5\" stroke-dasharray=\"2 9\"",
-        );
-        let trail =
-            self.views.iter().map(|view| view.in_sketch()).map(|pose| Point::<Base>::new(pose.x, pose.y));
+        sheet.line(&sketch.route, "stroke=\"#9aa3b2\" stroke-width=\"5\" stroke-dasharray=\"2 9\"");
+        let trail = self.views.iter().map(|view| view.in_sketch().position());
         sheet.line(&trail.collect::<Vec<_>>(), "stroke=\"#2563eb\" stroke-width=\"3\"");
-        let along = self.route.as_ref().map_or(Vec::new(), Route::along_m);
+        let along = self.route.as_ref().map_or(Vec::new(), Route::along);
         for (i, along) in along.iter().enumerate() {
             let Some(at) = along.and_then(|along| at_length(&sketch.route, along)) else { continue };
-            mark(&mut sheet, &point(&at), &(i + 1).to_string(), "#d97706");
+            mark(&mut sheet, &at, &(i + 1).to_string(), "#d97706");
         }
         Some(sheet.finish())
     }
 }
 
 /// The point on a line at a given length from its start.
-fn at_length(line: &[At], along: f64) -> Option<At> {
+fn at_length(line: &[Point<Drawn>], along: DrawnMetres) -> Option<Point<Drawn>> {
     let mut left = along;
     for pair in line.windows(2) {
-        let step = plane::distance(pair[0], pair[1]);
+        let step = DrawnMetres::between(&pair[0], &pair[1]);
         if left <= step {
-            return Some(plane::between(pair[0], pair[1], left / step.max(f64::MIN_POSITIVE)));
+            return Some(pair[0].towards(&pair[1], left.0 / step.0.max(f64::MIN_POSITIVE)));
         }
-        left -= step;
+        left = left - step;
     }
     line.last().copied()
 }
 
-fn sheet(title: &str, points: impl Iterator<Item = At>) -> Sheet {
+fn sheet(title: &str, points: impl Iterator<Item = [f64; 2]>) -> Sheet {
     let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
     for at in points {
         for axis in 0..2 {
@@ -169,9 +165,11 @@ fn sheet(title: &str, points: impl Iterator<Item = At>) -> Sheet {
     Sheet::new(View::new(bounds[0], bounds[1], BORDER), title)
 }
 
-fn named(sheet: &mut Sheet, name: &str, outline: &[At]) {
-    let middle = [0, 1].map(|axis| outline.iter().map(|at| at[axis]).sum::<f64>() / outline.len() as f64);
-    let [x, y] = sheet.view.at(&Point::<Base>::new(middle[0], middle[1]));
+fn named<P: Copy + Into<[f64; 2]>>(sheet: &mut Sheet, name: &str, outline: &[P]) {
+    let corners = || outline.iter().map(|at| (*at).into());
+    let middle =
+        [0, 1].map(|axis| corners().map(|at: [f64; 2]| at[axis]).sum::<f64>() / outline.len() as f64);
+    let [x, y] = sheet.view.at(&Point::<Base>::from(middle));
     sheet.text([x, y + 5.0], 16.0, "middle", "#20242c", "500", name);
 }
 
@@ -256,7 +254,7 @@ fn histograms(run: &RunConfig, moments: &[Moment<'_>]) -> Option<String> {
     Some(sheet.finish())
 }
 
-fn rose(sheet: &mut Sheet, centre: At, moment: &Moment<'_>, perception: &mut Perception) {
+fn rose(sheet: &mut Sheet, centre: [f64; 2], moment: &Moment<'_>, perception: &mut Perception) {
     let [x, y] = sheet.view.at(&Point::<Base>::new(centre[0], centre[1]));
     let radius = sheet.view.scale;
     sheet.raw(format_args!(

@@ -1,12 +1,13 @@
 //! What can be wrong with a drawing, a route in words, or a robot.
 
+use sketchnav_schemas::geometry::{self, Point};
 use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
 
 use crate::route::Command;
 
 /// A place in a drawing, in pixels of its canvas: x to the right, y up.
-pub type Pixel = [f64; 2];
+pub type Pixel = Point<geometry::Sketch>;
 
 /// Why input was rejected. Each variant names the place, what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -50,7 +51,7 @@ pub enum Error {
     },
     /// More than one stroke may be the route.
     #[error(
-        "expected one route, found a second one: stroke {second} at ({:.0}, {:.0}) besides stroke {first}", at[0], at[1]
+        "expected one route, found a second one: stroke {second} at ({:.0}, {:.0}) besides stroke {first}", at.x, at.y
     )]
     SeveralRoutes {
         /// The number of the longer stroke, from 1.
@@ -64,7 +65,7 @@ pub enum Error {
     #[error("expected at least one closed outline as a landmark, found none")]
     NoObjects,
     /// The outline of an object crosses itself.
-    #[error("{object}: expected an outline that does not cross itself, it does at ({:.0}, {:.0})", at[0], at[1])]
+    #[error("{object}: expected an outline that does not cross itself, it does at ({:.0}, {:.0})", at.x, at.y)]
     OutlineCrossesItself {
         /// The name of the object.
         object: String,
@@ -72,7 +73,7 @@ pub enum Error {
         at: Pixel,
     },
     /// Two objects overlap.
-    #[error("expected objects apart, {first} and {second} cross at ({:.0}, {:.0})", at[0], at[1])]
+    #[error("expected objects apart, {first} and {second} cross at ({:.0}, {:.0})", at.x, at.y)]
     ObjectsCross {
         /// The name of one.
         first: String,
@@ -82,7 +83,7 @@ pub enum Error {
         at: Pixel,
     },
     /// The route goes through an object.
-    #[error("expected a route past objects, it enters {object} at ({:.0}, {:.0})", at[0], at[1])]
+    #[error("expected a route past objects, it enters {object} at ({:.0}, {:.0})", at.x, at.y)]
     RouteThroughObject {
         /// The name of the object.
         object: String,
@@ -92,8 +93,8 @@ pub enum Error {
     /// The robot has to turn, and there is nothing to see.
     #[error(
         "step {step} at ({:.0}, {:.0}): expected an object within {radius_m:.1} m where the robot is to {command}",
-        at[0],
-        at[1]
+        at.x,
+        at.y
     )]
     NothingInView {
         /// The number of the step along the route, from 1.

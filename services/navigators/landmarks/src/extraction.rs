@@ -17,7 +17,7 @@ pub mod fuzzy;
 pub mod states;
 pub mod track;
 
-/// How routes are extracted. All lengths are of the real world.
+/// How routes are extracted. All lengths are of the real world: the thesis takes a sketch as drawn to scale.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Parameters {

@@ -25,7 +25,7 @@ const MOST_POINTS: usize = 50_000;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Page {
-    canvas: Pixel,
+    canvas: [f64; 2],
     strokes: Vec<Pen>,
     #[serde(default)]
     obstacles: Vec<Obstacle>,
@@ -65,7 +65,7 @@ pub fn read(bytes: &[u8]) -> Result<Drawing, Error> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let page: Page = serde_json::from_slice(text).map_err(|error| Error::Json(error.to_string()))?;
     let height = page.canvas[1];
-    let up = |[x, y]: Pixel| [x, height - y];
+    let up = |at: Pixel| Pixel::new(at.x, height - at.y);
     let line = |points: Vec<Pixel>| Stroke { points: points.into_iter().map(up).collect() };
     let mut strokes: Vec<_> = page.strokes.into_iter().map(|pen| line(pen.points)).collect();
     let mut labels: Vec<_> =
@@ -107,10 +107,12 @@ mod tests {
                 "obstacles": [{ "polygon": [[0, 0], [9, 0], [9, 9]], "label": "table" }], "route": [[5, 5], [6, 6]] }"#,
         )
         .unwrap();
-        assert_eq!(drawing.strokes[0].points, [[1.0, 48.0], [3.0, 0.0]]);
-        assert_eq!(drawing.strokes[1].points, [[0.0, 50.0], [9.0, 50.0], [9.0, 41.0], [0.0, 50.0]]);
-        assert_eq!(drawing.strokes[2].points, [[5.0, 45.0], [6.0, 44.0]]);
-        let names: Vec<_> = drawing.labels.iter().map(|label| (label.text.as_str(), label.at)).collect();
+        let points = |i: usize| drawing.strokes[i].points.iter().map(|at| [at.x, at.y]).collect::<Vec<_>>();
+        assert_eq!(points(0), [[1.0, 48.0], [3.0, 0.0]]);
+        assert_eq!(points(1), [[0.0, 50.0], [9.0, 50.0], [9.0, 41.0], [0.0, 50.0]]);
+        assert_eq!(points(2), [[5.0, 45.0], [6.0, 44.0]]);
+        let names: Vec<_> =
+            drawing.labels.iter().map(|label| (label.text.as_str(), [label.at.x, label.at.y])).collect();
         assert_eq!(names, [("desk", [10.0, 50.0]), ("table", [0.0, 50.0])]);
     }
 

@@ -228,8 +228,8 @@ impl Follower {
         } else {
             None
         };
-        let leg_m = route.states[progress.next].after_m;
-        let is_late = progress.waiting.pass(time_s, leg_m, settings.control.speed_mps, &settings.patience);
+        let leg = route.states[progress.next].after;
+        let is_late = progress.waiting.pass(time_s, leg, settings.control.speed_mps, &settings.patience);
         let event = event.or_else(|| is_late.then_some(Event::Lost(progress.next)));
         progress.ended = event.filter(|event| !matches!(event, Event::Matched(_)));
         let command =
@@ -252,7 +252,7 @@ impl Progress {
             return None;
         }
         let matched = self.next;
-        self.waiting.matched(state.after_m, settings.control.speed_mps, &settings.patience);
+        self.waiting.matched(state.after, settings.control.speed_mps, &settings.patience);
         self.next += 1;
         (self.turned_rad, self.moved_m, self.recent) = (0.0, 0.0, RecentMatches::default());
         Some(Event::Matched(matched))

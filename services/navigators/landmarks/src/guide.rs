@@ -5,13 +5,14 @@
 //! lost where what it sees does not fit the drawing any more, or where the goal does not come.
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::geometry::wrap_angle;
+use sketchnav_schemas::geometry::{Point, wrap_angle};
 
 use crate::belief::Estimate;
 use crate::control::{self, Controlling, Drive, Sectors};
+use crate::drawn::{Drawn, DrawnMetres};
 use crate::error::Error;
 use crate::numbers;
-use crate::plane::{self, At};
+use crate::plane;
 use crate::route::{Command, INCH_M};
 use crate::sketch::Sketch;
 
@@ -21,16 +22,16 @@ use crate::sketch::Sketch;
 pub struct Guiding {
     /// Speeds, and how objects are avoided.
     pub control: Controlling,
-    /// How far ahead on the route the robot aims, in metres.
+    /// How far ahead on the route the robot aims, in driven metres.
     pub ahead_m: f64,
     /// The greatest turn rate, in degrees a second.
     pub turn_dps: f64,
     /// How much stronger objects are avoided than by formula 4.27.
     pub avoid: f64,
-    /// From so far before the end on, an object in front is the goal, in drawn metres.
-    pub goal_m: f64,
-    /// How far the robot looks for the goal beyond the end of the route, in drawn metres.
-    pub beyond_m: f64,
+    /// From so far before the end on, an object in front is the goal.
+    pub goal_m: DrawnMetres,
+    /// How far the robot looks for the goal beyond the end of the route.
+    pub beyond_m: DrawnMetres,
     /// The robot is lost where less than this of what it sees fits the drawing.
     pub least_fit: f64,
     /// It is lost where it goes so many times the way that is drawn.
@@ -44,8 +45,8 @@ impl Default for Guiding {
             ahead_m: 1.2,
             turn_dps: 30.0,
             avoid: 2.0,
-            goal_m: 1.5,
-            beyond_m: 2.5,
+            goal_m: DrawnMetres(1.5),
+            beyond_m: DrawnMetres(2.5),
             least_fit: 0.15,
             most_way: 2.0,
         }
@@ -64,8 +65,8 @@ impl Guiding {
         numbers::from_0_on(&[
             ("turn_dps", *turn_dps),
             ("avoid", *avoid),
-            ("goal_m", *goal_m),
-            ("beyond_m", *beyond_m),
+            ("goal_m", goal_m.0),
+            ("beyond_m", beyond_m.0),
             ("least_fit", *least_fit),
             ("most_way", *most_way),
         ])
@@ -87,10 +88,10 @@ pub enum Outcome {
 /// What the guide remembers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// How far along the drawn route the robot is, in drawn metres; above its length beyond the end.
-    along_m: f64,
-    /// How far the robot went, in drawn metres.
-    gone_m: f64,
+    /// How far along the drawn route the robot is; above its length beyond the end.
+    along: DrawnMetres,
+    /// How far the robot went.
+    gone: DrawnMetres,
     outcome: Option<Outcome>,
 }
 
@@ -109,9 +110,9 @@ pub struct Guided<'a> {
 #[derive(Debug, Clone)]
 pub struct Guide {
     settings: Guiding,
-    route: Vec<At>,
+    route: Vec<Point<Drawn>>,
     /// How far each point of the route is from its start.
-    lengths: Vec<f64>,
+    lengths: Vec<DrawnMetres>,
     state: State,
 }
 
@@ -125,12 +126,12 @@ impl Guide {
             return Err(Error::NoRoute { objects: sketch.landmarks.len(), stray: 0 });
         }
         let route = sketch.route.clone();
-        let mut along = 0.0;
+        let mut along = DrawnMetres::default();
         let steps = route.windows(2).map(|pair| {
-            along += plane::distance(pair[0], pair[1]);
+            along = along + DrawnMetres::between(&pair[0], &pair[1]);
             along
         });
-        let lengths = std::iter::once(0.0).chain(steps).collect();
+        let lengths = std::iter::once(DrawnMetres::default()).chain(steps).collect();
         Ok(Self { settings, route, lengths, state: State::default() })
     }
 
@@ -148,35 +149,37 @@ impl Guide {
     /// does not count.
     pub fn look_again(&mut self) {
         if self.state.outcome.is_some_and(|outcome| outcome != Outcome::Arrived) {
-            self.state.gone_m = self.state.along_m;
+            self.state.gone = self.state.along;
             self.state.outcome = None;
         }
     }
 
     /// A person says where the robot is: it goes on from the nearest place of its route, and looks again if it was lost.
-    pub fn told(&mut self, at: At) {
-        self.state.along_m = plane::nearest_along(&self.route, at);
+    pub fn told(&mut self, at: Point<Drawn>) {
+        self.state.along = DrawnMetres(plane::nearest_along(&self.route, at));
         self.look_again();
     }
 
-    /// How far along the drawn route the robot is, in drawn metres.
-    pub const fn along_m(&self) -> f64 {
-        self.state.along_m
+    /// How far along the drawn route the robot is.
+    pub const fn along(&self) -> DrawnMetres {
+        self.state.along
     }
 
     /// The length of the drawn route.
-    pub fn length_m(&self) -> f64 {
+    pub fn length(&self) -> DrawnMetres {
         self.lengths[self.lengths.len() - 1]
     }
 
-    /// What the route does where the robot is, for people: it turns where it bends by 20° or more within the next metre.
+    /// What the route does where the robot is, for people: it turns where it bends by 20° or more within the next drawn
+    /// metre.
     pub fn command(&self) -> Command {
         if self.state.outcome.is_some() {
             return Command::Stop;
         }
-        let along = self.state.along_m;
-        let [here, there] = [along, along + 1.0]
-            .map(|along| plane::direction(self.place(along - 0.3), self.place(along + 0.3)));
+        const AROUND: DrawnMetres = DrawnMetres(0.3);
+        let along = self.state.along;
+        let [here, there] = [along, along + DrawnMetres(1.0)]
+            .map(|along| self.place(along - AROUND).direction_rad(&self.place(along + AROUND)));
         match wrap_angle(there - here).to_degrees() {
             turn if turn > 20.0 => Command::Left,
             turn if turn < -20.0 => Command::Right,
@@ -190,8 +193,8 @@ impl Guide {
             return (Drive::default(), None);
         }
         let Guided { estimate, sectors, moved_m } = guided;
-        self.state.gone_m += moved_m.abs() / estimate.stretch;
-        self.advance(estimate.at, moved_m / estimate.stretch);
+        self.state.gone = self.state.gone + estimate.stretch.drawn(moved_m.abs());
+        self.advance(estimate.at, estimate.stretch.drawn(*moved_m));
         self.state.outcome = self.outcome(estimate, sectors);
         if self.state.outcome.is_some() {
             return (Drive::default(), self.state.outcome);
@@ -200,34 +203,37 @@ impl Guide {
     }
 
     /// The place on the route at a distance from its start; beyond its end straight on.
-    fn place(&self, along: f64) -> At {
+    fn place(&self, along: DrawnMetres) -> Point<Drawn> {
         let i = self.lengths.partition_point(|length| *length <= along).clamp(1, self.route.len() - 1);
-        let part = (along - self.lengths[i - 1]) / (self.lengths[i] - self.lengths[i - 1]);
-        plane::between(self.route[i - 1], self.route[i], part)
+        let part = (along - self.lengths[i - 1]).0 / (self.lengths[i] - self.lengths[i - 1]).0;
+        self.route[i - 1].towards(&self.route[i], part)
     }
 
     /// The place on the route is the nearest to the estimate, within what the robot may have gone.
-    fn advance(&mut self, at: At, drawn_m: f64) {
-        let begin = self.state.along_m;
-        let drawn_m = drawn_m.max(0.0);
-        let far = 1.0 + drawn_m;
-        let candidates =
-            (0..=40).map(|i| begin - 0.3 + (far + 0.3) * f64::from(i) / 40.0).filter(|along| *along >= 0.0);
-        let distance = |along: f64| plane::distance(self.place(along), at);
+    fn advance(&mut self, at: Point<Drawn>, moved: DrawnMetres) {
+        const BACK: DrawnMetres = DrawnMetres(0.1);
+        const AROUND: DrawnMetres = DrawnMetres(0.3);
+        const FAR: DrawnMetres = DrawnMetres(1.0);
+        let begin = self.state.along;
+        let moved = moved.max(DrawnMetres::default());
+        let far = FAR + moved + AROUND;
+        let candidates = (0..=40).map(|i| begin - AROUND + far * (f64::from(i) / 40.0));
+        let candidates = candidates.filter(|along| *along >= DrawnMetres::default());
+        let distance = |along: DrawnMetres| self.place(along).distance(&at);
         let nearest = candidates.map(|along| (distance(along), along)).min_by(|a, b| a.0.total_cmp(&b.0));
         if let Some((_, along)) = nearest {
-            self.state.along_m = along.clamp(begin - 0.1, begin + 0.3 + drawn_m);
+            self.state.along = along.clamp(begin - BACK, begin + AROUND + moved);
         }
     }
 
     fn outcome(&self, estimate: &Estimate, sectors: &Sectors) -> Option<Outcome> {
-        let left = self.length_m() - self.state.along_m;
+        let left = self.length() - self.state.along;
         let settings = &self.settings;
         if left < settings.goal_m && control::front_m(sectors) < settings.control.stop_m {
             return Some(Outcome::Arrived);
         }
-        let is_beyond = left < -settings.beyond_m;
-        let is_far = self.state.gone_m > settings.most_way * self.length_m() + settings.beyond_m;
+        let is_beyond = left + settings.beyond_m < DrawnMetres::default();
+        let is_far = self.state.gone > self.length() * settings.most_way + settings.beyond_m;
         if estimate.fit < settings.least_fit {
             return Some(Outcome::Lost);
         }
@@ -237,8 +243,8 @@ impl Guide {
     /// Pure pursuit, with what the reactive controller avoids.
     fn drive(&self, estimate: &Estimate, sectors: &Sectors) -> Drive {
         let settings = &self.settings;
-        let aim = self.place(self.state.along_m + settings.ahead_m);
-        let off = wrap_angle(plane::direction(estimate.at, aim) - estimate.heading_rad);
+        let aim = self.place(self.state.along + estimate.stretch.drawn(settings.ahead_m));
+        let off = wrap_angle(estimate.at.direction_rad(&aim) - estimate.heading_rad);
         let avoid = control::avoidance(sectors, &settings.control);
         let away = -avoid.direction_rad * avoid.strength * settings.control.range_m
             / INCH_M
@@ -255,23 +261,38 @@ impl Guide {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::drawn::Stretch;
     use crate::sketch::Landmark;
+
+    fn at(x: f64, y: f64) -> Point<Drawn> {
+        Point::new(x, y)
+    }
 
     /// A route of 4 m to a wall.
     fn sketch() -> Sketch {
-        let wall = vec![[5.0, -2.0], [5.5, -2.0], [5.5, 2.0], [5.0, 2.0]];
-        let landmarks = vec![Landmark { name: "wall".into(), outline: wall }];
-        Sketch { landmarks, route: plane::resample(&[[0.0, 0.0], [4.0, 0.0]], 0.5), metres_per_pixel: 0.1 }
+        let outline = vec![at(5.0, -2.0), at(5.5, -2.0), at(5.5, 2.0), at(5.0, 2.0)];
+        let landmarks = vec![Landmark { name: "wall".into(), outline }];
+        Sketch {
+            landmarks,
+            route: plane::resample(&[at(0.0, 0.0), at(4.0, 0.0)], 0.5),
+            metres_per_pixel: 0.1,
+        }
+    }
+
+    /// Certain to be there, facing along x, in a drawing to scale.
+    fn sure(at: Point<Drawn>) -> Estimate {
+        let spread = DrawnMetres(0.1);
+        Estimate { at, heading_rad: 0.0, stretch: Stretch::NONE, spread, fit: 0.8 }
     }
 
     /// The robot is where it believes to be.
     struct Robot {
         guide: Guide,
-        at: At,
+        at: Point<Drawn>,
     }
 
     fn start() -> Robot {
-        Robot { guide: Guide::new(&sketch(), Guiding::default()).unwrap(), at: [0.2, 0.0] }
+        Robot { guide: Guide::new(&sketch(), Guiding::default()).unwrap(), at: at(0.2, 0.0) }
     }
 
     impl Robot {
@@ -281,9 +302,8 @@ mod tests {
             for x in [15, 0, 1] {
                 sectors[x] = left_m / (x as f64 * std::f64::consts::FRAC_PI_8).cos();
             }
-            self.at[0] += 0.1;
-            let estimate = Estimate { at: self.at, heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit: 0.8 };
-            self.guide.step(&Guided { estimate, sectors: &sectors, moved_m: 0.1 })
+            self.at.x += 0.1;
+            self.guide.step(&Guided { estimate: sure(self.at), sectors: &sectors, moved_m: 0.1 })
         }
     }
 
@@ -320,7 +340,7 @@ mod tests {
     #[test]
     fn a_robot_that_sees_something_else_is_lost() {
         let mut guide = start().guide;
-        let estimate = Estimate { at: [1.0, 0.0], heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit: 0.1 };
+        let estimate = Estimate { fit: 0.1, ..sure(at(1.0, 0.0)) };
         let sectors = [f64::INFINITY; 16];
         assert_eq!(guide.step(&Guided { estimate, sectors: &sectors, moved_m: 0.1 }).1, Some(Outcome::Lost));
     }
@@ -328,7 +348,7 @@ mod tests {
     #[test]
     fn a_robot_that_was_lost_looks_again() {
         let mut guide = start().guide;
-        let estimate = |fit| Estimate { at: [1.0, 0.0], heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit };
+        let estimate = |fit| Estimate { fit, ..sure(at(1.0, 0.0)) };
         let sectors = [f64::INFINITY; 16];
         let step = |guide: &mut Guide, fit| {
             guide.step(&Guided { estimate: estimate(fit), sectors: &sectors, moved_m: 0.1 })
@@ -343,10 +363,14 @@ mod tests {
     #[test]
     fn a_robot_that_is_told_where_it_is_goes_on_from_there() {
         let mut robot = start();
-        robot.guide.restore(State { outcome: Some(Outcome::Lost), gone_m: 30.0, ..State::default() });
-        robot.guide.told([3.1, 0.4]);
-        assert!((robot.guide.along_m() - 3.1).abs() < 1e-9, "{}", robot.guide.along_m());
-        robot.at = [3.1, 0.4];
+        robot.guide.restore(State {
+            outcome: Some(Outcome::Lost),
+            gone: DrawnMetres(30.0),
+            ..State::default()
+        });
+        robot.guide.told(at(3.1, 0.4));
+        assert!((robot.guide.along().0 - 3.1).abs() < 1e-9, "{:?}", robot.guide.along());
+        robot.at = at(3.1, 0.4);
         let (drive, outcome) = robot.step(1.8);
         assert!(drive.speed_mps > 0.0 && outcome.is_none(), "{drive:?}");
     }
@@ -380,21 +404,43 @@ mod tests {
         for _ in 0..20 {
             robot.step(4.0);
         }
-        let along_m = robot.guide.along_m();
-        let estimate = Estimate { at: [1.2, 0.0], heading_rad: 0.0, stretch: 1.0, spread_m: 0.1, fit: 0.8 };
+        let before = robot.guide.along();
+        let estimate = sure(at(1.2, 0.0));
         let sectors = [f64::INFINITY; 16];
         let (drive, outcome) = robot.guide.step(&Guided { estimate, sectors: &sectors, moved_m: -1.0 });
         assert!(outcome.is_none() && drive.speed_mps > 0.0, "{drive:?}");
-        assert!((along_m - 0.1..=along_m).contains(&robot.guide.along_m()), "{}", robot.guide.along_m());
+        let along = robot.guide.along();
+        assert!((before - DrawnMetres(0.1)..=before).contains(&along), "{along:?}");
+    }
+
+    /// The look-ahead is a driven distance, but it was added to a drawn one without conversion: in a sketch at half the
+    /// scale the robot looked twice as far ahead and cut its corners.
+    #[test]
+    fn a_robot_looks_equally_far_ahead_at_any_scale_of_the_drawing() {
+        let turn = |stretch: f64| {
+            // The corner is 1 m ahead in driven metres.
+            let corner = at(1.0 / stretch, 0.0);
+            let bend = [at(0.0, 0.0), corner, at(corner.x, 4.0 / stretch)];
+            let sketch = Sketch { route: plane::resample(&bend, 0.25 / stretch), ..sketch() };
+            let settings = Guiding { ahead_m: 2.0, turn_dps: 90.0, ..Guiding::default() };
+            let mut guide = Guide::new(&sketch, settings).unwrap();
+            let estimate = Estimate { stretch: Stretch(stretch), ..sure(at(0.0, 0.0)) };
+            guide.step(&Guided { estimate, sectors: &[f64::INFINITY; 16], moved_m: 0.0 }).0.yaw_rate_radps
+        };
+        // Of the 2 m, one leads straight on and one to the left: 45°. The place on the route is known to a few centimetres.
+        for stretch in [0.5, 0.8, 1.0, 1.6, 2.0] {
+            let off = turn(stretch) / 1.2;
+            assert!((off - std::f64::consts::FRAC_PI_4).abs() < 0.04, "{stretch}: {off}");
+        }
     }
 
     #[test]
     fn the_command_is_what_the_route_does() {
-        let bend: Vec<At> = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 3.0]];
+        let bend = [at(0.0, 0.0), at(3.0, 0.0), at(3.0, 3.0)];
         let sketch = Sketch { route: plane::resample(&bend, 0.25), ..sketch() };
         let mut guide = Guide::new(&sketch, Guiding::default()).unwrap();
         assert_eq!(guide.command(), Command::Forward);
-        guide.restore(State { along_m: 2.5, ..State::default() });
+        guide.restore(State { along: DrawnMetres(2.5), ..State::default() });
         assert_eq!(guide.command(), Command::Left);
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::drawn::DrawnMetres;
 use crate::error::{Error, LandmarksError};
 use crate::extraction::{self, extract};
 use crate::language;
@@ -91,12 +92,12 @@ impl Instructions {
     }
 
     /// The length of the route as it was drawn, or as the states say; 0 where nobody said it.
-    pub fn length_m(&self) -> f64 {
+    pub fn length(&self) -> DrawnMetres {
         if let Some(sketch) = &self.sketch {
-            return plane::length(&sketch.route);
+            return DrawnMetres(plane::length(&sketch.route));
         }
         let route = self.route().ok().flatten();
-        route.and_then(|route| route.along_m().last().copied().flatten()).unwrap_or(0.0)
+        route.and_then(|route| route.along().last().copied().flatten()).unwrap_or_default()
     }
 }
 

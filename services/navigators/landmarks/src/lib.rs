@@ -4,6 +4,7 @@ pub mod account;
 pub mod belief;
 pub mod control;
 pub mod derived;
+pub mod drawn;
 pub mod error;
 pub mod extraction;
 pub mod file;

@@ -3,6 +3,7 @@
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{MARKERS, ODOMETRY, SCAN, SONAR};
+use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::message::{MarkerView, MissionCommand, PoseM};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::seed;
@@ -11,7 +12,7 @@ use sketchnav_stage::{Denied, Heard, Instant, Outbox, Stage, StageError};
 use crate::error::LandmarksError;
 use crate::instructions::{Instructions, Marked};
 use crate::locator::{Located, Locating, Locator};
-use crate::memory::{Relation, SeenMarker};
+use crate::memory::SeenMarker;
 use crate::messages::{LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkView};
 use crate::mission::Parameters;
 use crate::motion::Motion;
@@ -92,8 +93,8 @@ impl Localizer {
         locator.see_markers(view.markers().iter().filter_map(|seen| {
             let i = markers.binary_search_by_key(&seen.id, |known| known.marker).ok()?;
             let object = marked.binary_search(&markers[i].landmark).ok()?;
-            let [ahead_m, left_m] = [seen.x_m, seen.y_m].map(f64::from);
-            Some(SeenMarker { marker: seen.id, object, relation: Relation { ahead_m, left_m } })
+            let place = Point::from([seen.x_m, seen.y_m].map(f64::from));
+            Some(SeenMarker { marker: seen.id, object, place })
         }));
     }
 
@@ -103,10 +104,10 @@ impl Localizer {
         match &self.locator {
             Some(locator) => {
                 view::write_estimate(&locator.estimate(), view);
-                let places = locator.relations();
+                let places = locator.places();
                 view.place_count = places.len().min(view.places_m.len()) as u32;
                 for (at, place) in view.places_m.iter_mut().zip(places) {
-                    *at = [place.ahead_m as f32, place.left_m as f32];
+                    *at = [place.x as f32, place.y as f32];
                 }
             }
             None => {

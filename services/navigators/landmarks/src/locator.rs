@@ -1,14 +1,15 @@
 //! Where the robot probably is in the drawing: [`crate::belief`] by what [`crate::memory`] has of its surroundings.
 
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::{Base, Point};
 
 use crate::belief::{Belief, Believing, Estimate};
+use crate::drawn::Drawn;
 use crate::error::Error;
 use crate::extraction::track::headings;
-use crate::memory::{Memory, Relation, Remembering, SeenMarker};
+use crate::memory::{Memory, Remembering, SeenMarker, polar};
 use crate::numbers;
 use crate::outlines::Outlines;
-use crate::plane::At;
 use crate::route::INCH_M;
 use crate::sketch::Sketch;
 
@@ -96,12 +97,12 @@ impl Locator {
     }
 
     /// Where everything is that is remembered.
-    pub fn relations(&self) -> &[Relation] {
-        self.located.memory.relations()
+    pub fn places(&self) -> &[Point<Base>] {
+        self.located.memory.places()
     }
 
-    /// A person says where in the drawing the robot is, in drawn metres; and its heading there, where it is said.
-    pub fn place(&mut self, at: At, heading_rad: Option<f64>) {
+    /// A person says where in the drawing the robot is; and its heading there, where it is said.
+    pub fn place(&mut self, at: Point<Drawn>, heading_rad: Option<f64>) {
         self.located.belief.place(at, heading_rad);
     }
 
@@ -120,7 +121,7 @@ impl Locator {
         let ranges = returns.angles_rad.iter().zip(returns.ranges_m);
         let ranges = ranges
             .filter(|(_, range)| range.is_finite() && (0.0..returns.range_max_m).contains(*range))
-            .map(|(angle, range)| Relation::polar(*angle, range + returns.ring_m));
+            .map(|(angle, range)| polar(*angle, range + returns.ring_m));
         memory.see(ranges);
         if std::mem::take(has_moved) {
             belief.seen(memory, &self.outlines);
@@ -135,9 +136,9 @@ mod tests {
     use crate::sketch::Landmark;
 
     fn locator() -> Locator {
-        let wall = vec![[5.0, -2.0], [5.5, -2.0], [5.5, 2.0], [5.0, 2.0]];
-        let landmarks = vec![Landmark { name: "wall".into(), outline: wall }];
-        let route = plane::resample(&[[0.0, 0.0], [4.0, 0.0]], 0.5);
+        let outline = [[5.0, -2.0], [5.5, -2.0], [5.5, 2.0], [5.0, 2.0]].map(Point::from).into();
+        let landmarks = vec![Landmark { name: "wall".into(), outline }];
+        let route = plane::resample(&[Point::new(0.0, 0.0), Point::new(4.0, 0.0)], 0.5);
         Locator::new(&Sketch { landmarks, route, metres_per_pixel: 0.1 }, &[], Locating::default(), 1)
             .unwrap()
     }

@@ -1,11 +1,14 @@
 //! What a page shows of a route past landmarks: the sketch, the place along the route, the objects, the matched state.
 
 use sketchnav_schemas::codes::{Tracking, WALL};
+use sketchnav_schemas::geometry::{Base, Point};
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Color, Picture, Shape, Sheet, Stroke, Walls, Whereabouts, thinned};
 use sketchnav_stage::{Denied, Heard};
 
+use crate::drawn::{Drawn, DrawnMetres, Stretch};
 use crate::instructions::Instructions;
+use crate::memory::polar;
 use crate::messages::{
     LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkProgress, LandmarkView, RouteCommand,
 };
@@ -76,15 +79,21 @@ impl lookout::Lookout for Lookout {
     }
 }
 
+/// How the sketch is stretched around the robot. A view without a sketch may have no stretch.
+fn stretch(view: &LandmarkView) -> Stretch {
+    Stretch(view.stretch.max(0.1))
+}
+
 /// A route as the sheet shows it.
 struct Sketched {
     /// Width and height.
     size_px: [u32; 2],
     route: Option<Route>,
-    /// The drawn route and outlines, pixels.
-    line: Vec<[f64; 2]>,
-    outlines: Vec<Vec<[f64; 2]>>,
-    low_m: [f64; 2],
+    /// The drawn route and outlines.
+    line: Vec<Point<Drawn>>,
+    outlines: Vec<Vec<Point<Drawn>>>,
+    /// The lower left corner of what is drawn.
+    low: Point<Drawn>,
     pixels_per_m: f64,
 }
 
@@ -98,35 +107,28 @@ impl Sketched {
                 sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline))
             })
         };
-        let bound = |axis: usize, least: bool| {
-            let values = points().map(|at| at[axis]);
-            if least {
-                values.fold(f64::INFINITY, f64::min)
-            } else {
-                values.fold(f64::NEG_INFINITY, f64::max)
-            }
+        let [low, high] = match points().next() {
+            Some(_) => plane::bounds(points()),
+            None => [Point::new(-5.0, -5.0), Point::new(5.0, 5.0)],
         };
-        let (low, high) = match points().next() {
-            Some(_) => ([bound(0, true), bound(1, true)], [bound(0, false), bound(1, false)]),
-            None => ([-5.0; 2], [5.0; 2]),
-        };
-        let side = (high[0] - low[0]).max(high[1] - low[1]).max(0.1);
-        let pixels_per_m = (SHEET_PX - 2.0 * RIM_PX) / side;
-        let size_px =
-            [0, 1].map(|axis| ((high[axis] - low[axis]) * pixels_per_m + 2.0 * RIM_PX).ceil() as u32);
-        let mut sketched =
-            Self { size_px, route, line: Vec::new(), outlines: Vec::new(), low_m: low, pixels_per_m };
-        if let Some(sketch) = &instructions.sketch {
-            sketched.line = sketch.route.iter().map(|at| sketched.point(*at)).collect();
-            let outline = |line: &Vec<[f64; 2]>| line.iter().map(|at| sketched.point(*at)).collect();
-            sketched.outlines = sketch.landmarks.iter().map(|one| outline(&one.outline)).collect();
-        }
-        sketched
+        let extent = [high.x - low.x, high.y - low.y];
+        let pixels_per_m = (SHEET_PX - 2.0 * RIM_PX) / extent[0].max(extent[1]).max(0.1);
+        let size_px = extent.map(|side| (side * pixels_per_m + 2.0 * RIM_PX).ceil() as u32);
+        let sketch = instructions.sketch.as_ref();
+        let line = sketch.map_or(Vec::new(), |sketch| sketch.route.clone());
+        let landmarks = sketch.map_or(&[][..], |sketch| &sketch.landmarks);
+        let outlines = landmarks.iter().map(|one| one.outline.clone()).collect();
+        Self { size_px, route, line, outlines, low, pixels_per_m }
     }
 
-    /// A place of the sketch, metres, on the sheet.
-    fn point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [x - self.low_m[0], y - self.low_m[1]].map(|v| v * self.pixels_per_m + RIM_PX)
+    /// A drawn length, pixels of the sheet.
+    fn pixels(&self, DrawnMetres(length): DrawnMetres) -> f64 {
+        length * self.pixels_per_m
+    }
+
+    /// A place of the sketch on the sheet.
+    fn point(&self, at: &Point<Drawn>) -> [f64; 2] {
+        [at.x - self.low.x, at.y - self.low.y].map(|v| v * self.pixels_per_m + RIM_PX)
     }
 
     /// The outlines.
@@ -134,9 +136,9 @@ impl Sketched {
         let [width, height] = self.size_px.map(|side| side as usize);
         let mut cells = vec![0; width * height];
         for [a, b] in self.outlines.iter().flat_map(|outline| plane::edges(outline)) {
-            let steps = plane::distance(a, b).ceil().max(1.0);
+            let steps = self.pixels(DrawnMetres::between(&a, &b)).ceil().max(1.0);
             for i in 0..=steps as usize {
-                let [x, y] = plane::between(a, b, i as f64 / steps);
+                let [x, y] = self.point(&a.towards(&b, i as f64 / steps));
                 for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                     let (column, row) = (x as usize + dx, (y as usize).saturating_sub(dy));
                     if column < width && row < height {
@@ -151,39 +153,39 @@ impl Sketched {
     /// Where the robot probably is; `None` where there is no sketch.
     fn robot(&self, view: &LandmarkView, radius_m: f64) -> Option<Whereabouts> {
         let pose = view.in_sketch();
-        let spread = 2.0 * view.spread_m * self.pixels_per_m / std::f64::consts::SQRT_2;
+        let spread = self.pixels(DrawnMetres(view.spread_m)) * std::f64::consts::SQRT_2;
         (!self.line.is_empty()).then(|| Whereabouts {
-            at: self.point([pose.x, pose.y]),
+            at: self.point(&pose.position()),
             heading_rad: pose.yaw_rad,
             ellipse: [spread, spread, 0.0],
-            radius: radius_m / view.stretch.max(0.1) * self.pixels_per_m,
+            radius: self.pixels(stretch(view).drawn(radius_m)),
             tracking: if view.fit < DOUBTFUL { Tracking::Doubtful } else { Tracking::Tracking },
             effective: view.fit,
         })
     }
 
-    /// A place in the robot's axes, real metres, on the sheet.
-    fn seen(&self, view: &LandmarkView, [ahead, left]: [f64; 2]) -> [f64; 2] {
-        let (pose, stretch) = (view.in_sketch(), view.stretch.max(0.1));
+    /// A place that the robot sees on the sheet.
+    fn seen(&self, view: &LandmarkView, seen: Point<Base>) -> [f64; 2] {
+        let pose = view.in_sketch();
         let (sin, cos) = pose.yaw_rad.sin_cos();
-        let [ahead, left] = [ahead / stretch, left / stretch];
-        self.point([pose.x + ahead * cos - left * sin, pose.y + ahead * sin + left * cos])
+        let [ahead, left] = [seen.x, seen.y].map(|length_m| stretch(view).drawn(length_m).0);
+        self.point(&Point::new(pose.x + ahead * cos - left * sin, pose.y + ahead * sin + left * cos))
     }
 
     /// Where the robot remembers something.
     fn places(&self, view: &LandmarkView) -> Vec<[f64; 2]> {
-        thinned(view.places().iter()).map(|place| self.seen(view, place.map(f64::from))).collect()
+        thinned(view.places().iter()).map(|place| self.seen(view, place.map(f64::from).into())).collect()
     }
 
     /// The drawn route that is left.
     fn plan(&self, progress: &LandmarkProgress) -> Option<Shape> {
-        let driven = progress.along_m * self.pixels_per_m;
-        let mut along = 0.0;
+        let driven = DrawnMetres(progress.along_m);
+        let mut along = DrawnMetres::default();
         let mut points: Vec<[f64; 2]> = Vec::new();
         for pair in self.line.windows(2) {
-            along += plane::distance(pair[0], pair[1]);
+            along = along + DrawnMetres::between(&pair[0], &pair[1]);
             if along >= driven {
-                points.push(pair[1]);
+                points.push(self.point(&pair[1]));
             }
         }
         let line = Shape::Line { points, color: Color::Plan, stroke: Stroke::Dashed };
@@ -199,7 +201,7 @@ impl Sketched {
             let direction_rad = f64::from(direction) * std::f64::consts::FRAC_PI_8;
             let far = object.proximity_m + radius_m;
             let is_met = progress.met().iter().any(|met| met.object as usize == i);
-            let at = self.seen(view, [far * direction_rad.cos(), far * direction_rad.sin()]);
+            let at = self.seen(view, polar(direction_rad, far));
             if is_met { met.push(at) } else { seen.push(at) }
         }
         [Shape::Rings { points: seen, color: Color::Goal }, Shape::Discs { points: met, color: Color::Goal }]
@@ -233,10 +235,10 @@ mod tests {
     use crate::sketch::{Landmark, Sketch};
 
     fn instructions() -> Instructions {
-        let outline = vec![[4.0, 1.0], [6.0, 1.0], [6.0, 3.0], [4.0, 3.0]];
+        let outline = [[4.0, 1.0], [6.0, 1.0], [6.0, 3.0], [4.0, 3.0]].map(Point::from).into();
         let landmarks = vec![Landmark { name: "desk".into(), outline }];
-        let sketch =
-            Sketch { landmarks, route: vec![[0.0, 0.0], [5.0, 0.0], [10.0, 0.0]], metres_per_pixel: 0.1 };
+        let route = [[0.0, 0.0], [5.0, 0.0], [10.0, 0.0]].map(Point::from).into();
+        let sketch = Sketch { landmarks, route, metres_per_pixel: 0.1 };
         let words = "When the desk is left, then turn left.\nAt the end, stop.\n".to_owned();
         Instructions { sketch: Some(sketch), words, markers: Vec::new() }
     }
@@ -250,7 +252,7 @@ mod tests {
         let sketched = Sketched::of(&instructions());
         let Walls { size_px, cells } = sketched.walls();
         assert_eq!((size_px, cells.len()), ([1000, 356], 1000 * 356));
-        let [x, y] = sketched.point([4.0, 2.0]).map(|v| v as usize);
+        let [x, y] = sketched.point(&Point::new(4.0, 2.0)).map(|v| v as usize);
         assert!(cells[y * 1000 + x] == WALL && cells[y * 1000 + x + 50] == 0);
     }
 
@@ -269,7 +271,7 @@ mod tests {
         lookout.sketched = Some(Sketched::of(&instructions()));
         let mut picture = Picture::default();
         lookout.draw(&mut picture);
-        let [x, y] = lookout.sketched.as_ref().unwrap().point([5.0, 1.0]);
+        let [x, y] = lookout.sketched.as_ref().unwrap().point(&Point::new(5.0, 1.0));
         let [.., Shape::Rings { points: seen, .. }, Shape::Discs { points: met, .. }] = &picture.shapes[..]
         else {
             panic!("{picture:?}")

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::drawn::{DrawnMetres, Stretch};
 use crate::error::Error;
 use crate::numbers;
 
@@ -60,55 +61,70 @@ impl Default for Waiting {
 
 impl Waiting {
     /// The time passes. Whether the robot is lost on a leg of this length at this speed.
-    pub fn pass(&mut self, time_s: f64, leg_m: Option<f64>, speed_mps: f64, patience: &Patience) -> bool {
+    pub fn pass(
+        &mut self,
+        time_s: f64,
+        leg: Option<DrawnMetres>,
+        speed_mps: f64,
+        patience: &Patience,
+    ) -> bool {
         self.since_s += time_s;
-        self.since_s > patience.factor * self.expected_s(leg_m, speed_mps, patience)
+        self.since_s > patience.factor * self.expected_s(leg, speed_mps, patience)
     }
 
     /// The expected time of a leg, by the one before.
-    pub fn expected_s(&self, leg_m: Option<f64>, speed_mps: f64, patience: &Patience) -> f64 {
-        leg_m.map_or(patience.unknown_s, |leg| leg / speed_mps * self.stretch).max(patience.least_s)
+    pub fn expected_s(&self, leg: Option<DrawnMetres>, speed_mps: f64, patience: &Patience) -> f64 {
+        leg.map_or(patience.unknown_s, |leg| drawn_s(leg, speed_mps) * self.stretch).max(patience.least_s)
     }
 
     /// The state at the end of a leg is matched.
-    pub fn matched(&mut self, leg_m: Option<f64>, speed_mps: f64, patience: &Patience) {
-        if let Some(leg) = leg_m.filter(|leg| *leg > 0.0) {
-            let stretch = self.since_s / (leg / speed_mps);
+    pub fn matched(&mut self, leg: Option<DrawnMetres>, speed_mps: f64, patience: &Patience) {
+        if let Some(leg) = leg.filter(|leg| *leg > DrawnMetres::default()) {
+            let stretch = self.since_s / drawn_s(leg, speed_mps);
             self.stretch = stretch.clamp(1.0, patience.most_stretch.max(1.0));
         }
         self.since_s = 0.0;
     }
 }
 
+/// How long the robot goes for a length, were the drawing to scale ("after scaling the sketched path", 4.8).
+fn drawn_s(leg: DrawnMetres, speed_mps: f64) -> f64 {
+    Stretch::NONE.driven_m(leg) / speed_mps
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn metres(leg: f64) -> Option<DrawnMetres> {
+        Some(DrawnMetres(leg))
+    }
 
     #[test]
     fn the_robot_is_lost_after_twice_the_expected_time() {
         let patience = Patience::default();
         let mut waiting = Waiting::default();
         // 10 m at 0.5 m/s take 20 s.
-        assert!(!waiting.pass(39.9, Some(10.0), 0.5, &patience));
-        assert!(waiting.pass(0.2, Some(10.0), 0.5, &patience));
+        assert!(!waiting.pass(39.9, metres(10.0), 0.5, &patience));
+        assert!(waiting.pass(0.2, metres(10.0), 0.5, &patience));
     }
 
     #[test]
     fn a_leg_that_took_longer_makes_the_next_one_longer() {
         let patience = Patience::default();
         let mut waiting = Waiting::default();
-        waiting.pass(30.0, Some(10.0), 0.5, &patience);
-        waiting.matched(Some(10.0), 0.5, &patience);
-        assert!((waiting.expected_s(Some(4.0), 0.5, &patience) - 12.0).abs() < 1e-12);
-        assert!(!waiting.pass(23.9, Some(4.0), 0.5, &patience));
-        assert!(waiting.pass(0.2, Some(4.0), 0.5, &patience));
+        waiting.pass(30.0, metres(10.0), 0.5, &patience);
+        waiting.matched(metres(10.0), 0.5, &patience);
+        assert!((waiting.expected_s(metres(4.0), 0.5, &patience) - 12.0).abs() < 1e-12);
+        assert!(!waiting.pass(23.9, metres(4.0), 0.5, &patience));
+        assert!(waiting.pass(0.2, metres(4.0), 0.5, &patience));
         // A short leg does not shorten the next one; an accident is bounded.
         let mut quick = Waiting::default();
         quick.pass(5.0, None, 0.5, &patience);
-        quick.matched(Some(10.0), 0.5, &patience);
-        assert!((quick.expected_s(Some(4.0), 0.5, &patience) - 8.0).abs() < 1e-12);
-        waiting.matched(Some(0.1), 0.5, &patience);
-        assert!((waiting.expected_s(Some(4.0), 0.5, &patience) - 16.0).abs() < 1e-12);
+        quick.matched(metres(10.0), 0.5, &patience);
+        assert!((quick.expected_s(metres(4.0), 0.5, &patience) - 8.0).abs() < 1e-12);
+        waiting.matched(metres(0.1), 0.5, &patience);
+        assert!((waiting.expected_s(metres(4.0), 0.5, &patience) - 16.0).abs() < 1e-12);
     }
 
     #[test]
@@ -117,6 +133,6 @@ mod tests {
         let mut waiting = Waiting::default();
         assert!(!waiting.pass(59.0, None, 0.5, &patience) && waiting.pass(2.0, None, 0.5, &patience));
         waiting.matched(None, 0.5, &patience);
-        assert_eq!(waiting.expected_s(Some(0.2), 0.5, &patience), 3.0);
+        assert_eq!(waiting.expected_s(metres(0.2), 0.5, &patience), 3.0);
     }
 }

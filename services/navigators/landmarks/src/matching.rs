@@ -103,7 +103,7 @@ mod tests {
     }
 
     fn state(relations: &[Relation]) -> State {
-        State { kind: Kind::Change, relations: relations.to_vec(), command: Command::Forward, after_m: None }
+        State { kind: Kind::Change, relations: relations.to_vec(), command: Command::Forward, after: None }
     }
 
     fn seen(direction: u8) -> Seen {

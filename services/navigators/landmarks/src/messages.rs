@@ -1,10 +1,11 @@
 //! Its messages and channels: the route of a sketch, what the robot sees along it, and how far it has come.
 
 use sketchnav_schemas::declare::{channels, codes, messages, parts};
-use sketchnav_schemas::geometry::{Odom, Pose, Sketch};
+use sketchnav_schemas::geometry::{Odom, Pose};
 use sketchnav_schemas::message::PoseM;
 use sketchnav_schemas::valid::{Checked, FAR, count, ensure, metres, near, within};
 
+use crate::drawn::Drawn;
 use crate::mission::KIND;
 
 /// Most bytes behind a [`LandmarkRoute`].
@@ -139,8 +140,8 @@ impl LandmarkView {
         self.odometry.pose()
     }
 
-    /// Where the robot probably is in the sketch: in metres here, not in pixels.
-    pub fn in_sketch(&self) -> Pose<Sketch> {
+    /// Where the robot probably is in the sketch.
+    pub fn in_sketch(&self) -> Pose<Drawn> {
         self.in_sketch.pose()
     }
 

@@ -14,6 +14,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
 
 use crate::control::{self, Drive};
+use crate::drawn::{DrawnMetres, Stretch};
 use crate::error::{Error, LandmarksError};
 use crate::follower::{Event, Follower, Progress, Viewed};
 use crate::guide::{self, Guide, Guided, Outcome};
@@ -56,7 +57,7 @@ pub struct Planner {
     limits: Limits,
     driver: Option<Driver>,
     /// How far along the route each state is, as far as it is known.
-    along_m: Vec<f64>,
+    along: Vec<DrawnMetres>,
     seen: Vec<Seen>,
     agenda: Agenda,
     motion: Motion,
@@ -132,7 +133,7 @@ impl Planner {
             parameters,
             limits,
             driver: None,
-            along_m: Vec::new(),
+            along: Vec::new(),
             seen: Vec::with_capacity(crate::messages::MAX_SEEN_OBJECTS),
             agenda: Agenda::new(run),
             motion: Motion::default(),
@@ -151,7 +152,7 @@ impl Planner {
         let viewed = Viewed { seen: &self.seen, sectors: &view.sectors_m, time_s: dt_s, moved_m, turned_rad };
         let (drive, ended) = match driver {
             Driver::States(follower) => by_states(follower, &viewed, &mut self.course),
-            Driver::Belief { guide, .. } => by_belief(guide, &self.along_m, view, &viewed, &mut self.course),
+            Driver::Belief { guide, .. } => by_belief(guide, &self.along, view, &viewed, &mut self.course),
         };
         self.command(drive);
         let stands = moved_m.abs() < STANDING_MPS * dt_s;
@@ -205,9 +206,9 @@ impl Planner {
     fn place(&mut self, here: &Here) {
         let Some(Driver::Belief { guide, sketch, .. }) = &mut self.driver else { return };
         guide.told(sketch.place(here));
-        let along_m = guide.along_m();
-        self.course.next = self.along_m.iter().take_while(|at| **at <= along_m).count();
-        self.course.next = self.course.next.min(self.along_m.len().saturating_sub(1));
+        let along = guide.along();
+        self.course.next = self.along.iter().take_while(|at| **at <= along).count();
+        self.course.next = self.course.next.min(self.along.len().saturating_sub(1));
         self.course.standing_s = 0.0;
         self.agenda.find();
     }
@@ -244,11 +245,13 @@ impl Planner {
     fn remaining_m(&self, view: &LandmarkView) -> f64 {
         match &self.driver {
             Some(Driver::Belief { guide, .. }) => {
-                (guide.length_m() - guide.along_m()).max(0.0) * view.stretch
+                let left = guide.length() - guide.along();
+                Stretch(view.stretch).driven_m(left.max(DrawnMetres::default()))
             }
+            // Landmark states take the drawing to be to scale, as the thesis does.
             Some(Driver::States(_)) => {
-                let here = self.along_m.get(self.course.next.saturating_sub(1));
-                here.zip(self.along_m.last()).map_or(0.0, |(here, end)| end - here)
+                let here = self.along.get(self.course.next.saturating_sub(1));
+                here.zip(self.along.last()).map_or(0.0, |(here, end)| Stretch::NONE.driven_m(*end - *here))
             }
             None => 0.0,
         }
@@ -264,7 +267,7 @@ impl Planner {
         .code();
         progress.event = self.course.event;
         if let Some(Driver::Belief { guide, .. }) = &self.driver {
-            (progress.along_m, progress.length_m) = (guide.along_m(), guide.length_m());
+            (progress.along_m, progress.length_m) = (guide.along().0, guide.length().0);
         }
         let Some((route, features)) = self.route() else { return };
         progress.state_count = route.states.len() as u32;
@@ -333,7 +336,7 @@ fn by_states(follower: &mut Follower, viewed: &Viewed<'_>, course: &mut Course) 
 
 fn by_belief(
     guide: &mut Guide,
-    along_m: &[f64],
+    along: &[DrawnMetres],
     view: &LandmarkView,
     viewed: &Viewed<'_>,
     course: &mut Course,
@@ -341,8 +344,8 @@ fn by_belief(
     let estimate = view::estimate(view);
     let (drive, outcome) = guide.step(&Guided { estimate, sectors: viewed.sectors, moved_m: viewed.moved_m });
     // The last state is where the robot arrives.
-    let is_passed = along_m.get(course.next).is_some_and(|at| *at <= guide.along_m());
-    let is_matched = is_passed && course.next + 1 < along_m.len();
+    let is_passed = along.get(course.next).is_some_and(|at| *at <= guide.along());
+    let is_matched = is_passed && course.next + 1 < along.len();
     course.next += usize::from(is_matched);
     let (event, end) = match outcome {
         None if is_matched => (LandmarkEvent::Matched, None),
@@ -380,8 +383,8 @@ impl Stage for Planner {
             let instructions = Instructions::read(message.cells())?;
             let driver = Driver::new(self.method, &instructions, &self.parameters)?;
             self.driver = Some(driver);
-            let along_m = self.route().map_or(Vec::new(), |(route, _)| route.along_m());
-            self.along_m = along_m.into_iter().map_while(|along| along).collect();
+            let along = self.route().map_or(Vec::new(), |(route, _)| route.along());
+            self.along = along.into_iter().map_while(|along| along).collect();
         } else if let Some(order) = self.agenda.hear(message)? {
             if Order::from_code(order.order) == Some(Order::Resume) {
                 self.resume(order.task as usize);

@@ -8,6 +8,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use sketchnav_qualitative::hof::Surround;
 
+use crate::drawn::DrawnMetres;
 use crate::error::Error;
 
 /// An inch, in metres: the constants of Chronis 2007 are in inches.
@@ -151,8 +152,8 @@ pub struct State {
     pub relations: Vec<Relation>,
     /// What the robot does then.
     pub command: Command,
-    /// How far it is from the state before along the route, in metres; `None` where nobody drew or said it.
-    pub after_m: Option<f64>,
+    /// How far it is from the state before along the route; `None` where nobody drew or said it.
+    pub after: Option<DrawnMetres>,
 }
 
 impl State {
@@ -173,11 +174,11 @@ pub struct Route {
 
 impl Route {
     /// How far each state is from the start along the route, in metres; `None` from where it is not known on.
-    pub fn along_m(&self) -> Vec<Option<f64>> {
-        let mut along = Some(0.0);
+    pub fn along(&self) -> Vec<Option<DrawnMetres>> {
+        let mut along = Some(DrawnMetres::default());
         let mut add = |state: &State| {
             if state.kind != Kind::Start {
-                along = along.zip(state.after_m).map(|(along, after)| along + after);
+                along = along.zip(state.after).map(|(along, after)| along + after);
             }
             along
         };

@@ -4,10 +4,12 @@
 //! in metres, with the route resampled to equal steps, so that it does not matter how fast the person drew.
 
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::message::Here;
 
+use crate::drawn::Drawn;
 use crate::error::{Error, Pixel};
-use crate::plane::{self, At};
+use crate::plane;
 
 pub mod strokes;
 
@@ -33,8 +35,8 @@ pub struct Label {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drawing {
-    /// The size of the canvas, in pixels.
-    pub canvas: Pixel,
+    /// The width and the height of the canvas, in pixels.
+    pub canvas: [f64; 2],
     /// The strokes, in the order in which they were drawn.
     pub strokes: Vec<Stroke>,
     /// The labels.
@@ -63,26 +65,36 @@ impl Default for Reading {
 pub struct Landmark {
     /// Its label, or "object" and its number in the order of drawing.
     pub name: String,
-    /// Its outline, in metres.
-    pub outline: Vec<At>,
+    /// Its outline.
+    pub outline: Vec<Point<Drawn>>,
 }
 
-/// A drawing that was read: in metres, x to the right, y up.
+/// A drawing that was read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sketch {
     /// The landmarks, in the order of drawing.
     pub landmarks: Vec<Landmark>,
     /// The route in equal steps, in the direction in which it was drawn.
-    pub route: Vec<At>,
-    /// How many metres a pixel stands for.
+    pub route: Vec<Point<Drawn>>,
+    /// How many drawn metres a pixel is.
     pub metres_per_pixel: f64,
 }
 
 impl Sketch {
-    /// Where a person says that the robot is, in drawn metres.
-    pub fn place(&self, here: &Here) -> At {
-        [here.at.x, here.at.y].map(|pixels| pixels * self.metres_per_pixel)
+    /// Where a person says that the robot is.
+    pub fn place(&self, here: &Here) -> Point<Drawn> {
+        drawn(&here.at, self.metres_per_pixel)
     }
+
+    /// A place as one of the canvas.
+    pub fn pixel(&self, at: Point<Drawn>) -> Pixel {
+        Pixel::new(at.x / self.metres_per_pixel, at.y / self.metres_per_pixel)
+    }
+}
+
+/// A place of the canvas in metres.
+fn drawn(at: &Pixel, metres_per_pixel: f64) -> Point<Drawn> {
+    Point::new(at.x * metres_per_pixel, at.y * metres_per_pixel)
 }
 
 impl Drawing {
@@ -90,9 +102,10 @@ impl Drawing {
     /// Chronis 2007 has 160 × 160.
     pub fn raster(&self, pixels: u32) -> Self {
         let cell = self.canvas[0].max(self.canvas[1]) / f64::from(pixels);
-        let moved = |at: Pixel| at.map(|x| ((x / cell).floor() + 0.5) * cell);
+        let middle = |x: f64| ((x / cell).floor() + 0.5) * cell;
+        let moved = |at: &Pixel| Pixel::new(middle(at.x), middle(at.y));
         let stroke = |stroke: &Stroke| {
-            let mut points: Vec<_> = stroke.points.iter().map(|at| moved(*at)).collect();
+            let mut points: Vec<_> = stroke.points.iter().map(moved).collect();
             points.dedup();
             Stroke { points }
         };
@@ -109,10 +122,14 @@ impl Drawing {
         let strokes = self.strokes.iter().enumerate();
         let points = strokes.flat_map(|(i, stroke)| {
             let points = stroke.points.iter().enumerate();
-            points.flat_map(move |(j, at)| at.map(|x| (format!("stroke {}, point {}", i + 1, j + 1), x)))
+            points.flat_map(move |(j, at)| {
+                [at.x, at.y].map(|x| (format!("stroke {}, point {}", i + 1, j + 1), x))
+            })
         });
-        let labels =
-            self.labels.iter().flat_map(|label| label.at.map(|x| (format!("label {:?}", label.text), x)));
+        let labels = self
+            .labels
+            .iter()
+            .flat_map(|label| [label.at.x, label.at.y].map(|x| (format!("label {:?}", label.text), x)));
         for (what, x) in points.chain(labels) {
             number(what, "a number within ±1000000", x, x.abs() <= 1e6)?;
         }
@@ -138,8 +155,7 @@ impl Sketch {
         let names = names(&found.outlines, &drawing.labels, drawing.canvas[0].max(drawing.canvas[1]));
         check_outlines(&found.outlines, &names)?;
         check_route(&found.route, &found.outlines, &names)?;
-        let metres =
-            |line: &[Pixel]| line.iter().map(|at| at.map(|x| x * metres_per_pixel)).collect::<Vec<_>>();
+        let metres = |line: &[Pixel]| line.iter().map(|at| drawn(at, metres_per_pixel)).collect::<Vec<_>>();
         let landmarks = names.into_iter().zip(&found.outlines);
         let landmarks = landmarks.map(|(name, outline)| Landmark { name, outline: metres(outline) });
         Ok(Self {
@@ -147,11 +163,6 @@ impl Sketch {
             route: plane::resample(&metres(&found.route), reading.step_m),
             metres_per_pixel,
         })
-    }
-
-    /// A place in metres as a place in the drawing.
-    pub fn pixel(&self, at: At) -> Pixel {
-        at.map(|x| x / self.metres_per_pixel)
     }
 }
 

@@ -7,6 +7,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::doubts::Canvas;
 use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
+use crate::drawn::DrawnMetres;
 use crate::error::LandmarksError;
 use crate::extraction;
 use crate::instructions::Instructions;
@@ -18,7 +19,7 @@ pub struct Sketcher {
     cells: Vec<u8>,
     objects: u32,
     states: u32,
-    length_m: f64,
+    length: DrawnMetres,
 }
 
 /// Reads and checks the route of a mission, by what the robot is.
@@ -63,7 +64,7 @@ impl Sketcher {
             cells: instructions.write()?,
             objects: drawn.unwrap_or(told) as u32,
             states: route.map_or(0, |route| route.states.len()) as u32,
-            length_m: instructions.length_m(),
+            length: instructions.length(),
         })
     }
 }
@@ -75,7 +76,7 @@ impl Stage for Sketcher {
     fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         out.send_with(LANDMARK_ROUTE, self.cells.len(), |route, cells| {
             (route.object_count, route.state_count, route.length_m) =
-                (self.objects, self.states, self.length_m);
+                (self.objects, self.states, self.length.0);
             cells.copy_from_slice(&self.cells);
         })?;
         Ok(())

@@ -1,10 +1,11 @@
 //! What is seen, as messages and back.
 
 use sketchnav_qualitative::hof::Surround;
-use sketchnav_schemas::geometry::{Pose, Sketch};
+use sketchnav_schemas::geometry::Pose;
 use sketchnav_schemas::message::PoseM;
 
 use crate::belief::Estimate;
+use crate::drawn::{Drawn, DrawnMetres, Stretch};
 use crate::messages::{LandmarkEvent, LandmarkProgress, LandmarkView, MAX_SEEN_OBJECTS, SeenObject};
 use crate::perception::Seen;
 use crate::route::{DIRECTIONS, Place, Route, State};
@@ -76,20 +77,19 @@ pub fn met<'a>(route: &'a Route, progress: &LandmarkProgress) -> Vec<&'a str> {
 
 /// Writes where the robot probably is.
 pub fn write_estimate(estimate: &Estimate, view: &mut LandmarkView) {
-    let [x, y] = estimate.at;
-    view.in_sketch = PoseM::new(&Pose::<Sketch>::new(x, y, estimate.heading_rad));
-    (view.stretch, view.spread_m, view.fit) =
-        (estimate.stretch, estimate.spread_m, estimate.fit.clamp(0.0, 1.0));
+    let Estimate { at, heading_rad, stretch, spread, fit } = estimate;
+    view.in_sketch = PoseM::new(&Pose::<Drawn>::new(at.x, at.y, *heading_rad));
+    (view.stretch, view.spread_m, view.fit) = (stretch.0, spread.0, fit.clamp(0.0, 1.0));
 }
 
 /// Where the robot probably is.
 pub fn estimate(view: &LandmarkView) -> Estimate {
     let pose = view.in_sketch();
     Estimate {
-        at: [pose.x, pose.y],
+        at: pose.position(),
         heading_rad: pose.yaw_rad,
-        stretch: view.stretch,
-        spread_m: view.spread_m,
+        stretch: Stretch(view.stretch),
+        spread: DrawnMetres(view.spread_m),
         fit: view.fit,
     }
 }

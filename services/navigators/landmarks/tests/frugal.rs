@@ -1,5 +1,6 @@
 //! Steps of a drive allocate nothing.
 
+use sketchnav_landmarks::drawn::DrawnMetres;
 use sketchnav_landmarks::file;
 use sketchnav_landmarks::follower::{Follower, Following, Viewed};
 use sketchnav_landmarks::guide::{Guide, Guided, Guiding};
@@ -59,7 +60,8 @@ fn angles_rad() -> [f64; 16] {
 fn a_guide_allocates_nothing() {
     let (sketch, angles_rad) = (sketch(), angles_rad());
     // It would be lost at once in these ranges.
-    let settings = Guiding { least_fit: 0.0, most_way: 1e6, beyond_m: 1e6, ..Guiding::default() };
+    let settings =
+        Guiding { least_fit: 0.0, most_way: 1e6, beyond_m: DrawnMetres(1e6), ..Guiding::default() };
     let mut locator = Locator::new(&sketch, &[], Locating::default(), 7).unwrap();
     let mut guide = Guide::new(&sketch, settings).unwrap();
     let mut steps = 0;

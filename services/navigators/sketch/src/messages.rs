@@ -155,7 +155,7 @@ messages! {
         pub cost: f64,
         /// What the best alignment that has the goal elsewhere costs more; negative where none was asked for.
         pub rival_margin: f64,
-        /// Where that has the goal, or the gap behind which it has it.
+        /// Where that has the goal, or the gap that leads to it.
         pub rival_m: [f64; 2],
         /// What the robot looks for on its course.
         pub target_m: [f64; 2],

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use super::events::{self, Event};
 use super::track::Track;
 use super::{Parameters, track::Sight};
+use crate::drawn::DrawnMetres;
 use crate::error::Error;
 use crate::route::{Command, Kind, Place, Range, Relation, Route, State, between};
 use crate::sketch::Sketch;
@@ -117,14 +118,15 @@ fn state(
     let of = |landmark: usize| chosen.iter().filter(move |event| event.sight.landmark == landmark);
     let relations = landmarks.into_iter().flat_map(of);
     let relations = relations.map(|event| relation(track, &event.sight, Some(parameters))).collect();
-    State { kind, relations, command, after_m: Some(track.along_m(step)) }
+    State { kind, relations, command, after: Some(track.along(step)) }
 }
 
 /// Distances from the start become distances from the state before, in whole centimetres.
 fn legs(states: &mut [State]) {
     for i in (1..states.len()).rev() {
-        let [before, along] = [states[i - 1].after_m, states[i].after_m];
-        states[i].after_m = before.zip(along).map(|(before, along)| hundredths(along - before));
+        let [before, along] = [states[i - 1].after, states[i].after];
+        let leg = before.zip(along).map(|(before, along)| along - before);
+        states[i].after = leg.map(|DrawnMetres(leg)| DrawnMetres(hundredths(leg)));
     }
 }
 
@@ -135,7 +137,7 @@ fn hundredths(number: f64) -> f64 {
 /// The start or the end: all objects in view, with their directions alone (table 4.1).
 fn terminal(track: &Track, step: usize, kind: Kind, command: Command) -> State {
     let relations = track.steps[step].sights.iter().map(|sight| relation(track, sight, None)).collect();
-    State { kind, relations, command, after_m: Some(track.along_m(step)) }
+    State { kind, relations, command, after: Some(track.along(step)) }
 }
 
 /// Ranges of proximity and width are given by tolerances (4.3.2, 4.3.3), and left out for what surrounds the robot

@@ -1,8 +1,9 @@
-use sketchnav_schemas::geometry::wrap_angle;
+use sketchnav_schemas::geometry::{Point, wrap_angle};
 
 use super::track::{Track, headings};
 use super::*;
-use crate::plane::{At, resample};
+use crate::drawn::Drawn;
+use crate::plane::{length, resample};
 use crate::route::{Command, Kind, Place};
 use crate::sketch::Landmark;
 
@@ -11,17 +12,22 @@ const PIXEL: f64 = 5.0 * INCH_M;
 fn square(name: &str, x: f64, y: f64, side: f64) -> Landmark {
     let half = side / 2.0;
     let corners = [[x - half, y - half], [x + half, y - half], [x + half, y + half], [x - half, y + half]];
-    Landmark { name: name.into(), outline: corners.map(|at| at.map(|x| x * PIXEL)).to_vec() }
+    Landmark { name: name.into(), outline: corners.map(pixels).to_vec() }
+}
+
+/// A place in pixels of the PDA.
+fn pixels([x, y]: [f64; 2]) -> Point<Drawn> {
+    Point::new(x * PIXEL, y * PIXEL)
 }
 
 /// A way in pixels of the PDA.
-fn sketch(landmarks: Vec<Landmark>, way: &[At]) -> Sketch {
-    let way: Vec<_> = way.iter().map(|at| at.map(|x| x * PIXEL)).collect();
+fn sketch(landmarks: Vec<Landmark>, way: &[[f64; 2]]) -> Sketch {
+    let way: Vec<_> = way.iter().copied().map(pixels).collect();
     Sketch { landmarks, route: resample(&way, 4.0 * PIXEL), metres_per_pixel: PIXEL }
 }
 
 /// Straight on, an arc to the left by so many degrees, and straight on again.
-fn bend(straight: f64, radius: f64, degrees: f64) -> Vec<At> {
+fn bend(straight: f64, radius: f64, degrees: f64) -> Vec<[f64; 2]> {
     let arc = (0..=60).map(|i| {
         let angle = f64::from(i) / 60.0 * degrees.to_radians();
         [straight + radius * angle.sin(), radius * (1.0 - angle.cos())]
@@ -51,8 +57,8 @@ fn a_circle_has_the_turning_rate_of_its_radius() {
 
 #[test]
 fn a_heading_is_the_mean_over_five_points() {
-    let way: Vec<_> =
-        (0..5).map(|i| [f64::from(i), 0.0]).chain((1..5).map(|i| [4.0, f64::from(i)])).collect();
+    let points = (0..5).map(|i| [f64::from(i), 0.0]).chain((1..5).map(|i| [4.0, f64::from(i)]));
+    let way: Vec<Point<Drawn>> = points.map(Point::from).collect();
     let found = headings(&way, 1.0);
     let expected = [0.0, 0.0, 0.0, 1_f64.atan2(3.0), 45_f64.to_radians(), 3_f64.atan2(1.0)];
     for (found, expected) in found.iter().zip(expected) {
@@ -82,9 +88,9 @@ fn a_turn_before_a_desk_is_a_state_with_the_desk_in_front() {
     let width = desk.width.unwrap();
     assert!((width.high - width.middle() - 30.0).abs() < 1.0 || width.low == 0.0);
     // The states are as far apart as on the route.
-    let along = route.along_m();
-    let drawn: f64 = sketch.route.windows(2).map(|pair| crate::plane::distance(pair[0], pair[1])).sum();
-    assert!((along[3].unwrap() - drawn).abs() < 0.02 && along[1] < along[2]);
+    let along = route.along();
+    let drawn = length(&sketch.route);
+    assert!((along[3].unwrap().0 - drawn).abs() < 0.02 && along[1] < along[2]);
 }
 
 #[test]
@@ -153,7 +159,7 @@ fn parameters_out_of_range_are_rejected() {
 #[test]
 fn the_view_turns_with_the_sketch() {
     // The same scene at a right angle gives the same states (Chronis 2007, 5.1).
-    let turned = |at: At| [-at[1], at[0]];
+    let turned = |at: Point<Drawn>| Point::new(-at.y, at.x);
     let upright = sketch(
         vec![square("desk", 65.0, 0.0, 20.0), square("box", 20.0, 25.0, 8.0)],
         &bend(25.0, 20.0, 90.0),

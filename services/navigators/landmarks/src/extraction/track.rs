@@ -4,13 +4,14 @@
 //! per pixel of the PDA (5 inches). The robot's own turn, 10° a second at 25 inches a second, is 2 of these. Turns in
 //! the examples of figure 4.29 (8 to 10 steps for a right angle) are about as much.
 
-use sketchnav_qualitative::Point;
+use sketchnav_qualitative as qualitative;
 use sketchnav_qualitative::hof::{Force, Grade, Pair, Polygon, Surround, View, Workspace};
-use sketchnav_schemas::geometry::wrap_angle;
+use sketchnav_schemas::geometry::{Point, wrap_angle};
 
 use super::Parameters;
+use crate::drawn::{Drawn, DrawnMetres};
 use crate::error::Error;
-use crate::plane::{self, At};
+use crate::plane;
 use crate::route::{Command, DIRECTIONS, Place};
 use crate::sketch::Sketch;
 
@@ -33,8 +34,8 @@ pub struct Sight {
 /// A step along the route.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Where it is, in metres.
-    pub at: At,
+    /// Where it is.
+    pub at: Point<Drawn>,
     /// Where the robot looks, counter-clockwise from x.
     pub heading_rad: f64,
     /// By how much it turns, in units of [`Parameters::turn_threshold`]; left is positive.
@@ -79,9 +80,9 @@ impl Track {
         Ok(Self { steps, encountered })
     }
 
-    /// How far a step is from the start, in metres along the route.
-    pub fn along_m(&self, step: usize) -> f64 {
-        self.steps[..=step].windows(2).map(|pair| plane::distance(pair[0].at, pair[1].at)).sum()
+    /// How far a step is from the start, along the route.
+    pub fn along(&self, step: usize) -> DrawnMetres {
+        DrawnMetres(self.steps[..=step].windows(2).map(|pair| pair[0].at.distance(&pair[1].at)).sum())
     }
 
     /// By how much the robot turns between two steps, in radians, without a sign.
@@ -98,23 +99,23 @@ impl Track {
 
 /// The heading at each point: the mean over five adjacent points at this distance, the middle one being the point (4.3).
 /// The points are equally far, so this is the direction from two of them before to two after.
-pub fn headings(route: &[At], point_m: f64) -> Vec<f64> {
+pub fn headings<F>(route: &[Point<F>], point_m: f64) -> Vec<f64> {
     let last = (route.len() - 1) as f64;
     let step = plane::length(route) / last;
     let at = |place: f64| {
         let place = place.clamp(0.0, last);
         let i = (place as usize).min(route.len() - 2);
-        plane::between(route[i], route[i + 1], place - i as f64)
+        route[i].towards(&route[i + 1], place - i as f64)
     };
     let reach = 2.0 * point_m / step;
-    (0..route.len()).map(|i| plane::direction(at(i as f64 - reach), at(i as f64 + reach))).collect()
+    (0..route.len()).map(|i| at(i as f64 - reach).direction_rad(&at(i as f64 + reach))).collect()
 }
 
 /// The change of the heading from the point before, by the distance from there (4.3.4).
-fn turning_rates(route: &[At], headings: &[f64], parameters: &Parameters) -> Vec<f64> {
+fn turning_rates(route: &[Point<Drawn>], headings: &[f64], parameters: &Parameters) -> Vec<f64> {
     let rate = |i: usize| {
         let turn = wrap_angle(headings[i] - headings[i - 1]).to_degrees();
-        turn / plane::distance(route[i - 1], route[i]) * parameters.turn_unit_m
+        turn / route[i - 1].distance(&route[i]) * parameters.turn_unit_m
     };
     (0..route.len()).map(|i| rate(i.max(1))).collect()
 }
@@ -159,7 +160,7 @@ fn runs(commands: &[Command]) -> Vec<[usize; 2]> {
 
 /// What is needed to look around in a sketch.
 struct Eye {
-    outlines: Vec<Vec<At>>,
+    outlines: Vec<Vec<Point<Drawn>>>,
     polygons: Vec<Polygon>,
     robot_m: f64,
     radius_m: f64,
@@ -170,7 +171,7 @@ struct Eye {
 
 impl Eye {
     fn new(sketch: &Sketch, parameters: &Parameters) -> Result<Self, Error> {
-        let polygon = |outline: &Vec<At>| polygon(outline);
+        let polygon = |outline: &Vec<Point<Drawn>>| polygon(outline);
         let outlines: Vec<_> = sketch.landmarks.iter().map(|landmark| landmark.outline.clone()).collect();
         Ok(Self {
             polygons: outlines.iter().map(polygon).collect::<Result<_, _>>()?,
@@ -184,15 +185,10 @@ impl Eye {
     }
 
     /// What is in view: objects of which a point is within the radius; then the whole object counts (4.3).
-    fn look(&mut self, at: At, heading_rad: f64) -> Result<Vec<Sight>, Error> {
+    fn look(&mut self, at: Point<Drawn>, heading_rad: f64) -> Result<Vec<Sight>, Error> {
         let half = self.robot_m / 2.0;
-        let [x, y] = at;
-        let robot = polygon(&[
-            [x - half, y - half],
-            [x + half, y - half],
-            [x + half, y + half],
-            [x - half, y + half],
-        ])?;
+        let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
+        let robot = polygon(&corners.map(|[x, y]| Point::new(at.x + x, at.y + y)))?;
         let mut sights = Vec::new();
         for landmark in 0..self.polygons.len() {
             if plane::distance_to_outline(at, &self.outlines[landmark]) > self.radius_m {
@@ -213,8 +209,9 @@ impl Eye {
     }
 }
 
-fn polygon(outline: &[At]) -> Result<Polygon, Error> {
-    let points = outline.iter().map(|at| Point::try_from(*at)).collect::<Result<Vec<_>, _>>();
+fn polygon(outline: &[Point<Drawn>]) -> Result<Polygon, Error> {
+    let points = outline.iter().map(|at| qualitative::Point::try_from(<[f64; 2]>::from(*at)));
+    let points = points.collect::<Result<Vec<_>, _>>();
     points.and_then(Polygon::new).map_err(|_| Error::Number {
         what: "outline of an object".into(),
         expected: "an area above 0",

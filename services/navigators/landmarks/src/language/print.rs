@@ -4,6 +4,7 @@ use std::fmt::Write;
 
 use sketchnav_qualitative::hof::Surround;
 
+use crate::drawn::DrawnMetres;
 use crate::route::{Command, INCH_M, Kind, MOST_M, Place, Range, Relation, Route, State};
 
 /// The words for the directions, from 0 on.
@@ -45,11 +46,11 @@ pub fn print(route: &Route) -> String {
 
 fn sentence(route: &Route, state: &State) -> String {
     let mut parts = Vec::new();
-    match (state.kind, state.after_m) {
+    match (state.kind, state.after) {
         (Kind::Start, _) => parts.push("at the start".to_owned()),
         (Kind::End, None) => parts.push("at the end".to_owned()),
-        (Kind::End, Some(after)) => parts.push(format!("at the end, after {after} m")),
-        (_, Some(after)) => parts.push(format!("after {after} m")),
+        (Kind::End, Some(DrawnMetres(after))) => parts.push(format!("at the end, after {after} m")),
+        (_, Some(DrawnMetres(after))) => parts.push(format!("after {after} m")),
         (_, None) => {}
     }
     if state.relations.is_empty() {

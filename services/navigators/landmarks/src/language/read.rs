@@ -4,6 +4,7 @@ use sketchnav_qualitative::hof::Surround;
 
 use super::print::{COMMANDS, RESERVED};
 use super::words::Words;
+use crate::drawn::DrawnMetres;
 use crate::error::Error;
 use crate::route::{Command, DIRECTIONS, INCH_M, Kind, MOST_M, Place, Range, Relation, Route, State};
 
@@ -24,7 +25,7 @@ pub fn read(text: &str) -> Result<Route, Error> {
         let state = reader.sentence(&states)?;
         states.push(state);
     }
-    let plain = |kind, command| State { kind, relations: Vec::new(), command, after_m: None };
+    let plain = |kind, command| State { kind, relations: Vec::new(), command, after: None };
     if states.first().is_none_or(|first| first.kind != Kind::Start) {
         states.insert(0, plain(Kind::Start, Command::Forward));
     }
@@ -52,7 +53,7 @@ impl Reader {
             return Err(self.words.error("nothing after the sentence that stops", &[]));
         }
         let kind = self.kind(before.is_empty())?;
-        let after_m = if self.words.take("after") { Some(self.length()?) } else { None };
+        let after = if self.words.take("after") { Some(DrawnMetres(self.length()?)) } else { None };
         self.words.take(",");
         let is_bare =
             matches!(kind, Some(Kind::Start | Kind::End)) || before.is_empty() || self.words.peek() == "stop";
@@ -75,7 +76,7 @@ impl Reader {
             _ if is_same && !before.is_empty() => Kind::Additional,
             _ => Kind::Change,
         });
-        Ok(State { kind, relations, command, after_m })
+        Ok(State { kind, relations, command, after })
     }
 
     /// "at the start" and "at the end" say so; other kinds follow from the rest of the sentence.

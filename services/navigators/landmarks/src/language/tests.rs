@@ -3,6 +3,7 @@ use proptest::test_runner::{Config, RngAlgorithm, RngSeed};
 use sketchnav_qualitative::hof::Surround;
 
 use super::*;
+use crate::drawn::DrawnMetres;
 use crate::error::Error;
 use crate::route::{Command, INCH_M, Kind, MOST_M, Place, Range, Relation, Route, State};
 
@@ -156,7 +157,7 @@ fn the_text_of_the_documentation_is_read() {
         At the end, when the cabinet is right, then stop.";
     let route = read(text).unwrap();
     assert_eq!(route.states.iter().map(|state| state.relations.len()).collect::<Vec<_>>(), [0, 2, 5, 1]);
-    assert_eq!(route.states[2].after_m, Some(4.2));
+    assert_eq!(route.states[2].after, Some(DrawnMetres(4.2)));
     assert_eq!(read(&print(&route)).unwrap(), route);
 }
 
@@ -191,11 +192,11 @@ const NAMES: [&str; 7] = ["desk", "trash can", "object #3", "", "is", "Desk, lef
 fn route() -> impl Strategy<Value = Route> {
     prop::collection::vec(state(), 0..5).prop_map(|states| {
         let mut route = Route { objects: NAMES.map(String::from).to_vec(), states: Vec::new() };
-        let after = |after: Option<u16>| after.map(|after| f64::from(after) / 100.0);
+        let after = |after: Option<u16>| after.map(|after| DrawnMetres(f64::from(after) / 100.0));
         let last = states.len();
         let mut before = Command::Forward;
-        route.states.push(State { kind: Kind::Start, relations: vec![], command: before, after_m: None });
-        for (i, (groups, command, after_m)) in states.into_iter().enumerate() {
+        route.states.push(State { kind: Kind::Start, relations: vec![], command: before, after: None });
+        for (i, (groups, command, drawn)) in states.into_iter().enumerate() {
             let command = [Command::Forward, Command::Left, Command::Right][command];
             let kind = if command == before { Kind::Additional } else { Kind::Change };
             let mut relations: Vec<Relation> = Vec::new();
@@ -215,14 +216,14 @@ fn route() -> impl Strategy<Value = Route> {
             before = command;
             let is_end = i + 1 == last && i % 2 == 0;
             let (kind, command) = if is_end { (Kind::End, Command::Stop) } else { (kind, command) };
-            route.states.push(State { kind, relations, command, after_m: after(after_m) });
+            route.states.push(State { kind, relations, command, after: after(drawn) });
         }
         if before != Command::Stop && route.states.last().is_none_or(|last| last.kind != Kind::End) {
             route.states.push(State {
                 kind: Kind::End,
                 relations: vec![],
                 command: Command::Stop,
-                after_m: None,
+                after: None,
             });
         }
         route

@@ -122,7 +122,7 @@ fn is_scribble(points: &[Pixel]) -> bool {
     // Steps that are short enough for the strokes of a scribble and long enough for a trembling hand.
     let steps = plane::resample(points, size / 16.0);
     let turns = steps.windows(5).map(|at| {
-        let [before, after] = [plane::direction(at[0], at[2]), plane::direction(at[2], at[4])];
+        let [before, after] = [at[0].direction_rad(&at[2]), at[2].direction_rad(&at[4])];
         wrap_angle(after - before).abs() > 2.0
     });
     // Neighbouring steps see the same reversal.
@@ -144,7 +144,7 @@ fn crosses_out(scribble: &[Pixel], line: &[Pixel]) -> bool {
 
 fn is_outline(points: &[Pixel]) -> bool {
     let length = plane::length(points);
-    let gap = plane::distance(points[0], points[points.len() - 1]);
+    let gap = points[0].distance(&points[points.len() - 1]);
     points.len() > 2 && gap <= CLOSING * length && plane::area(points) >= COMPACT * length * length
 }
 
@@ -163,7 +163,7 @@ fn join(mut lines: Vec<Line>, within: f64) -> (Vec<Line>, Vec<Line>) {
 fn nearest_ends(lines: &[Line], within: f64) -> Option<(usize, usize)> {
     let ends = |line: &Line| [line.points[0], line.points[line.points.len() - 1]];
     let gap = |i: usize, j: usize| {
-        let pairs = ends(&lines[i]).into_iter().flat_map(|a| ends(&lines[j]).map(|b| plane::distance(a, b)));
+        let pairs = ends(&lines[i]).into_iter().flat_map(|a| ends(&lines[j]).map(|b| a.distance(&b)));
         pairs.fold(f64::INFINITY, f64::min)
     };
     let pairs = (0..lines.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
@@ -178,10 +178,10 @@ fn joined(first: Line, second: Line) -> Line {
     let ends = |line: &Line| [line.points[0], line.points[line.points.len() - 1]];
     let ([a_start, a_end], [b_start, b_end]) = (ends(&first), ends(&second));
     let gaps = [
-        plane::distance(a_end, b_start),
-        plane::distance(a_end, b_end),
-        plane::distance(a_start, b_end),
-        plane::distance(a_start, b_start),
+        a_end.distance(&b_start),
+        a_end.distance(&b_end),
+        a_start.distance(&b_end),
+        a_start.distance(&b_start),
     ];
     let nearest = (0..4).min_by(|i, j| gaps[*i].total_cmp(&gaps[*j])).unwrap_or(0);
     let mut other = second.points;
@@ -198,7 +198,7 @@ fn without_loops(points: &[Pixel]) -> Vec<Pixel> {
     // Each round takes at least a point away.
     while let Some((i, j, at)) = plane::self_crossing(&outline) {
         let inner = plane::length(&outline[i + 1..=j]);
-        let whole = plane::edges(&outline).map(|[from, to]| plane::distance(from, to)).sum::<f64>();
+        let whole = plane::edges(&outline).map(|[from, to]| from.distance(&to)).sum::<f64>();
         if inner.min(whole - inner) > LOOP * whole {
             break;
         }

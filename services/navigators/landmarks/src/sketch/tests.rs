@@ -4,8 +4,9 @@ use proptest::test_runner::{Config, RngAlgorithm, RngSeed};
 use super::strokes::classify;
 use super::*;
 
-fn stroke(points: &[Pixel]) -> Stroke {
-    Stroke { points: plane::resample(points, 1.7) }
+fn stroke(points: &[[f64; 2]]) -> Stroke {
+    let points: Vec<_> = points.iter().copied().map(Pixel::from).collect();
+    Stroke { points: plane::resample(&points, 1.7) }
 }
 
 fn rectangle(x: f64, y: f64, width: f64, height: f64) -> Stroke {
@@ -17,7 +18,7 @@ fn desk() -> Drawing {
     Drawing {
         canvas: [160.0, 160.0],
         strokes: vec![rectangle(40.0, 60.0, 30.0, 20.0), stroke(&[[10.0, 30.0], [120.0, 30.0]])],
-        labels: vec![Label { text: " Desk".into(), at: [50.0, 70.0] }],
+        labels: vec![Label { text: " Desk".into(), at: Pixel::new(50.0, 70.0) }],
     }
 }
 
@@ -45,7 +46,7 @@ fn strokes_are_read_the_same_however_fast_they_were_drawn() {
     let (one, other) = (read(&desk()).unwrap(), read(&slow).unwrap());
     assert_eq!(one.route.len(), other.route.len());
     for (a, b) in one.route.iter().zip(&other.route) {
-        assert!(plane::distance(*a, *b) < 1e-6);
+        assert!(a.distance(b) < 1e-6);
     }
 }
 
@@ -68,8 +69,8 @@ fn scribbles_delete_what_they_cross_out() {
 #[test]
 fn a_dot_and_a_dash_are_stray() {
     let mut drawing = desk();
-    drawing.strokes.push(Stroke { points: vec![[5.0, 5.0], [5.5, 5.2]] });
-    drawing.strokes.push(Stroke { points: vec![[100.0, 100.0], [110.0, 101.0]] });
+    drawing.strokes.push(Stroke { points: [[5.0, 5.0], [5.5, 5.2]].map(Pixel::from).into() });
+    drawing.strokes.push(Stroke { points: [[100.0, 100.0], [110.0, 101.0]].map(Pixel::from).into() });
     assert_eq!(classify(&drawing).unwrap().stray, 2);
 }
 
@@ -94,7 +95,8 @@ fn a_route_in_two_strokes_goes_on() {
     let mut drawing = desk();
     drawing.strokes.push(stroke(&[[122.0, 31.0], [122.0, 120.0]]));
     let found = classify(&drawing).unwrap();
-    assert_eq!((found.route[0], *found.route.last().unwrap()), ([10.0, 30.0], [122.0, 120.0]));
+    let ends = [found.route[0], *found.route.last().unwrap()];
+    assert_eq!(ends, [Pixel::new(10.0, 30.0), Pixel::new(122.0, 120.0)]);
 }
 
 #[test]
@@ -113,9 +115,7 @@ fn a_route_from_a_chair_to_a_desk_begins_and_ends_at_their_outlines() {
     drawing.strokes.push(rectangle(5.0, 20.0, 12.0, 20.0));
     drawing.strokes[1] = stroke(&[[10.0, 30.0], [55.0, 30.0], [55.0, 65.0]]);
     let route = read(&drawing).unwrap().route;
-    assert!(
-        (route[0][0] / 0.127 - 17.0).abs() < 2.0 && (route[route.len() - 1][1] / 0.127 - 60.0).abs() < 2.0
-    );
+    assert!((route[0].x / 0.127 - 17.0).abs() < 2.0 && (route[route.len() - 1].y / 0.127 - 60.0).abs() < 2.0);
 }
 
 #[test]
@@ -146,7 +146,7 @@ fn errors_name_the_place() {
             "desk: expected an outline that does not cross itself",
         ),
         (
-            &|d| d.strokes[1].points[3][0] = f64::NAN,
+            &|d| d.strokes[1].points[3].x = f64::NAN,
             "stroke 2, point 4: expected a number within ±1000000, found NaN",
         ),
         (&|d| d.canvas[1] = 0.0, "canvas height: expected 1 to 100000, found 0"),
@@ -161,18 +161,17 @@ fn errors_name_the_place() {
 fn a_raster_has_the_pixels_of_the_pda() {
     let drawing = Drawing { canvas: [1600.0, 800.0], ..desk() };
     let raster = drawing.raster(160);
-    assert!(
-        raster.strokes.iter().flat_map(|stroke| &stroke.points).flatten().all(|x| (x - 5.0) % 10.0 == 0.0)
-    );
+    let mut points = raster.strokes.iter().flat_map(|stroke| &stroke.points);
+    assert!(points.all(|at| (at.x - 5.0) % 10.0 == 0.0 && (at.y - 5.0) % 10.0 == 0.0));
     let found = read(&desk().raster(160)).unwrap();
-    assert!(plane::distance(found.route[0], read(&desk()).unwrap().route[0]) < 0.127);
+    assert!(found.route[0].distance(&read(&desk()).unwrap().route[0]) < 0.127);
 }
 
 #[test]
 fn equal_labels_get_numbers() {
     let mut drawing = desk();
     drawing.strokes.push(rectangle(90.0, 60.0, 20.0, 20.0));
-    drawing.labels.push(Label { text: "desk".into(), at: [112.0, 70.0] });
+    drawing.labels.push(Label { text: "desk".into(), at: Pixel::new(112.0, 70.0) });
     let names: Vec<_> = read(&drawing).unwrap().landmarks.into_iter().map(|landmark| landmark.name).collect();
     assert_eq!(names, ["desk 1", "desk 2"]);
 }
@@ -186,12 +185,13 @@ proptest! {
     fn any_strokes_are_read_or_rejected(
         strokes in prop::collection::vec(prop::collection::vec([-10.0..170.0, -10.0..170.0], 0..12), 0..6),
     ) {
-        let strokes = strokes.into_iter().map(|points: Vec<Pixel>| Stroke { points }).collect();
+        let stroke = |points: Vec<[f64; 2]>| Stroke { points: points.into_iter().map(Pixel::from).collect() };
+        let strokes = strokes.into_iter().map(stroke).collect();
         let drawing = Drawing { canvas: [160.0, 160.0], strokes, labels: Vec::new() };
         if let Ok(sketch) = read(&drawing) {
             prop_assert!(sketch.route.len() >= 2 && !sketch.landmarks.is_empty());
             prop_assert!(sketch.landmarks.iter().all(|landmark| landmark.outline.len() >= 3));
-            prop_assert!(sketch.route.iter().flatten().all(|x| x.is_finite()));
+            prop_assert!(sketch.route.iter().all(|at| at.x.is_finite() && at.y.is_finite()));
         }
     }
 }

@@ -10,8 +10,9 @@ use std::f64::consts::FRAC_PI_8;
 
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
-use scenes::{PIXEL_M, Scene, scene_a, scene_b};
+use scenes::{PIXEL_M, Scene, exactly, scene_a, scene_b};
 use sketchnav_landmarks::belief::Estimate;
+use sketchnav_landmarks::drawn::{Drawn, DrawnMetres, Stretch};
 use sketchnav_landmarks::extraction::track::headings;
 use sketchnav_landmarks::extraction::{Parameters, extract};
 use sketchnav_landmarks::file;
@@ -20,9 +21,10 @@ use sketchnav_landmarks::guide::{Guide, Guided, Guiding, Outcome};
 use sketchnav_landmarks::language;
 use sketchnav_landmarks::locator::{Locating, Locator, Returns};
 use sketchnav_landmarks::perception::{Perceiving, Perception};
-use sketchnav_landmarks::plane::{At, length, resample};
+use sketchnav_landmarks::plane::{length, resample};
 use sketchnav_landmarks::route::{INCH_M, Route};
 use sketchnav_landmarks::sketch::{Reading, Sketch};
+use sketchnav_schemas::geometry::{Point, Pose, World as Floor};
 use world::{Object, RANGE_MAX_M, ROBOT_RADIUS_M, World};
 
 const CYCLE_S: f64 = 0.192;
@@ -45,7 +47,7 @@ enum End {
 struct Followed {
     end: End,
     matched: usize,
-    at: At,
+    at: Point<Floor>,
 }
 
 fn follow(objects: &[Object], scene: &Scene, route: &Route, seed: u64) -> Followed {
@@ -58,14 +60,14 @@ fn follow_from(
     scene: &Scene,
     route: &Route,
     seed: u64,
-    led: Option<(usize, f64)>,
+    led: Option<(usize, DrawnMetres)>,
 ) -> Followed {
     let mut perception = Perception::nomad(Perceiving::default()).unwrap();
     let mut follower = Follower::new(route.clone(), Following::default()).unwrap();
     let mut world = World { objects, pose: scene.start, noise: Some(Pcg64Mcg::seed_from_u64(seed)) };
-    if let Some((state, along_m)) = led {
+    if let Some((state, along)) = led {
         follower.resume_at(state).unwrap();
-        world.pose = on_the_way(scene, along_m);
+        world.pose = on_the_way(scene, along);
     }
     let (mut moved, mut matched, mut end) = ([0.0; 2], 0, End::Nowhere);
     for _ in 0..2000 {
@@ -85,15 +87,15 @@ fn follow_from(
         }
         moved = world.drive(drive, CYCLE_S);
     }
-    Followed { end, matched, at: world.pose.at }
+    Followed { end, matched, at: world.pose.position() }
 }
 
 /// Where a robot stands that has come so far along the way of a scene.
-fn on_the_way(scene: &Scene, along_m: f64) -> world::Pose {
+fn on_the_way(scene: &Scene, DrawnMetres(along): DrawnMetres) -> Pose<Floor> {
     let way = scene.as_sketch().route;
-    let step_m = length(&way) / (way.len() - 1) as f64;
-    let i = ((along_m / step_m).round() as usize).min(way.len() - 2);
-    world::Pose { at: way[i], heading_rad: headings(&way, 10.0 * INCH_M)[i] }
+    let step = length(&way) / (way.len() - 1) as f64;
+    let i = ((along / step).round() as usize).min(way.len() - 2);
+    Pose::new(way[i].x, way[i].y, headings(&way, 10.0 * INCH_M)[i])
 }
 
 fn arrived(world: &World<'_>, scene: &Scene) -> End {
@@ -101,12 +103,12 @@ fn arrived(world: &World<'_>, scene: &Scene) -> End {
 }
 
 /// By our own way: how it ended, and the way that the robot went.
-fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End, Vec<At>) {
+fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End, Vec<Point<Drawn>>) {
     let angles_rad: [f64; 16] = std::array::from_fn(|i| i as f64 * FRAC_PI_8);
     let mut locator = Locator::new(sketch, &[], Locating::default(), seed).unwrap();
     let mut guide = Guide::new(sketch, Guiding::default()).unwrap();
     let mut world = World { objects, pose: scene.start, noise: Some(Pcg64Mcg::seed_from_u64(seed + 100)) };
-    let (mut moved, mut way) = ([0.0; 2], vec![scene.start.at]);
+    let (mut moved, mut way) = ([0.0; 2], vec![exactly(&scene.start.position())]);
     for _ in 0..1000 {
         let sectors = sectors(world.ranges());
         let (ring_m, range_max_m) = (ROBOT_RADIUS_M, RANGE_MAX_M);
@@ -121,30 +123,31 @@ fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End,
             None => {}
         }
         moved = world.drive(drive, CYCLE_S);
-        way.push(world.pose.at);
+        way.push(exactly(&world.pose.position()));
     }
     (End::Nowhere, way)
 }
 
 /// The way of a robot that software guides along the way of a scene by its true place (Chronis 2007, 5.2.3). Its
 /// speeds are those of the thesis.
-fn guided_exactly(scene: &Scene, seed: u64) -> Vec<At> {
+fn guided_exactly(scene: &Scene, seed: u64) -> Vec<Point<Drawn>> {
     let settings = Guiding { ahead_m: 0.4, avoid: 0.0, ..Guiding::default() };
     let mut guide = Guide::new(&scene.as_sketch(), settings).unwrap();
     let noise = Some(Pcg64Mcg::seed_from_u64(seed));
     let mut world = World { objects: &scene.objects, pose: scene.start, noise };
-    let (mut moved, mut way) = ([0.0; 2], vec![scene.start.at]);
+    let (mut moved, mut way) = ([0.0; 2], vec![exactly(&scene.start.position())]);
     for _ in 0..1000 {
         let sectors = sectors(world.ranges());
-        let world::Pose { at, heading_rad } = world.pose;
-        let estimate = Estimate { at, heading_rad, stretch: 1.0, spread_m: 0.0, fit: 1.0 };
+        let at = exactly(&world.pose.position());
+        let (heading_rad, spread) = (world.pose.yaw_rad, DrawnMetres::default());
+        let estimate = Estimate { at, heading_rad, stretch: Stretch::NONE, spread, fit: 1.0 };
         let (drive, outcome) = guide.step(&Guided { estimate, sectors: &sectors, moved_m: moved[0] });
         if let Some(outcome) = outcome {
             assert_eq!(outcome, Outcome::Arrived);
             return way;
         }
         moved = world.drive(drive, CYCLE_S);
-        way.push(world.pose.at);
+        way.push(exactly(&world.pose.position()));
     }
     panic!("the robot did not arrive");
 }
@@ -209,7 +212,7 @@ fn states_of_the_true_scene_lead_to_the_goal() {
 fn routes_that_the_robot_drove_lead_to_the_goal() {
     // Chronis 2007, 5.2.3: software guides the robot along the route in the true scene, five times; 25 of 25 runs.
     let scene = scene_a();
-    let by_way = |way: &[At], drawn: u64| {
+    let by_way = |way: &[Point<Drawn>], drawn: u64| {
         let sketch = Sketch { route: resample(way, 4.0 * PIXEL_M), ..scene.as_sketch() };
         let route = extract(&sketch, &Parameters::default()).unwrap();
         let ends = (0..5).map(|seed| follow(&scene.objects, &scene, &route, 10 * drawn + seed).end);
@@ -248,7 +251,7 @@ fn a_scene_that_is_longer_than_its_sketch_is_crossed() {
     let route = extract(&scene.as_sketch(), &Parameters::default()).unwrap();
     let mut objects = scene.objects.clone();
     for object in objects.iter_mut().filter(|one| ["cabinet", "desk", "table"].contains(&one.name)) {
-        object.outline.iter_mut().for_each(|at| at[0] += 8.0 * PIXEL_M);
+        object.outline.iter_mut().for_each(|at| at.x += 8.0 * PIXEL_M);
     }
     let counts = count((0..5).map(|seed| follow(&objects, &scene, &route, seed).end));
     println!("distorted scene, by states: {counts:?}");
@@ -313,8 +316,8 @@ fn a_lost_robot_that_is_led_on_reaches_its_goal() {
     while run.end == End::Lost {
         // The one that did not come.
         state += run.matched + 1;
-        let along_m = route.along_m()[state].unwrap();
-        run = follow_from(&objects, &scene, &route, 1, Some((state, along_m)));
+        let along = route.along()[state].unwrap();
+        run = follow_from(&objects, &scene, &route, 1, Some((state, along)));
         helped += 1;
     }
     assert!(run.end == End::Goal && helped <= 3, "{run:?}, led to state {state}, the last of {helped}");

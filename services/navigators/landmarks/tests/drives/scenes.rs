@@ -2,10 +2,12 @@
 //! 4.29: its commands and the places of files, table, trash, crate, cabinet, boxes. Scene B is rebuilt from its six
 //! commands. In pixels of the PDA, 5 inches each.
 
-use sketchnav_landmarks::plane::{At, resample};
+use sketchnav_landmarks::drawn::Drawn;
+use sketchnav_landmarks::plane::resample;
 use sketchnav_landmarks::sketch::{Landmark, Sketch};
+use sketchnav_schemas::geometry::{Point, Pose, World};
 
-use crate::world::{Object, Pose};
+use crate::world::Object;
 
 pub const PIXEL_M: f64 = 0.127;
 
@@ -13,9 +15,9 @@ pub const PIXEL_M: f64 = 0.127;
 pub struct Scene {
     pub objects: Vec<Object>,
     pub goal: &'static str,
-    pub start: Pose,
+    pub start: Pose<World>,
     /// The way as straight pieces and quarter circles.
-    pub way: Vec<At>,
+    pub way: Vec<Point<World>>,
     /// Sketches of careful people, as many as in the text.
     pub sketches: Vec<&'static str>,
     /// As many of careless ones: sizes from 0.72 to 1.08, sides stretched by 0.86 to 1.16, objects moved by a metre.
@@ -25,11 +27,21 @@ pub struct Scene {
 fn object((name, [x, y, width, height]): (&'static str, [f64; 4])) -> Object {
     let [w, h] = [width / 2.0, height / 2.0];
     let corners = [[x - w, y - h], [x + w, y - h], [x + w, y + h], [x - w, y + h]];
-    Object { name, outline: corners.map(|at| at.map(|x| x * PIXEL_M)).to_vec() }
+    Object { name, outline: corners.map(pixels).to_vec() }
+}
+
+/// A place in pixels of the PDA.
+fn pixels([x, y]: [f64; 2]) -> Point<World> {
+    Point::new(x * PIXEL_M, y * PIXEL_M)
+}
+
+/// Drawn where it is.
+pub fn exactly(at: &Point<World>) -> Point<Drawn> {
+    Point::new(at.x, at.y)
 }
 
 /// A way by its pieces: how far straight on, and then a quarter circle to the left (1), to the right (−1) or none (0).
-fn way(pieces: &[(f64, f64, f64)]) -> Vec<At> {
+fn way(pieces: &[(f64, f64, f64)]) -> Vec<Point<World>> {
     let (mut at, mut heading) = ([0.0, 0.0], 0.0_f64);
     let mut points = vec![at];
     for (straight, side, radius) in pieces {
@@ -45,7 +57,7 @@ fn way(pieces: &[(f64, f64, f64)]) -> Vec<At> {
             points.push(at);
         }
     }
-    points.iter().map(|at| at.map(|x| x * PIXEL_M)).collect()
+    points.into_iter().map(pixels).collect()
 }
 
 fn scene(
@@ -56,7 +68,7 @@ fn scene(
     Scene {
         objects: objects.iter().copied().map(object).collect(),
         goal: "desk",
-        start: Pose { at: [0.0, 0.0], heading_rad: 0.0 },
+        start: Pose::new(0.0, 0.0, 0.0),
         way: way(pieces),
         sketches,
         coarse,
@@ -113,11 +125,12 @@ pub fn scene_b() -> Scene {
 impl Scene {
     /// The scene itself as a sketch, with the true way: what the text has a simulated robot draw (5.2.3).
     pub fn as_sketch(&self) -> Sketch {
+        let line = |line: &[Point<World>]| line.iter().map(exactly).collect::<Vec<_>>();
         let landmark =
-            |object: &Object| Landmark { name: object.name.into(), outline: object.outline.clone() };
+            |object: &Object| Landmark { name: object.name.into(), outline: line(&object.outline) };
         Sketch {
             landmarks: self.objects.iter().map(landmark).collect(),
-            route: resample(&self.way, 4.0 * PIXEL_M),
+            route: resample(&line(&self.way), 4.0 * PIXEL_M),
             metres_per_pixel: PIXEL_M,
         }
     }

@@ -114,8 +114,8 @@ impl Side {
         self.end + self.away * along + turned(self.away) * beside
     }
 
-    /// How much of its wall the side gives to the gap, at most `missing_px`: no more than its share of the wall's length up to its end
-    /// or the next wall, and nothing if the wall ends before it is as long as the gap is wide: it is a post then.
+    /// How much of its wall the side gives to the gap, at most `missing_px`: no more than its share of the wall's length up to its
+    /// end or the next wall, and nothing if the wall ends before it is as long as the gap is wide: it is a post then.
     fn yields_px(&self, sketch: &SketchGrid, missing_px: f32) -> f32 {
         let is_wall = |along: f32, beside: i32| {
             let [x, y] = self.at(along, beside as f32).map(|v| v.round() as i64).into();

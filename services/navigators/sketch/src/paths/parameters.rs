@@ -74,8 +74,8 @@ pub struct Parameters {
     pub goal_hidden_share: f64,
     /// How many times more the walls around the goal count in aligning the outlines.
     pub goal_emphasis: f64,
-    /// An arrival is believed if the best alignment with the goal elsewhere costs more than the best one by over this amount; 0: every
-    /// arrival is believed.
+    /// An arrival is believed if the best alignment with the goal elsewhere costs more than the best one by over this amount; 0:
+    /// every arrival is believed.
     pub rival_margin: f64,
     /// Elsewhere means farther away than this, metres.
     pub rival_away_m: f64,

@@ -447,7 +447,7 @@ impl Explorer {
         }
     }
 
-    /// Drives to the goal where it was seen, or to the gap behind which it lies.
+    /// Drives to the goal where it was seen, or to the gap that leads to it.
     fn choose(&mut self, left_s: f64) -> Advice {
         let Some((seen, alignment)) = self.exploration.last.take() else { return Advice::Drive };
         let likely = Likely::new(&self.shares, &seen, &alignment);

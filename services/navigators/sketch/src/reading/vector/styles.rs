@@ -69,6 +69,12 @@ const LENGTHS: [&str; 13] =
 const SHAPES: [&str; 6] = ["circle", "ellipse", "image", "line", "rect", "use"];
 /// Elements that are drawn by strokes.
 const STROKED: [&str; 7] = ["circle", "ellipse", "line", "path", "polygon", "polyline", "rect"];
+/// Elements whose effects are watched, beside those that are drawn by strokes.
+const AFFECTED: [&str; 3] = ["g", "image", "use"];
+/// Properties by which an element may vanish.
+const EFFECTS: [&str; 3] = ["clip-path", "filter", "mask"];
+/// Elements whose content is drawn elsewhere, or not at all.
+const TEMPLATES: [&str; 7] = ["clipPath", "defs", "filter", "marker", "mask", "pattern", "symbol"];
 /// Properties that the renderer takes from a style alone.
 const STYLE_ONLY: [&str; 3] = ["mix-blend-mode", "isolation", "image-rendering"];
 
@@ -82,6 +88,10 @@ pub(crate) struct Flat {
     pub left_out: Vec<LeftOut>,
     /// The ids of shapes whose strokes are painted by a gradient or a pattern, and what to call them.
     pub served: BTreeMap<String, String>,
+    /// The ids of what is seen through a filter, a mask or a clip path, and what to call it.
+    pub affected: BTreeMap<String, String>,
+    /// The ids of shapes whose strokes should keep their width at every scale, and what to call them.
+    pub unscaled: BTreeMap<String, String>,
 }
 
 /// Works out all styles.
@@ -104,17 +114,19 @@ pub(crate) fn flatten(document: &Document, broken: &Broken) -> Result<Flat, Sket
     styles.check_selectors()?;
     let mut walk = Walk {
         styles: &styles,
-        ids: document.descendants().filter_map(|node| node.attribute("id")).collect(),
+        ids: document.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect(),
         pictures: Pictures::default(),
         out: String::new(),
         left_out: written.left_out.iter().cloned().map(LeftOut::Rules).collect(),
         served: BTreeMap::new(),
+        affected: BTreeMap::new(),
+        unscaled: BTreeMap::new(),
         labels: 0,
     };
     walk.element(document.root_element(), &Scope::default(), 0)?;
-    let Walk { pictures, out, mut left_out, served, labels, .. } = walk;
+    let Walk { pictures, out, mut left_out, served, affected, unscaled, labels, .. } = walk;
     left_out.extend((labels > 0).then_some(LeftOut::Labels(labels)));
-    Ok(Flat { text: out, pictures: pictures.files, left_out, served })
+    Ok(Flat { text: out, pictures: pictures.files, left_out, served, affected, unscaled })
 }
 
 fn is_svg(node: Node) -> bool {
@@ -133,6 +145,10 @@ struct Scope {
     is_dark: bool,
     /// Whether nothing of it is shown: then nothing is missed.
     is_hidden: bool,
+    /// Whether it is drawn elsewhere, or not at all.
+    is_template: bool,
+    /// Whether strokes keep their width at every scale.
+    keeps_width: bool,
 }
 
 /// What is declared for a property of an element.
@@ -332,17 +348,19 @@ fn located(node: Node) -> String {
 }
 
 /// Writes the drawing with plain attributes.
-struct Walk<'a> {
+struct Walk<'a, 'input> {
     styles: &'a Styles<'a>,
-    ids: BTreeSet<&'a str>,
+    ids: BTreeMap<&'a str, Node<'a, 'input>>,
     pictures: Pictures,
     out: String,
     left_out: Vec<LeftOut>,
     served: BTreeMap<String, String>,
+    affected: BTreeMap<String, String>,
+    unscaled: BTreeMap<String, String>,
     labels: usize,
 }
 
-impl Walk<'_> {
+impl Walk<'_, '_> {
     fn element(&mut self, node: Node, scope: &Scope, depth: usize) -> Result<(), SketchError> {
         if depth > MOST_DEPTH {
             let limit = format!("{MOST_DEPTH} elements of SVG inside each other, references included");
@@ -368,8 +386,11 @@ impl Walk<'_> {
         let attributes = self.out.len();
         let settled = self.properties(node, &declared, &inside)?;
         inside.stroke = settled.get("stroke").cloned().or(inside.stroke);
-        self.serve(node, tag, &inside, attributes);
         inside.is_hidden |= settled.get("display").is_some_and(|display| display == "none");
+        inside.is_template |= TEMPLATES.contains(&tag);
+        let effect = settled.get("vector-effect").map(|effect| effect.contains("non-scaling-stroke"));
+        inside.keeps_width = effect.unwrap_or(false);
+        self.watch(node, &settled, &inside, attributes)?;
         let colours = settled.into_keys().filter(|property| is_inherited(property));
         inside
             .declared
@@ -384,8 +405,14 @@ impl Walk<'_> {
     /// Whether nothing of an element is drawn; what a person may miss is counted.
     fn is_left_out(&mut self, node: Node, tag: &str, scope: &Scope) -> bool {
         let is_label = |node: Node| matches!(node.tag_name().name(), "text" | "foreignObject");
-        // A browser shows the first part of a switch that it can, and HTML is one.
-        let first = || node.children().find(|child| is_svg(*child));
+        // A browser shows the first part of a switch that it can, and HTML is one. Extensions are programs' own: none is known.
+        let is_extended = |child: &Node| child.attribute("requiredExtensions").is_some();
+        if node.parent_element().is_some_and(|parent| parent.tag_name().name() == "switch")
+            && is_extended(&node)
+        {
+            return true;
+        }
+        let first = || node.children().find(|child| is_svg(*child) && !is_extended(child));
         let shown = if tag == "switch" { first() } else { Some(node) };
         let Some(label) = shown.filter(|shown| is_label(*shown)) else { return SILENT.contains(&tag) };
         let is_shape = |inside: Node| is_svg(inside) && STROKED.contains(&inside.tag_name().name());
@@ -397,19 +424,66 @@ impl Walk<'_> {
         true
     }
 
-    /// Remembers a shape whose stroke is painted by a gradient or a pattern; it gets an id where it has none.
-    fn serve(&mut self, node: Node, tag: &str, scope: &Scope, at: usize) {
-        let mut parts = words(scope.stroke.as_deref().unwrap_or(""));
-        let (server, fallback) = (parts.next().and_then(url), parts.next());
-        let is_known = server.is_some_and(|server| self.is_known(server));
-        if scope.is_hidden || !is_known || fallback.is_some() || !STROKED.contains(&tag) {
-            return;
+    /// Remembers what the renderer may draw in another way without a word; it gets an id where it has none.
+    fn watch(
+        &mut self,
+        node: Node,
+        settled: &BTreeMap<String, String>,
+        scope: &Scope,
+        at: usize,
+    ) -> Result<(), SketchError> {
+        if scope.is_hidden || scope.is_template {
+            return Ok(());
         }
-        let id = node.attribute("id").map_or_else(|| located(node), str::to_owned);
+        let is_stroked = STROKED.contains(&node.tag_name().name());
+        let (is_served, is_affected) = (self.is_served(node, scope), self.is_affected(node, settled)?);
+        let is_unscaled = is_stroked && scope.keeps_width;
+        if !(is_served || is_affected || is_unscaled) {
+            return Ok(());
+        }
+        let id = node.attribute("id").map_or_else(|| format!("{at} {}", located(node)), str::to_owned);
         if node.attribute("id").is_none() {
             self.out.insert_str(at, &format!(" id=\"{}\"", escaped(&id)));
         }
-        self.served.insert(id, located(node));
+        let lists = [
+            (is_served, &mut self.served),
+            (is_affected, &mut self.affected),
+            (is_unscaled, &mut self.unscaled),
+        ];
+        for (_, list) in lists.into_iter().filter(|(holds, _)| *holds) {
+            list.insert(id.clone(), located(node));
+        }
+        Ok(())
+    }
+
+    /// Whether a shape's stroke is painted by a gradient or a pattern, and by nothing where that does not work.
+    fn is_served(&self, node: Node, scope: &Scope) -> bool {
+        let mut parts = words(scope.stroke.as_deref().unwrap_or(""));
+        let (server, fallback) = (parts.next().and_then(url), parts.next());
+        let is_known = server.is_some_and(|server| self.is_known(server));
+        is_known && fallback.is_none() && STROKED.contains(&node.tag_name().name())
+    }
+
+    /// Whether an element that shows something is seen through a filter, a mask or a clip path of its own, or refers to one
+    /// that is, or that is painted by a gradient.
+    fn is_affected(&self, node: Node, settled: &BTreeMap<String, String>) -> Result<bool, SketchError> {
+        let is_of = |tags: &[&str], node: Node| is_svg(node) && tags.contains(&node.tag_name().name());
+        let shows = |node: Node| is_of(&STROKED, node) || is_of(&["image", "use"], node);
+        let mut values = EFFECTS.iter().filter_map(|property| settled.get(*property));
+        if values.any(|value| words(value).any(|word| url(word).is_some_and(|link| self.is_known(link)))) {
+            return Ok((is_of(&STROKED, node) || is_of(&AFFECTED, node)) && node.descendants().any(shows));
+        }
+        if node.tag_name().name() != "use" {
+            return Ok(false);
+        }
+        let link = node.attribute("href").or_else(|| node.attribute((XLINK, "href"))).unwrap_or("");
+        let Some(target) = link.trim().strip_prefix('#').and_then(|id| self.ids.get(id)) else {
+            return Ok(false);
+        };
+        self.styles.take(target.descendants().count())?;
+        let is_url = |value: &str| value.to_ascii_lowercase().contains("url(");
+        Ok(target.descendants().any(|inside| inside.attributes().any(|attribute| is_url(attribute.value())))
+            && target.descendants().any(shows))
     }
 
     /// All attributes but those of styles.
@@ -463,7 +537,7 @@ impl Walk<'_> {
     }
 
     fn is_known(&self, link: &str) -> bool {
-        link.trim().strip_prefix('#').is_some_and(|id| self.ids.contains(id))
+        link.trim().strip_prefix('#').is_some_and(|id| self.ids.contains_key(id))
     }
 
     fn miss(&mut self, what: LeftOut) {
@@ -502,6 +576,11 @@ impl Walk<'_> {
     /// A paint or a filter that nothing in the drawing has leaves nothing to be seen.
     fn check_reference(&mut self, node: Node, property: &str, value: &str, scope: &Scope) {
         let all: Vec<_> = words(value).collect();
+        let is_own = |word: &&str| url(word).is_some() || ["none", "inherit"].contains(word);
+        if ["clip-path", "mask"].contains(&property) && !all.iter().all(is_own) && !scope.is_hidden {
+            let found = format!("{property}: {value}").chars().take(SHOWN).collect();
+            self.miss(LeftOut::Clip { element: name(node), found });
+        }
         let servers: &[&str] = match (property, &all[..]) {
             ("fill" | "stroke", [_]) | ("filter", _) => &all,
             _ => &[],

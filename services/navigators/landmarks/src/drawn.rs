@@ -1,0 +1,92 @@
+//! Lengths in a drawing, and the driven lengths that they stand for.
+//!
+//! A drawing is out of scale, so a length measured in it has another type than a length that the robot drives. Only the
+//! drawing's [`Stretch`] converts between the two.
+
+use std::ops::{Add, Mul, Sub};
+
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::geometry::Point;
+
+/// The drawing in metres, by what its canvas is said to stand for: x to the right, y up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Drawn;
+
+/// A length as a person drew or stated it, in metres.
+#[derive(Debug, Clone, Copy, Default, PartialEq, PartialOrd, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct DrawnMetres(pub f64);
+
+impl DrawnMetres {
+    /// The distance between two places of a drawing.
+    pub fn between(one: &Point<Drawn>, other: &Point<Drawn>) -> Self {
+        Self(one.distance(other))
+    }
+
+    /// The longer of the two.
+    pub const fn max(self, other: Self) -> Self {
+        Self(self.0.max(other.0))
+    }
+
+    /// The nearest length within these bounds.
+    pub const fn clamp(self, low: Self, high: Self) -> Self {
+        Self(self.0.clamp(low.0, high.0))
+    }
+}
+
+impl Add for DrawnMetres {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+}
+
+impl Sub for DrawnMetres {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0)
+    }
+}
+
+impl Mul<f64> for DrawnMetres {
+    type Output = Self;
+
+    fn mul(self, times: f64) -> Self {
+        Self(self.0 * times)
+    }
+}
+
+/// How many driven metres a drawn one stands for.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Stretch(pub f64);
+
+impl Stretch {
+    /// The stretch of a drawing to scale.
+    pub const NONE: Self = Self(1.0);
+
+    /// A driven length, in metres, as a length in the drawing.
+    pub fn drawn(self, driven_m: f64) -> DrawnMetres {
+        DrawnMetres(driven_m / self.0)
+    }
+
+    /// A length in the drawing as a driven length, in metres.
+    pub fn driven_m(self, drawn: DrawnMetres) -> f64 {
+        drawn.0 * self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drawn_metre_is_driven_by_its_stretch() {
+        let stretch = Stretch(1.25);
+        assert_eq!(stretch.driven_m(DrawnMetres(2.0)), 2.5);
+        assert_eq!(stretch.drawn(2.5), DrawnMetres(2.0));
+        assert_eq!(Stretch::NONE.driven_m(DrawnMetres(2.0)), 2.0);
+    }
+}

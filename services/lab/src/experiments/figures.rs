@@ -1,7 +1,7 @@
-//! The figures of experiments as a page shows them: what each came to, and markers in the page that this fills.
+//! The figures of experiments as a page shows them: the results of each, and the markers in the page that this fills.
 //!
-//! A marker is a pair of comments of HTML, which readers of the page do not see. The first one says what is to stand
-//! between them: experiment, method, form, and lines of the experiment's table where it is not about all of it.
+//! A marker is a pair of HTML comments, which readers of the page do not see. The first says what is to stand between them:
+//! experiment, method, form, and lines of the experiment's table unless it is about the whole.
 //!
 //! ```text
 //! <!--= people outline share-->97.5 % (95 to 99) of 320<!--=-->
@@ -9,8 +9,7 @@
 //! <!--= experiments--> … a table of all experiments with their commands … <!--=-->
 //! ```
 //!
-//! A figure of an experiment that was not driven stays as it is and gets a dagger. It never drives anything and reads no
-//! file.
+//! A figure of an experiment that was not driven stays as it is and gets a dagger. Nothing here drives anything or reads a file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -26,15 +25,15 @@ use crate::experiments::{studies, suites};
 const BEGIN: &str = "<!--= ";
 const OPEN: &str = "-->";
 const END: &str = "<!--=-->";
-/// What stands in the table for a study, which drives no missions.
+/// The table entry of a study, which drives no missions.
 const STUDIED: &str = "tables and curves, see the text";
-/// Behind a figure that was not driven again.
+/// Marks a figure that was not driven again.
 const EARLIER: &str = " †";
 /// The marker of the table of all experiments.
 const EXPERIMENTS: &str = "experiments";
 const FORMS: &str = "share, percent, of, rated, reached, attempts, known, or how tasks ended";
 
-/// What experiments came to, by name.
+/// The results of experiments, by name.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Figures {
@@ -42,27 +41,27 @@ pub struct Figures {
     pub experiments: BTreeMap<String, Experiment>,
 }
 
-/// What one experiment came to.
+/// The results of one experiment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
-    /// What makes the figures again.
+    /// The command that reproduces the figures.
     pub command: String,
-    /// Which program drove it.
+    /// The program that drove it.
     pub program: String,
-    /// Each method; none where it is a study.
+    /// The methods; empty for a study.
     pub methods: Vec<Method>,
 }
 
-/// What the drives by one method came to.
+/// The results of the drives by one method.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Method {
-    /// Its word.
+    /// The method's name.
     pub method: String,
     /// All tasks that count.
     pub total: Tally,
-    /// Those of each line of the suite's table.
+    /// The tally of each line of the suite's table.
     pub lines: BTreeMap<String, Tally>,
 }
 
@@ -78,7 +77,7 @@ impl Method {
         Self { method: method.to_owned(), total: Tally::of(counted()), lines }
     }
 
-    /// The share of reached tasks in words: ``"`outline` 97.5 % (95 to 99) of 320"``.
+    /// The share of reached tasks as text: ``"`outline` 97.5 % (95 to 99) of 320"``.
     pub fn words(&self) -> String {
         format!("`{}` {}", self.method, share(self.total))
     }
@@ -97,8 +96,8 @@ impl Figures {
     /// Fills the markers of a page. Filling twice changes nothing.
     ///
     /// # Errors
-    /// [`EvalError::Marker`]: one that does not end, or that names an experiment, a method, a form or a line that there
-    /// is not.
+    /// [`EvalError::Marker`] for one that does not end, or that names an experiment, a method, a form or a line that does not
+    /// exist.
     pub fn fill(&self, page: &str) -> Result<Filled, EvalError> {
         let mut filled = Filled { page: String::with_capacity(page.len()), not_driven: BTreeSet::new() };
         let mut rest = page;
@@ -117,7 +116,7 @@ impl Figures {
         Ok(filled)
     }
 
-    /// What stands in a marker; `None` where it was not driven.
+    /// The text inside a marker; `None` if its experiment was not driven.
     fn text(&self, marker: &Marker<'_>, not_driven: &mut BTreeSet<String>) -> Result<Option<String>, Wrong> {
         let Marker::Figure { experiment, method, form, lines } = marker else {
             return Ok(Some(self.table()));
@@ -206,7 +205,7 @@ enum Form {
     Attempts,
     /// `80.9 %`: the share of failures that the robot knows.
     Known,
-    /// How many ended so.
+    /// The number of tasks that ended in this way.
     Count(Kind),
 }
 
@@ -250,7 +249,7 @@ fn ends(tally: Tally) -> [String; 2] {
     tally.interval().map(|end| format!("{:.0}", 100.0 * end))
 }
 
-/// `97.5 %`, and `100 %` where it is all of them.
+/// `97.5 %`, and `100 %` if it is all of them.
 fn percent(rate: Option<f64>) -> String {
     match rate {
         None => "–".to_owned(),
@@ -301,7 +300,7 @@ mod tests {
         assert_eq!(filled("no marker\n"), "no marker\n");
     }
 
-    /// Figures of the page were copied by hand, and nobody could tell which ones were of the code beside it.
+    /// Figures of the page were copied by hand, and it was impossible to tell which of them belonged to the code next to it.
     #[test]
     fn a_figure_that_was_not_driven_gets_a_dagger_once() {
         let page = "<!--= routes outline share-->95.0 %<!--=-->";

@@ -25,27 +25,27 @@ use crate::judge::{self, TaskSpan, TaskVerdict};
 /// A run that was driven.
 #[derive(Debug)]
 pub struct Driven {
-    /// As it was driven.
+    /// The run as it was driven.
     pub run: RunConfig,
-    /// Its mission in the drawing, where it has one.
+    /// Its mission in the drawing, if it has one.
     pub sketch: Option<SketchMission>,
-    /// Number, within the trial, of the run's first task.
+    /// The number, within the trial, of the run's first task.
     pub first_task: usize,
-    /// What it said.
+    /// What the run said.
     pub log: Log,
     /// The stamp of every message on any channel.
     pub stamps_ns: Vec<u64>,
-    /// Processor time of localizer and planner by the clock, seconds.
+    /// Processor time of localizer and planner by the wall clock, seconds.
     pub busy_s: f64,
     /// How often a person answered the robot.
     pub answers: u32,
-    /// Whether the person gave up a robot that is lost.
+    /// Whether the person gave up while the robot was lost.
     pub is_left_lost: bool,
-    /// Its tasks, judged; those that were begun or, where no pose is given after a failure, all.
+    /// The verdicts of its tasks: of those that began or, if no pose is given after a failure, of all.
     pub verdicts: Vec<TaskVerdict>,
 }
 
-/// Writes down a run, and ends it after a failed task where another run is to take over.
+/// Records a run, and ends it after a failed task if another run is to take over.
 struct Watcher<'a> {
     log: Log,
     stamps_ns: Vec<u64>,
@@ -99,11 +99,11 @@ impl Watcher<'_> {
 
 /// Drives one repetition of a trial.
 ///
-/// Where poses are given anew (`restarts`), a run ends with the first task that fails. Another begins at that task's
-/// goal (Boniardi et al. 2015, IV).
+/// If poses are given again (`restarts`), a run ends with the first task that fails, and another starts at that task's goal
+/// (Boniardi et al. 2015, IV).
 ///
 /// # Errors
-/// [`EvalError::Trial`] where the mission cannot begin.
+/// [`EvalError::Trial`] if the mission cannot start.
 pub fn drive(trial: &Trial, method: &str, seed: u64) -> Result<Vec<Driven>, EvalError> {
     let page = trial.bytes.as_ref().map(Page::bytes).transpose()?;
     let mut runs = Vec::new();
@@ -168,14 +168,14 @@ pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Ve
     Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
 }
 
-/// How the run's task `index` ended, its way included.
+/// How the run's task `index` ended, taking its path into account.
 pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
     let verdict = &driven.verdicts[index];
     if trial.ends_with_contact && verdict.collisions > 0 {
         return Kind::Collided;
     }
     let kind = match Kind::of(verdict) {
-        // With somebody who looks on, a lost robot waits, and its task does not end.
+        // With a person looking on, a lost robot waits, and its task does not end.
         Kind::Aborted if driven.is_left_lost => Kind::Lost,
         kind => kind,
     };
@@ -189,12 +189,12 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
 }
 
-/// What a task of a run cost; of the processor's time, which is known of the run as a whole, its share by time.
+/// The cost of a task of a run. Processor time is known only for the run as a whole; a task gets its share by duration.
 fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     let log = &driven.log;
     let whole_s = log.truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
     let is_within = |stamp_ns: &&u64| (span.begin_ns..=span.end_ns).contains(*stamp_ns);
-    // Of a map with thousands of faces that takes longer than the drive.
+    // For a map with thousands of faces this would take longer than the drive.
     let world = trial.ends_with_contact.then(|| sketchnav_sim::files::world(&driven.run.mission.world).ok());
     let half_extents_m = driven.run.robot.half_extents_m();
     let cost = Cost::new(span.of(&log.commands), span.of(&log.truth), time_s, driven.run.robot.mass_kg);
@@ -208,7 +208,7 @@ fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     }
 }
 
-/// The states of a drive by landmark states; none of another drive, nor of one by words, where nothing is drawn.
+/// The states of a drive by landmark states; empty for any other drive, and for one by words, for which nothing is drawn.
 fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     let log = &driven.log;
     let by_states =

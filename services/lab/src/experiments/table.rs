@@ -1,4 +1,4 @@
-//! The figures of a suite as tables of words, for the terminal and for the report alike.
+//! The figures of a suite as tables of text, both for the terminal and for the report.
 
 use serde::Serialize;
 use sketchnav_schemas::statistics::wilson;
@@ -11,14 +11,14 @@ use crate::experiments::suite::{Leg, Suite};
 /// A table: the first column names the line, the others are figures.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Table {
-    /// Over the columns.
+    /// The headings of the columns.
     pub header: Vec<String>,
     /// Lines, each as long as the header.
     pub rows: Vec<Vec<String>>,
 }
 
-/// The outcomes of one method: the paper's table beside ours, where there is one; then a line for each
-/// drawing, by how the tasks ended.
+/// The outcomes of one method: the paper's table next to ours, if there is one; then a line for each drawing, by how the tasks
+/// ended.
 pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     let counted: Vec<_> = outcomes.iter().copied().filter(|ended| suite.counts(ended)).collect();
     let kinds = by_drawing(suite, &counted);
@@ -27,14 +27,14 @@ pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     legs.into_iter().chain([kinds]).chain(costs).collect()
 }
 
-/// What became of tasks that do not count, where there are any.
+/// How tasks that do not count ended, if there are any.
 pub fn note(suite: &Suite, outcomes: &[&TaskOutcome]) -> Option<String> {
     let others = Tally::of(outcomes.iter().copied().filter(|ended| !suite.counts(ended)));
     let said = format!("Connecting legs, not counted: {} of {} reached.", others.reached, others.attempts);
     (others.attempts > 0).then_some(said)
 }
 
-/// The paper's table beside ours: a line for each leg, a column for each drawing.
+/// The paper's table next to ours: a line for each leg, a column for each drawing.
 fn by_leg(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let drawings = suite.drawings();
     let papers = suite.papers();
@@ -64,7 +64,7 @@ fn by_leg(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     Table { header, rows }
 }
 
-/// A line for each drawing, one for all, and the paper's.
+/// A line for each drawing, one for all, and the paper's lines.
 fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let mut header = vec![suite.lines.unwrap_or("drawing").to_owned(), "reached".into()];
     header.extend(["%".into(), "95 %".into()]);
@@ -92,7 +92,7 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     Table { header, rows }
 }
 
-/// What the robot said in most failures of a line.
+/// The reason that the robot gave in most failures of a line.
 fn reason(outcomes: &[&TaskOutcome], line: &str) -> String {
     let failed = outcomes.iter().filter(|ended| ended.drawing == line && !ended.is_success());
     let mut counts: Vec<(&str, usize)> = Vec::new();
@@ -110,7 +110,7 @@ fn reason(outcomes: &[&TaskOutcome], line: &str) -> String {
         .map_or(String::new(), |(reason, _)| reason.to_owned())
 }
 
-/// What others say of a line of the method that was driven.
+/// What others say of a line, for the method that was driven.
 fn told(suite: &Suite, outcomes: &[&TaskOutcome], line: &str) -> String {
     let method = outcomes.first().map_or("", |ended| ended.method.as_str());
     let told = suite.told.iter().find(|told| told.method == method && told.line == line);
@@ -131,7 +131,7 @@ fn head(name: &str, reached: usize, attempts: usize) -> Vec<String> {
     vec![name.to_owned(), format!("{reached}/{attempts}"), percent(rate), interval]
 }
 
-/// A share as a figure; a dash where there is none.
+/// A share as a figure; a dash if there is none.
 pub(crate) fn percent(share: Option<f64>) -> String {
     share.map_or("–".into(), |share| format!("{:.1}", 100.0 * share))
 }

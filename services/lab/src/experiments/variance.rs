@@ -2,37 +2,37 @@
 
 use std::f64::consts::PI;
 
-/// The mean of numbers; 0 of none.
+/// The mean of numbers; 0 if there are none.
 pub fn mean(numbers: &[f64]) -> f64 {
     numbers.iter().sum::<f64>() / numbers.len().max(1) as f64
 }
 
-/// The variance of the population that a sample is from; `None` of fewer than two numbers.
+/// The variance of the population that a sample is drawn from; `None` for fewer than two numbers.
 pub fn variance(numbers: &[f64]) -> Option<f64> {
     let middle = mean(numbers);
     let squares: f64 = numbers.iter().map(|number| (number - middle).powi(2)).sum();
     (numbers.len() > 1).then(|| squares / (numbers.len() - 1) as f64)
 }
 
-/// Student's 95 % interval of the mean; `None` of fewer than two numbers.
+/// Student's 95 % interval of the mean; `None` for fewer than two numbers.
 pub fn interval_of_mean(numbers: &[f64]) -> Option<[f64; 2]> {
     let count = numbers.len() as f64;
     let half = student(0.95, count - 1.0) * (variance(numbers)? / count).sqrt();
     Some([mean(numbers) - half, mean(numbers) + half])
 }
 
-/// Two variances, compared.
+/// The comparison of two variances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FTest {
-    /// The variance over the other one.
+    /// The ratio of the variances.
     pub f: f64,
     /// Degrees of freedom of both.
     pub freedom: [usize; 2],
-    /// How probable a ratio that far from 1 is where the variances are equal, to either side.
+    /// The two-sided probability of a ratio that far from 1 if the variances are equal.
     pub p: f64,
 }
 
-/// Whether two samples are of populations of equal variance; `None` where one has no variance.
+/// Whether two samples are from populations of equal variance; `None` if one has no variance.
 pub fn f_test(numerator: &[f64], denominator: &[f64]) -> Option<FTest> {
     let f = variance(numerator)? / variance(denominator).filter(|variance| *variance > 0.0)?;
     let freedom = [numerator.len() - 1, denominator.len() - 1];
@@ -41,7 +41,7 @@ pub fn f_test(numerator: &[f64], denominator: &[f64]) -> Option<FTest> {
     Some(FTest { f, freedom, p: (2.0 * below.min(1.0 - below)).min(1.0) })
 }
 
-/// The number that Student's t exceeds in size in all but this share of cases.
+/// The number that the absolute value of Student's t exceeds in only this share of cases.
 fn student(share: f64, freedom: f64) -> f64 {
     let outside = |t: f64| incomplete_beta(freedom / 2.0, 0.5, freedom / (freedom + t * t));
     let (mut low, mut high) = (0.0, 1e4);
@@ -57,7 +57,7 @@ fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {
         return f64::from(u8::from(x >= 1.0));
     }
-    // It converges fast on this side alone.
+    // It converges fast only on this side.
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - incomplete_beta(b, a, 1.0 - x);
     }
@@ -70,7 +70,7 @@ fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
             -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0))
         }
     };
-    // From its end backwards: 200 terms are more than enough for a few hundred degrees of freedom.
+    // Evaluated from its end backwards; 200 terms are more than enough for a few hundred degrees of freedom.
     front / (1..=200).rev().fold(1.0, |rest, i| 1.0 + term(i) / rest)
 }
 
@@ -108,7 +108,7 @@ mod tests {
             let above = 1.0 - incomplete_beta(a / 2.0, b / 2.0, a * f / (a * f + b));
             assert!((above - 0.05).abs() < 2e-4, "{a} {b}: {above}");
         }
-        // 1.6 is what Chronis 2007 has for 44 and 54 degrees.
+        // 1.6 is the value of Chronis 2007 for 44 and 54 degrees.
         let above = 1.0 - incomplete_beta(22.0, 27.0, 44.0 * 1.6 / (44.0 * 1.6 + 54.0));
         assert!((above - 0.05).abs() < 3e-3, "{above}");
     }

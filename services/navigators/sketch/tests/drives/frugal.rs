@@ -25,7 +25,7 @@ fn a_step_allocates_nothing() {
     scene.walls.push([4.0, 1.0, 4.0, 3.0]);
     let line = [[2.0, 1.0], [3.0, 1.0], [3.0, 3.0], [1.0, 3.0]];
     let mut drive = Drive::new(scene, ROBOTINO, &[&[[6.0, 2.0]], &line, &[[1.0, 1.0]]], 180.0);
-    // The host has room for what is sent before the first step.
+    // The host has room for outgoing messages before the first step.
     for spec in channels::written_by(Process::Planner, "sketch") {
         let put = Put { spec, cells: 0, is_repeated: true, fill: &mut |_, _| {} };
         drive.sent.put(put).unwrap();

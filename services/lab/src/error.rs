@@ -23,7 +23,7 @@ pub enum EvalError {
     },
     /// Data that are not part of the project are missing.
     #[error(
-        "suite {suite} needs {what}, which is not part of sketchnav: expected {file} in the folder that --data DIR or the variable SKETCHNAV_DATA names, found {found}"
+        "suite {suite} needs {what}, which is not shipped with sketchnav: expected {file} in the folder given by --data DIR or SKETCHNAV_DATA, found {found}"
     )]
     NoData {
         /// The suite.
@@ -102,7 +102,7 @@ pub enum EvalError {
         cause: CorrespondenceError,
     },
     /// No path leads between the places of the tasks on the true floor.
-    #[error("mission {mission}: expected ways between the places of its tasks, found none")]
+    #[error("mission {mission}: expected a path between the places of its tasks, found none")]
     NoWay {
         /// The mission's name.
         mission: String,

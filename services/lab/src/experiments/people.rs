@@ -106,7 +106,7 @@ pub fn exam_answered(folders: &Folders) -> Result<Suite, EvalError> {
 
 fn with_onlooker(suite: Suite) -> Suite {
     let title =
-        format!("{} A person looks on, and answers truly when the robot asks where it is.", suite.title);
+        format!("{} A person looks on and answers truthfully when the robot asks where it is.", suite.title);
     Suite { title, tells: Some(person::sections), ..suite }
 }
 
@@ -168,9 +168,9 @@ impl Place {
         for (i, spot) in spots.iter().enumerate() {
             if spot.is_none() {
                 let (drawing, number) = (&paper.name, reading.matches[i].number);
-                suite
-                    .notices
-                    .push(format!("{drawing}/{annotator}: match {number} is left out, no robot gets in"));
+                suite.notices.push(format!(
+                    "{drawing}/{annotator}: match {number} is left out: no robot can enter it"
+                ));
             }
         }
         let pairs = spots.iter().flatten().flat_map(|from| spots.iter().flatten().map(move |to| (from, to)));

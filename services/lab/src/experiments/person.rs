@@ -175,17 +175,17 @@ pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
         "method",
         "drawing",
         "drives",
-        "the robot asked in",
+        "drives with a question",
         "answers",
         "then reached",
-        "then wrong arrivals",
+        "wrong arrivals afterwards",
     ];
     let words = format!(
         "The person answers truly and points as exactly as people mark a start. At the question after {MOST_ANSWERS} \
          answers they give the drive up."
     );
     vec![Section {
-        title: "What the robot asked".to_owned(),
+        title: "The robot's questions".to_owned(),
         table: Table { header: header.map(str::to_owned).to_vec(), rows: lines.iter().map(row).collect() },
         words: vec![words],
         plots: Vec::new(),

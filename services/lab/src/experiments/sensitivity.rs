@@ -36,7 +36,7 @@ const CONDITIONS: [Condition; 8] = [
     Condition {
         word: "start-error",
         title: "Error of the start mark",
-        unit: "times people's (1 % of the diagonal, 5°)",
+        unit: "multiples of people's (1 % of the diagonal, 5°)",
         values: &[0.0, 1.0, 2.0, 4.0, 6.0],
         usual: 1.0,
         change: start_error,
@@ -44,7 +44,7 @@ const CONDITIONS: [Condition; 8] = [
     Condition {
         word: "odometry",
         title: "Noise of the odometry",
-        unit: "times the robot's (standard deviations)",
+        unit: "multiples of the robot's (standard deviations)",
         values: &[0.0, 1.0, 2.0, 4.0, 8.0],
         usual: 1.0,
         change: odometry,
@@ -70,7 +70,7 @@ const CONDITIONS: [Condition; 8] = [
     Condition {
         word: "clutter",
         title: "Clutter that is not drawn",
-        unit: "pieces more than the floor's own furniture",
+        unit: "pieces in addition to the floor's furniture",
         values: &[0.0, 10.0, 20.0, 40.0],
         usual: 0.0,
         change: |trial, site, count| {
@@ -90,7 +90,7 @@ const CONDITIONS: [Condition; 8] = [
     Condition {
         word: "slow",
         title: "Slow cores",
-        unit: "seconds for a step (scans come every 0.1 s)",
+        unit: "seconds per step (scans come every 0.1 s)",
         values: &[0.0, 0.1, 0.2, 0.3, 0.4],
         usual: 0.0,
         change: |trial, _, step_s| {

@@ -35,8 +35,8 @@ impl Folders {
     pub fn datum(&self, Datum { what, file }: Datum) -> Result<PathBuf, EvalError> {
         let found = match &self.data {
             Some(folder) if folder.join(file).is_file() => return Ok(folder.join(file)),
-            Some(folder) => format!("nothing of that name in {}", folder.display()),
-            None => "neither of them set".to_owned(),
+            Some(folder) => format!("no such file in {}", folder.display()),
+            None => "neither is set".to_owned(),
         };
         Err(EvalError::NoData { suite: self.suite, what, file, found })
     }

@@ -37,7 +37,7 @@ pub enum AnchorsError {
     #[error("anchors: expected a table [{0}]")]
     Table(String),
     /// A place of the drawing that the floor does not have.
-    #[error("anchors: drawing.{drawing}.{name}: expected a place of floor.{floor}")]
+    #[error("anchors: drawing.{drawing}.{name}: expected a place that floor.{floor} has, too")]
     Place {
         /// The drawing.
         drawing: String,

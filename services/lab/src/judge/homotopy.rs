@@ -42,7 +42,7 @@ pub struct Anchor {
 pub enum CorrespondenceError {
     /// Fewer than three, or all on a line, or the drawing is the mirror image of the floor.
     #[error(
-        "anchors: expected three that are not in a line and go round the same way on both sides, found {0}"
+        "anchors: expected three that are not on a line and have the same orientation in both planes, found none among {0}"
     )]
     Flat(usize),
     /// The places contradict each other too much: no triangulation is valid in both planes.

@@ -34,7 +34,7 @@ pub enum RoomsError {
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
     /// A room whose corners do not enclose an area.
-    #[error("room {name}: expected three corners or more, finite numbers")]
+    #[error("room {name}: expected at least three corners with finite coordinates")]
     Corners {
         /// The room.
         name: String,

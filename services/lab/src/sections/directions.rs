@@ -203,7 +203,7 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
         (page::table(&header.map(str::to_owned), &rows.collect::<Vec<_>>()))
         p.small {
             "Direct, recovered, unaware: at the goal; by a wrong way in the last case. Cannot locate, lost: the navigator knows. "
-            "Astray: it believes to be at the goal (Park and Kender 1995, 7.2.6)."
+            "Astray: it believes itself to be at the goal (Park and Kender 1995, 7.2.6)."
         }
         h2 { "Custom maps" }
         @for (map, name) in maps.split(&format!("{BETWEEN}\n")).zip(run.mission.task.iter().map(|task| &task.name)) {

@@ -134,7 +134,7 @@ pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow:
         }));
     }
     Ok(html! {
-        h2 { "What of the drawing corresponds to what was seen" }
+        h2 { "What in the drawing corresponds to what was seen" }
         p { "A piece of the drawing's outline and its partner have one colour. Green cross: the goal. Red cross: where the best rival has it." }
         div.pictures { @for svg in &figures { figure { (PreEscaped(svg)) } } }
     })

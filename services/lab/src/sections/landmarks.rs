@@ -77,7 +77,7 @@ impl<'a> Landmarks<'a> {
             }
             @if let Some(svg) = histograms(run, &moments) {
                 h2 { "Histograms of forces" }
-                p.small { "Each object that is seen, by its histogram of constant forces; ahead is up, a radius is the greatest force." }
+                p.small { "The histogram of constant forces of each visible object; ahead is up, and the radius is the greatest force." }
                 div.pictures { figure { (PreEscaped(svg)) } }
             }
         }
@@ -122,7 +122,7 @@ impl<'a> Landmarks<'a> {
         let sketch = self.instructions.sketch.as_ref()?;
         let all = || sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline));
         let mut sheet = sheet(
-            "The sketch with its states, and where the robot believed to be",
+            "The sketch with its states, and where the robot believed itself to be",
             all().copied().map(<[f64; 2]>::from),
         );
         for landmark in &sketch.landmarks {

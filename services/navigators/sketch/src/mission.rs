@@ -152,7 +152,7 @@ impl SketchMission {
         keys.end(&["kind", "method", "drawing", "walls", "start", "start_heading_deg"])?;
         check_heading("navigator.start_heading_deg", read.start_heading_deg.unwrap_or_default())?;
         let points: usize = read.tasks.iter().map(|task| task.aim.points().len()).sum();
-        let expected = "at most 8192 points of all goals and routes";
+        let expected = "at most 8192 points in all goals and routes together";
         check(points <= MAX_ROUTE_POINTS, || "task".into(), expected, || points.to_string())?;
         read.check_places()?;
         Ok(read)

@@ -73,7 +73,7 @@ fn example(jobs: &[Job<'_>], ended: &TaskOutcome) -> Result<Option<Example>, Eva
     let off = ended.final_error_m.map(|off| format!(", {off:.1} m from the middle of the goal"));
     let said = if ended.reason.is_empty() { "nothing" } else { &ended.reason };
     let text = format!(
-        "After {:.0} s and {:.1} m{}. The robot said: {said}.",
+        "After {:.0} s and {:.1} m{}. The robot reported: {said}.",
         ended.time_s,
         ended.path_m,
         off.unwrap_or_default()

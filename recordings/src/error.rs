@@ -7,6 +7,7 @@ use sketchnav_schemas::ros2::Ros2Error;
 use crate::dynamic::DynamicError;
 use crate::foreign::{Foreign, OF_ANY_MCAP, OF_ROS2};
 use crate::records::Damage;
+use crate::writer::LIBRARY;
 
 /// What can be wrong with a recording.
 #[derive(Debug, thiserror::Error)]
@@ -142,8 +143,8 @@ fn cause(error: &mcap::McapError) -> String {
 }
 
 fn written_by(library: &str) -> String {
-    // Our copy of a recording by other software does not name that software.
-    if library.is_empty() || library.starts_with("sketchnav") {
+    // A copy of ours of what others wrote says nothing of them.
+    if library.is_empty() || library.starts_with(LIBRARY) {
         String::new()
     } else {
         format!(" (written by {library})")

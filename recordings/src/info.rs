@@ -18,7 +18,7 @@ use crate::foreign::{Form, OF_ANY_MCAP, OF_ROS2};
 use crate::index::Index;
 use crate::reader::{Part, RawMessage, Recording, Topic};
 use crate::sequence::{Gap, Sequence};
-use crate::writer::{RECORDER_METADATA, RESTARTS_METADATA, RUN_METADATA, TOPICS_METADATA};
+use crate::writer::{LIBRARY, RECORDER_METADATA, RESTARTS_METADATA, RUN_METADATA, TOPICS_METADATA};
 
 /// What is in a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -121,8 +121,13 @@ pub fn info_of_messages(path: &Path) -> Result<Info, RecordingError> {
     tally.finish(&recording)
 }
 
-/// From the summary; `None` if that does not say enough.
+/// Out of the summary; `None` where it does not say enough, or where another tool has copied what it says of the messages, and
+/// maybe not the messages.
 fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
+    let recording = Recording::open(path)?;
+    if !recording.header().library.starts_with(LIBRARY) {
+        return Ok(None);
+    }
     let Some(index) = Index::of_summary(path)? else { return Ok(None) };
     let Some(statistics) = &index.statistics else { return Ok(None) };
     let Some(told) = index.metadata(path, TOPICS_METADATA)? else { return Ok(None) };
@@ -143,7 +148,7 @@ fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
     let attachments = index.attachments.into_iter();
     tally.attachments =
         attachments.map(|file| AttachmentInfo { name: file.name, bytes: file.bytes }).collect();
-    tally.finish(&Recording::open(path)?).map(Some)
+    tally.finish(&recording).map(Some)
 }
 
 fn duration_s(topics: &[TopicInfo]) -> f64 {

@@ -279,3 +279,20 @@ fn an_empty_definition_and_a_second_type_are_named() {
     let words = "/ball: messages of 2 types: geometry_msgs/msg/PointStamped, geometry_msgs/msg/PoseStamped";
     assert!(notes.contains(words), "{notes}");
 }
+
+/// Another tool had left out scans and copied what the recording said of its topics: "0 missing".
+#[test]
+fn what_another_tool_has_copied_of_the_topics_does_not_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("story.mcap");
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/story.mcap");
+    let mut file = std::fs::read(golden).unwrap();
+    let mut replace = |from: &[u8], to: &[u8]| {
+        let at = file.windows(from.len()).position(|found| found == from).unwrap();
+        file[at..at + to.len()].copy_from_slice(to);
+        std::fs::write(&path, &file).unwrap();
+        info(&path).unwrap().missing
+    };
+    assert_eq!(replace(br#""missing":0"#, br#""missing":7"#), 7);
+    assert_eq!(replace(b"sketchnav ", b"other-tool"), 0);
+}

@@ -98,6 +98,7 @@ fn a_map_that_is_transparent_in_part_is_doubted() {
     let place = |name: &str| folder.path().join(name);
     let yaml = "image: m.png\nresolution: 1\norigin: [0, 0, 0]\noccupied_thresh: 0.6\nfree_thresh: 0.2\n";
     std::fs::write(place("m.png"), MAP).unwrap();
+    std::fs::write(place("d.svg"), "<svg/>").unwrap();
     std::fs::write(place("m.yaml"), yaml).unwrap();
     let mission = "name = 'a'\nrobot = 'turtlebot3'\n[world]\nmap = 'm.yaml'\n[start]\nworld = [1, 1]\n\
         world_heading_deg = 0\n[navigator]\nkind = 'sketch'\ndrawing = 'd.svg'\nstart = [2, 3]\nstart_heading_deg = 0\n\

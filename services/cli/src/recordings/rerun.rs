@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use sketchnav_files::draft::{Draft, Sink};
 use sketchnav_navigators::method_of;
+use sketchnav_recordings::reader::Selection;
 use sketchnav_recordings::sources::{self, RecordedRun};
-use sketchnav_recordings::writer::Writer;
+use sketchnav_recordings::writer::{Writer, topic_name};
 use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_rehearsal::rerun::{self, Rerun, RerunError};
+use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
 
 use super::args::RerunOptions;
@@ -39,10 +41,10 @@ pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> 
         asks_what_if.then(|| judge::of_whole(whole, None)).transpose()?.into_iter().collect();
     let outcome = execute(&recording, &recorded, options, copy.as_deref(), &guard)?;
     if outcome.recorded + outcome.sent == 0 {
-        let process = options.process;
-        let file = whole.name().display();
+        let (process, file) = (options.process, whole.name().display());
+        let why = silence(&recording, &recorded, options, &outcome).or_input()?;
         return Err(Failure::Input(anyhow!(
-            "{file}: expected messages of the {process}, found none: there is nothing to execute again"
+            "{file}: expected messages of the {process}, found none: there is nothing to execute again{why}"
         )));
     }
     if let (Some(copy), true) = (&copy, asks_what_if) {
@@ -58,6 +60,29 @@ pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> 
     }
     let is_new = outcome.recorded == 0;
     Ok(if outcome.difference.is_none() || is_new { Outcome::Success } else { Outcome::Short })
+}
+
+/// Why a process may have had nothing to answer.
+fn silence(
+    recording: &Recording,
+    recorded: &RecordedRun,
+    options: &RerunOptions,
+    outcome: &Rerun,
+) -> Result<String, RecordingError> {
+    let mut why = String::new();
+    let mut absent = Vec::new();
+    for spec in channels::read_by(options.process, recorded.run.mission.navigator_kind()) {
+        if recording.select(Selection::of_topics([topic_name(spec.name)]))?.next().is_none() {
+            absent.push(spec.name);
+        }
+    }
+    if !absent.is_empty() {
+        why = format!("; of what it reads, the recording has no message of {}", absent.join(", "));
+    }
+    for rejected in outcome.rejected.list() {
+        why = format!("{why}; rejected {rejected}");
+    }
+    Ok(why)
 }
 
 fn execute(

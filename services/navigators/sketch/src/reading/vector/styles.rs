@@ -10,6 +10,7 @@
 //! Inheritance Level 4; SVG 2, 6.
 
 mod colours;
+mod missed;
 mod sheet;
 mod syntax;
 mod values;
@@ -24,9 +25,10 @@ use std::sync::Arc;
 use resvg::usvg::roxmltree::{Document, Node};
 
 use self::colours::in_dark;
+use self::missed::TEMPLATES;
 use self::sheet::{Rule, Seen, Written};
 use self::syntax::{Declaration, declarations, function, without_comments, words};
-use self::values::{Checked, Kind, check, initial, is_inherited, kind, url};
+use self::values::{Checked, Kind, check, initial, is_inherited, kind};
 use self::variables::{Variables, refers};
 use super::pictures::Pictures;
 use super::references::name;
@@ -42,25 +44,7 @@ const MOST_STEPS: u64 = 100_000_000;
 const MOST_BYTES: usize = 64 << 20;
 /// A value in an error is cut after so many characters.
 const SHOWN: usize = 80;
-/// And what cannot be read of a shape.
-const SHOWN_POINTS: usize = 16;
 
-/// Elements that paint nothing: what they hold is left out without a word.
-const SILENT: [&str; 13] = [
-    "animate",
-    "animateColor",
-    "animateMotion",
-    "animateTransform",
-    "desc",
-    "discard",
-    "metadata",
-    "mpath",
-    "script",
-    "set",
-    "style",
-    "title",
-    "view",
-];
 /// Properties that make attributes of elements other than `svg`.
 const GEOMETRY: [&str; 9] = ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "height"];
 /// Lengths of shapes, and the shapes.
@@ -69,12 +53,6 @@ const LENGTHS: [&str; 13] =
 const SHAPES: [&str; 6] = ["circle", "ellipse", "image", "line", "rect", "use"];
 /// Elements that are drawn by strokes.
 const STROKED: [&str; 7] = ["circle", "ellipse", "line", "path", "polygon", "polyline", "rect"];
-/// Elements whose effects are watched, beside those that are drawn by strokes.
-const AFFECTED: [&str; 3] = ["g", "image", "use"];
-/// Properties by which an element may vanish.
-const EFFECTS: [&str; 3] = ["clip-path", "filter", "mask"];
-/// Elements whose content is drawn elsewhere, or not at all.
-const TEMPLATES: [&str; 7] = ["clipPath", "defs", "filter", "marker", "mask", "pattern", "symbol"];
 /// Properties that the renderer takes from a style alone.
 const STYLE_ONLY: [&str; 3] = ["mix-blend-mode", "isolation", "image-rendering"];
 
@@ -402,90 +380,6 @@ impl Walk<'_, '_> {
         self.write(format_args!("</{tag}>"))
     }
 
-    /// Whether nothing of an element is drawn; what a person may miss is counted.
-    fn is_left_out(&mut self, node: Node, tag: &str, scope: &Scope) -> bool {
-        let is_label = |node: Node| matches!(node.tag_name().name(), "text" | "foreignObject");
-        // A browser shows the first part of a switch that it can, and HTML is one. Extensions are programs' own: none is known.
-        let is_extended = |child: &Node| child.attribute("requiredExtensions").is_some();
-        if node.parent_element().is_some_and(|parent| parent.tag_name().name() == "switch")
-            && is_extended(&node)
-        {
-            return true;
-        }
-        let first = || node.children().find(|child| is_svg(*child) && !is_extended(child));
-        let shown = if tag == "switch" { first() } else { Some(node) };
-        let Some(label) = shown.filter(|shown| is_label(*shown)) else { return SILENT.contains(&tag) };
-        let is_shape = |inside: Node| is_svg(inside) && STROKED.contains(&inside.tag_name().name());
-        if !scope.is_hidden && label.descendants().any(is_shape) {
-            self.miss(LeftOut::Foreign(name(label)));
-        } else {
-            self.labels += usize::from(!scope.is_hidden);
-        }
-        true
-    }
-
-    /// Remembers what the renderer may draw in another way without a word; it gets an id where it has none.
-    fn watch(
-        &mut self,
-        node: Node,
-        settled: &BTreeMap<String, String>,
-        scope: &Scope,
-        at: usize,
-    ) -> Result<(), SketchError> {
-        if scope.is_hidden || scope.is_template {
-            return Ok(());
-        }
-        let is_stroked = STROKED.contains(&node.tag_name().name());
-        let (is_served, is_affected) = (self.is_served(node, scope), self.is_affected(node, settled)?);
-        let is_unscaled = is_stroked && scope.keeps_width;
-        if !(is_served || is_affected || is_unscaled) {
-            return Ok(());
-        }
-        let id = node.attribute("id").map_or_else(|| format!("{at} {}", located(node)), str::to_owned);
-        if node.attribute("id").is_none() {
-            self.out.insert_str(at, &format!(" id=\"{}\"", escaped(&id)));
-        }
-        let lists = [
-            (is_served, &mut self.served),
-            (is_affected, &mut self.affected),
-            (is_unscaled, &mut self.unscaled),
-        ];
-        for (_, list) in lists.into_iter().filter(|(holds, _)| *holds) {
-            list.insert(id.clone(), located(node));
-        }
-        Ok(())
-    }
-
-    /// Whether a shape's stroke is painted by a gradient or a pattern, and by nothing where that does not work.
-    fn is_served(&self, node: Node, scope: &Scope) -> bool {
-        let mut parts = words(scope.stroke.as_deref().unwrap_or(""));
-        let (server, fallback) = (parts.next().and_then(url), parts.next());
-        let is_known = server.is_some_and(|server| self.is_known(server));
-        is_known && fallback.is_none() && STROKED.contains(&node.tag_name().name())
-    }
-
-    /// Whether an element that shows something is seen through a filter, a mask or a clip path of its own, or refers to one
-    /// that is, or that is painted by a gradient.
-    fn is_affected(&self, node: Node, settled: &BTreeMap<String, String>) -> Result<bool, SketchError> {
-        let is_of = |tags: &[&str], node: Node| is_svg(node) && tags.contains(&node.tag_name().name());
-        let shows = |node: Node| is_of(&STROKED, node) || is_of(&["image", "use"], node);
-        let mut values = EFFECTS.iter().filter_map(|property| settled.get(*property));
-        if values.any(|value| words(value).any(|word| url(word).is_some_and(|link| self.is_known(link)))) {
-            return Ok((is_of(&STROKED, node) || is_of(&AFFECTED, node)) && node.descendants().any(shows));
-        }
-        if node.tag_name().name() != "use" {
-            return Ok(false);
-        }
-        let link = node.attribute("href").or_else(|| node.attribute((XLINK, "href"))).unwrap_or("");
-        let Some(target) = link.trim().strip_prefix('#').and_then(|id| self.ids.get(id)) else {
-            return Ok(false);
-        };
-        self.styles.take(target.descendants().count())?;
-        let is_url = |value: &str| value.to_ascii_lowercase().contains("url(");
-        Ok(target.descendants().any(|inside| inside.attributes().any(|attribute| is_url(attribute.value())))
-            && target.descendants().any(shows))
-    }
-
     /// All attributes but those of styles.
     fn attributes(&mut self, node: Node, declared: &Declared, scope: &Scope) -> Result<(), SketchError> {
         let is_root = node.parent_element().is_none();
@@ -571,45 +465,6 @@ impl Walk<'_, '_> {
             self.attribute("style", &style)?;
         }
         Ok(settled)
-    }
-
-    /// A paint or a filter that nothing in the drawing has leaves nothing to be seen.
-    fn check_reference(&mut self, node: Node, property: &str, value: &str, scope: &Scope) {
-        let all: Vec<_> = words(value).collect();
-        let is_own = |word: &&str| url(word).is_some() || ["none", "inherit"].contains(word);
-        if ["clip-path", "mask"].contains(&property) && !all.iter().all(is_own) && !scope.is_hidden {
-            let found = format!("{property}: {value}").chars().take(SHOWN).collect();
-            self.miss(LeftOut::Clip { element: name(node), found });
-        }
-        let servers: &[&str] = match (property, &all[..]) {
-            ("fill" | "stroke", [_]) | ("filter", _) => &all,
-            _ => &[],
-        };
-        for server in servers.iter().filter_map(|word| url(word)) {
-            if !scope.is_hidden && !self.is_known(server) {
-                let found = format!("{property} url({server})").chars().take(SHOWN).collect();
-                self.miss(LeftOut::Reference { element: name(node), found });
-            }
-        }
-    }
-
-    /// A shape ends where its data cannot be read.
-    fn check_points(&mut self, node: Node, key: &str, value: &str, scope: &Scope) {
-        let commands = match (node.tag_name().name(), key) {
-            ("path", "d") if value.trim() != "none" => "MmZzLlHhVvCcSsQqTtAa",
-            ("polygon" | "polyline", "points") => "",
-            _ => return,
-        };
-        let is_read = |c: char| {
-            c.is_ascii_digit() || c.is_ascii_whitespace() || "eE.,+-".contains(c) || commands.contains(c)
-        };
-        let data = value.trim_start();
-        let begins = key == "points" || data.is_empty() || data.starts_with(['M', 'm']);
-        let wrong = if begins { data.find(|c| !is_read(c)) } else { Some(0) };
-        if let Some(at) = wrong.filter(|_| !scope.is_hidden) {
-            let found = data[at..].chars().take(SHOWN_POINTS).collect();
-            self.miss(LeftOut::Points { element: located(node), found });
-        }
     }
 
     fn attribute(&mut self, key: &str, value: &str) -> Result<(), SketchError> {

@@ -93,8 +93,9 @@ fn a_log_without_poses_needs_a_start() {
 /// A robot that has turned round often was refused by the bounds of a mission's heading; degrees are doubted.
 #[test]
 fn headings_go_on_beyond_a_turn() {
-    let line =
-        |i: f64| format!("FLASER 180 {}{i} 5 {} {i} 0 {} host {i}\n", "2.5 ".repeat(180), 20.0 + i, 20.0 + i);
+    let line = |i: f64| {
+        format!("FLASER 180 {}{i} 5 {} {i} 0 {} {i} host {i}\n", "2.5 ".repeat(180), 20.0 + i, 20.0 + i)
+    };
     let text: String = (0..5).map(|i| line(3.0 + f64::from(i) / 10.0)).collect();
     let place = Place::new("turned.log", text.as_bytes());
     let error = place.import("turned.log", true, None).unwrap_err();

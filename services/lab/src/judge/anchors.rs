@@ -119,7 +119,10 @@ mod tests {
     fn what_cannot_be_joined_is_named() {
         let anchors = Anchors::parse(FILE).unwrap();
         let refusal = |drawing, floor| anchors.of(drawing, floor, from_image).unwrap_err().to_string();
-        assert_eq!(refusal("b", "hall"), "anchors: drawing.b.lamp: expected a place of floor.hall");
+        assert_eq!(
+            refusal("b", "hall"),
+            "anchors: drawing.b.lamp: expected a place that floor.hall has, too"
+        );
         assert_eq!(refusal("c", "hall"), "anchors: drawing.c.crate: expected finite numbers");
         assert_eq!(refusal("z", "hall"), "anchors: expected a table [drawing.z]");
         assert_eq!(refusal("a", "yard"), "anchors: expected a table [floor.yard]");

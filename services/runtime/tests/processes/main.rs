@@ -132,7 +132,10 @@ fn a_link_in_the_way_of_a_start_is_named() {
     let link = next_file(&stage, "linked");
     std::os::unix::fs::symlink("/nowhere", &link).unwrap();
     let answer = supervisor.tell("join linked supervisor");
-    assert!(answer.starts_with(&format!("error {}: expected a regular file owned by user", link.display())), "{answer}");
+    assert!(
+        answer.starts_with(&format!("error {}: expected a regular file owned by user", link.display())),
+        "{answer}"
+    );
     supervisor.does("remove");
     assert_eq!(stage.leftovers("linked"), Vec::<String>::new());
 }

@@ -45,7 +45,7 @@ pub fn types() -> String {
 /// Reads the positions of all topics that contain some, ordered by name.
 ///
 /// # Errors
-/// The recording, or a definition that cannot be read.
+/// [`RecordingError`] if the recording or a message definition cannot be read.
 pub fn read(recording: &Recording) -> Result<Vec<Way>, RecordingError> {
     let topics: Vec<_> = recording.topics()?.into_iter().filter(|topic| path_in(topic).is_some()).collect();
     let mut ways: BTreeMap<_, Way> = BTreeMap::new();

@@ -149,7 +149,7 @@ fn fixed(value: f64) -> String {
     format!("{value:.1}")
 }
 
-/// Drops digits that cannot be told apart.
+/// About three significant digits: more would not be visible in a chart.
 fn short(value: f64) -> String {
     let text = match value.abs() {
         v if v >= 100.0 || v == 0.0 => format!("{value:.0}"),

@@ -21,7 +21,7 @@ use landmarks::Landmarks;
 /// The part of a page about the run's kind of navigator.
 ///
 /// # Errors
-/// A route or a plan in the recording that cannot be read.
+/// If a route or a plan in the recording is unreadable.
 pub fn of(
     recording: &Recording,
     (run, files): (&RunConfig, &dyn Files),

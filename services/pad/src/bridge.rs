@@ -478,7 +478,7 @@ pub fn ok(facts: Value) -> Value {
 mod tests {
     use super::*;
 
-    /// A state that cannot be read again would be lost.
+    /// The state survives being written and read back.
     #[test]
     fn a_successor_reads_what_its_predecessor_has_written() {
         let mut sendings = Sendings { pending: Some("first".into()), answered: None };

@@ -32,7 +32,7 @@ pub struct Person {
 }
 
 impl Person {
-    /// A person who knows these corresponding places, of which there must be at least one. With only one, a metre counts as a
+    /// A person who knows where these places are in the drawing; at least one pair is needed. With only one, a metre counts as a
     /// pixel.
     pub fn new(matched: impl IntoIterator<Item = (Point<World>, Point<Sketch>)>) -> Self {
         let pair = |(world, sketch): (Point<World>, Point<Sketch>)| {

@@ -28,7 +28,7 @@ codes! {
         None = 0 "none",
         /// Where the goal is.
         Goal = 1 "goal",
-        /// A gap of what was seen, behind which the goal lies.
+        /// A gap in what was seen that leads to the goal.
         Gap = 2 "gap",
         /// Where the best rival alignment has the goal.
         Rival = 3 "rival",

@@ -19,7 +19,7 @@ pub fn report(whole: &Whole, recording: &Recording, output: &Path, json: bool) -
     let mut info = info::info(recording.path()).or_input()?;
     let is_told = !whole.lacks().cut_off.is_empty();
     info.clean_end &= !is_told;
-    // Positions that cannot be read are reported; the rest is shown.
+    // If the positions are unreadable, say so and show the rest.
     let ways = poses::read(recording).unwrap_or_else(|error| {
         say!("notice: places are not shown: {error}");
         Vec::new()

@@ -44,7 +44,7 @@ fn a_filter_that_takes_hours_is_refused_by_its_name() {
     assert!(read(&svg(blurred), "d", &Options::default()).is_ok(), "a shadow is no crime");
 }
 
-/// Masks in masks took 1.8 to 3 GB, for each holds a page of its own; patterns in patterns are painted anew each time.
+/// Nested masks took 1.8 to 3 GB, since each has a page of its own; nested patterns are painted again for every tile.
 #[test]
 fn masks_and_patterns_inside_each_other_are_few() {
     let masks: String = (0..24)

@@ -2,7 +2,7 @@
 
 use crate::region::Region;
 
-/// What is known of a cell.
+/// What is known about a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Cell {
@@ -15,7 +15,7 @@ pub enum Cell {
     Occupied,
 }
 
-/// The largest whole number up to this; the least or the largest there is, where it is beyond.
+/// The largest whole number that is not above `at`, saturating. (`f64::floor` is a function call on plain x86-64.)
 #[inline]
 pub(crate) fn floor(at: f64) -> i32 {
     let towards_zero = at as i32;
@@ -31,18 +31,18 @@ pub struct CellGrid {
     pub origin: [f64; 2],
     /// Where beams pass.
     pub free: Region,
-    /// Where beams end: as large as `free`, and apart from it.
+    /// Where beams end; the same size as `free`, and disjoint from it.
     pub occupied: Region,
 }
 
 impl CellGrid {
-    /// A grid of so many cells a row and so many rows; `what` is known of each.
+    /// A grid of `size` columns and rows; `what` says what is known about each cell.
     pub fn of(size: [usize; 2], cell: f64, origin: [f64; 2], what: impl Fn(usize) -> Cell) -> Self {
         let region = |is: Cell| Region::of(size[0], size[1], |index| what(index) == is);
         Self { cell, origin, free: region(Cell::Free), occupied: region(Cell::Occupied) }
     }
 
-    /// Becomes a grid of unknown cells, so many in a row and so many rows. Memory is used again.
+    /// Turns it into a grid of unknown cells of this many columns and rows. Memory is reused.
     pub fn reset(&mut self, [width, height]: [usize; 2], cell: f64, origin: [f64; 2]) {
         (self.cell, self.origin) = (cell, origin);
         self.free.reset(width, height);
@@ -59,7 +59,7 @@ impl CellGrid {
         self.free.height()
     }
 
-    /// What is known of the cell in a column and a row; nothing beside the grid.
+    /// The cell in a column and a row; unknown outside the grid.
     pub fn at(&self, column: i64, row: i64) -> Cell {
         match (self.free.holds([column, row]), self.occupied.holds([column, row])) {
             (true, _) => Cell::Free,
@@ -68,7 +68,7 @@ impl CellGrid {
         }
     }
 
-    /// Column and row of the cell that holds a place; they may lie beside the grid.
+    /// Column and row of the cell that contains a place; they may lie outside the grid.
     pub fn cell_of(&self, at: [f64; 2]) -> [i64; 2] {
         [0, 1].map(|axis| ((at[axis] - self.origin[axis]) / self.cell).floor() as i64)
     }

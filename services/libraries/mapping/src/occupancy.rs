@@ -1,11 +1,11 @@
 //! Occupancy of cells by log odds (Moravec and Elfes 1985; Thrun, Burgard and Fox 2005, 9.2), in tiles.
 //!
-//! A tile exists where a beam has been. Their number is bounded: when all are in use, cells of further tiles are
-//! not entered, and counted. A cell is changed once a scan, whatever the number of beams through it.
+//! A tile exists where a beam has been. The number of tiles is bounded: when all are in use, cells of further tiles are not
+//! entered but counted. A cell is changed once per scan, whatever the number of beams through it.
 //!
-//! People who walk leave no wall: a beam that ends deep in free space counts little, and later beams pass there.
+//! People walking by leave no wall: a beam that ends deep in free space counts little, and later beams pass there.
 //!
-//! What the log odds say is held beside them, a bit a cell: whole rows of a tile are asked at once.
+//! Whether each cell is free or occupied is kept in bits beside the log odds, so that whole rows of a tile can be read at once.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ use crate::{Error, Parameters};
 /// Cells along a side of a tile.
 pub const TILE: usize = 32;
 const TILE_CELLS: usize = TILE * TILE;
-// A row of a tile is one word of its signs.
+// A row of a tile is one word.
 const _: () = assert!(TILE == u32::BITS as usize);
 const NO_TILE: u16 = u16::MAX;
 
@@ -30,7 +30,7 @@ const MOST: u8 = 127;
 const DEEPLY_FREE: u8 = 16;
 const FREE_UP_TO: u8 = 60;
 const OCCUPIED_FROM: u8 = 68;
-/// The cell has been changed by the scan that is being entered.
+/// The cell has been changed by the scan being entered.
 const TOUCHED: u8 = 128;
 
 /// The map. Cells are addressed by whole numbers of cells from the origin.
@@ -39,14 +39,14 @@ pub struct Occupancy {
     cell_m: f64,
     tiles_per_side: usize,
     max_tiles: usize,
-    /// Which tile a place of the map has.
+    /// The tile of each place in the map.
     slots: Vec<u16>,
     #[serde(with = "bytes")]
     levels: Vec<u8>,
-    /// What the levels of each tile's rows say.
+    /// Each row of each tile, by its levels.
     #[serde(skip)]
     signs: Vec<Signs>,
-    /// How many cells were not entered for want of a tile or of extent.
+    /// How many cells were not entered because no tile was left or they were beyond the extent.
     left_out: u64,
 }
 
@@ -131,12 +131,12 @@ impl Occupancy {
         self.levels.len() / TILE_CELLS
     }
 
-    /// How many changes were lost because the map was full or did not reach so far.
+    /// How many changes were lost because the map was full or did not reach far enough.
     pub fn left_out(&self) -> u64 {
         self.left_out
     }
 
-    /// What is known of a cell.
+    /// What is known about a cell.
     pub fn at(&self, cell: [i32; 2]) -> Cell {
         classify(self.level(cell))
     }
@@ -145,10 +145,10 @@ impl Occupancy {
         self.find(cell).map_or(0, |index| self.levels[index])
     }
 
-    /// The tile's slot, and the cell in the tile; `None` beyond the extent.
+    /// The index of a tile's slot, and of the cell in the tile; `None` beyond the extent.
     fn split(&self, cell: [i32; 2]) -> Option<(usize, usize)> {
         let half = self.tiles_per_side * TILE / 2;
-        // What lies below the extent becomes very large.
+        // A cell below the extent wraps round to a very large number.
         let [x, y] = cell.map(|at| at.wrapping_add(half as i32) as u32 as usize);
         let (column, row) = (x / TILE, y / TILE);
         let is_within = column < self.tiles_per_side && row < self.tiles_per_side;
@@ -161,7 +161,7 @@ impl Occupancy {
         (tile != NO_TILE).then(|| usize::from(tile) * TILE_CELLS + within)
     }
 
-    /// The first cell of a slot's tile, which is made where there is room.
+    /// The index of the first cell of a slot's tile; the tile is created if there is room.
     fn find_or_make(&mut self, slot: usize) -> Option<usize> {
         if self.slots[slot] == NO_TILE {
             if self.tiles() >= self.max_tiles {
@@ -206,7 +206,7 @@ impl Occupancy {
         }
     }
 
-    /// Writes the map as plain cells: the rectangle of all tiles in use.
+    /// Writes the map to a grid: the rectangle of all tiles in use.
     pub fn write(&self, grid: &mut CellGrid) {
         let half = (self.tiles_per_side * TILE / 2) as i32;
         let used = self.slots.iter().enumerate().filter(|(_, slot)| **slot != NO_TILE);
@@ -243,7 +243,7 @@ fn classify(level: u8) -> Cell {
 pub(crate) struct Entering<'a> {
     map: &'a mut Occupancy,
     touched: &'a mut Vec<u32>,
-    /// The slot that was found last, and the first cell of its tile: cells of a beam follow each other.
+    /// The last slot and the first cell of its tile: successive cells of a beam are mostly in the same tile.
     tile: Option<(usize, usize)>,
 }
 
@@ -256,7 +256,7 @@ impl Entering<'_> {
         });
     }
 
-    /// A beam goes from a place (in cells) to another; the cells before `clear` cells of its end are free.
+    /// A beam goes from one place (in cells) to another; its cells up to `clear` cells before its end are free.
     pub fn pass(&mut self, from: [f64; 2], to: [f64; 2], clear: f64) {
         let along = [to[0] - from[0], to[1] - from[1]];
         let length = along[0].hypot(along[1]) - clear;
@@ -303,7 +303,7 @@ impl Drop for Entering<'_> {
     }
 }
 
-/// Bytes at once, for checkpoints.
+/// Writes and reads bytes in one piece, for checkpoints.
 mod bytes {
     use std::fmt;
 
@@ -387,7 +387,7 @@ mod tests {
         assert_eq!(seen, [[20, 0]]);
     }
 
-    /// Someone crosses the corridor, for three scans, where the robot had looked ten times before.
+    /// For three scans, a person crosses the corridor where the robot had looked ten times before.
     #[test]
     fn who_walks_by_leaves_no_wall() {
         let mut map = map();

@@ -1,6 +1,6 @@
-//! Regions of cells: what hangs together, what lies near, and the border around it.
+//! Regions of cells: what is connected, what lies near, and the border around it.
 //!
-//! A region holds a bit for each cell, and most of what is asked of it goes by whole words of them.
+//! A region keeps a bit for each cell, and most operations work on whole words.
 
 /// Bits of a word.
 const WORD: usize = 64;
@@ -10,11 +10,11 @@ const WORD: usize = 64;
 pub struct Region {
     width: usize,
     height: usize,
-    /// Row by row, each of whole words; bits beside the rectangle are 0.
+    /// Row by row, each a number of whole words; unused bits are 0.
     words: Vec<u64>,
 }
 
-/// Cells of one row that lie side by side: the row, the first column and the one after the last.
+/// Adjacent cells of a row: the row, the first column and the one after the last.
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
     row: usize,
@@ -37,26 +37,26 @@ impl Region {
         region
     }
 
-    /// No cell of a rectangle.
+    /// A rectangle without any of its cells.
     pub fn empty(width: usize, height: usize) -> Self {
         let mut region = Self::default();
         region.reset(width, height);
         region
     }
 
-    /// No cell of nothing, with room for so many.
+    /// An empty rectangle with room for this many columns and rows.
     pub fn with_room(width: usize, height: usize) -> Self {
         Self { words: Vec::with_capacity(width.div_ceil(WORD) * height), ..Self::default() }
     }
 
-    /// Becomes an empty one of another size. Memory is used again.
+    /// Turns it into a rectangle of another size without any of its cells. Memory is reused.
     pub fn reset(&mut self, width: usize, height: usize) {
         (self.width, self.height) = (width, height);
         self.words.clear();
         self.words.resize(width.div_ceil(WORD) * height, 0);
     }
 
-    /// Becomes equal to `other`. Memory is used again.
+    /// Copies `other`. Memory is reused.
     pub fn copy_from(&mut self, other: &Self) {
         (self.width, self.height) = (other.width, other.height);
         self.words.clone_from(&other.words);
@@ -82,7 +82,7 @@ impl Region {
         self.width.div_ceil(WORD)
     }
 
-    /// The number of a cell, row by row; `None` beside the rectangle.
+    /// The index of a cell, counted row by row; `None` outside the rectangle.
     pub fn index(&self, at: [i64; 2]) -> Option<usize> {
         let is_within = (0..self.width as i64).contains(&at[0]) && (0..self.height as i64).contains(&at[1]);
         is_within.then(|| at[1] as usize * self.width + at[0] as usize)
@@ -93,7 +93,7 @@ impl Region {
         [(index % self.width) as i64, (index / self.width) as i64]
     }
 
-    /// Whether it holds a cell; nothing beside the rectangle.
+    /// Whether it contains a cell; `false` outside the rectangle.
     #[inline]
     pub fn holds(&self, at: [i64; 2]) -> bool {
         let (column, row) = (at[0] as usize, at[1] as usize);
@@ -105,19 +105,19 @@ impl Region {
         self.words[row * self.stride() + column / WORD] >> (column % WORD) & 1 == 1
     }
 
-    /// Whether it holds the cell of this number.
+    /// Whether it contains the cell with this index.
     pub fn contains(&self, index: usize) -> bool {
         self.has(index % self.width, index / self.width)
     }
 
-    /// Takes a cell in.
+    /// Adds a cell.
     pub fn insert(&mut self, index: usize) {
         let (column, row) = (index % self.width, index / self.width);
         let stride = self.stride();
         self.words[row * stride + column / WORD] |= 1 << (column % WORD);
     }
 
-    /// Takes in the cells of a row from `column` on whose bits are set.
+    /// Adds the cells of a row from `column` on whose bits are set.
     pub(crate) fn insert_bits(&mut self, column: usize, row: usize, bits: u32) {
         let stride = self.stride();
         let (word, shift) = (row * stride + column / WORD, column % WORD);
@@ -128,17 +128,17 @@ impl Region {
         }
     }
 
-    /// How many cells it holds.
+    /// How many cells it contains.
     pub fn count(&self) -> usize {
         self.words.iter().map(|word| word.count_ones() as usize).sum()
     }
 
-    /// The numbers of the cells that it holds, in order.
+    /// The indices of its cells, in order.
     pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
         self.places().map(|[column, row]| row * self.width + column)
     }
 
-    /// Columns and rows of the cells that it holds, in the same order.
+    /// Columns and rows of its cells, in the same order.
     pub fn places(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         let stride = self.stride().max(1);
         self.words.iter().enumerate().filter(|(_, word)| **word != 0).flat_map(move |(k, word)| {
@@ -147,39 +147,37 @@ impl Region {
         })
     }
 
-    /// The first cell that it holds.
+    /// Its first cell.
     pub fn first(&self) -> Option<usize> {
         self.iter().next()
     }
 
-    /// Leaves those cells out that `other`, of the same size, holds.
+    /// Removes the cells of `other`, which has the same size.
     pub fn subtract(&mut self, other: &Self) {
         self.words.iter_mut().zip(&other.words).for_each(|(word, other)| *word &= !other);
     }
 
-    /// The cells that hang together with `seed` by their sides; none where it does not hold the seed.
+    /// The cells connected to `seed` by their sides; none if the region does not contain the seed.
     pub fn connected(&self, seed: usize) -> Self {
         let (mut rest, mut found) = (self.clone(), Self::default());
         rest.move_connected(seed, &mut found, &mut Vec::new());
         found
     }
 
-    /// Moves the cells that hang together with `seed` by their sides to `found`, which becomes as large. `waiting` is memory
-    /// that is used again.
+    /// Moves the cells connected to `seed` by their sides to `found`, which gets the same size. `waiting` is memory to be reused.
     pub fn move_connected(&mut self, seed: usize, found: &mut Self, waiting: &mut Vec<usize>) {
         found.reset(self.width, self.height);
         self.take_stretches(seed, waiting, |stretch| found.fill(stretch));
     }
 
-    /// Takes out the cells that hang together with `seed` by their sides: how many they were. `waiting` is memory that is used
-    /// again.
+    /// Removes the cells connected to `seed` by their sides and returns how many they were. `waiting` is memory to be reused.
     pub fn take_connected(&mut self, seed: usize, waiting: &mut Vec<usize>) -> usize {
         let mut count = 0;
         self.take_stretches(seed, waiting, |stretch| count += stretch.end - stretch.first);
         count
     }
 
-    /// Takes out all cells, part by part: how many the largest part had. `waiting` is memory that is used again.
+    /// Removes all cells and returns how many the largest connected part had. `waiting` is memory to be reused.
     pub fn take_parts(&mut self, waiting: &mut Vec<usize>) -> usize {
         let (mut largest, stride) = (0, self.stride());
         for word in 0..self.words.len() {
@@ -191,7 +189,7 @@ impl Region {
         largest
     }
 
-    /// Takes out what hangs together with `seed`, stretch by stretch.
+    /// Removes what is connected to `seed`, stretch by stretch.
     fn take_stretches(&mut self, seed: usize, waiting: &mut Vec<usize>, mut taken: impl FnMut(Stretch)) {
         waiting.clear();
         waiting.extend(Some(seed).filter(|seed| *seed < self.cells()));
@@ -210,7 +208,7 @@ impl Region {
         }
     }
 
-    /// Puts a cell of each stretch that begins or goes on within this one to those that wait.
+    /// Adds a cell of each stretch that overlaps this one to those that wait.
     fn wait_beside(&self, Stretch { row, first, end }: Stretch, waiting: &mut Vec<usize>) {
         let mut before = 0;
         for word in first / WORD..=(end - 1) / WORD {
@@ -261,7 +259,7 @@ impl Region {
         }
     }
 
-    /// The cell that is nearest to `at`, the first of those that are equally near, up to a distance in cells.
+    /// The cell nearest to `at` within a distance in cells; the first of several that are equally near.
     pub fn nearest(&self, at: [f64; 2], within: f64) -> Option<usize> {
         let [low, high] = [-1.0, 1.0].map(|side| [0, 1].map(|k| (at[k] + side * within).floor() as i64));
         let mut best = (None, within * within);
@@ -280,7 +278,7 @@ impl Region {
         best.0
     }
 
-    /// Takes in every cell that is at most `radius` columns and rows away.
+    /// Adds every cell at most `radius` columns and rows away.
     pub fn grow(&mut self, radius: usize) {
         for _ in 0..radius {
             self.grow_along();
@@ -289,15 +287,15 @@ impl Region {
         self.clear_beside();
     }
 
-    /// Leaves out every cell that is at most `radius` columns or rows from one that it does not hold. Beside the rectangle
-    /// counts as held.
+    /// Removes every cell at most `radius` columns and rows from one that it does not contain. What is outside the rectangle
+    /// counts as contained.
     pub fn shrink(&mut self, radius: usize) {
         self.invert();
         self.grow(radius);
         self.invert();
     }
 
-    /// By a cell to the left and to the right. Bits beside the rectangle are not cleared.
+    /// Grows by a cell to the left and to the right. Unused bits are not cleared.
     fn grow_along(&mut self) {
         let stride = self.stride().max(1);
         for row in self.words.chunks_mut(stride) {
@@ -310,7 +308,7 @@ impl Region {
         }
     }
 
-    /// By a cell down and up.
+    /// Grows by a cell down and up.
     fn grow_across(&mut self) {
         let stride = self.stride();
         for column in 0..stride {
@@ -336,8 +334,8 @@ impl Region {
         }
     }
 
-    /// The same in cells that are so many times as long, at most 64: held where all of their cells are. What remains at the
-    /// ends is left out. It is written to `coarse`.
+    /// Writes the same in cells `times` as long (at most 64) to `coarse`, each contained if all of its cells are. What remains
+    /// at the ends is left out.
     pub fn coarsen(&self, times: usize, coarse: &mut Self) {
         coarse.reset(self.width / times, self.height / times);
         let (stride, together) = (coarse.stride(), WORD / times);
@@ -362,8 +360,8 @@ impl Region {
         words[word] >> shift | next
     }
 
-    /// The cells of the outer border, counter-clockwise, from the lowest row's first cell on (Moore's neighbour tracing). The
-    /// region is taken to hang together; holes have no part in it.
+    /// The cells of the outer border, counter-clockwise, beginning with the first cell of the lowest row (Moore's neighbour
+    /// tracing). The region is assumed to be connected; holes have no part in it.
     pub fn border(&self) -> Vec<[i64; 2]> {
         let Some(first) = self.first() else { return Vec::new() };
         let start = self.at(first);

@@ -1,4 +1,4 @@
-//! What of a map is free around the robot.
+//! The part of a map that is free around the robot.
 
 use crate::Parameters;
 use crate::grid::CellGrid;
@@ -6,10 +6,10 @@ use crate::occupancy::Occupancy;
 use crate::outline::Place;
 use crate::region::Region;
 
-/// Room for parts of what is free that wait to be looked at.
+/// Room for stretches of free cells that are still to be visited.
 const WAITING: usize = 1 << 14;
 
-/// The map as a grid, and what of it is free and hangs together with the robot's place.
+/// The map as a grid, and the free part of it that is connected to the robot's place.
 #[derive(Debug, Clone, Default)]
 pub struct Survey {
     grid: CellGrid,
@@ -20,7 +20,7 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Of nothing, with room for a map of these parameters: to take it allocates nothing.
+    /// An empty survey with room for any map of these parameters: [`Self::take`] allocates nothing.
     pub fn with_room(parameters: &Parameters) -> Self {
         let side = parameters.cells_per_side();
         let region = || Region::with_room(side, side);
@@ -28,14 +28,14 @@ impl Survey {
         Self { grid, free: region(), closed: region(), waiting: Vec::with_capacity(WAITING) }
     }
 
-    /// Of a grid, for a robot that stands at most `within_m` from what is free.
+    /// Surveys a grid for a robot that stands at most `within_m` from free cells.
     pub fn of(grid: CellGrid, robot: Place, within_m: f64) -> Self {
         let mut survey = Self { grid, ..Self::default() };
         survey.look(robot, within_m);
         survey
     }
 
-    /// Takes it of a map.
+    /// Surveys a map.
     pub fn take(&mut self, map: &Occupancy, robot: Place, within_m: f64) {
         map.write(&mut self.grid);
         self.look(robot, within_m);
@@ -46,8 +46,8 @@ impl Survey {
         &self.grid
     }
 
-    /// What of it is free and hangs together with the robot's place: slits a cell wide between beams are closed. Empty where
-    /// the robot stands in nothing that is free.
+    /// The free part that is connected to the robot's place; slits a cell wide between beams are closed. Empty if the robot's
+    /// place is not free.
     pub fn free(&self) -> &Region {
         &self.free
     }

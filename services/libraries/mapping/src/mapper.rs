@@ -16,7 +16,6 @@ use crate::grid::floor;
 use crate::matching::field::Field;
 use crate::matching::{Fit, Matcher, Prior};
 use crate::occupancy::Occupancy;
-use crate::parameters::Pace;
 use crate::scan::{Beam, Scan};
 use crate::{Error, Map, Parameters};
 
@@ -153,11 +152,6 @@ impl Mapper {
         &self.state.map
     }
 
-    /// Changes how often scans are looked at.
-    pub fn keep_pace(&mut self, pace: Pace) {
-        self.parameters.pace = pace;
-    }
-
     /// Takes the pose by odometry and what the laser sees there.
     ///
     /// # Errors
@@ -195,13 +189,12 @@ impl Mapper {
 
     fn is_match_due(&self) -> bool {
         let since = &self.state.since_match;
-        since.m >= self.parameters.pace.match_m || since.rad >= self.parameters.pace.match_rad
+        since.m >= self.parameters.match_m || since.rad >= self.parameters.match_rad
     }
 
     fn is_entry_due(&self) -> bool {
         let since = &self.state.since_entry;
-        let pace = &self.parameters.pace;
-        let has_moved = since.m >= pace.enter_m || since.rad >= pace.enter_rad;
+        let has_moved = since.m >= self.parameters.enter_m || since.rad >= self.parameters.enter_rad;
         has_moved || self.state.scans_since_entry >= self.parameters.enter_scans
     }
 

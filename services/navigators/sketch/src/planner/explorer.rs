@@ -25,7 +25,6 @@ use sketchnav_mapping::alignment::{
 };
 use sketchnav_mapping::mapper::{self, Mapper};
 use sketchnav_mapping::outline::{Place, SeenOutline, Taking};
-use sketchnav_mapping::parameters::Pace;
 use sketchnav_mapping::scan::Scan;
 use sketchnav_mapping::{Map, Survey};
 use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
@@ -269,13 +268,11 @@ impl Explorer {
         }
     }
 
-    /// Takes in a scan of a robot that believes to be at `robot` by its wheels. Where the explorer does not lead, the map serves
-    /// to judge the floor alone.
-    pub fn observe(&mut self, robot: Pose<Odom>, base_from_laser: Pose<Base>, scan: &LaserScan, leads: bool) {
+    /// Takes in a scan of a robot that believes to be at `robot` by its wheels.
+    pub fn observe(&mut self, robot: Pose<Odom>, base_from_laser: Pose<Base>, scan: &LaserScan) {
         if self.paper.is_none() {
             return;
         }
-        self.mapper.keep_pace(if leads { Pace::BY_THE_MAP } else { Pace::BESIDE });
         let scan = Scan {
             ranges_m: scan.ranges(),
             first_rad: scan.angle_min_rad.into(),

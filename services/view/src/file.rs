@@ -275,6 +275,7 @@ mod tests {
     /// One message that could not be decoded was reported, thousands like it as one; what did not unpack was shown as it was.
     #[test]
     fn what_cannot_be_decoded_is_skipped_and_counted() {
+        sketchnav_navigators::register(&[]).unwrap();
         let spec = channels::find("sketch").unwrap();
         let topic = Arc::new(RecordedTopic {
             name: "/sketch".to_owned(),

@@ -1,8 +1,8 @@
-//! A camera that finds fiducial markers: which it sees, and how it errs.
+//! A camera that finds fiducial markers: which ones it sees, and its errors.
 //!
-//! It sees a marker that lies in its field of view and range, that does not look away too far, and that nothing hides.
-//! Errors of distance and facing grow with the distance; a slanted marker's distance errs more. No two errors of
-//! a picture depend on each other.
+//! It sees a marker that is within its field of view and range, does not face away too far, and is not hidden by anything.
+//! Errors of distance and facing grow with the distance, and the distance of a slanted marker has a greater error. All errors
+//! in a picture are independent.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -17,7 +17,7 @@ use sketchnav_schemas::robot::MarkerCamera;
 use super::{DRAWS_PER_READING, Scene};
 use crate::raycast::cast_disc;
 
-/// A line of sight ends so far before a marker, metres: the marker may lie a little inside its wall.
+/// A line of sight ends this far before a marker, metres, since the marker may be slightly inside its wall.
 const BEFORE_M: f64 = 0.025;
 
 /// A camera in a world with markers.
@@ -29,15 +29,15 @@ pub struct Camera {
     stream: Pcg64Mcg,
 }
 
-/// A marker as a camera without errors has it.
+/// A marker as a camera without errors sees it.
 #[derive(Debug, Clone, Copy)]
 struct Sight {
     distance_m: f64,
     /// Counter-clockwise from the optical axis.
     bearing_rad: f64,
-    /// Where the marker looks, counter-clockwise from the optical axis.
+    /// Where the marker faces, counter-clockwise from the optical axis.
     facing_rad: f64,
-    /// Between where the marker looks and the line to the camera.
+    /// Angle between the direction that the marker faces and the line to the camera.
     slant_rad: f64,
 }
 
@@ -49,8 +49,8 @@ impl Camera {
         Self { model: model.clone(), markers, stream }
     }
 
-    /// Writes the picture number `number`; all but the header. The same arguments give the same picture. Of more
-    /// markers than a message holds it has those with the smallest numbers.
+    /// Writes picture number `number`, except for the header. The same arguments give the same picture. If there are more
+    /// markers than fit into a message, it has those with the smallest numbers.
     pub fn fill(&self, scene: &Scene<'_>, number: u64, view: &mut MarkerView) {
         self.fill_geometry(view);
         let camera = scene.robot.compose(&self.model.mount());
@@ -69,7 +69,7 @@ impl Camera {
         view.marker_count = count as u32;
     }
 
-    /// How the camera sees a marker; `None` where it does not.
+    /// How the camera sees a marker; `None` if it does not.
     fn sight(&self, scene: &Scene<'_>, camera: &Pose<World>, marker: &Marker) -> Option<Sight> {
         let (from, at) = (camera.position().coords(), Vector2::from(marker.at));
         let (distance_m, facing) = ((at - from).norm(), marker.facing_deg.to_radians());
@@ -87,7 +87,7 @@ impl Camera {
             .then_some(sight)
     }
 
-    /// The marker as it is measured; `None` where it is missed.
+    /// The marker as measured; `None` if it is missed.
     fn measure(&self, id: u32, sight: &Sight, stream: &mut Pcg64Mcg) -> Option<SeenMarker> {
         let model = &self.model;
         let span_m = model.range_max_m - model.range_min_m;
@@ -123,7 +123,7 @@ impl Camera {
     }
 }
 
-/// Whether the line between two places is free of things and people.
+/// Whether the line between two places is free of objects and people.
 fn is_open(scene: &Scene<'_>, from: Vector2<f64>, to: Vector2<f64>) -> bool {
     let distance_m = (to - from).norm();
     let direction = (to - from) / distance_m.max(f64::MIN_POSITIVE);

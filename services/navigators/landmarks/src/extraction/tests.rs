@@ -1,5 +1,6 @@
 use sketchnav_schemas::geometry::{Point, wrap_angle};
 
+use super::states::additional_parts;
 use super::track::{Track, headings};
 use super::*;
 use crate::drawn::Drawn;
@@ -59,8 +60,9 @@ fn a_circle_has_the_turning_rate_of_its_radius() {
 fn a_heading_is_the_mean_over_five_points() {
     let points = (0..5).map(|i| [f64::from(i), 0.0]).chain((1..5).map(|i| [4.0, f64::from(i)]));
     let way: Vec<Point<Drawn>> = points.map(Point::from).collect();
-    let found = headings(&way, 1.0);
+    let found = headings(&way);
     let expected = [0.0, 0.0, 0.0, 1_f64.atan2(3.0), 45_f64.to_radians(), 3_f64.atan2(1.0)];
+    assert_eq!(found.len(), way.len());
     for (found, expected) in found.iter().zip(expected) {
         assert!(wrap_angle(found - expected).abs() < 1e-12, "{found}, {expected}");
     }
@@ -106,6 +108,41 @@ fn objects_are_numbered_as_they_come_in_view() {
 }
 
 #[test]
+fn pieces_of_a_route_are_what_its_states_are_of() {
+    for degrees in [60.0, 120.0, 250.0] {
+        let sketch = sketch(vec![square("table", 25.0, 22.0, 8.0)], &bend(25.0, 22.0, degrees));
+        let parameters = Parameters { additional_states: false, ..Parameters::default() };
+        let found = track::pieces(&sketch.route, &parameters);
+        let states = extract(&sketch, &parameters).unwrap().states;
+        let commands: Vec<_> = found.iter().map(|piece| piece.command).chain([Command::Stop]).collect();
+        assert_eq!(commands, states.iter().map(|state| state.command).collect::<Vec<_>>());
+        assert!((found[1].turned_rad.to_degrees() - degrees).abs() < 25.0, "{degrees}: {found:?}");
+    }
+}
+
+/// By hand: three objects of equal significance. The second and the third are "in direction 12" alone where table 4.1
+/// is taken at its word, and have their ranges where figure 4.23 is.
+#[test]
+fn objects_after_the_first_have_ranges_or_their_direction_alone() {
+    let scene = || {
+        let boxes = vec![square("desk", 65.0, 0.0, 20.0), square("box", 30.0, -25.0, 10.0)];
+        sketch(boxes, &bend(25.0, 20.0, 90.0))
+    };
+    let ranges = |other_objects| {
+        let route = extract(&scene(), &Parameters { other_objects, ..Parameters::default() }).unwrap();
+        let state = route.states.iter().find(|state| state.groups().count() > 1).expect("two objects");
+        let has = |relation: &crate::route::Relation| {
+            assert_eq!(relation.proximity_m.is_some(), relation.width.is_some());
+            relation.proximity_m.is_some()
+        };
+        state.groups().map(|group| group.iter().all(has)).collect::<Vec<_>>()
+    };
+    assert!(ranges(OtherObjects::Strict).iter().all(|has| *has));
+    let [first, others @ ..] = &ranges(OtherObjects::DirectionOnly)[..] else { panic!() };
+    assert!(*first && others.iter().all(|has| !has));
+}
+
+#[test]
 fn long_turns_get_states_in_their_middle() {
     let middle = square("table", 25.0, 22.0, 8.0);
     let kinds = |degrees: f64, additional_states| {
@@ -118,7 +155,9 @@ fn long_turns_get_states_in_their_middle() {
             .map(|state| state.command)
             .collect::<Vec<_>>()
     };
-    assert_eq!(kinds(80.0, true), []);
+    assert_eq!(additional_parts(91_f64.to_radians()), [0.5]);
+    assert_eq!(additional_parts(181_f64.to_radians()), [1.0 / 3.0, 2.0 / 3.0]);
+    assert_eq!(kinds(90.0, true), []);
     assert_eq!(kinds(120.0, true), [Command::Left]);
     assert_eq!(kinds(250.0, true), [Command::Left; 2]);
     assert_eq!(kinds(250.0, false), []);

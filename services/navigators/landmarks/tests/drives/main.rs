@@ -22,7 +22,7 @@ use sketchnav_landmarks::language;
 use sketchnav_landmarks::locator::{Locating, Locator, Returns};
 use sketchnav_landmarks::perception::{Perceiving, Perception};
 use sketchnav_landmarks::plane::{length, resample};
-use sketchnav_landmarks::route::{INCH_M, Route};
+use sketchnav_landmarks::route::Route;
 use sketchnav_landmarks::sketch::{Reading, Sketch};
 use sketchnav_schemas::geometry::{Point, Pose, World as Floor};
 use world::{Object, RANGE_MAX_M, ROBOT_RADIUS_M, World};
@@ -95,7 +95,7 @@ fn on_the_way(scene: &Scene, DrawnMetres(along): DrawnMetres) -> Pose<Floor> {
     let way = scene.as_sketch().route;
     let step = length(&way) / (way.len() - 1) as f64;
     let i = ((along / step).round() as usize).min(way.len() - 2);
-    Pose::new(way[i].x, way[i].y, headings(&way, 10.0 * INCH_M)[i])
+    Pose::new(way[i].x, way[i].y, headings(&way)[i])
 }
 
 fn arrived(world: &World<'_>, scene: &Scene) -> End {

@@ -22,7 +22,7 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// The suites: a new one is a line here and a module of its own. Where all are driven, some compare methods, or are
 /// about another one than the first of their navigator.
-const SUITES: [(&str, Loader, &[&str]); 22] = [
+const SUITES: [(&str, Loader, &[&str]); 24] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
@@ -36,8 +36,10 @@ const SUITES: [(&str, Loader, &[&str]); 22] = [
     ("landmark-choice", landmarks::choice, &[]),
     ("landmark-deformed", landmarks::deformed, &[]),
     ("landmark-features", landmarks::features, &[]),
-    ("landmark-isolation", landmarks::isolation, &[]),
+    ("landmark-isolation", landmarks::isolation::suite, &[]),
     ("landmark-labels", landmarks::labels, &[]),
+    ("landmark-published", landmarks::thesis::suite, &[]),
+    ("landmark-published-degrees", landmarks::thesis::degrees, &[]),
     ("landmark-scenes", landmarks::scenes, &[]),
     ("people", people::suite, &[OUTLINE, BEAM, PAPER]),
     ("people-answers", people::answered, &[]),

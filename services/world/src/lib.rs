@@ -28,7 +28,7 @@ const LOOK_UP: Duration = Duration::from_millis(20);
 const LOOK_SOON: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The form of [`Positions`] and [`World`].
-const CHECKPOINT: &str = "world 4";
+const CHECKPOINT: &str = "world 5";
 
 /// Where in its channels the world stands before its sensors speak: the last number that was given, or
 /// the one before the message that counts.

@@ -26,6 +26,9 @@ pub struct Tally {
     pub timed_out: usize,
     /// Ended otherwise.
     pub aborted: usize,
+    /// Never moved.
+    #[serde(default)]
+    pub never_moved: usize,
     /// Tasks, failed or not, in which the robot touched something.
     pub with_collision: usize,
 }
@@ -54,6 +57,7 @@ impl Tally {
             Kind::Blocked => &mut self.blocked,
             Kind::TimedOut => &mut self.timed_out,
             Kind::Aborted => &mut self.aborted,
+            Kind::NeverMoved => &mut self.never_moved,
         }
     }
 
@@ -66,6 +70,11 @@ impl Tally {
     /// Share of tasks reached, from 0 to 1; `None` without attempts.
     pub fn rate(&self) -> Option<f64> {
         (self.attempts > 0).then(|| self.reached as f64 / self.attempts as f64)
+    }
+
+    /// Whether most of the tasks were reached.
+    pub fn is_mostly_reached(&self) -> bool {
+        2 * self.reached > self.attempts
     }
 
     /// Wilson's interval of the rate.

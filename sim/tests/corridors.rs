@@ -50,8 +50,8 @@ fn sees_a_pair(corridor: &Corridor, x: f64) -> bool {
 fn a_marker_can_be_far_in_the_published_corridor() {
     let corridor = Corridor::published(Placement::Opposite, Numbers::Equal);
     let beside_the_wall_m = -(corridor.width_m / 2.0 - 0.38 / 2.0 - 0.2);
-    let farthest_m = (0..13)
-        .flat_map(|step| seen(&corridor, 3.0 + 0.1 * f64::from(step), beside_the_wall_m))
+    let farthest_m = (0..120)
+        .flat_map(|step| seen(&corridor, 3.0 + 0.01 * f64::from(step), beside_the_wall_m))
         .map(|marker| f64::from(marker.x_m - 0.15).hypot(marker.y_m.into()))
         .fold(0.0, f64::max);
     assert!((4.0..4.1).contains(&farthest_m), "{farthest_m}");

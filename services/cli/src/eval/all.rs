@@ -16,7 +16,8 @@ use sketchnav_lab::EvalError;
 use sketchnav_lab::experiments::TaskOutcome as Ended;
 use sketchnav_lab::experiments::figures::{Experiment, Method};
 use sketchnav_lab::experiments::studies::{Size, Study, report};
-use sketchnav_lab::experiments::{studies, suites, table};
+use sketchnav_lab::experiments::table::{self, Table};
+use sketchnav_lab::experiments::{studies, suites};
 
 use super::page::Pages;
 use super::parts::{self, Origin};
@@ -154,7 +155,8 @@ fn of_suite(
     write(&folder.join(format!("{name}.md")), &page(&driven, options))?;
     let of_methods = methods.iter().map(|method| Method::of(&suite, method, &outcomes)).collect();
     let command = command(name, &methods, options);
-    let experiment = Experiment { command, program: machine::program()?, methods: of_methods };
+    let notices = suite.notices.clone();
+    let experiment = Experiment { command, program: machine::program()?, methods: of_methods, notices };
     Ok(Ok(Entry { name, title: suite.title.clone(), experiment, size: None }))
 }
 
@@ -207,15 +209,9 @@ fn command(name: &str, methods: &[String], options: &EvalOptions) -> String {
     given.into_iter().flatten().fold(format!("sketchnav eval {name}"), |line, option| line + " " + &option)
 }
 
-/// A Markdown table.
+/// A table as Markdown has it, and a free line.
 fn markdown(header: &[String], rows: &[Vec<String>]) -> String {
-    let line = |cells: &[String]| {
-        let cells: Vec<_> = cells.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect();
-        format!("| {} |\n", cells.join(" | "))
-    };
-    let rule = format!("|{}\n", "---|".repeat(header.len()));
-    let rows: String = rows.iter().map(|row| line(row)).collect();
-    line(header) + &rule + &rows + "\n"
+    Table { header: header.to_vec(), rows: rows.to_vec() }.markdown() + "\n"
 }
 
 /// Runs a study, unless its figures exist.
@@ -225,7 +221,8 @@ fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Resu
         (folder.join(format!("{}.json", study.name)), folder.join(format!("{}.md", study.name)));
     let program = machine::program()?;
     let command = command(study.name, &[], options);
-    let experiment = Experiment { command: command.clone(), program: program.clone(), methods: Vec::new() };
+    let (methods, notices) = (Vec::new(), Vec::new());
+    let experiment = Experiment { command: command.clone(), program: program.clone(), methods, notices };
     let worlds = format!("{} worlds", size.worlds);
     let entry = Entry { name: study.name, title: study.title.to_owned(), experiment, size: Some(worlds) };
     if page.is_file() && is_of(&data, size, &program) {

@@ -7,6 +7,9 @@
 //! <!--= people outline share-->97.5 % (95 to 99) of 320<!--=-->
 //! <!--= deformed outline percent 0.5; 1-->100 %, 82.1 %<!--=-->
 //! <!--= experiments--> … a table of all experiments with their commands … <!--=-->
+//! <!--= corridor-unknowns lines--> … a table with a row for each line of the experiment's own … <!--=-->
+//! <!--= corridor-published verdicts--> … its conditions beside those of the thesis … <!--=-->
+//! <!--= corridor-published notices--> … what the reader of its figures must know … <!--=-->
 //! ```
 //!
 //! A figure of an experiment that was not driven stays as it is and gets a dagger. Nothing here drives anything or reads a file.
@@ -20,7 +23,8 @@ use crate::error::EvalError;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::statistics::Tally;
 use crate::experiments::suite::Suite;
-use crate::experiments::{studies, suites};
+use crate::experiments::table::Table;
+use crate::experiments::{corridor_published, studies, suites};
 
 const BEGIN: &str = "<!--= ";
 const OPEN: &str = "-->";
@@ -31,7 +35,8 @@ const STUDIED: &str = "tables and curves, see the text";
 const EARLIER: &str = " †";
 /// The marker of the table of all experiments.
 const EXPERIMENTS: &str = "experiments";
-const FORMS: &str = "share, percent, of, rated, reached, attempts, known, or how tasks ended";
+const FORMS: &str = "share, percent, of, rated, reached, attempts, known, majority, or how tasks ended";
+const WHOLE_FORMS: &str = "lines, verdicts or notices";
 
 /// The results of experiments, by name.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -51,6 +56,9 @@ pub struct Experiment {
     pub program: String,
     /// The methods; empty for a study.
     pub methods: Vec<Method>,
+    /// What the reader of its figures must know.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notices: Vec<String>,
 }
 
 /// The results of the drives by one method.
@@ -118,26 +126,20 @@ impl Figures {
 
     /// The text inside a marker; `None` if its experiment was not driven.
     fn text(&self, marker: &Marker<'_>, not_driven: &mut BTreeSet<String>) -> Result<Option<String>, Wrong> {
-        let Marker::Figure { experiment, method, form, lines } = marker else {
-            return Ok(Some(self.table()));
+        let experiment = match marker {
+            Marker::Experiments => return Ok(Some(self.table())),
+            Marker::Whole { experiment, .. } | Marker::Figure { experiment, .. } => *experiment,
         };
-        let Some(found) = self.experiments.get(*experiment) else {
-            not_driven.insert((*experiment).to_owned());
+        let Some(found) = self.experiments.get(experiment) else {
+            not_driven.insert(experiment.to_owned());
             return Ok(None);
         };
-        let known = || found.methods.iter().map(|found| found.method.as_str()).collect::<Vec<_>>().join(", ");
-        let of_method = found.methods.iter().find(|found| found.method == *method);
-        let of_method = of_method.ok_or_else(|| one_of(&known(), method))?;
-        if lines.is_empty() {
-            return Ok(Some(form.of(of_method.total)));
-        }
-        let known = || of_method.lines.keys().map(String::as_str).collect::<Vec<_>>().join("; ");
-        let figure = |line: &str| match of_method.lines.get(line) {
-            Some(tally) => Ok(form.of(*tally)),
-            None => Err(one_of(&known(), line)),
+        let text = match marker {
+            Marker::Figure { method, form, lines, .. } => found.figure(method, *form, lines)?,
+            Marker::Whole { form, .. } => found.whole(*form),
+            Marker::Experiments => self.table(),
         };
-        let figures = lines.split("; ").map(figure).collect::<Result<Vec<_>, _>>()?;
-        Ok(Some(figures.join(", ")))
+        Ok(Some(text))
     }
 
     /// The table of all experiments.
@@ -156,6 +158,49 @@ impl Figures {
     }
 }
 
+impl Experiment {
+    /// A figure of one method, or one for each of some lines.
+    fn figure(&self, method: &str, form: Form, lines: &str) -> Result<String, Wrong> {
+        let known = || self.methods.iter().map(|found| found.method.as_str()).collect::<Vec<_>>().join(", ");
+        let of_method = self.methods.iter().find(|found| found.method == method);
+        let of_method = of_method.ok_or_else(|| one_of(&known(), method))?;
+        if lines.is_empty() {
+            return Ok(form.of_method(of_method));
+        }
+        let known = || of_method.lines.keys().map(String::as_str).collect::<Vec<_>>().join("; ");
+        let figure = |line: &str| match of_method.lines.get(line) {
+            Some(tally) => Ok(form.of(*tally)),
+            None => Err(one_of(&known(), line)),
+        };
+        let figures = lines.split("; ").map(figure).collect::<Result<Vec<_>, _>>()?;
+        Ok(figures.join(", "))
+    }
+
+    /// All of it.
+    fn whole(&self, form: Whole) -> String {
+        let tally = |method: &str, line: &str| {
+            let found = self.methods.iter().find(|found| found.method == method);
+            found.and_then(|found| found.lines.get(line)).copied().unwrap_or_default()
+        };
+        let methods: Vec<_> = self.methods.iter().map(|found| found.method.as_str()).collect();
+        let table = match form {
+            Whole::Notices => return self.notices.join(" "),
+            Whole::Verdicts => corridor_published::verdicts(&methods, tally),
+            Whole::Lines => {
+                let lines: BTreeSet<_> = self.methods.iter().flat_map(|found| found.lines.keys()).collect();
+                let row = |line: &String| {
+                    let figures = methods.iter().map(|method| Form::Rated.of(tally(method, line)));
+                    [line.clone()].into_iter().chain(figures).collect()
+                };
+                let header =
+                    [String::new()].into_iter().chain(methods.iter().map(|method| format!("`{method}`")));
+                Table { header: header.collect(), rows: lines.into_iter().map(row).collect() }
+            }
+        };
+        format!("\n\n{}\n", table.markdown())
+    }
+}
+
 /// What was expected, and what was found.
 type Wrong = (String, String);
 
@@ -170,6 +215,7 @@ fn split<'a>(text: &'a str, end: &str) -> Result<(&'a str, &'a str), Wrong> {
 
 enum Marker<'a> {
     Experiments,
+    Whole { experiment: &'a str, form: Whole },
     Figure { experiment: &'a str, method: &'a str, form: Form, lines: String },
 }
 
@@ -178,15 +224,46 @@ impl<'a> Marker<'a> {
         let all: Vec<_> = words.split_whitespace().collect();
         match all[..] {
             [EXPERIMENTS] => Ok(Self::Experiments),
+            [experiment, form] => {
+                is_suite(experiment)?;
+                let form = Whole::read(form).ok_or_else(|| one_of(WHOLE_FORMS, form))?;
+                Ok(Self::Whole { experiment, form })
+            }
             [experiment, method, form, ref lines @ ..] => {
-                if !suites::names().any(|known| known == experiment) {
-                    return Err(one_of(&suites::names().collect::<Vec<_>>().join(", "), experiment));
-                }
+                is_suite(experiment)?;
                 let form = Form::read(form).ok_or_else(|| one_of(FORMS, form))?;
                 Ok(Self::Figure { experiment, method, form, lines: lines.join(" ") })
             }
             _ => Err(("experiment, method and form".to_owned(), words.to_owned())),
         }
+    }
+}
+
+fn is_suite(experiment: &str) -> Result<(), Wrong> {
+    let is_known = suites::names().any(|known| known == experiment);
+    let wrong = || one_of(&suites::names().collect::<Vec<_>>().join(", "), experiment);
+    is_known.then_some(()).ok_or_else(wrong)
+}
+
+/// What is shown of all of an experiment.
+#[derive(Clone, Copy)]
+enum Whole {
+    /// A row for each line of its table, a column for each method.
+    Lines,
+    /// The conditions of Patil 2019.
+    Verdicts,
+    /// What the reader must know.
+    Notices,
+}
+
+impl Whole {
+    fn read(word: &str) -> Option<Self> {
+        Some(match word {
+            "lines" => Self::Lines,
+            "verdicts" => Self::Verdicts,
+            "notices" => Self::Notices,
+            _ => return None,
+        })
     }
 }
 
@@ -205,7 +282,9 @@ enum Form {
     Attempts,
     /// `80.9 %`: the share of failures that the robot knows.
     Known,
-    /// The number of tasks that ended in this way.
+    /// `9 of 12`: the lines that most tasks of theirs reached.
+    Majority,
+    /// How many ended so.
     Count(Kind),
 }
 
@@ -218,8 +297,20 @@ impl Form {
             "rated" => Self::Rated,
             "attempts" => Self::Attempts,
             "known" => Self::Known,
+            "majority" => Self::Majority,
             _ => Self::Count(Kind::ALL.into_iter().find(|kind| kind.word().replace(' ', "-") == word)?),
         })
+    }
+
+    /// Of all tasks by a method.
+    fn of_method(self, method: &Method) -> String {
+        match self {
+            Self::Majority => {
+                let passed = method.lines.values().filter(|tally| tally.is_mostly_reached()).count();
+                format!("{passed} of {}", method.lines.len())
+            }
+            _ => self.of(method.total),
+        }
     }
 
     fn of(self, tally: Tally) -> String {
@@ -235,6 +326,7 @@ impl Form {
             }
             Self::Attempts => attempts.to_string(),
             Self::Known => percent(tally.share_that_knows()),
+            Self::Majority => format!("{} of 1", u8::from(tally.is_mostly_reached())),
             Self::Count(kind) => tally.count(kind).to_string(),
         }
     }
@@ -267,7 +359,8 @@ mod tests {
         let lines = [("hall 1".to_owned(), tally(7, 3, 10)), ("yard".to_owned(), tally(2, 0, 2))].into();
         let outline = Method { method: "outline".into(), total: tally(312, 4, 320), lines };
         let (command, program) = ("sketchnav eval people --seed 1".to_owned(), "0.1.0 7".to_owned());
-        let people = Experiment { command, program, methods: vec![outline] };
+        let notices = vec!["One house.".to_owned(), "Ten people.".to_owned()];
+        let people = Experiment { command, program, methods: vec![outline], notices };
         Figures { experiments: [("people".to_owned(), people)].into() }
     }
 
@@ -293,6 +386,12 @@ mod tests {
             ("people outline known hall 1", "100 %"),
             ("people outline wrong-arrival", "0"),
             ("people outline of hall 1; yard", "7 of 10, 2 of 2"),
+            ("people outline majority", "2 of 2"),
+            ("people notices", "One house. Ten people."),
+            (
+                "people lines",
+                "\n\n|  | `outline` |\n|---|---|\n| hall 1 | 7 of 10 (70 %; 40 to 89) |\n| yard | 2 of 2 (100 %; 34 to 100) |\n\n",
+            ),
         ] {
             let page = format!("| a | <!--= {marker}-->old<!--=--> | b |\nend\n");
             assert_eq!(filled(&page), format!("| a | <!--= {marker}-->{figure}<!--=--> | b |\nend\n"));
@@ -325,6 +424,7 @@ mod tests {
             ("<!--= people beam share-->x<!--=-->", "line 1: expected one of outline, found \"beam\""),
             ("<!--= people outline shares-->x<!--=-->", "expected one of share, percent"),
             ("<!--= people outline share hall-->x<!--=-->", "expected one of hall 1; yard, found \"hall\""),
+            ("<!--= people outlines-->x<!--=-->", "expected one of lines, verdicts or notices"),
             ("<!--= people-->x<!--=-->", "expected experiment, method and form, found \"people\""),
             ("<!--= people outline share-->x\n", "expected a marker that ends with <!--=-->"),
             ("<!--= people outline", "expected a marker that ends with -->"),

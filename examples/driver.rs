@@ -1,12 +1,12 @@
-//! A robot's driver, whole: it takes the simulated world's place in a system that runs in real time.
+//! A complete robot driver: it takes the place of the simulated world in a system that runs in real time.
 //!
 //! ```text
 //! sketchnav run my-floor.toml --speed 1 --system lab --without world
 //! cargo run --example driver -- lab 5
 //! ```
 //!
-//! The robot of this one is a point in two rooms, exact and without noise. Put your laser, your wheels and your clock
-//! in the place of [`Robot`]. `tests/missions/driver.rs` drives a mission by it.
+//! The robot here is a point in two rooms, exact and without noise. Put your laser, your wheels and your clock in place of
+//! [`Robot`]. `tests/missions/driver.rs` drives a mission with it.
 
 use std::time::{Duration, Instant};
 
@@ -29,7 +29,7 @@ const WALLS: [[f64; 4]; 6] = [
 ];
 /// Where the robot is in them when the driver begins: the origin of its odometry.
 const START: [f64; 2] = [1.0, 1.0];
-/// Who was not told anything new for so long stands still.
+/// After this long without a new command the robot stands still.
 const COMMAND_LIMIT: Duration = Duration::from_millis(500);
 
 fn main() -> anyhow::Result<()> {
@@ -40,11 +40,11 @@ fn main() -> anyhow::Result<()> {
     let (mut ticks, mut commands) = (node.writer(TICK)?, node.reader(COMMAND)?);
     let run = node.run_config()?;
     let laser = run.robot.laser()?;
-    // Wheels are read more often than a laser scans: 50 times a second, say, and a scan and a tick with each fifth.
+    // Wheels are read more often than a laser scans: say, 50 times a second, with a scan and a tick at every fifth reading.
     let readings = std::env::args().nth(2).map_or(Ok(1), |number| number.parse::<u32>());
     let readings = readings.context("expected how many readings of the odometry come with a scan")?.max(1);
     let period = Duration::from_secs_f64(1.0 / laser.rate_hz) / readings;
-    // Where a driver has died, this one goes on: its numbers, its clock and its odometry do.
+    // If a driver has died, this one continues its numbers, its clock and its odometry.
     scans.resume_behind_history();
     odometry.resume_behind_history();
     ticks.resume_behind_history();
@@ -75,7 +75,7 @@ fn main() -> anyhow::Result<()> {
                 if command.last == 1 {
                     return Ok(());
                 }
-                // What answers a tick of the driver before this one is over.
+                // An answer to a tick of an earlier driver is obsolete.
                 if command.header.source_seq > ticks_before {
                     (robot.twist, commanded) = (command.twist, Instant::now());
                 }
@@ -107,7 +107,7 @@ impl Robot {
         *message = Odometry { header, pose: PoseM::new(&self.pose), twist: self.twist };
     }
 
-    /// Beams go counter-clockwise; no return is +∞ (REP 117).
+    /// Beams run counter-clockwise; no return is +∞ (REP 117).
     fn write_scan(&self, header: Header, laser: &Laser, scan: &mut LaserScan) {
         let sensor = self.pose.compose(&laser.mount());
         let field = laser.field_of_view_deg.to_radians();
@@ -127,7 +127,7 @@ impl Robot {
     }
 }
 
-/// How far the next wall is from `eye` in a direction, metres; +∞ where there is none.
+/// How far the next wall is from `eye` in a direction, metres; +∞ if there is none.
 fn nearest_wall_m(eye: [f64; 2], direction_rad: f64) -> f64 {
     let (sin, cos) = direction_rad.sin_cos();
     let hits = WALLS.iter().filter_map(|&[ax, ay, bx, by]| {

@@ -1,4 +1,4 @@
-"""A DDS reader of another maker (Cyclone DDS, PyPI `cyclonedds`) that knows our own types by their IDL alone; tests/tools/ros2.rs runs it.
+"""A third-party DDS reader (Cyclone DDS, PyPI `cyclonedds`) that knows our own types only by their IDL; tests/tools/ros2.rs runs it.
 
 It comes late, and is to get the latched drawing: `sketchnav_msgs/SketchMap`, far longer than a datagram.
 """

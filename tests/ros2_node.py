@@ -16,7 +16,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import String
 
-#: Longest wait, seconds of the wall clock: for what hangs.
+#: Longest wait, seconds of the wall clock, in case something hangs.
 LIMIT_S = 90.0
 
 
@@ -36,7 +36,7 @@ def listen(node, count):
     heard = {"scan": [], "odometry": [], "clock": [], "diagnostics": []}
     kinds = {"scan": LaserScan, "odometry": Odometry, "clock": Clock, "diagnostics": DiagnosticArray}
     for topic, kind in kinds.items():
-        # Best effort alone is offered for what sensors say; the others are asked for reliably.
+        # Sensor readings are only offered best effort; the others are requested as reliable.
         quality = qos_profile_sensor_data if topic in ("scan", "odometry") else QoSProfile(depth=100)
         node.create_subscription(kind, topic, heard[topic].append, quality)
     spin_until(node, lambda: len(heard["scan"]) >= count and heard["diagnostics"] and heard["clock"])

@@ -1,4 +1,4 @@
-"""A robot that speaks ROS 2 alone (rclpy), for `sketchnav bridge ros2 --drive`; tests/tools/ros2.rs runs it.
+"""A robot that speaks only ROS 2 (rclpy), for `sketchnav bridge ros2 --drive`; tests/tools/ros2.rs runs it.
 
 It publishes /scan ten times a second and /odom fifty times, moves by /cmd_vel, and ends with SIGTERM. Its stamps are those of
 its clock.

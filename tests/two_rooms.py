@@ -46,7 +46,7 @@ def ranges(x, y, yaw):
 
 
 class Robot:
-    """Moves by its velocity: forward and left, metres a second; radians a second."""
+    """Moves by its velocity: forward and left, metres per second; radians per second."""
 
     def __init__(self):
         self.x, self.y, self.yaw = *START, 0.0
@@ -54,7 +54,7 @@ class Robot:
         self.readings = 0
 
     def step(self):
-        """Moves on; whether a scan is due."""
+        """Moves on; returns whether a scan is due."""
         forward, left, turn = self.velocity
         cos, sin = math.cos(self.yaw), math.sin(self.yaw)
         self.x += (forward * cos - left * sin) * PERIOD_S
@@ -75,5 +75,5 @@ class Robot:
         return ranges(self.x, self.y, self.yaw)
 
     def told(self):
-        """Where it is, and how it was told to move."""
+        """Where it is, and its last command."""
         return f"{self.x:.2f} {self.y:.2f} {self.velocity[0]:.3f} {self.velocity[2]:.3f}"

@@ -27,7 +27,7 @@ from zenoh_ros2_sdk.attachment import Attachment
 from zenoh_ros2_sdk.qos import QosDurability, QosProfile
 from zenoh_ros2_sdk.session import ZenohSession
 
-#: Longest wait, seconds of the wall clock: for what hangs.
+#: Longest wait, seconds of the wall clock, in case something hangs.
 LIMIT_S = 90.0
 DOMAIN = os.environ.get("ROS_DOMAIN_ID", "0")
 ROS_2 = get_typestore(Stores.ROS2_JAZZY)
@@ -141,7 +141,7 @@ def order(port, texts):
     wait_until(lambda: publisher.pub.matching_status.matching)
     for text in texts:
         publisher.publish(data=text)
-    # It is on its way until somebody does what it says.
+    # It is on its way until its effect is seen.
     over.wait(LIMIT_S)
 
 

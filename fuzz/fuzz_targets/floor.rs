@@ -1,4 +1,5 @@
-//! Any text as a floor plan: read or refused, and on what is read a robot moves for two instants, where it fits in.
+//! Any text as a floor plan: it is read or refused, and if it is read and has room for a robot, the robot moves for two
+//! instants.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

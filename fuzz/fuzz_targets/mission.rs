@@ -1,4 +1,4 @@
-//! Any text as a mission file: read or rejected. What is read is driven for one instant, on a floor and by a drawing
+//! Any text as a mission file: it is read or rejected. What is read is driven for one instant, on a floor and with a drawing
 //! that ship.
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! Any bytes as a recording: read in every way as far as they are whole, recovered, or refused.
+//! Any bytes as a recording: read in every way as far as they are intact, recovered, or refused.
 #![no_main]
 
 use std::io::Write;

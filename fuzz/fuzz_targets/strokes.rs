@@ -1,4 +1,4 @@
-//! Any text behind the head of a file of strokes.
+//! Any text after the head of a strokes file.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

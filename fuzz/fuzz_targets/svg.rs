@@ -14,7 +14,7 @@ fuzz_target!(|styles: [String; 3]| {
     assert!(first == read(svg.as_bytes(), "fuzz.svg", &Options::default()), "two readings differ");
 });
 
-/// As XML holds it.
+/// Escaped for XML.
 fn escaped(text: &str) -> String {
     let allowed = |c: &char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
     text.chars().filter(allowed).fold(String::new(), |mut text, c| {

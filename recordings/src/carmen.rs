@@ -1,18 +1,18 @@
-//! Laser logs of the CARMEN toolkit: one record a line, as `record.rs` has them.
+//! Laser logs of the CARMEN toolkit: one record per line, in the formats of `record.rs`.
 //!
-//! **Odometry.** In logs that a mapper has corrected, both poses of a FLASER hold the reference pose. The first ODOM
-//! line after it repeats that pose. So the odometry is chained: the steps between consecutive ODOM lines, without the
-//! one that leads to such a repetition. What the mapper put right never reaches the odometry. In raw logs the chain is
-//! the odometry itself. There the first ODOM line after a FLASER continues from the ODOM line before. Its pose is the
-//! FLASER's only where the robot stands still. Where there are no ODOM lines, or none that moves, the robot's pose that
-//! each scan states is the odometry.
+//! **Odometry.** In logs that a mapper has corrected, both poses of a FLASER are the reference pose, and the first ODOM line
+//! after it repeats that pose. The odometry is therefore chained from the steps between consecutive ODOM lines, without the one
+//! that leads to such a repetition, so that the mapper's corrections never reach it. In raw logs the chain is the odometry
+//! itself: there the first ODOM line after a FLASER continues from the ODOM line before, and its pose is the FLASER's only if
+//! the robot stands still. If there are no ODOM lines, or none that move, the robot's pose that each scan states is the
+//! odometry.
 //!
-//! **What cannot be read** (a line that is cut, garbled, too long, of a wrong number of fields, the end of a compressed
-//! file that breaks off) is an [`Entry::LeftOut`] with its line; the log goes on after it. A number that no laser
-//! measures is left out of its scan alone.
+//! **What cannot be read** (a line that is cut, garbled, too long or has a wrong number of fields, or the end of a truncated
+//! compressed file) is an [`Entry::LeftOut`] with its line, after which reading continues. A number that no laser measures is
+//! only left out of its scan.
 //!
-//! A log is read twice. [`Survey::of`] looks which kinds of lines it has, which decides how [`CarmenLog`] reads it.
-//! Reads line by line from any [`BufRead`]; a line is never longer than 256 KiB.
+//! A log is read twice: [`Survey::of`] finds out which kinds of lines it has, which decides how [`CarmenLog`] reads it. Both
+//! read line by line from any [`BufRead`]; a line is never longer than 256 KiB.
 
 mod lines;
 mod record;
@@ -37,18 +37,18 @@ pub struct CarmenScan {
     pub time_s: f64,
     /// Where its beams point.
     pub beams: Beams,
-    /// Ranges in metres, from the right to the left; NaN where the log has no number that a laser measures.
+    /// Ranges in metres, from the right to the left; NaN if the log has no number that a laser measures.
     pub ranges_m: Vec<f32>,
     /// The maximum range that the log states, metres.
     pub range_max_m: Option<f64>,
-    /// Where the robot was, by whoever corrected the log; `None` where its lines state no pose.
+    /// Where the robot was, according to the corrected log; `None` if its lines state no pose.
     pub reference: Option<Pose<World>>,
-    /// Where it had come by its own count.
+    /// Where the robot was by its own odometry.
     pub odometry: Pose<Odom>,
 }
 
 impl CarmenScan {
-    /// Readings that are no distance.
+    /// The number of readings that are not a distance.
     pub fn unreadable(&self) -> usize {
         self.ranges_m.iter().filter(|range| range.is_nan()).count()
     }
@@ -69,7 +69,7 @@ impl std::fmt::Display for LeftOut {
     }
 }
 
-/// What a log gives.
+/// What a log yields.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
     /// A scan.
@@ -95,7 +95,7 @@ pub enum CarmenError {
         /// What there is instead.
         found: String,
     },
-    /// Scans alone do not say where the robot has come.
+    /// Scans without poses do not say where the robot has moved.
     #[error("expected ODOM lines beside {kind} lines, which state no pose, found none")]
     NoOdometry {
         /// The scans.
@@ -108,7 +108,7 @@ pub enum CarmenError {
 struct Chain {
     /// The last ODOM line.
     last: Option<Pose<Odom>>,
-    /// Right after a scan the robot's pose that it states: an ODOM line that repeats it starts again from there.
+    /// Right after a scan, the robot's pose that it states: an ODOM line that repeats it restarts the chain from there.
     reset: Option<Pose<Odom>>,
     odometry: Pose<Odom>,
 }
@@ -183,7 +183,7 @@ impl<R: BufRead> CarmenLog<R> {
         Ok(None)
     }
 
-    /// The scan with what the lines before it say.
+    /// The scan, completed by what the lines before it say.
     fn finish(&self, scan: ScanLine) -> Result<CarmenScan, Fault> {
         if scan.surplus.is_some() && scan.surplus != self.reading.surplus {
             return Err(scan.surplus_fault());

@@ -13,30 +13,30 @@ use crate::directory::Topic;
 use crate::error::RecordingError;
 use crate::records::{Attachment, MAX_RECORD_BYTES, MessageHead};
 
-/// A message as it lies in the file.
+/// A message as stored in the file.
 #[derive(Debug, Clone)]
 pub struct RawMessage {
-    /// Where it was sent.
+    /// The topic on which it was sent.
     pub topic: Arc<Topic>,
     /// Its number on its channel.
     pub sequence: u32,
-    /// Simulation time, nanoseconds; of `/health`, which several processes write, no earlier than of the one before.
+    /// Simulation time, nanoseconds; on `/health`, which several processes write, no earlier than that of the message before.
     pub stamp_ns: u64,
-    /// When it was sent, nanoseconds, where the file has that apart.
+    /// When it was sent, nanoseconds, if the file stores that separately.
     pub publish_ns: u64,
-    /// Its CDR; unpacked, where rosbag2 has compressed each message. See [`RawMessage::is_damaged`].
+    /// Its CDR, unpacked if rosbag2 has compressed each message. See [`RawMessage::is_damaged`].
     pub cdr: Vec<u8>,
 }
 
-/// How what zstd has packed begins. CDR begins with a zero.
+/// How data packed by zstd begins. CDR begins with a zero.
 const ZSTD_MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
-/// Whether rosbag2 has compressed the message by itself (`compression_mode: MESSAGE`).
+/// Whether rosbag2 has compressed the message individually (`compression_mode: MESSAGE`).
 pub(crate) fn is_packed(data: &[u8]) -> bool {
     data.starts_with(&ZSTD_MAGIC)
 }
 
-/// What a message was before it was compressed by itself; `None` where it was not, or does not unpack.
+/// A message as it was before it was compressed individually; `None` if it was not, or cannot be unpacked.
 fn unpacked(data: &[u8]) -> Option<Vec<u8>> {
     if !is_packed(data) {
         return None;
@@ -58,9 +58,9 @@ pub enum Part {
     Metadata(String, BTreeMap<String, String>),
     /// A file inside the file.
     Attachment(Attachment),
-    /// The last part: whether the writer came to an end, or the file is cut off.
+    /// The last part: whether the writer finished, or the file is cut off.
     End {
-        /// Whether the writer came to an end.
+        /// Whether the writer finished.
         clean: bool,
     },
 }
@@ -73,20 +73,20 @@ impl RawMessage {
         Self { topic: Arc::clone(topic), sequence, stamp_ns, publish_ns, cdr }
     }
 
-    /// Whether rosbag2 has compressed the message by itself, and it does not unpack. What it was is not known then.
+    /// Whether rosbag2 has compressed the message individually and it cannot be unpacked; its content is then unknown.
     pub fn is_damaged(&self) -> bool {
         self.topic.is_cdr() && is_packed(&self.cdr)
     }
 
-    /// The message as a `T`, and the slice behind it.
+    /// The message as a `T`, and the slice that follows it.
     ///
     /// # Errors
-    /// [`RecordingError::Message`] where it is no `T`.
+    /// [`RecordingError::Message`] if it is not a `T`.
     pub fn typed<T: Ros2>(&self) -> Result<(T, Vec<u8>), RecordingError> {
         self.decode_by(T::from_cdr)
     }
 
-    /// Takes what is off by rounding for what it stands for.
+    /// Decodes a message, accepting values that are off by rounding.
     fn decode_by<M>(&self, decode: impl Fn(&[u8], u64) -> Result<M, Ros2Error>) -> Result<M, RecordingError> {
         let seq = self.sequence.into();
         let decoded = match decode(&self.cdr, seq) {
@@ -105,7 +105,7 @@ impl RawMessage {
         self.decode_by(|cdr, seq| spec.message.decode(cdr, seq))
     }
 
-    /// As [`RawMessage::typed`], by the channel that it is a message of.
+    /// As [`RawMessage::typed`], by the channel to which it belongs.
     ///
     /// # Errors
     /// As [`RawMessage::typed`].
@@ -113,16 +113,16 @@ impl RawMessage {
         self.typed()
     }
 
-    /// As [`RawMessage::typed`], of the recording at `path`, where the topic's type is `T`'s.
+    /// As [`RawMessage::typed`], for the recording at `path`, provided that the topic's type is `T`'s.
     ///
     /// # Errors
-    /// As [`RawMessage::typed`]; [`RecordingError::Type`] where the topic's type is another one.
+    /// As [`RawMessage::typed`]; [`RecordingError::Type`] if the topic's type is another one.
     pub fn typed_in<T: Ros2>(&self, path: &Path) -> Result<(T, Vec<u8>), RecordingError> {
         self.must_be(T::TYPE, path)?;
         self.typed()
     }
 
-    /// As [`RawMessage::decode`], of the recording at `path`, where the topic's type is the channel's.
+    /// As [`RawMessage::decode`], for the recording at `path`, provided that the topic's type is the channel's.
     ///
     /// # Errors
     /// As [`RawMessage::typed_in`].

@@ -1,7 +1,7 @@
-//! Recordings out of recordings: repaired, filtered, merged, split. Messages, schemas, attachments and facts
-//! go over as they are, byte for byte, whatever they mean; a file of another profile too.
+//! Recordings made from recordings: repaired, filtered, merged, split. Messages, schemas, attachments and facts are copied as
+//! they are, byte for byte, whatever they mean, even from a file of another profile.
 //!
-//! Never holds more than the chunks whose times overlap, and never writes a file by itself: who calls gives
+//! This never holds more in memory than the chunks whose times overlap, and never writes a file by itself: the caller provides
 //! the sinks.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -26,10 +26,10 @@ use crate::selection::Selection;
 use crate::sequence::Sequence;
 use crate::writer::{Mcap, TOPICS_METADATA, begin};
 
-/// Metadata that is made anew for the messages that are really there.
+/// Metadata that is generated again for the messages that are actually there.
 const MADE_ANEW: [&str; 2] = [TOPICS_METADATA, "missing"];
 
-/// What became of a copy.
+/// The outcome of a copy.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Copied {
     /// Messages in the copy.
@@ -38,9 +38,9 @@ pub struct Copied {
     pub lost_chunks: u64,
     /// Bytes of the original that could not be read as records.
     pub lost_bytes: u64,
-    /// What was left out, place by place.
+    /// The parts that were left out.
     pub lost: Vec<Lost>,
-    /// Chunks with a wrong checksum that were taken over because that was asked for.
+    /// Chunks with a wrong checksum that were copied on request.
     pub kept_damaged: u64,
     /// Whether the original had its end and its index.
     pub was_whole: bool,
@@ -55,17 +55,17 @@ pub struct Lost {
     pub bytes: u64,
     /// Why.
     pub reason: String,
-    /// How many messages the file itself says to be in it, where it does.
+    /// How many messages are in it, if the file says so.
     pub messages: Option<u64>,
 }
 
-/// What becomes of chunks with a wrong checksum.
+/// What to do with chunks that have a wrong checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Damaged {
     /// They are left out.
     #[default]
     LeaveOut,
-    /// Their messages are taken over, where they can be told from each other.
+    /// Their messages are copied, if they can be told apart.
     Keep,
 }
 
@@ -76,22 +76,22 @@ impl Copied {
     }
 }
 
-/// What a recording holds, however damaged it is.
+/// What a recording contains, however damaged it is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Held {
-    /// Messages that can be read, and those that the file says to be in what cannot.
+    /// Messages that can be read, plus those that the file says are in the parts that cannot.
     pub messages: u64,
-    /// Whether that is all: the file says of each damaged part how many messages are in it.
+    /// Whether that is all: whether the file says for each damaged part how many messages are in it.
     pub is_known: bool,
 }
 
 /// Writes messages as they are.
 pub struct Copy<W: Write> {
     mcap: Mcap<W>,
-    /// By topic as it is declared: its number in the copy.
+    /// The number in the copy of each topic as declared.
     topics: Vec<(Arc<Topic>, u16)>,
     counts: BTreeMap<String, Count>,
-    /// Topics of which what comes before their first message is left out on purpose: it is not missing.
+    /// Topics whose messages before the first one were left out on purpose and are therefore not missing.
     late: BTreeSet<String>,
     attached: BTreeSet<String>,
     told: BTreeSet<String>,
@@ -100,10 +100,10 @@ pub struct Copy<W: Write> {
     left_out: Rejections,
 }
 
-/// What is known of a topic so far.
+/// What is known about a topic so far.
 #[derive(Default)]
 struct Count {
-    /// None before the first number.
+    /// `None` before the first number.
     sequence: Option<Sequence>,
     facts: TopicFacts,
 }
@@ -117,7 +117,7 @@ impl<W: Write> Copy<W> {
         Self::of_profile(sink, "ros2")
     }
 
-    /// The same for messages of another profile, as the file says that they are of.
+    /// The same for messages of another profile, as declared by the file.
     ///
     /// # Errors
     /// As [`Copy::new`].
@@ -135,7 +135,7 @@ impl<W: Write> Copy<W> {
         })
     }
 
-    /// Goes on behind another copy, which has these numbers: what is in that one is not missing here.
+    /// Continues after another copy, which ends with these numbers: what is in that one is not missing here.
     fn resume_after(&mut self, last: &BTreeMap<String, u64>) {
         let go_on = |(topic, last): (&String, &u64)| {
             (topic.clone(), Count { sequence: Some(Sequence::after(*last)), ..Count::default() })
@@ -143,12 +143,12 @@ impl<W: Write> Copy<W> {
         self.counts = last.iter().map(go_on).collect();
     }
 
-    /// What comes before the first message of these topics is left out on purpose: it is not missing.
+    /// Messages before the first one of these topics are left out on purpose and therefore not missing.
     pub(crate) fn begins_late(&mut self, topics: BTreeSet<String>) {
         self.late = topics;
     }
 
-    /// By topic the last number.
+    /// The last number of each topic.
     fn last_numbers(&self) -> BTreeMap<String, u64> {
         let last = |(topic, count): (&String, &Count)| Some((topic.clone(), count.sequence.as_ref()?.last()));
         self.counts.iter().filter_map(last).collect()
@@ -169,7 +169,7 @@ impl<W: Write> Copy<W> {
         &self.left_out
     }
 
-    /// Declares a topic, where it is new.
+    /// Declares a topic, if it is new.
     ///
     /// # Errors
     /// [`RecordingError::Write`].
@@ -224,7 +224,7 @@ impl<W: Write> Copy<W> {
         count.facts.see_number(sequence, has_many_writers(name), seq);
     }
 
-    /// Takes over a file inside the file, once for each name.
+    /// Copies an embedded file, once for each name.
     ///
     /// # Errors
     /// [`RecordingError::Write`].
@@ -238,7 +238,7 @@ impl<W: Write> Copy<W> {
         self.mcap.attach(&file).map_err(RecordingError::Write)
     }
 
-    /// Takes over facts, once for each name.
+    /// Copies facts, once for each name.
     ///
     /// # Errors
     /// [`RecordingError::Write`].
@@ -250,7 +250,7 @@ impl<W: Write> Copy<W> {
         self.mcap.write_metadata(&metadata).map_err(RecordingError::Write)
     }
 
-    /// Takes over whatever it is.
+    /// Copies a part of any kind.
     ///
     /// # Errors
     /// [`RecordingError::Write`].
@@ -264,7 +264,7 @@ impl<W: Write> Copy<W> {
         }
     }
 
-    /// Ends the copy with its index and gives the sink back, flushed.
+    /// Ends the copy with its index and returns the sink, flushed.
     ///
     /// # Errors
     /// [`RecordingError::Write`].
@@ -284,11 +284,11 @@ impl<W: Write> Copy<W> {
     }
 }
 
-/// Copies everything in a recording that can be read. A recording that a kill cut off is read up to the cut. Damaged
-/// chunks and a damaged beginning are left out, and listed.
+/// Copies everything in a recording that can be read. A recording that a kill cut off is read up to the cut. Damaged chunks and
+/// a damaged beginning are left out, and listed.
 ///
 /// # Errors
-/// [`RecordingError::File`], [`RecordingError::Foreign`] or [`RecordingError::Damaged`] where it is no recording at all,
+/// [`RecordingError::File`], [`RecordingError::Foreign`] or [`RecordingError::Damaged`] if it is no recording at all,
 /// [`RecordingError::Write`].
 pub fn recover<W: Write>(
     path: &Path,
@@ -296,14 +296,14 @@ pub fn recover<W: Write>(
     copy: &mut Copy<W>,
 ) -> Result<Copied, RecordingError> {
     if let Some(index) = Index::of_summary_in(&mut Open::damaged_file(path)?.0)? {
-        // Where the chunk that declares them is damaged, the topics are known all the same.
+        // This way the topics are known even if the chunk that declares them is damaged.
         index.directory.topics().try_for_each(|(_, topic)| copy.declare(topic).map(drop))?;
     }
     let copied = Salvage::of(path, damaged)?.run(|part| copy.part(&part))?;
     Ok(Copied { messages: copy.messages(), ..copied })
 }
 
-/// What a recording holds: what a copy that takes its place must not have less of.
+/// What a recording contains; a copy that replaces it must not have less.
 ///
 /// # Errors
 /// As [`recover`].
@@ -315,7 +315,7 @@ pub fn held(path: &Path) -> Result<Held, RecordingError> {
     Ok(Held { messages, is_known: copied.lost.iter().all(|lost| lost.messages.is_some()) })
 }
 
-/// The profile that a recording says to be of, however damaged it is: `ros2`, `ros1`, or nothing.
+/// The profile that a recording declares, however damaged it is: `ros2`, `ros1`, or nothing.
 ///
 /// # Errors
 /// As [`recover`].
@@ -326,14 +326,14 @@ pub fn profile(path: &Path) -> Result<String, RecordingError> {
     Ok(open.directory().header.profile.clone())
 }
 
-/// Most places that are listed one by one.
+/// Most lost parts that are listed individually.
 const MAX_LOST: usize = 1000;
 
 /// A pass over a recording that may be damaged anywhere.
 struct Salvage {
     open: Open,
     copied: Copied,
-    /// Messages that were read before the chunk that is being read.
+    /// Messages read before the current chunk.
     before_chunk: u64,
 }
 
@@ -358,7 +358,7 @@ impl Salvage {
     ) -> Result<Copied, RecordingError> {
         loop {
             let next = self.open.next_piece();
-            // Records that say nothing new may have stood before it.
+            // Redundant records may precede it.
             let (at, _) = self.open.record();
             let goes_on = match next {
                 Ok(Piece::Part(Part::Message(message))) if message.is_damaged() => {
@@ -389,12 +389,12 @@ impl Salvage {
         }
     }
 
-    /// Goes on after what is damaged; false where nothing after it makes sense.
+    /// Continues after the damage; returns false if nothing after it makes sense.
     fn pass_over(&mut self, at: u64, damage: &Damage) -> Result<bool, RecordingError> {
         let was_inside = self.open.abandon_chunk();
         let end = self.open.file.at();
         if !was_inside && end - at <= FRAME_BYTES && matches!(damage, Damage::TooLong { .. }) {
-            // Of the record no more than its length was read, and that is no length.
+            // Only the record's length was read, and it is not a valid one.
             return self.search(at, &damage.to_string());
         }
         let reason = damage.to_string();
@@ -414,7 +414,7 @@ impl Salvage {
         Ok(true)
     }
 
-    /// Looks for a chunk after `at`, where the records stop making sense.
+    /// Searches for a chunk after `at`, where the records stop making sense.
     fn search(&mut self, at: u64, reason: &str) -> Result<bool, RecordingError> {
         let found = self.open.file.find_chunk(at + 1).map_err(|stop| self.open.stopped(stop))?;
         let bytes = found.unwrap_or(self.open.file.bytes()) - at;
@@ -449,7 +449,7 @@ fn is_of_chunk(damage: &Damage) -> bool {
     }
 }
 
-/// Whether a record that is no chunk has content of its own: those of the index have none.
+/// Whether a record other than a chunk has content of its own: those of the index have none.
 fn holds_something(damage: &Damage) -> bool {
     match damage {
         Damage::Content { kind, .. } => {
@@ -459,8 +459,8 @@ fn holds_something(damage: &Damage) -> bool {
     }
 }
 
-/// Copies the messages that are wanted, in the order of the file, and everything that is no message. Where the
-/// times do not begin with the recording, nothing is missing before a topic's first message.
+/// Copies the selected messages, in the order of the file, and everything that is not a message. If the times do not begin with
+/// the recording, nothing counts as missing before a topic's first message.
 ///
 /// # Errors
 /// [`RecordingError`].
@@ -480,8 +480,8 @@ pub fn filter<W: Write>(
     Ok(())
 }
 
-/// Copies what is wanted of the parts of a growing recording, in the order of time, as a recording of its own. Latched
-/// messages that were sent before stand at its beginning.
+/// Copies the selected messages of the parts of a growing recording, in order of time, as a recording of its own, which begins
+/// with the latched messages that were sent before.
 ///
 /// # Errors
 /// [`RecordingError`].
@@ -512,7 +512,7 @@ pub fn window<W: Write>(
     Ok(())
 }
 
-/// Takes over what describes a recording, wherever in the file it stands.
+/// Copies what describes a recording, wherever in the file it is.
 pub(crate) fn describe<W: Write>(recording: &Recording, copy: &mut Copy<W>) -> Result<(), RecordingError> {
     let (path, index) = (recording.path(), recording.index()?);
     for name in index.metadata_names() {
@@ -527,11 +527,11 @@ pub(crate) fn topic_names(recording: &Recording) -> Result<BTreeSet<String>, Rec
     Ok(recording.topics()?.iter().map(|topic| topic.name.clone()).collect())
 }
 
-/// The topics that miss nothing before their first message, as the recording says, whatever that message's number.
-/// Such a recording is itself a part of another one; or others wrote it.
+/// The topics that, according to the recording, miss nothing before their first message, whatever its number. Such a recording
+/// is itself part of another one, or was written by other software.
 fn late_topics(recording: &Recording) -> Result<BTreeSet<String>, RecordingError> {
     if !recording.is_ours()? {
-        // Others begin to count where they like.
+        // Other software may begin counting anywhere.
         return topic_names(recording);
     }
     let told = recording.index()?.metadata(recording.path(), TOPICS_METADATA)?.unwrap_or_default();
@@ -540,8 +540,8 @@ fn late_topics(recording: &Recording) -> Result<BTreeSet<String>, RecordingError
     Ok(late.map(|(topic, _)| topic).collect())
 }
 
-/// Copies several recordings as one, in the order of time; of what describes them the first counts. What
-/// comes before the first message of a topic is not missing.
+/// Copies several recordings as one, in order of time; their description is that of the first. What precedes the first message
+/// of a topic does not count as missing.
 ///
 /// # Errors
 /// [`RecordingError`].
@@ -569,9 +569,9 @@ pub fn merge<W: Write>(recordings: &[Recording], copy: &mut Copy<W>) -> Result<(
 /// When a part is full.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
-    /// Messages of so many bytes, before compression and without the latched ones of before.
+    /// Messages of this many bytes, before compression and without the latched ones repeated from before.
     Bytes(u64),
-    /// So much time, nanoseconds.
+    /// This much time, nanoseconds.
     Time(u64),
 }
 
@@ -589,8 +589,8 @@ pub struct PartFacts {
     pub left_out: Rejections,
 }
 
-/// Copies a recording in parts, in the order of time; each begins with the latched messages that were sent
-/// before. `next` opens the sink of the part of that number, from 0.
+/// Copies a recording in parts, in order of time; each begins with the latched messages that were sent before. `next` opens the
+/// sink of the part with that number, from 0.
 ///
 /// # Errors
 /// [`RecordingError`].
@@ -622,11 +622,11 @@ pub fn split<W: Write>(
 /// A recording that is being cut.
 struct Split<'a> {
     recording: &'a Recording,
-    /// Those that are whole.
+    /// The completed ones.
     parts: Vec<PartFacts>,
-    /// By topic the last number of the part before.
+    /// The last number of each topic in the part before.
     last: BTreeMap<String, u64>,
-    /// By topic, what was sent last.
+    /// The last message of each topic.
     latched: BTreeMap<String, RawMessage>,
 }
 
@@ -639,7 +639,7 @@ impl Split<'_> {
         let facts = PartFacts { first_ns, last_ns: first_ns, ..PartFacts::default() };
         let mut part = OpenPart { copy, facts, latched_bytes: 0 };
         for old in self.latched.values() {
-            // Sent again at the part's begin, as a reader that comes late would get it.
+            // Sent again at the beginning of the part, as a late reader would get it.
             part.take(&RawMessage { stamp_ns: first_ns, ..old.clone() })?;
         }
         part.latched_bytes = part.copy.message_bytes();
@@ -657,7 +657,7 @@ impl Split<'_> {
 struct OpenPart<W: Write> {
     copy: Copy<W>,
     facts: PartFacts,
-    /// What was sent again at its begin: no part of the limit, which might be less than that.
+    /// Size of what was sent again at its beginning; not part of the limit, which might be less than that.
     latched_bytes: u64,
 }
 

@@ -1,9 +1,9 @@
 //! The first difference of two recordings.
 //!
-//! Compares the messages of each channel byte for byte, in the order of their channel; in which order the channels are
-//! interleaved does not matter. Health, faults and latency are left out, since they depend on wall-clock time and
-//! chance. Transforms are left out, since they are derived from the odometry. Reads both files side by side and keeps
-//! no more of them than they are apart. What need not be the same to the bit is given [`Tolerances`].
+//! The messages of each channel are compared byte for byte, in the order of their channel; how the channels are interleaved
+//! does not matter. Health, faults and latency are left out, since they depend on wall-clock time and chance, and so are
+//! transforms, since they are derived from the odometry. Both files are read side by side, and only as much of them is kept as
+//! they are apart. [`Tolerances`] are for what need not be the same to the bit.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -17,7 +17,7 @@ use crate::error::RecordingError;
 use crate::reader::{Part, Parts, RawMessage, Recording};
 use crate::writer::topic_name;
 
-/// Where two recordings part.
+/// Where two recordings begin to differ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Difference {
     /// The channel.
@@ -26,11 +26,11 @@ pub struct Difference {
     pub seq: u64,
     /// Simulation time of the message.
     pub stamp_s: f64,
-    /// What is different.
+    /// What differs.
     pub what: What,
 }
 
-/// What is different.
+/// What differs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum What {
@@ -45,7 +45,7 @@ pub enum What {
         /// Its value in the second recording.
         b: String,
     },
-    /// Bytes that are not those of the channel's message type.
+    /// Bytes that are not a message of the channel's type.
     Bytes {
         /// The first byte that differs.
         offset: usize,
@@ -74,11 +74,11 @@ impl fmt::Display for Difference {
     }
 }
 
-/// The first difference of the recordings `a` and `b`, by simulation time. Among differences of one time the first in
-/// the table of channels counts. `None` where they are the same.
+/// The first difference of the recordings `a` and `b`, by simulation time. Among differences at the same time, the first in the
+/// table of channels counts. `None` if they are the same.
 ///
 /// # Errors
-/// [`RecordingError`] where one of them cannot be read.
+/// [`RecordingError`] if one of them cannot be read.
 pub fn diff(a: &Path, b: &Path) -> Result<Option<Difference>, RecordingError> {
     let (mut a, mut b) = (compared(a)?, compared(b)?);
     let compared = channels::all().filter(|spec| spec.is_recorded() && spec.role != Role::Report);
@@ -114,9 +114,9 @@ pub struct Tolerances(Vec<Tolerance>);
 pub struct Tolerance {
     /// The channel.
     pub channel: String,
-    /// `pose.x_px`; `pose` stands for all that is in it, `covariance` for all its entries.
+    /// `pose.x_px`; `pose` stands for everything in it, `covariance` for all its entries.
     pub field: String,
-    /// The largest difference that counts as none.
+    /// The largest difference that is tolerated.
     pub at_most: f64,
 }
 
@@ -166,7 +166,7 @@ impl FromIterator<Tolerance> for Tolerances {
 }
 
 impl Tolerances {
-    /// Whether such a difference of a field counts as none.
+    /// Whether such a difference in a field is tolerated.
     fn forgive(&self, channel: &str, field: &str, a: Option<f64>, b: Option<f64>) -> bool {
         let own = self.0.iter().filter(|t| t.channel == channel && t.covers(field));
         let (Some(a), Some(b)) = (a, b) else { return false };
@@ -174,7 +174,7 @@ impl Tolerances {
     }
 }
 
-/// The messages of a channel that wait for their counterpart, and where the channel parted.
+/// The messages of a channel that wait for their counterpart, and where the channel first differs.
 struct Lane {
     spec: &'static ChannelSpec,
     topic: String,
@@ -190,7 +190,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Of these channels.
+    /// A comparison of these channels.
     pub fn of(channels: impl IntoIterator<Item = &'static ChannelSpec>, tolerances: Tolerances) -> Self {
         let lane = |spec: &'static ChannelSpec| Lane {
             spec,
@@ -247,7 +247,7 @@ impl Lane {
         }
     }
 
-    /// What still waits has no counterpart.
+    /// What is still waiting has no counterpart.
     fn finish(&mut self) {
         let [a, b] = &mut self.waiting;
         let rest = (a.pop_front().map(|m| (m, Side::A))).or(b.pop_front().map(|m| (m, Side::B)));
@@ -264,15 +264,14 @@ impl Lane {
     }
 }
 
-/// What is different about two messages of one number; `None` where all of it is forgiven.
+/// How two messages with the same number differ; `None` if all of it is tolerated.
 fn explain(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage, tolerances: &Tolerances) -> Option<What> {
     let offset = a.cdr.iter().zip(&b.cdr).position(|(a, b)| a != b);
     let bytes = What::Bytes { offset: offset.unwrap_or(a.cdr.len().min(b.cdr.len())) };
     field(spec, a, b, tolerances).unwrap_or(Some(bytes))
 }
 
-/// The field that differs, `Some(None)` where all that do are forgiven; `None` where these are no messages of the
-/// channel.
+/// The field that differs, `Some(None)` if all differences are tolerated; `None` if these are not messages of the channel.
 fn field(
     spec: &ChannelSpec,
     a: &RawMessage,
@@ -291,7 +290,7 @@ fn field(
     Some(different_cells(of_a.cells(), of_b.cells()))
 }
 
-/// The first of the cells, or bytes, behind a message that differs; where one slice begins with the other, their lengths.
+/// The first difference in the cells, or bytes, that follow a message; if one slice begins with the other, their lengths.
 fn different_cells(a: &[u8], b: &[u8]) -> Option<What> {
     let field = |field: String, a: usize, b: usize| What::Field { field, a: a.to_string(), b: b.to_string() };
     match a.iter().zip(b).position(|(a, b)| a != b) {

@@ -12,7 +12,7 @@ use crate::records::{ChannelRecord, FileHeader, Schema};
 pub struct Topic {
     /// `/scan`.
     pub name: String,
-    /// `sensor_msgs/msg/LaserScan`; empty where the file does not say.
+    /// `sensor_msgs/msg/LaserScan`; empty if the file does not say.
     pub ros2_type: String,
     /// `cdr`: how its messages are encoded.
     pub encoding: String,
@@ -33,7 +33,7 @@ impl Topic {
         self.encoding == "cdr"
     }
 
-    /// Whether a reader that comes late is to be given its last message again.
+    /// Whether a late reader is to be given its last message again.
     pub fn is_latched(&self) -> bool {
         let said = self.metadata.get("offered_qos_profiles");
         said.is_some_and(|profile| profile.contains("transient_local") || profile.contains("durability: 1"))
@@ -45,7 +45,7 @@ impl Topic {
 pub(crate) struct Directory {
     schemas: BTreeMap<u16, Arc<Schema>>,
     topics: BTreeMap<u16, Arc<Topic>>,
-    /// What the file says of itself, once that was read.
+    /// What the file says about itself, once that has been read.
     pub(crate) header: FileHeader,
 }
 
@@ -54,7 +54,7 @@ impl Directory {
         self.schemas.entry(id).or_insert_with(|| Arc::new(schema));
     }
 
-    /// The topic, where it is new.
+    /// The topic, if it is new.
     pub(crate) fn add_channel(&mut self, channel: ChannelRecord) -> Option<Arc<Topic>> {
         if self.topics.contains_key(&channel.id) {
             return None;

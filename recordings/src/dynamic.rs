@@ -1,8 +1,8 @@
-//! Any ROS 2 message as JSON, by the schema that the file has for its topic. So recordings of others are read whose types this
-//! project has never heard of; texts of JSON are passed on.
+//! Any ROS 2 message as JSON, by the schema that the file has for its topic. This reads recordings by other software whose
+//! types are unknown to this project; JSON text is passed on.
 //!
-//! Pure. Every length is checked against the bytes that are there. Sources: the MCAP specification (`ros2msg`), OMG DDS-XTypes
-//! 1.3, section 7.4 (plain CDR, version 1).
+//! This module is pure, and checks every length against the bytes that are there. Sources: the MCAP specification (`ros2msg`),
+//! OMG DDS-XTypes 1.3, section 7.4 (plain CDR, version 1).
 
 mod cdr;
 mod definition;
@@ -27,7 +27,7 @@ pub enum DynamicError {
         /// Its name.
         found: String,
     },
-    /// A line of the definition is none.
+    /// A line of the definition is invalid.
     #[error("the definition of {kind}: expected a field, found {line:?}")]
     Line {
         /// The type.
@@ -41,7 +41,7 @@ pub enum DynamicError {
         /// The type.
         kind: String,
     },
-    /// Types hold each other without an end.
+    /// Types contain each other without end.
     #[error("{kind}: expected a type that ends, found one within itself")]
     Endless {
         /// The type.
@@ -53,7 +53,7 @@ pub enum DynamicError {
         /// The type.
         kind: String,
     },
-    /// The bytes before the message say another encoding.
+    /// The bytes before the message declare another encoding.
     #[error("expected plain CDR, which begins with 00 00 or 00 01, found {found:02x?}")]
     Encapsulation {
         /// The first bytes.
@@ -67,13 +67,13 @@ pub enum DynamicError {
         /// What would have come.
         expected: &'static str,
     },
-    /// The message goes on after its definition.
+    /// The message continues after its definition.
     #[error("expected the end of the message, found {bytes} more bytes")]
     Surplus {
         /// How many.
         bytes: usize,
     },
-    /// A message in JSON is none.
+    /// A JSON message is not valid JSON.
     #[error("expected JSON: {reason}")]
     Json {
         /// What is wrong.
@@ -94,11 +94,10 @@ struct Known {
 }
 
 impl Decoder {
-    /// The message as JSON: an object with the fields of its definition, in their order by name.
+    /// The message as JSON: an object with the fields of its definition, sorted by name.
     ///
     /// # Errors
-    /// [`RecordingError::Form`] where it is no message of ROS 2, [`RecordingError::Dynamic`] where it does not fit its
-    /// definition.
+    /// [`RecordingError::Form`] if it is not a ROS 2 message, [`RecordingError::Dynamic`] if it does not fit its definition.
     pub fn decode(&mut self, message: &RawMessage) -> Result<Value, RecordingError> {
         let topic = &message.topic;
         let wrong = |source| RecordingError::Dynamic {
@@ -120,7 +119,7 @@ impl Decoder {
     }
 
     fn types(&mut self, topic: &Arc<Topic>) -> &Result<Types, DynamicError> {
-        // A file may declare a topic more than once, with other definitions.
+        // A file may declare a topic more than once, with different definitions.
         if self.known.get(&topic.name).is_some_and(|known| !Arc::ptr_eq(&known.topic, topic)) {
             self.known.remove(&topic.name);
         }

@@ -19,7 +19,7 @@ pub enum RecordingError {
         /// What the system says.
         source: std::io::Error,
     },
-    /// The file is no MCAP file, or its bytes are damaged.
+    /// The file is not an MCAP file, or its bytes are damaged.
     #[error("{path}: expected an MCAP recording, found damage after {messages} messages: {source}",
         path = path.display())]
     Damaged {
@@ -30,7 +30,7 @@ pub enum RecordingError {
         /// What is wrong.
         source: Damage,
     },
-    /// The file is no MCAP file, but something else.
+    /// The file is something other than an MCAP file.
     #[error("{path}: expected an MCAP recording, found {found}", path = path.display())]
     Foreign {
         /// The file.
@@ -53,14 +53,14 @@ pub enum RecordingError {
         /// What wrote it.
         library: String,
     },
-    /// The messages of a topic are not in a form that is read here.
+    /// The messages of a topic are in a form that is not read here.
     #[error("{topic}: expected messages of ROS 2 in CDR, found {found}; {OF_ANY_MCAP} take them; {way_on}")]
     Form {
         /// The topic.
         topic: String,
         /// What they are.
         found: String,
-        /// What would make messages of ROS 2 of them.
+        /// What would convert them to ROS 2 messages.
         way_on: &'static str,
     },
     /// A message does not fit the schema that the file has for it.
@@ -73,7 +73,7 @@ pub enum RecordingError {
         /// What is wrong.
         source: DynamicError,
     },
-    /// A topic holds messages of another type.
+    /// A topic has messages of another type.
     #[error("{path}: topic {topic}: expected {expected}, found {found}", path = path.display())]
     Type {
         /// The file.
@@ -85,7 +85,7 @@ pub enum RecordingError {
         /// The ROS 2 type in the file.
         found: String,
     },
-    /// A message cannot be said in ROS 2, or what is recorded is not such a message.
+    /// A message cannot be expressed in ROS 2, or what is recorded is not such a message.
     #[error("{topic}, message {seq}: {source}")]
     Message {
         /// The topic.
@@ -95,7 +95,7 @@ pub enum RecordingError {
         /// What is wrong.
         source: Ros2Error,
     },
-    /// The run's description cannot be written down.
+    /// The run's description cannot be written.
     #[error("the run's {what}: {reason}")]
     Run {
         /// Which part of it.
@@ -117,13 +117,13 @@ pub enum RecordingError {
         /// The path in `run.json`.
         called: String,
     },
-    /// The channel is not one of those that are recorded.
+    /// The channel is not one that is recorded.
     #[error("channel {channel} is not recorded")]
     NotRecorded {
         /// The channel.
         channel: &'static str,
     },
-    /// A message is to be written whose topic is no channel of this program.
+    /// The topic of a message to be written is not a channel of this program.
     #[error(
         "topic {topic}: expected one of this program's channels; was it written by a program with another navigator?"
     )]
@@ -136,13 +136,13 @@ pub enum RecordingError {
     Write(mcap::McapError),
 }
 
-/// What the system says, which the error itself keeps to its source: no space left, say.
+/// What the system says (no space left, say), which the error itself has only as its source.
 fn cause(error: &mcap::McapError) -> String {
     std::error::Error::source(error).map_or(String::new(), |source| format!(": {source}"))
 }
 
 fn written_by(library: &str) -> String {
-    // A copy of ours of what others wrote says nothing of them.
+    // Our copy of a recording by other software does not name that software.
     if library.is_empty() || library.starts_with("sketchnav") {
         String::new()
     } else {
@@ -151,7 +151,7 @@ fn written_by(library: &str) -> String {
 }
 
 impl RecordingError {
-    /// Whether a single message was refused, and the recording goes on.
+    /// Whether only a single message was refused and the recording continues.
     pub fn is_one_message(&self) -> bool {
         matches!(self, Self::Message { .. } | Self::NotRecorded { .. })
     }

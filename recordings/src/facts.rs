@@ -9,7 +9,7 @@ use sketchnav_schemas::message::Health;
 use crate::error::RecordingError;
 use crate::sequence::{Gap, MAX_GAPS, Seen, Sequence};
 
-/// Facts about a topic, which nobody has to read all messages for.
+/// Facts about a topic that are known without reading all messages.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TopicFacts {
     /// Time of the earliest message and of the latest, nanoseconds.
@@ -26,8 +26,8 @@ impl TopicFacts {
         self.times_ns = Some(self.times_ns.map_or((ns, ns), |(first, last)| (first.min(ns), last.max(ns))));
     }
 
-    /// Notes a message of this number, and what is missing before it. Where several processes write, each
-    /// with numbers of its own, these tell nothing, and every message is a new one.
+    /// Notes a message of this number, and what is missing before it. If several processes write, each with numbers of its own,
+    /// the numbers say nothing, and every message counts as new.
     pub(crate) fn see_number(&mut self, sequence: &mut Sequence, has_many_writers: bool, seq: u64) -> Seen {
         if has_many_writers {
             return Seen::New { missing: 0 };
@@ -50,11 +50,11 @@ impl TopicFacts {
     }
 }
 
-/// How often processes were started again, by the process ids in what they say.
+/// How often processes were restarted, by the process ids in their messages.
 #[derive(Debug, Default)]
 pub(crate) struct Lives([Option<(u32, u64)>; MAX_PROCESSES]);
 
-/// More kinds of processes than there are.
+/// More than the number of kinds of processes.
 const MAX_PROCESSES: usize = 16;
 
 impl Lives {
@@ -64,7 +64,7 @@ impl Lives {
         *life = Some((health.pid, life.map_or(0, |(_, restarts)| restarts) + u64::from(is_next)));
     }
 
-    /// By process, of those that said anything; an observer is no process of the system.
+    /// Restarts by process, for those that reported anything; an observer is not a process of the system.
     pub(crate) fn restarts(&self) -> BTreeMap<String, String> {
         let lives =
             self.0.iter().zip(0..).filter_map(|(life, code)| Some((Process::from_code(code)?, (*life)?)));

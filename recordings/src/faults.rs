@@ -1,5 +1,4 @@
-//! What went wrong with the processes of a run, what went right again, and the orders of tools. Reads those messages
-//! alone.
+//! What went wrong with the processes of a run, what recovered, and the orders given by tools. Only those messages are read.
 
 use std::path::Path;
 
@@ -12,10 +11,10 @@ use sketchnav_schemas::time::seconds;
 use crate::error::RecordingError;
 use crate::reader::Recording;
 
-/// Something that went wrong with a process or right again, or an order of a tool.
+/// Something that went wrong with a process or recovered, or an order given by a tool.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultInfo {
-    /// Simulation time of the mission's last status by then.
+    /// Simulation time of the mission's last status at that moment.
     pub stamp_s: f64,
     /// A word of [`FaultKind`].
     pub kind: &'static str,
@@ -23,18 +22,18 @@ pub struct FaultInfo {
     pub process: &'static str,
     /// Its process id.
     pub pid: u32,
-    /// How often it was started again so far, where that is known.
+    /// How often it has been restarted so far, if that is known.
     pub restarts: u32,
     /// Messages that are missing because of it.
     pub missing: u32,
-    /// Wall-clock time: a pause, a silence, how long a recovery took; 0 where none is meant.
+    /// Wall-clock duration of a pause, a silence or a recovery; 0 if none applies.
     pub duration_ms: f64,
-    /// What there is to say.
+    /// Further details, in words.
     pub words: String,
 }
 
 impl FaultInfo {
-    /// What a message of the channel `faults` says.
+    /// The content of a message on the channel `faults`.
     pub fn new(fault: &Fault) -> Self {
         Self {
             stamp_s: seconds(fault.header.stamp_ns),
@@ -49,7 +48,7 @@ impl FaultInfo {
     }
 }
 
-/// The faults of the recording at `path`, in order; none in one from before there was such a channel.
+/// The faults of the recording at `path`, in order; empty for one from before that channel existed.
 ///
 /// # Errors
 /// [`RecordingError::File`], or [`RecordingError::Damaged`].

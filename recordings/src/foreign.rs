@@ -1,19 +1,19 @@
-//! What a file is that is no MCAP recording, and what would make one of it; and the forms of messages that are not read here.
-//! "Not ours" and "not supported" are not "broken": an error names what was found, and the way on.
+//! What a file is if it is not an MCAP recording, and what would convert it into one; and the forms of messages that are not
+//! read here. "Not ours" and "not supported" do not mean "broken": an error names what was found and what to do.
 
 use std::fmt;
 
 use crate::directory::Topic;
 
-/// So many bytes of a file's beginning are looked at.
+/// How many bytes at the beginning of a file are examined.
 pub(crate) const LOOKED_AT: usize = 512;
 
 /// The commands that take every MCAP file, whatever its messages are.
 pub const OF_ANY_MCAP: &str = "info, hz, filter, merge, split, recover, report and view";
-/// The commands that take every MCAP file with ROS 2 messages, whoever wrote it.
+/// The commands that take every MCAP file with ROS 2 messages, whatever wrote it.
 pub const OF_ROS2: &str = "info, echo, hz, filter, merge, split, recover, relations, report and view";
 
-/// A file that is no MCAP file, by how it begins.
+/// A file that is not an MCAP file, identified by how it begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Foreign {
     /// A database of SQLite, as rosbag2 wrote them by default before Iron.
@@ -34,7 +34,7 @@ pub enum Foreign {
     Zip,
     /// A log of PX4.
     ULog,
-    /// What lies beside the files of a folder of rosbag2.
+    /// The metadata in a rosbag2 folder.
     BagMetadata,
     /// A laser log of CARMEN.
     Carmen,
@@ -44,7 +44,7 @@ pub enum Foreign {
     Unknown,
 }
 
-/// How files begin that are no text.
+/// How binary files begin.
 const MAGICS: [(&[u8], Foreign); 9] = [
     (b"SQLite format 3\0", Foreign::Sqlite),
     (b"#ROSBAG V", Foreign::RosBag1),
@@ -61,7 +61,7 @@ const MAGICS: [(&[u8], Foreign); 9] = [
 const CARMEN_WORDS: [&str; 7] = ["FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1", "ODOM", "PARAM", "# CARMEN"];
 
 impl Foreign {
-    /// What a file is that begins like this.
+    /// The kind of file that begins like this.
     pub fn of(begin: &[u8]) -> Self {
         let known = MAGICS.iter().find(|(magic, _)| begin.starts_with(magic));
         known.map_or_else(|| Self::of_text(begin), |(_, foreign)| *foreign)
@@ -89,7 +89,7 @@ impl Foreign {
 }
 
 impl fmt::Display for Foreign {
-    /// What it is, and what would make a recording of it.
+    /// What it is, and what would convert it into a recording.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Sqlite => {
@@ -115,21 +115,21 @@ impl fmt::Display for Foreign {
     }
 }
 
-/// In which form the messages of a topic are.
+/// The form of a topic's messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
     /// Messages of ROS 2 in CDR.
     Ros2,
     /// Messages of ROS 1.
     Ros1,
-    /// Texts of JSON.
+    /// JSON text.
     Json,
     /// Anything else.
     Other,
 }
 
 impl Form {
-    /// The form of a topic's messages, by what the file says of it.
+    /// The form of a topic's messages, according to the file.
     pub fn of(topic: &Topic) -> Self {
         match (topic.encoding.as_str(), topic.schema.encoding.as_str()) {
             ("cdr", _) => Self::Ros2,
@@ -139,7 +139,7 @@ impl Form {
         }
     }
 
-    /// What such a topic is: `messages of ROS 1`.
+    /// What such a topic has: `messages of ROS 1`, for example.
     pub fn words(self, topic: &Topic) -> String {
         match self {
             Self::Ros2 => "messages of ROS 2".to_owned(),
@@ -152,7 +152,7 @@ impl Form {
         }
     }
 
-    /// What would make messages of ROS 2 of them.
+    /// What would convert them to ROS 2 messages.
     pub fn way_on(self) -> &'static str {
         match self {
             Self::Ros1 => {

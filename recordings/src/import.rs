@@ -1,5 +1,5 @@
-//! A laser log becomes a recording: scans, odometry, the reference poses as truth, and the drawing that they
-//! are to be localized in.
+//! Turns a laser log into a recording: scans, odometry, the reference poses as truth, and the drawing in which they are to be
+//! localized.
 
 use std::io::Write;
 
@@ -12,40 +12,40 @@ use crate::carmen::{CarmenError, CarmenScan, Entry, Fault, LeftOut, Shapes};
 use crate::error::RecordingError;
 use crate::writer::Writer;
 
-/// Most of what is left out that is kept with its line; the rest is counted.
+/// How many omissions are kept with their line; the rest is only counted.
 const MAX_NAMED: usize = 1000;
 /// Latest stamp of a recorded message, seconds.
 const MAX_STAMP_S: f64 = i32::MAX as f64;
 
-/// How a log is taken over.
+/// How a log is imported.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// A reading from here on is none, metres; where a log states a shorter range, that one.
+    /// Readings from here on count as no return, metres; a shorter range stated by the log takes precedence.
     pub range_max_m: f64,
-    /// Whether whatever would be left out is an error.
+    /// Whether leaving anything out is an error.
     pub is_strict: bool,
 }
 
-/// What was taken over of a log, and what was not.
+/// What was imported from a log, and what was not.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Imported {
     /// Scans.
     pub scans: u64,
-    /// The same by where their beams point.
+    /// The same by the directions of their beams.
     pub shapes: Shapes,
     /// How many lines were left out.
     pub left_out_lines: u64,
     /// The first of them.
     pub left_out: Vec<LeftOut>,
-    /// How many readings were left out, of scans that were taken over.
+    /// How many readings were left out of scans that were imported.
     pub left_out_readings: u64,
-    /// The lines of these scans, the first of them, each with the number of such readings.
+    /// The lines of the first of these scans, each with the number of such readings.
     pub unreadable: Vec<(u64, usize)>,
-    /// How often the log's clock goes back. These scans follow the one before by a nanosecond.
+    /// How often the log's clock goes back. Such scans follow the one before by a nanosecond.
     pub clock_goes_back: u64,
 }
 
-/// Why a log cannot be taken over.
+/// Why a log cannot be imported.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// The log.
@@ -54,10 +54,10 @@ pub enum ImportError {
     /// The recording.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// A line, where nothing may be left out.
+    /// A line that would be left out although nothing may be.
     #[error("line {0}")]
     LeftOut(LeftOut),
-    /// Readings, where nothing may be left out.
+    /// Readings that would be left out although nothing may be.
     #[error("line {line}: expected distances in metres, found {count} readings that are none")]
     Readings {
         /// The line.
@@ -94,7 +94,7 @@ impl Imported {
     }
 }
 
-/// Writes the scans of a log to a recording, after what its navigator was given; the recording is still to be finished.
+/// Writes the scans of a log to a recording, after the navigator's instructions; the recording remains to be finished.
 ///
 /// # Errors
 /// [`ImportError`].
@@ -125,7 +125,7 @@ pub fn import<W: Write>(
     Ok(imported)
 }
 
-/// Makes stamps of a log's times: they begin with 0. Clocks of old logs go back at times; stamps never do.
+/// Turns a log's times into stamps, which begin with 0. Clocks of old logs sometimes go back; stamps never do.
 #[derive(Default)]
 struct Clock {
     first_s: Option<f64>,
@@ -163,7 +163,7 @@ fn put<W: Write>(
     writer.write(TICK, &tick(header), &[]).map(drop)
 }
 
-/// Each scan says itself where its beams point.
+/// Each scan states the directions of its own beams.
 fn message(scan: &CarmenScan, header: Header, rules: &Rules) -> LaserScan {
     let (beams, count) = (&scan.beams, scan.ranges_m.len());
     let range_max_m = scan.range_max_m.map_or(rules.range_max_m, |stated_m| stated_m.min(rules.range_max_m));
@@ -179,7 +179,7 @@ fn message(scan: &CarmenScan, header: Header, rules: &Rules) -> LaserScan {
     message
 }
 
-/// Every reading of a log bears the number of its tick.
+/// Every reading of a log has the number of its tick.
 fn tick(header: Header) -> Tick {
     let mut tick = Tick { header, ..Tick::zeroed() };
     for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {
@@ -190,7 +190,7 @@ fn tick(header: Header) -> Tick {
     tick
 }
 
-/// The name that the runs of imported logs have in the place of a system's: nobody drove them.
+/// The name that runs of imported logs have instead of a system's name, since no system drove them.
 pub const LOG_SYSTEM: &str = "log";
 
 #[cfg(test)]
@@ -233,7 +233,7 @@ mod tests {
         assert_eq!((message.range_max_m, message.ranges_m[1]), (1.5, f32::INFINITY));
     }
 
-    /// One garbled time made stamps of all that followed it.
+    /// A single garbled time once spoiled the stamps of everything after it.
     #[test]
     fn stamps_rise_whatever_the_clock_says() {
         let mut clock = Clock::default();

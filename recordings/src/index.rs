@@ -1,5 +1,5 @@
-//! Where the chunks of a recording lie, and of which times they are. It comes from the summary at the file's end.
-//! Where a kill left none, one pass over the file finds it.
+//! Where the chunks of a recording are, and which times they cover. This comes from the summary at the end of the file or, if a
+//! kill left none, from one pass over the file.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,9 +21,9 @@ pub struct Index {
     pub(crate) chunks: Vec<ChunkEntry>,
     pub(crate) directory: Directory,
     pub(crate) statistics: Option<Statistics>,
-    /// Where the metadata of a name lies; the last of that name.
+    /// Where the metadata of each name is; the last of that name.
     metadata: BTreeMap<String, u64>,
-    /// Where in the file what the summary names begins, and how long it is.
+    /// Offset and length of everything that the summary names.
     known: BTreeMap<u64, u64>,
     pub(crate) attachments: Vec<AttachmentEntry>,
     is_from_summary: bool,
@@ -34,7 +34,7 @@ impl Index {
     /// The index of the recording at `path`.
     ///
     /// # Errors
-    /// [`RecordingError::File`]; [`RecordingError::Damaged`] where a file without a summary is no recording.
+    /// [`RecordingError::File`]; [`RecordingError::Damaged`] if a file without a summary is no recording.
     pub(crate) fn read(path: &Path) -> Result<Self, RecordingError> {
         match Self::of_summary(path)? {
             Some(index) => Ok(index),
@@ -42,12 +42,12 @@ impl Index {
         }
     }
 
-    /// The index that the file has at its end; `None` where it has none that fits.
+    /// The index that the file has at its end; `None` if it has none that fits.
     pub(crate) fn of_summary(path: &Path) -> Result<Option<Self>, RecordingError> {
         Self::of_summary_in(&mut Open::new(path)?)
     }
 
-    /// The same of a file that is open; moves in it.
+    /// The same for an open file; changes the position in it.
     pub(crate) fn of_summary_in(open: &mut Open) -> Result<Option<Self>, RecordingError> {
         let summary = match open.file.summary() {
             Ok(summary) => summary,
@@ -93,8 +93,9 @@ impl Index {
         self.chunks.iter().all(inside) && (messages == 0 || !self.chunks.is_empty())
     }
 
-    /// Whether the file has no message, chunk, attachment or metadata but those that the summary names: others may write messages
-    /// into chunks and between them, and need not name what they attach. Reads the frames of what the summary does not name.
+    /// Whether the file has no message, chunk, attachment or metadata except those that the summary names: other software may
+    /// write messages both into chunks and between them, and need not name what it attaches. Reads the frames of what the
+    /// summary does not name.
     fn is_all(&self, open: &mut Open) -> Result<bool, RecordingError> {
         let mut at = MAGIC.len() as u64;
         loop {
@@ -116,7 +117,7 @@ impl Index {
         }
     }
 
-    /// The index of a file that has none.
+    /// The index of a file without one.
     ///
     /// # Errors
     /// As [`Index::read`].
@@ -152,8 +153,8 @@ impl Index {
         Ok(index)
     }
 
-    /// Takes a message that stands in no chunk, as files without chunks have them. It joins the run of records before
-    /// it, if there is one that is not longer than a chunk.
+    /// Adds a message that is not in a chunk, as in files without chunks. It joins the run of records before it, unless that is
+    /// already as long as a chunk.
     fn add_to_run(&mut self, is_in_run: bool, at: u64, bytes: u64, ns: u64) {
         match self.chunks.last_mut().filter(|run| is_in_run && run.bytes < CHUNK_BYTES) {
             Some(run) => {
@@ -164,12 +165,12 @@ impl Index {
         }
     }
 
-    /// Whether the file itself has the index, because its writer came to an end.
+    /// Whether the file itself has the index, because its writer finished.
     pub fn is_from_summary(&self) -> bool {
         self.is_from_summary
     }
 
-    /// Whether the file ends before its writer came to an end, in the middle of a record or behind a whole one.
+    /// Whether the file ends before its writer finished, in the middle of a record or after a complete one.
     pub fn is_cut_off(&self) -> bool {
         self.is_cut_off
     }
@@ -179,20 +180,20 @@ impl Index {
         self.chunks.len()
     }
 
-    /// Time of the first message and of the last, nanoseconds; `None` where there is none.
+    /// Time of the first message and of the last, nanoseconds; `None` if there is none.
     pub fn span_ns(&self) -> Option<(u64, u64)> {
-        // The times of a chunk without messages are the wrong way round.
+        // The times of a chunk without messages are reversed.
         let chunks = || self.chunks.iter().filter(|chunk| chunk.first_ns <= chunk.last_ns);
         let first = chunks().map(|chunk| chunk.first_ns).min()?;
         Some((first, chunks().map(|chunk| chunk.last_ns).max()?))
     }
 
-    /// The names under which there are facts, wherever in the file they stand.
+    /// The names of all facts, wherever in the file they are.
     pub(crate) fn metadata_names(&self) -> impl Iterator<Item = &str> {
         self.metadata.keys().map(String::as_str)
     }
 
-    /// An attachment, read from where the index says that it lies.
+    /// An attachment, read from where the index says it is.
     pub(crate) fn attachment(
         &self,
         path: &Path,
@@ -207,7 +208,7 @@ impl Index {
         found.ok_or_else(|| open.stopped(Damage::NoIndex.into()))
     }
 
-    /// Facts under a name, read from where the index says that they lie.
+    /// Facts under a name, read from where the index says they are.
     pub(crate) fn metadata(
         &self,
         path: &Path,

@@ -1,7 +1,7 @@
 //! What is in a recording: topics, counts, rates, gaps, the run.
 //!
-//! Of a recording that its writer ended, out of the summary alone, however long it is; of any other, out of
-//! all its messages.
+//! For a recording that its writer finished, this comes from the summary alone, however long the recording is; for any other,
+//! from all its messages.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -27,17 +27,17 @@ pub struct Info {
     pub path: String,
     /// Its size.
     pub bytes: u64,
-    /// What the file says that its messages are: `ros2`, `ros1`, or nothing.
+    /// The profile that the file declares for its messages: `ros2`, `ros1`, or nothing.
     pub profile: String,
     /// What wrote it.
     pub library: String,
-    /// What there is to know of a recording that this project did not write.
+    /// What should be known about a recording that this project did not write.
     pub notes: Vec<String>,
-    /// Whether its writer came to an end; if not, the file is cut off and what is there is whole.
+    /// Whether its writer finished; if not, the file is cut off, and what is there is intact.
     pub clean_end: bool,
-    /// How often the recorder was killed and started again.
+    /// How often the recorder was killed and restarted.
     pub restarts: u64,
-    /// How often each process was started again, by what it said itself.
+    /// How often each process was restarted, according to its own messages.
     pub process_restarts: BTreeMap<String, u64>,
     /// About the run: mission, robot, seed, pace, system, version.
     pub run: BTreeMap<String, String>,
@@ -54,8 +54,8 @@ pub struct Info {
 }
 
 impl Info {
-    /// How often processes were started again, all together. The recorder is among those that say so themselves. Its
-    /// own count includes lives in which it said nothing; a file that is cut off has none.
+    /// How often processes were restarted in total. The recorder, too, reports restarts in its messages; its own count also
+    /// includes lives in which it sent none, but a file that is cut off lacks that count.
     pub fn all_restarts(&self) -> u64 {
         let told: u64 = self.process_restarts.values().sum();
         let by_recorder = self.process_restarts.get(Process::Recorder.word()).copied().unwrap_or(0);
@@ -63,7 +63,7 @@ impl Info {
     }
 }
 
-/// What is in a topic.
+/// The content of a topic.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TopicInfo {
     /// `/scan`.
@@ -74,13 +74,13 @@ pub struct TopicInfo {
     pub encoding: String,
     /// How many messages.
     pub messages: u64,
-    /// Messages a second, from the first to the last; `None` where there are fewer than two times.
+    /// Messages per second, from the first to the last; `None` if there are fewer than two times.
     pub rate_hz: Option<f64>,
     /// Simulation time of the first message.
     pub first_s: Option<f64>,
     /// Simulation time of the last message.
     pub last_s: Option<f64>,
-    /// How many its numbers show to be missing; 0 where several processes write.
+    /// How many its numbers show to be missing; 0 if several processes write.
     pub missing: u64,
     /// The first gaps.
     pub gaps: Vec<Gap>,
@@ -106,7 +106,7 @@ pub fn info(path: &Path) -> Result<Info, RecordingError> {
     }
 }
 
-/// The same out of all messages, whatever the summary says: what is damaged is noticed.
+/// The same from all messages, whatever the summary says, so that damage is noticed.
 ///
 /// # Errors
 /// As [`info`].
@@ -121,7 +121,7 @@ pub fn info_of_messages(path: &Path) -> Result<Info, RecordingError> {
     tally.finish(&recording)
 }
 
-/// Out of the summary; `None` where it does not say enough.
+/// From the summary; `None` if that does not say enough.
 fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
     let Some(index) = Index::of_summary(path)? else { return Ok(None) };
     let Some(statistics) = &index.statistics else { return Ok(None) };
@@ -152,7 +152,7 @@ fn duration_s(topics: &[TopicInfo]) -> f64 {
     first.zip(last).map_or(0.0, |(first, last)| last - first)
 }
 
-/// What a recording is that others wrote, and what follows from that.
+/// What kind of recording it is if other software wrote it, and what follows from that.
 fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>, RecordingError> {
     let mut notes = Vec::new();
     if !recording.is_ours()? {
@@ -186,7 +186,7 @@ fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>
 struct Tally {
     is_ours: bool,
     packed: u64,
-    /// Those of them that do not unpack.
+    /// Those of them that cannot be unpacked.
     damaged: u64,
     topics: BTreeMap<String, TopicTally>,
     run: BTreeMap<String, String>,
@@ -276,7 +276,7 @@ impl TopicTally {
     fn take(&mut self, message: &RawMessage, is_ours: bool) {
         self.messages += 1;
         if !is_ours && self.messages == 1 {
-            // Others begin to count where they like.
+            // Other software may begin counting anywhere.
             self.sequence = Sequence::after(u64::from(message.sequence).saturating_sub(1));
         }
         self.facts.see_time(message.stamp_ns);

@@ -1,4 +1,4 @@
-//! An open recording: its records one after the other, the chunks unpacked.
+//! An open recording: its records one after another, the chunks unpacked.
 
 use std::path::{Path, PathBuf};
 
@@ -18,14 +18,14 @@ pub(crate) enum Piece {
     Chunk,
     /// A part.
     Part(Part),
-    /// The end; nothing comes behind it.
+    /// The end; nothing follows it.
     End {
-        /// Whether the writer came to an end.
+        /// Whether the writer finished.
         clean: bool,
     },
 }
 
-/// What a record is called that is of no known kind.
+/// The name for a record of no known kind.
 pub(crate) const ODD: &str = "unknown";
 
 /// A recording that is being read.
@@ -38,11 +38,11 @@ pub(crate) struct Open {
     chunk: Vec<u8>,
     offset: usize,
     messages: u64,
-    /// Those of them that were compressed one by one.
+    /// Those of them that were compressed individually.
     packed: u64,
-    /// Whether a record that is passed over otherwise counts as damage.
+    /// Whether a record that would otherwise be skipped counts as damage.
     is_wary: bool,
-    /// Whether a chunk with a wrong checksum is read all the same.
+    /// Whether a chunk with a wrong checksum is read nevertheless.
     keeps_damaged: bool,
     /// How many such chunks were read.
     kept: u64,
@@ -76,27 +76,27 @@ impl Open {
         }
     }
 
-    /// How many messages so far were compressed one by one.
+    /// How many messages so far were compressed individually.
     pub(crate) fn packed(&self) -> u64 {
         self.packed
     }
 
-    /// Takes records of no known kind for damage.
+    /// Treats records of no known kind as damage.
     pub(crate) fn be_wary(&mut self) {
         self.is_wary = true;
     }
 
-    /// Reads chunks with a wrong checksum from here on, where they unpack to their length.
+    /// From here on, reads chunks with a wrong checksum if they unpack to their stated length.
     pub(crate) fn keep_damaged(&mut self) {
         self.keeps_damaged = true;
     }
 
-    /// How many chunks with a wrong checksum were read all the same.
+    /// How many chunks with a wrong checksum were read nevertheless.
     pub(crate) fn kept(&self) -> u64 {
         self.kept
     }
 
-    /// How many messages the records behind a chunk say to be in it, which ends there; `None` where there are no such
+    /// How many messages are in the chunk that ends at `end`, according to the records after it; `None` if there are no such
     /// records. The next record to be read stays the same.
     pub(crate) fn messages_by_index(&mut self, end: u64) -> Result<Option<u64>, RecordingError> {
         /// Channel, and length of the entries.
@@ -156,7 +156,7 @@ impl Open {
         Record::parse(opcode, self.file.content()).map_err(|kind| self.damaged(Damage::Content { at, kind }))
     }
 
-    /// The opcode of the record that begins there and where it ends; none where the file ends before it does.
+    /// The opcode of the record that begins there, and where it ends; `None` if the file ends before the record does.
     pub(crate) fn frame_at(&mut self, at: u64) -> Result<Option<(u8, u64)>, RecordingError> {
         match self.file.frame_at(at) {
             Ok(frame) => Ok(Some(frame)),
@@ -191,7 +191,7 @@ impl Open {
                     self.damaged(damage)
                 })?;
                 if self.is_wary && end < self.file.at() {
-                    // Its length may lie, and cover the chunk that follows.
+                    // Its length may be wrong and cover the chunk that follows.
                     self.file.seek(end).map_err(|stop| self.stopped(stop))?;
                 }
                 Ok(Some(Piece::Chunk))
@@ -208,7 +208,7 @@ impl Open {
         }
     }
 
-    /// What comes next in the chunk; nothing where it is a message that is not wanted.
+    /// What comes next in the chunk; `None` if it is a message that is not wanted.
     pub(crate) fn in_chunk(
         &mut self,
         is_wanted: &impl Fn(&Topic, u64) -> bool,
@@ -233,8 +233,7 @@ impl Open {
         Ok(is_wanted.then(|| Piece::Part(Part::Message(RawMessage::new(topic, head, data)))))
     }
 
-    /// Takes from the chunk what it declares, and passes over its messages; their earliest time and their
-    /// latest, nanoseconds.
+    /// Takes what the chunk declares and skips its messages; returns their earliest and latest time, nanoseconds.
     pub(crate) fn skip_chunk(&mut self) -> Result<Option<(u64, u64)>, RecordingError> {
         let mut times: Option<(u64, u64)> = None;
         while self.offset < self.chunk.len() {
@@ -256,14 +255,14 @@ impl Open {
         Ok(times)
     }
 
-    /// Leaves the chunk that is being read; false where there is none.
+    /// Abandons the current chunk; returns false if there is none.
     pub(crate) fn abandon_chunk(&mut self) -> bool {
         let was_inside = self.is_in_chunk();
         self.offset = self.chunk.len();
         was_inside
     }
 
-    /// Goes to a chunk, or to a run of messages in no chunk: itself, or the first of those.
+    /// Goes to a chunk, or to a run of messages outside chunks; returns the chunk, or the run's first message.
     pub(crate) fn enter(&mut self, entry: &ChunkEntry) -> Result<Piece, RecordingError> {
         self.offset = self.chunk.len();
         self.file.seek(entry.at).map_err(|stop| self.stopped(stop))?;
@@ -280,7 +279,7 @@ impl Open {
 }
 
 impl Directory {
-    /// Notes what a record declares; what there is to tell of it.
+    /// Notes what a record declares; returns it as a part, if it is one.
     fn take(&mut self, record: Record<'_>) -> Option<Part> {
         match record {
             Record::Header(header) => {

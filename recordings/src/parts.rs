@@ -20,12 +20,12 @@ impl Parts {
 }
 
 impl Parts {
-    /// How many messages so far were compressed one by one, by rosbag2.
+    /// How many messages so far were compressed individually by rosbag2.
     pub fn packed(&self) -> u64 {
         self.open.packed()
     }
 
-    /// What the file says of itself; nothing before its first part was read.
+    /// What the file says about itself; empty before its first part has been read.
     pub fn header(&self) -> &FileHeader {
         &self.open.directory().header
     }

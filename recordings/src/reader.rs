@@ -1,8 +1,8 @@
-//! Opens a recording and reads it: from front to back, one channel, some times, or in the order of time.
+//! Opens a recording and reads it: from front to back, one channel, some times, or in order of time.
 //!
-//! A recording that a kill cut off is read up to the cut. A chunk counts wholly or not at all: its checksum is
-//! verified before its first message is given. Never loads a file as a whole: one chunk is in memory at a time, or, in
-//! the order of time, those whose times overlap.
+//! A recording that a kill cut off is read up to the cut. A chunk counts completely or not at all: its checksum is verified
+//! before its first message is returned. A file is never loaded as a whole: one chunk is in memory at a time or, when reading
+//! in order of time, those whose times overlap.
 
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
@@ -25,10 +25,10 @@ pub use crate::selection::{Selected, Selection};
 pub use crate::timeline::Timeline;
 use crate::writer::{RUN_ATTACHMENT, RUN_METADATA, topic_name};
 
-/// Most bytes that are attached to a run's recording: all of them are held.
+/// Most bytes that may be attached to a run's recording, since all of them are kept in memory.
 const MAX_ATTACHED_BYTES: u64 = 256 << 20;
 
-/// How the names of the types begin that are this project's own.
+/// Prefix of the names of this project's own types.
 const OWN_TYPES: &str = "sketchnav_msgs/";
 
 /// A recording on disk.
@@ -55,11 +55,11 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Opens a recording and reads what describes it: what stands before the first message, and of a recording of this project
-    /// what stands anywhere else.
+    /// Opens a recording and reads its description: what precedes the first message and, for a recording of this project, what
+    /// is elsewhere in the file.
     ///
     /// # Errors
-    /// [`RecordingError::File`]; [`RecordingError::Damaged`] where it is no recording; [`RecordingError::Run`] where more
+    /// [`RecordingError::File`]; [`RecordingError::Damaged`] if it is no recording; [`RecordingError::Run`] if more
     /// is attached than the files of a run.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let mut recording = Self::open_to_first_message(path)?;
@@ -89,8 +89,8 @@ impl Recording {
         Ok(Self { path, metadata, attachments, header, index: OnceLock::new() })
     }
 
-    /// The index by which the rest of what describes the recording is found: the file's own, or the one of a pass over it. None
-    /// where a kill has left no index, but the description before it, or where the file is damaged.
+    /// The index for finding the rest of the recording's description: the file's own, or one from a pass over it. `None` if a
+    /// kill has left no index but the description precedes the first message, or if the file is damaged.
     fn index_of_others(&self) -> Result<Option<Index>, RecordingError> {
         match Index::of_summary(&self.path)? {
             None if !self.has_run() => Ok(Index::by_a_pass(&self.path).ok()),
@@ -99,7 +99,7 @@ impl Recording {
     }
 
     /// Reads the attachments and facts that the index names and that are not known yet: the project's own recorder writes them
-    /// first, other tools where they like. Those of other recordings are nothing that is needed here.
+    /// first, other tools anywhere. Those of other recordings are not needed here.
     fn describe_by(&mut self, index: &Index) -> Result<(), RecordingError> {
         if !self.has_run() && !index.attachments.iter().any(|entry| entry.name == RUN_ATTACHMENT) {
             return Ok(());
@@ -123,12 +123,12 @@ impl Recording {
         Ok(())
     }
 
-    /// What the file says of itself: its profile, and what wrote it.
+    /// What the file says about itself: its profile, and what wrote it.
     pub fn header(&self) -> &FileHeader {
         &self.header
     }
 
-    /// Whether this project wrote it, or copied it of such a one.
+    /// Whether this project wrote it, or copied it from such a recording.
     ///
     /// # Errors
     /// As [`Recording::index`].
@@ -144,7 +144,7 @@ impl Recording {
         self.attachments.contains_key(RUN_ATTACHMENT)
     }
 
-    /// Refuses a recording of others.
+    /// Refuses a recording by other software.
     ///
     /// # Errors
     /// [`RecordingError::NotOurs`]; as [`Recording::index`].
@@ -162,12 +162,12 @@ impl Recording {
         &self.path
     }
 
-    /// A fact of the metadata `name`: of a recording of others, of those that stand before the first message.
+    /// A fact of the metadata `name`; for a recording by other software, only of metadata that precedes the first message.
     pub fn fact(&self, name: &str, key: &str) -> Option<&str> {
         Some(self.metadata.get(name)?.get(key)?.as_str())
     }
 
-    /// All facts by name: of a recording of others, those that stand before the first message.
+    /// All facts by name; for a recording by other software, those that precede the first message.
     pub fn metadata(&self) -> &BTreeMap<String, BTreeMap<String, String>> {
         &self.metadata
     }
@@ -180,16 +180,16 @@ impl Recording {
         Ok(self.index()?.directory.topics().map(|(_, topic)| Arc::clone(topic)).collect())
     }
 
-    /// The attachments by name: of a recording of others, those that stand before the first message.
+    /// The attachments by name; for a recording by other software, those that precede the first message.
     pub fn attachments(&self) -> &BTreeMap<String, Attachment> {
         &self.attachments
     }
 
     /// The run that was recorded: mission, robot, seed, pace. Its paths are those of the machine that recorded it; for its
-    /// files take [`RecordedRun`](crate::sources::RecordedRun).
+    /// files use [`RecordedRun`](crate::sources::RecordedRun).
     ///
     /// # Errors
-    /// [`RecordingError::NotOurs`] where the attachment is missing; [`RecordingError::Run`] where it is not one of this
+    /// [`RecordingError::NotOurs`] if the attachment is missing; [`RecordingError::Run`] if it is not one of this
     /// version.
     pub fn run(&self) -> Result<RunConfig, RecordingError> {
         let wrong = |reason| RecordingError::Run { what: RUN_ATTACHMENT, reason };
@@ -198,19 +198,19 @@ impl Recording {
             serde_json::from_slice(&file.data).map_err(|error| wrong(error.to_string()))?;
         // A recording may come from anywhere: no robot file was parsed for it.
         run.robot.check_numbers().map_err(|error| wrong(format!("robot: {error}")))?;
-        // Where a system takes its files from is no fact of what it did.
+        // Where a system takes its files from says nothing about what it did.
         run.files_of = None;
         if run.method.is_empty() {
-            // Earlier versions wrote it into the facts alone.
+            // Earlier versions wrote it only into the facts.
             run.method = self.fact(RUN_METADATA, "method").unwrap_or_default().to_owned();
         }
         Ok(run)
     }
 
-    /// Where its chunks lie and when; read once.
+    /// Where its chunks are, and their times; read once.
     ///
     /// # Errors
-    /// [`RecordingError::File`]; [`RecordingError::Damaged`] where a file without an index of its own is
+    /// [`RecordingError::File`]; [`RecordingError::Damaged`] if a file without an index of its own is
     /// damaged.
     pub fn index(&self) -> Result<&Index, RecordingError> {
         if let Some(index) = self.index.get() {
@@ -220,23 +220,23 @@ impl Recording {
         Ok(self.index.get_or_init(|| Arc::new(index)))
     }
 
-    /// Everything in the file, in its order, and a [`Part::End`].
+    /// Everything in the file, in order, followed by a [`Part::End`].
     ///
     /// # Errors
-    /// [`RecordingError::File`]; the iterator's last item is an error where the file is damaged.
+    /// [`RecordingError::File`]; the iterator's last item is an error if the file is damaged.
     pub fn parts(&self) -> Result<Parts, RecordingError> {
         Parts::of(&self.path)
     }
 
-    /// The messages that are wanted, in the order of the file. Only the chunks that may hold one are read.
+    /// The selected messages, in the order of the file. Only chunks that may contain one are read.
     ///
     /// # Errors
-    /// As [`Recording::index`]; the iterator's last item is an error where a chunk is damaged.
+    /// As [`Recording::index`]; the iterator's last item is an error if a chunk is damaged.
     pub fn select(&self, selection: Selection) -> Result<Selected, RecordingError> {
         Selected::of(&self.path, self.index()?, selection)
     }
 
-    /// The messages that are wanted, in the order of time, those of an instant in the rhythm of a step.
+    /// The selected messages in order of time, those of an instant in the order of a step.
     ///
     /// # Errors
     /// As [`Recording::select`].
@@ -244,7 +244,7 @@ impl Recording {
         Timeline::of(&self.path, self.index()?, selection)
     }
 
-    /// The last message of each latched topic before a time, nanoseconds: what a reader that begins there has to know.
+    /// The last message of each latched topic before a time, nanoseconds: what a reader that begins there needs to know.
     ///
     /// # Errors
     /// As [`Recording::select`] and its items.
@@ -259,12 +259,11 @@ impl Recording {
         Ok(last.into_values().collect())
     }
 
-    /// The messages of a channel in the order of the file, with the slices behind them. None where the
-    /// file does not have the channel.
+    /// The messages of a channel in the order of the file, with the slices that follow them. Empty if the file does not have
+    /// the channel.
     ///
     /// # Errors
-    /// As [`Recording::select`]; an item is an error where the topic's type is not `T`'s, or a message is
-    /// none.
+    /// As [`Recording::select`]; an item is an error if the topic's type is not `T`'s, or a message is not valid for it.
     pub fn channel<T: Ros2>(&self, channel: Channel<T>) -> Result<Messages<T>, RecordingError> {
         let selection = Selection::of_topics([topic_name(channel.spec.name)]);
         Ok(Messages { selected: self.select(selection)?, path: self.path.clone(), message: PhantomData })
@@ -282,7 +281,7 @@ impl Recording {
         Ok(messages.map(move |raw| Ok(*erased::header(raw?.decode(spec)?.bytes()))))
     }
 
-    /// All messages of a channel in memory, without the slices behind them.
+    /// All messages of a channel in memory, without the slices that follow them.
     ///
     /// # Errors
     /// As [`Recording::channel`] and its items.
@@ -307,14 +306,14 @@ pub struct Messages<T> {
 }
 
 impl<T> Messages<T> {
-    /// Only those of these times, nanoseconds: chunks without any are not read.
+    /// Only those within these times, nanoseconds; chunks without any are not read.
     #[must_use]
     pub fn between(mut self, times_ns: std::ops::Range<u64>) -> Self {
         self.selected.narrow(times_ns);
         self
     }
 
-    /// How many bytes of the file were read so far.
+    /// How many bytes of the file have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.selected.bytes_read()
     }

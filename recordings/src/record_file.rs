@@ -1,4 +1,4 @@
-//! A file of records, read one after the other or from any place; and the index at its end.
+//! A file of records, read one after another or from any position; and the index at its end.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -9,13 +9,13 @@ use mcap::records::op;
 use crate::foreign::{Foreign, LOOKED_AT};
 use crate::records::{Damage, FRAME_BYTES, MAX_RECORD_BYTES, Record};
 
-/// Footer record and the magic behind it.
+/// Footer record and the magic after it.
 const TAIL_BYTES: u64 = FRAME_BYTES + 20 + 8;
 
-/// Why the next record cannot be had.
+/// Why the next record cannot be read.
 #[derive(Debug)]
 pub enum Stop {
-    /// The file ends in the middle of it, or before it; where it begins.
+    /// The file ends before or within the record that begins here.
     Cut(u64),
     /// It is damaged.
     Damage(Damage),
@@ -53,7 +53,7 @@ impl RecordFile {
         }
     }
 
-    /// Opens a file whose magic may be damaged, and says whether it is: then a header must stand behind it.
+    /// Opens a file whose magic may be damaged, and says whether it is; if so, a header must follow.
     pub fn open_damaged(path: &Path) -> Result<(Self, bool), Stop> {
         let (mut file, magic) = Self::begin(path)?;
         if magic == *mcap::MAGIC {
@@ -67,7 +67,7 @@ impl RecordFile {
         Ok((file, true))
     }
 
-    /// The file behind the magic, and that.
+    /// The file, positioned after the magic, and the magic.
     fn begin(path: &Path) -> Result<(Self, [u8; mcap::MAGIC.len()]), Stop> {
         let mut file = BufReader::with_capacity(1 << 16, sketchnav_files::open(path, "a recording")?);
         let bytes = file.get_ref().metadata()?.len();
@@ -90,7 +90,7 @@ impl RecordFile {
         self.bytes
     }
 
-    /// How many bytes were read so far, in all.
+    /// How many bytes have been read so far in total.
     pub fn bytes_read(&self) -> u64 {
         self.read
     }
@@ -101,14 +101,14 @@ impl RecordFile {
             return Err(Stop::Cut(at));
         }
         if at != self.at {
-            // Within what is read ahead nothing is read again.
+            // Nothing is read again within the read-ahead buffer.
             self.file.seek_relative(at as i64 - self.at as i64)?;
             self.at = at;
         }
         Ok(())
     }
 
-    /// Reads the next record; its opcode. The content is [`RecordFile::content`].
+    /// Reads the next record and returns its opcode; [`RecordFile::content`] is its content.
     pub fn advance(&mut self) -> Result<u8, Stop> {
         let begin = self.at;
         let left = self.bytes - begin;
@@ -159,8 +159,8 @@ impl RecordFile {
         Ok(())
     }
 
-    /// Goes to the next place from `from` on where a chunk seems to begin. There is its opcode, lengths that fit each other
-    /// and the file, and a known compression. Reads what lies between once, in pieces.
+    /// Goes to the next position, from `from`, at which a chunk seems to begin: with its opcode, lengths that are consistent
+    /// with each other and the file, and a known compression. What is in between is read once, in pieces.
     pub fn find_chunk(&mut self, from: u64) -> Result<Option<u64>, Stop> {
         const PIECE: usize = 1 << 20;
         let mut begin = from;
@@ -183,12 +183,12 @@ impl RecordFile {
         Ok(None)
     }
 
-    /// The content of the record that was read last.
+    /// The content of the last record read.
     pub fn content(&self) -> &[u8] {
         &self.content
     }
 
-    /// The records of the index at the file's end, one behind the other.
+    /// The records of the index at the end of the file, one after another.
     pub fn summary(&mut self) -> Result<Vec<u8>, Stop> {
         let no_index = || Stop::Damage(Damage::NoIndex);
         let tail = self.bytes.checked_sub(TAIL_BYTES).filter(|&at| at >= 8).ok_or_else(no_index)?;
@@ -204,7 +204,7 @@ impl RecordFile {
             return Err(no_index());
         }
         self.seek(begin)?;
-        // The checksum covers the footer too, up to where it stands itself.
+        // The checksum also covers the footer, up to its own position.
         let mut summary = vec![0; length as usize + FRAME_BYTES as usize + 16];
         self.fill_from_file(&mut summary)?;
         if checksum != 0 && checksum != crc32fast::hash(&summary) {
@@ -215,7 +215,7 @@ impl RecordFile {
     }
 }
 
-/// Frame, times, length, checksum, the compression's length and the longest name of one, the packed length.
+/// Frame, times, length, checksum, length and longest name of the compression, packed length.
 const CHUNK_HEAD: usize = 9 + 8 + 8 + 8 + 4 + 4 + 4 + 8;
 
 /// The length of the chunk that seems to begin like this, without its frame.
@@ -234,7 +234,7 @@ fn chunk_length(head: &[u8]) -> Option<u64> {
     fits.then_some(length)
 }
 
-/// What the file is that does not begin as an MCAP file does.
+/// What kind of file it is if it does not begin as an MCAP file does.
 fn foreign(path: &Path) -> Stop {
     let mut begin = Vec::new();
     match sketchnav_files::open(path, "a recording")
@@ -245,7 +245,7 @@ fn foreign(path: &Path) -> Stop {
     }
 }
 
-/// The checksum of an attachment covers all that stands before it; 0 is none.
+/// Checks the checksum of an attachment, which covers everything before it; 0 means none.
 fn is_attachment_sound(content: &[u8]) -> bool {
     let Some((said, checksum)) = content.split_last_chunk::<4>() else { return false };
     let checksum = u32::from_le_bytes(*checksum);

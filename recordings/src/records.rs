@@ -1,18 +1,18 @@
-//! The records of an MCAP file, read without believing a length or a count in it.
+//! The records of an MCAP file, read without trusting any length or count in it.
 //!
-//! Every length is checked against the bytes that are there first. Allocates no more than the file is long, nor than
-//! [`MAX_RECORD_BYTES`]. Source: the MCAP specification, version 0.
+//! Every length is first checked against the bytes that are there. Never allocates more than the length of the file, or more
+//! than [`MAX_RECORD_BYTES`]. Source: the MCAP specification, version 0.
 //!
-//! Why not the mcap crate's own readers. Since 0.26 they take a `record_length_limit`. With a limit of 64 MB they were
-//! tried on 60,000 damaged copies of the golden recordings, packed and not:
+//! Why not use the mcap crate's own readers? Since 0.26 they take a `record_length_limit`. With a limit of 64 MB they were
+//! tried on 60,000 damaged copies of the golden recordings, compressed and not:
 //!
-//! - They allocate up to 4 GB, whatever the limit. It holds for records, not for the texts in them (`McapString`).
-//!   Here the most was 1 MB.
-//! - In 58 files `LinearReader` subtracts a record's length from a smaller rest of an uncompressed chunk. With overflow
-//!   checks it panics; without, it reads records from behind the chunk.
-//! - `parse_record` panics on an attachment that ends before its checksum (a test holds that, to tell when it is mended).
-//! - They do not say where in the file a record begins. The index of a file without a summary, seeking, and
-//!   repairing need that.
+//! - They allocate up to 4 GB, whatever the limit, which applies to records but not to the texts in them (`McapString`). Here
+//!   the most was 1 MB.
+//! - In 58 files `LinearReader` subtracts a record's length from a smaller rest of an uncompressed chunk. With overflow checks
+//!   it panics; without, it reads records from beyond the chunk.
+//! - `parse_record` panics on an attachment that ends before its checksum (a test pins this, and will show when it is fixed).
+//! - They do not say where in the file a record begins, which is needed for seeking, repairing, and the index of a file without
+//!   a summary.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -37,10 +37,10 @@ pub enum Damage {
     /// The file does not begin as an MCAP file does.
     #[error("expected an MCAP file, found {0}")]
     NoMcap(Foreign),
-    /// The first bytes are other ones, but what follows is an MCAP file.
+    /// The first bytes are wrong, but what follows is an MCAP file.
     #[error("its first bytes are not those of MCAP, but what follows is; `sketchnav recover` repairs that")]
     Magic,
-    /// A record is longer than any that a recording has.
+    /// A record is longer than any in a recording.
     #[error("byte {at}: expected a record of at most {MAX_RECORD_BYTES} bytes, found {bytes}")]
     TooLong {
         /// Where it begins.
@@ -48,7 +48,7 @@ pub enum Damage {
         /// What it says.
         bytes: u64,
     },
-    /// A record's content does not fit its length.
+    /// A record's content does not match its length.
     #[error("byte {at}: the content of a {kind} record does not fit its length")]
     Content {
         /// Where the record, or the chunk around it, begins.
@@ -56,7 +56,7 @@ pub enum Damage {
         /// Which record.
         kind: &'static str,
     },
-    /// The checksum is another one.
+    /// The checksum is wrong.
     #[error("byte {at}: the checksum of a {kind} is wrong")]
     Checksum {
         /// Where it begins.
@@ -64,7 +64,7 @@ pub enum Damage {
         /// What it belongs to.
         kind: &'static str,
     },
-    /// A chunk is compressed in a way that is not known here.
+    /// A chunk is compressed in an unknown way.
     #[error("byte {at}: expected a chunk compressed by zstd, by lz4 or not at all, found {found:?}")]
     Compression {
         /// Where the chunk begins.
@@ -72,7 +72,7 @@ pub enum Damage {
         /// What it says.
         found: String,
     },
-    /// A chunk does not decompress to what it says.
+    /// A chunk does not decompress to its stated length.
     #[error("byte {at}: a chunk does not decompress to its length")]
     Decompression {
         /// Where the chunk begins.
@@ -92,17 +92,17 @@ pub enum Damage {
         /// Where the record begins.
         at: u64,
     },
-    /// The file has no index at its end, or one that does not fit it.
+    /// The file has no index at its end, or one that does not match it.
     #[error("expected an index that fits the file, found none")]
     NoIndex,
 }
 
-/// The fields of a record, taken one after the other; `None` where there are too few bytes.
+/// The fields of a record, taken one after another; `None` if there are too few bytes.
 #[derive(Clone, Copy)]
 pub struct Fields<'a>(pub &'a [u8]);
 
 impl<'a> Fields<'a> {
-    /// So many bytes.
+    /// The next `count` bytes.
     pub fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(count)?;
         self.0 = rest;
@@ -159,7 +159,7 @@ pub struct Schema {
     pub data: Vec<u8>,
 }
 
-/// What a file says of itself first.
+/// What a file first says about itself.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FileHeader {
     /// `ros2`, `ros1`, or nothing.
@@ -173,7 +173,7 @@ pub struct FileHeader {
 pub struct ChannelRecord {
     /// Its number.
     pub id: u16,
-    /// Number of its schema; 0 where it has none.
+    /// Number of its schema; 0 if it has none.
     pub schema: u16,
     /// `/scan`.
     pub topic: String,
@@ -183,7 +183,7 @@ pub struct ChannelRecord {
     pub metadata: BTreeMap<String, String>,
 }
 
-/// What stands before a message.
+/// What precedes a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MessageHead {
     /// Number of its channel in the file.
@@ -196,7 +196,7 @@ pub struct MessageHead {
     pub publish_ns: u64,
 }
 
-/// A chunk as the index has it; or, of a file whose messages stand in no chunks, a run of records.
+/// A chunk as listed in the index or, in a file whose messages are not in chunks, a run of records.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChunkEntry {
     /// Time of its first message, nanoseconds.
@@ -207,13 +207,13 @@ pub struct ChunkEntry {
     pub at: u64,
     /// Length of the record with its frame, or of the run.
     pub bytes: u64,
-    /// Length of what stands behind it to find its messages by, which says nothing new.
+    /// Length of the message index that follows it, which is redundant.
     pub index_bytes: u64,
-    /// The channels that have messages in it; empty where that is not known.
+    /// The channels that have messages in it; empty if that is not known.
     pub channels: Vec<u16>,
 }
 
-/// An attachment as the index has it.
+/// An attachment as listed in the index.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AttachmentEntry {
     /// Its name.
@@ -264,11 +264,11 @@ pub enum Record<'a> {
     ChunkIndex(ChunkEntry),
     /// Of the index: an attachment.
     AttachmentIndex(AttachmentEntry),
-    /// Of the index: where metadata lie, the length of their record with its frame, their name.
+    /// Of the index: where metadata are, the length of their record with its frame, their name.
     MetadataIndex(u64, u64, String),
     /// Of the index: counts.
     Statistics(Statistics),
-    /// One that says nothing new.
+    /// A redundant one.
     Other,
 }
 
@@ -283,7 +283,7 @@ pub struct Attachment {
     pub data: Vec<u8>,
 }
 
-/// What stands before the records of a chunk.
+/// What precedes the records of a chunk.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChunkHead {
     /// Time of its first message, nanoseconds.
@@ -292,7 +292,7 @@ pub struct ChunkHead {
     pub last_ns: u64,
     /// Length of its records.
     pub bytes: u64,
-    /// CRC-32 of its records; 0 where there is none.
+    /// CRC-32 of its records; 0 if there is none.
     pub checksum: u32,
     /// `zstd`, `lz4`, or nothing.
     pub compression: String,
@@ -386,8 +386,8 @@ fn statistics<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
     Some(Record::Statistics(Statistics { messages, first_ns, last_ns, by_channel }))
 }
 
-/// Whether a record is of no known kind, or has not the length that those of its kind have. Readers pass over such records,
-/// as the specification wants; who repairs a file says so, since a chunk with a damaged opcode is one of them.
+/// Whether a record is of no known kind, or does not have the length of its kind. Readers skip such records, as the
+/// specification requires; a repair reports them, since a chunk with a damaged opcode is one of them.
 pub fn is_odd(opcode: u8, content: &[u8]) -> bool {
     let length = content.len();
     match opcode {
@@ -412,7 +412,7 @@ fn is_filled<'a>(content: &'a [u8], take: impl Fn(&mut Fields<'a>) -> Option<&'a
     take(&mut fields).is_some() && fields.0.is_empty()
 }
 
-/// The next record in `bytes`: its opcode and where its content lies.
+/// The next record in `bytes`: its opcode and where its content is.
 pub fn next_in(bytes: &[u8], at: usize) -> Option<(u8, Range<usize>)> {
     let mut fields = Fields(bytes.get(at..)?);
     let opcode = *fields.take(1)?.first()?;
@@ -429,7 +429,7 @@ pub fn chunk_bytes(head: &ChunkHead, packed: &[u8]) -> u64 {
     (FIXED + head.compression.len() + packed.len()) as u64
 }
 
-/// Puts the records of a chunk, which begins at byte `at` of its file, into `out`, in place of what was there.
+/// Writes the records of a chunk, which begins at byte `at` of its file, into `out`, replacing what was there.
 pub fn unpack(head: &ChunkHead, packed: &[u8], at: u64, out: &mut Vec<u8>) -> Result<(), Damage> {
     if head.bytes > MAX_RECORD_BYTES as u64 {
         return Err(Damage::TooLong { at, bytes: head.bytes });

@@ -1,5 +1,5 @@
-//! Invalid messages of a recording, counted by what is wrong with them. Readers reject such messages: nothing is
-//! localized or driven by them.
+//! Invalid messages of a recording, counted by what is wrong with them. Readers reject such messages, so they have no effect on
+//! localization or driving.
 
 use serde::Serialize;
 use sketchnav_schemas::channels::{ChannelSpec, Role};
@@ -10,19 +10,19 @@ use sketchnav_schemas::valid::Invalid;
 use crate::error::RecordingError;
 use crate::reader::RawMessage;
 
-/// What is wrong with messages that are none of their topic's type.
+/// What is wrong with messages that are not of their topic's type.
 const UNREADABLE: &str = "expected a message of the topic's type";
 /// What is wrong with messages that are damaged: see [`RawMessage::is_damaged`].
 pub(crate) const DAMAGED: &str = "expected a message that zstd can unpack, found a damaged one";
 
-/// Messages of a topic with which the same is wrong.
+/// Messages of a topic with the same fault.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Rejected {
     /// The topic.
     pub topic: String,
     /// What is wrong, and what should be there.
     pub why: String,
-    /// What the first of them has in its place.
+    /// What the first of them has instead.
     pub found: Option<f64>,
     /// How many there are.
     pub messages: u64,
@@ -48,7 +48,7 @@ impl std::fmt::Display for Rejected {
 pub struct Rejections(Vec<Rejected>);
 
 impl Rejections {
-    /// By topic and reason, in the order in which they come first.
+    /// By topic and reason, in order of first occurrence.
     pub fn list(&self) -> &[Rejected] {
         &self.0
     }
@@ -94,8 +94,7 @@ impl Rejections {
         }
     }
 
-    /// Counts the message where it is invalid. Only what processes act upon is checked: sensors, ticks, and what
-    /// answers them.
+    /// Counts the message if it is invalid. Only what processes act upon is checked: sensors, ticks, and what answers them.
     pub fn look_at(&mut self, raw: &RawMessage, spec: &ChannelSpec) {
         let is_acted_upon = matches!(spec.role, Role::Sensor | Role::Tick | Role::Situation | Role::Command);
         if !is_acted_upon || raw.topic.ros2_type != spec.message.ros2 {
@@ -164,8 +163,8 @@ mod tests {
         raw
     }
 
-    /// A driver sent quaternions of length 0.5: there were no estimates, and no reason. Of tilted ones the reason was that they
-    /// are no odometry.
+    /// A driver sent quaternions of length 0.5: there were no estimates, and no reason was given. For tilted ones the reason
+    /// given was that they are not odometry.
     #[test]
     fn invalid_messages_are_counted_with_their_reason() {
         let mut rejections = Rejections::default();

@@ -1,5 +1,5 @@
-//! The `metadata.yaml` of a rosbag2 folder, version 9: what `ros2 bag` and rosbags read before the files. And what such folders
-//! of others say, of any version; files that rosbag2 has compressed as a whole.
+//! The `metadata.yaml` of a rosbag2 folder, version 9, which `ros2 bag` and rosbags read before the files; also the metadata,
+//! of any version, of folders by other software, and files that rosbag2 has compressed as a whole.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -15,28 +15,28 @@ use crate::directory::Topic;
 
 /// The file's name.
 pub const METADATA: &str = "metadata.yaml";
-/// How the names of files end that rosbag2 has compressed as a whole (`compression_mode: FILE`).
+/// Extension of files that rosbag2 has compressed as a whole (`compression_mode: FILE`).
 pub const PACKED: &str = "zstd";
 /// The one compression that rosbag2 has.
 const COMPRESSION: &str = "zstd";
-/// A line for each topic: some thousand of them.
+/// A line for each topic, up to some thousands.
 const BAG: sketchnav_files::Limit = sketchnav_files::Limit { what: "the metadata of a bag", bytes: 64 << 20 };
 
-/// A folder of rosbag2, as its metadata describe it.
+/// A rosbag2 folder, as described by its metadata.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bag {
     /// `mcap` or `sqlite3`.
     pub storage: String,
-    /// The files that are there, in their order.
+    /// The files that are there, in order.
     pub files: Vec<PathBuf>,
-    /// The names of files that are listed and missing.
+    /// The names of files that are listed but missing.
     pub missing: Vec<String>,
 }
 
-/// Why a folder of rosbag2 is not read.
+/// Why a rosbag2 folder is not read.
 #[derive(Debug, thiserror::Error)]
 pub enum BagError {
-    /// The metadata cannot be read, or are none.
+    /// The metadata cannot be read, or are not valid.
     #[error("{path}: {reason}", path = path.display())]
     Metadata {
         /// The file.
@@ -44,7 +44,7 @@ pub enum BagError {
         /// What is wrong.
         reason: String,
     },
-    /// Its messages lie in another storage.
+    /// Its messages are in another storage.
     #[error(
         "{folder}: expected MCAP files, found a folder of rosbag2 with the storage {storage:?} ({files}); \
          `ros2 bag convert -i FOLDER -o OPTIONS.yaml` with `storage_id: mcap`, or for each file \
@@ -59,7 +59,7 @@ pub enum BagError {
         /// Its files.
         files: String,
     },
-    /// They are compressed in another way.
+    /// The files are compressed in another way.
     #[error(
         "{folder}: expected files that zstd has compressed, or none, found a folder of rosbag2 with the compression {found:?}; \
          `ros2 bag convert -i FOLDER -o OPTIONS.yaml` makes one without compression of it",
@@ -88,7 +88,7 @@ struct Information {
 }
 
 impl Bag {
-    /// What the metadata of `folder` say; `None` where it has none.
+    /// The bag described by the metadata of `folder`; `None` if it has none.
     ///
     /// # Errors
     /// [`BagError::Metadata`], [`BagError::Compression`].
@@ -131,8 +131,8 @@ impl Bag {
     }
 }
 
-/// The file that a bag lists, wherever in the folder it is: early versions put the folder's name before it, and it may have been
-/// unpacked since, or packed. No file outside of the folder is one of it.
+/// The file that a bag lists, wherever in the folder it is: early versions prefix the folder's name, and it may have been
+/// packed or unpacked since. No file outside the folder belongs to the bag.
 fn there(folder: &Path, listed: &str) -> Option<PathBuf> {
     let listed = Path::new(listed);
     let is_inside = listed.components().all(|part| matches!(part, Component::Normal(_)));
@@ -146,12 +146,12 @@ fn there(folder: &Path, listed: &str) -> Option<PathBuf> {
     places.map(|place| folder.join(place)).find(|file| file.is_file())
 }
 
-/// What became of a file that is unpacked.
+/// The result of unpacking a file.
 #[derive(Debug)]
 pub struct Unpacked {
     /// How many bytes came out.
     pub bytes: u64,
-    /// Why not all of it: it is cut off, or damaged.
+    /// Why it is incomplete: the file is cut off or damaged.
     pub damage: Option<io::Error>,
 }
 
@@ -168,7 +168,7 @@ pub fn is_packed(path: &Path) -> io::Result<bool> {
 /// Unpacks a file that zstd has compressed as a whole, as far as it can be read.
 ///
 /// # Errors
-/// Where the file cannot be opened, or `sink` fails.
+/// If the file cannot be opened, or `sink` fails.
 pub fn unpack(path: &Path, mut sink: impl io::Write) -> io::Result<Unpacked> {
     let mut decoder = zstd::stream::read::Decoder::new(std::fs::File::open(path)?)?;
     let (mut piece, mut bytes) = (vec![0; 1 << 16], 0);
@@ -187,7 +187,7 @@ pub fn unpack(path: &Path, mut sink: impl io::Write) -> io::Result<Unpacked> {
     Ok(Unpacked { bytes, damage })
 }
 
-/// The text of `metadata.yaml` for these files, each with what is in it; `topics` are all topics.
+/// The text of `metadata.yaml` for these files, each with its content; `topics` are all topics.
 pub fn metadata_yaml(files: &[(String, PartFacts)], topics: &[Arc<Topic>]) -> String {
     let first = files.iter().map(|(_, part)| part.first_ns).min().unwrap_or(0);
     let last = files.iter().map(|(_, part)| part.last_ns).max().unwrap_or(0);
@@ -224,7 +224,7 @@ pub fn metadata_yaml(files: &[(String, PartFacts)], topics: &[Arc<Topic>]) -> St
     text
 }
 
-/// The profile is word for word the one inside the files: readers compare them.
+/// The profile is word for word the one inside the files, because readers compare them.
 fn topic_yaml(text: &mut String, topic: &Topic, count: u64) -> std::fmt::Result {
     let profile = topic.metadata.get("offered_qos_profiles").map_or("", String::as_str);
     let [name, ros2_type, encoding] =
@@ -237,13 +237,13 @@ fn topic_yaml(text: &mut String, topic: &Topic, count: u64) -> std::fmt::Result 
         writeln!(text, " []")?;
     } else {
         writeln!(text)?;
-        // Its lines stay its own.
+        // Each line stays on a line of its own.
         profile.lines().try_for_each(|line| writeln!(text, "          {}", one_line(line)))?;
     }
     writeln!(text, "        type_description_hash: \"\"\n      message_count: {count}")
 }
 
-/// A name as YAML has it. One that is not plain is quoted: it may be anybody's, and is not to name other files.
+/// A name in YAML. One that is not plain is quoted, because it may come from anyone and must not add other files.
 fn scalar(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '/' | '_' | '-' | '.');
     let is_plain =
@@ -255,7 +255,7 @@ fn scalar(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A topic could list files outside of the folder, which other readers then open.
+    /// A topic's name could add files outside the folder to the list, which other readers then opened.
     #[test]
     fn a_name_of_a_topic_is_nothing_but_a_name() {
         let topic = |name: &str, profile: &str| {
@@ -286,7 +286,7 @@ mod tests {
         assert_eq!(Bag::read(folder.path()).unwrap(), None);
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
         write(METADATA, OLD);
-        // Of an early version, and unpacked since; or packed.
+        // From an early version, and since unpacked, or packed.
         write("a_0.mcap.zstd", "");
         write("a_1.mcap", "");
         let files = || Bag::read(folder.path()).unwrap().unwrap().files;
@@ -294,7 +294,7 @@ mod tests {
         write("a_0.mcap", "");
         let bag = Bag::read(folder.path()).unwrap().unwrap();
         assert_eq!(bag.files, ["a_0.mcap", "a_1.mcap"].map(|name| folder.path().join(name)));
-        // No file outside of the folder is one of it.
+        // No file outside the folder belongs to it.
         assert_eq!(bag.missing, ["/etc/hostname", "gone.mcap"]);
         assert!(bag.must_be_mcap(folder.path()).is_ok());
     }

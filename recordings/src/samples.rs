@@ -1,4 +1,4 @@
-//! Recordings as others write them, made byte by byte for tests: any profile, compression, form of messages, and damage.
+//! Recordings as other software writes them, made byte by byte for tests: any profile, compression, message form and damage.
 
 use std::io::Write;
 
@@ -62,7 +62,7 @@ pub fn point_stamped(ns: u64, [x, y]: [f64; 2], is_big_endian: bool) -> Vec<u8> 
     [head, stamp, frame, point].concat()
 }
 
-/// A topic of points that move along x, each 0.1 s, numbered by nobody.
+/// A topic of points that move along x, one every 0.1 s, without sequence numbers.
 pub fn points(name: &'static str, count: u64, is_big_endian: bool) -> SampleTopic {
     let message = |n: u64| {
         let ns = 1_700_000_000_000_000_000 + n * 100_000_000;
@@ -146,7 +146,7 @@ fn chunk(form: SampleForm, [first_ns, last_ns]: [u64; 2], records: &[u8]) -> Vec
     record(op::CHUNK, &content)
 }
 
-/// Packed as chunks are; an unknown compression packs nothing.
+/// Packs bytes as in chunks; an unknown compression leaves them as they are.
 pub fn packed(compression: &str, bytes: &[u8]) -> Vec<u8> {
     match compression {
         "zstd" => zstd::stream::encode_all(bytes, 1).unwrap_or_default(),

@@ -1,4 +1,4 @@
-//! The messages that are asked for, out of the chunks that may hold them.
+//! The selected messages, read from the chunks that may contain them.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::ops::Range;
@@ -14,9 +14,9 @@ use crate::records::{ChunkEntry, Damage};
 /// Which messages are wanted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Selection {
-    /// These topics; `None`: all.
+    /// These topics; `None` for all.
     pub topics: Option<BTreeSet<String>>,
-    /// Those of these times, nanoseconds.
+    /// Messages within these times, nanoseconds.
     pub times_ns: Range<u64>,
 }
 
@@ -50,7 +50,7 @@ impl Selection {
         self.wants_topic(&topic.name) && self.wants_time(ns)
     }
 
-    /// Whether a chunk may hold something that is wanted.
+    /// Whether a chunk may contain a selected message.
     fn may_be_in(&self, chunk: &ChunkEntry, directory: &Directory) -> bool {
         let Range { start, end } = self.times_ns;
         let in_time = chunk.last_ns >= start && (chunk.first_ns < end || end == u64::MAX);
@@ -58,7 +58,7 @@ impl Selection {
         in_time && (self.topics.is_none() || chunk.channels.is_empty() || chunk.channels.iter().any(wanted))
     }
 
-    /// The chunks of `index` that may hold what is wanted, in the order of the file.
+    /// The chunks of `index` that may contain selected messages, in the order of the file.
     pub(crate) fn chunks(&self, index: &Index) -> Vec<ChunkEntry> {
         let wanted = index.chunks.iter().filter(|chunk| self.may_be_in(chunk, &index.directory));
         let mut chunks: Vec<_> = wanted.cloned().collect();
@@ -71,7 +71,7 @@ impl Selection {
 pub struct Selected {
     open: Open,
     chunks: VecDeque<ChunkEntry>,
-    /// Where the run of messages in no chunk ends that is being read; within a chunk, the chunk.
+    /// Where the current run of messages outside chunks ends; within a chunk, where the chunk ends.
     run_end: u64,
     selection: Selection,
     is_over: bool,
@@ -85,12 +85,12 @@ impl Selected {
         Ok(Self { open, chunks, run_end: 0, selection, is_over: false })
     }
 
-    /// How many bytes of the file were read so far.
+    /// How many bytes of the file have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.open.file.bytes_read()
     }
 
-    /// Only those of these times.
+    /// Narrows the selection to these times.
     pub(crate) fn narrow(&mut self, times_ns: Range<u64>) {
         self.selection.times_ns = times_ns;
         let Self { selection, chunks, open, .. } = self;
@@ -120,7 +120,7 @@ impl Selected {
             return self.open.in_chunk(&|topic, ns| selection.wants(topic, ns));
         }
         if self.is_inside() {
-            // A run has no chunk in it, and ends before the file does.
+            // A run contains no chunk, and ends before the file does.
             return match self.open.in_file()? {
                 Some(Piece::Chunk | Piece::End { .. }) => Err(self.open.damaged(Damage::NoIndex)),
                 piece => Ok(piece),
@@ -133,7 +133,7 @@ impl Selected {
         Ok(Some(piece))
     }
 
-    /// The messages of one chunk that are wanted.
+    /// The selected messages of one chunk.
     pub(crate) fn of_chunk(
         &mut self,
         chunk: ChunkEntry,

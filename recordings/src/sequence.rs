@@ -2,25 +2,25 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Most gaps of a topic that are listed one by one.
+/// Most gaps of a topic that are listed individually.
 pub(crate) const MAX_GAPS: usize = 16;
 
 /// What a number says about its message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seen {
-    /// The next one, or the next after a gap of so many.
+    /// The next one, or the next after a gap.
     New {
         /// How many are missing before it.
         missing: u64,
     },
-    /// One that was seen before: a restarted writer sends again what it may have sent already.
+    /// One that was seen before: a restarted writer repeats what it may already have sent.
     Again,
 }
 
 /// A hole in the numbers of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Gap {
-    /// The last number before the hole; 0 where the beginning is missing.
+    /// The last number before the hole; 0 if the beginning is missing.
     pub after_seq: u64,
     /// How many are missing.
     pub missing: u64,
@@ -34,7 +34,7 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Goes on after `last`: what came before it is not missing.
+    /// Continues after `last`: what came before it is not missing.
     pub fn after(last: u64) -> Self {
         Self { last, missing: 0 }
     }
@@ -50,7 +50,7 @@ impl Sequence {
         Seen::New { missing }
     }
 
-    /// The largest number so far, 0 where there was none.
+    /// The largest number so far, 0 if there was none.
     pub fn last(&self) -> u64 {
         self.last
     }

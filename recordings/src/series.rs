@@ -1,8 +1,8 @@
 //! A recording that was cut into files while it grew: `NAME_0.mcap`, `NAME_1.mcap` and so on, as rosbag2 names them.
 //!
-//! Each file is a recording of its own. `NAME.mcap` is no file then, and stands for all of them: [`whole`] makes it.
-//! After a kill the recorder goes on in a next file, a little before the place where the file before it ends. So a message
-//! may be in two files, and never in none.
+//! Each file is a recording by itself. `NAME.mcap` is then not a file but stands for all of them; [`whole`] makes it. After a
+//! kill the recorder continues in a new file, a little before the place where the previous one ends, so a message may be in two
+//! files but never in none.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
@@ -23,7 +23,7 @@ pub fn file(path: &Path, number: u32) -> PathBuf {
     path.with_file_name(format!("{stem}_{number}.mcap"))
 }
 
-/// The number of a file in the recording `NAME.mcap`; none where it is none of its files.
+/// The number of a file in the recording `NAME.mcap`; `None` if it is not one of its files.
 pub fn number(path: &Path, name: &str) -> Option<u32> {
     let stem = path.file_stem()?.to_str()?;
     let number = name.strip_prefix(stem)?.strip_prefix('_')?.strip_suffix(".mcap")?;
@@ -34,7 +34,7 @@ pub fn number(path: &Path, name: &str) -> Option<u32> {
 /// The files of the recording `NAME.mcap` that are there, by number. A kill may leave a number out.
 ///
 /// # Errors
-/// As the system says; a folder that is not there has no files.
+/// Those of the system; a folder that does not exist has no files.
 pub fn files(path: &Path) -> io::Result<Vec<PathBuf>> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let entries = match std::fs::read_dir(folder) {
@@ -51,7 +51,7 @@ pub fn files(path: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(found.into_values().collect())
 }
 
-/// The numbers that are missing before the last of these files of the recording `NAME.mcap`, the first and the last of each gap.
+/// The missing numbers before the last of these files of the recording `NAME.mcap`, as the first and last of each gap.
 pub fn gaps(path: &Path, files: &[PathBuf]) -> Vec<(u32, u32)> {
     let names = files.iter().filter_map(|file| file.file_name()?.to_str());
     let numbers: BTreeSet<u32> = names.filter_map(|name| number(path, name)).collect();
@@ -68,7 +68,8 @@ pub fn gaps(path: &Path, files: &[PathBuf]) -> Vec<(u32, u32)> {
 /// Writes one recording of all files, each message once.
 ///
 /// # Errors
-/// [`RecordingError`]: a file is damaged (not: cut off), the first does not say what run it is of, the sink fails.
+/// [`RecordingError`] if a file is damaged (not: cut off), if the first does not say which run it belongs to, or if the sink
+/// fails.
 pub fn whole<W: Write>(files: &[PathBuf], sink: W) -> Result<W, RecordingError> {
     let Some(first) = files.first() else {
         let reason = "expected a file of the recording, found none".to_owned();
@@ -80,13 +81,13 @@ pub fn whole<W: Write>(files: &[PathBuf], sink: W) -> Result<W, RecordingError> 
     writer.finish()
 }
 
-/// How often the recorder had been started again by then, where the file says so.
+/// How often the recorder had been restarted by then, if the file says so.
 fn restarts(file: &Path) -> Result<Option<u32>, RecordingError> {
     let facts = Recording::open(file)?.index()?.metadata(file, RECORDER_METADATA)?;
     Ok(facts.and_then(|facts| facts.get("restarts")?.parse().ok()))
 }
 
-/// Copies a file that a kill has cut off, as one with its end. What the `next` file has as well is left out.
+/// Copies a file that a kill has cut off into one with a proper end. What the `next` file also has is left out.
 ///
 /// # Errors
 /// [`RecordingError`].
@@ -110,7 +111,7 @@ pub fn mend<W: Write>(
     Ok(())
 }
 
-/// By topic the number with which the recording begins; not of topics with many writers, whose numbers tell nothing.
+/// The number with which the recording begins, by topic; not for topics with many writers, whose numbers say nothing.
 fn first_numbers(recording: &Recording) -> Result<BTreeMap<String, u32>, RecordingError> {
     let mut first = BTreeMap::new();
     for message in recording.select(Selection::default())? {

@@ -1,12 +1,12 @@
-//! The files of a run inside its recording: what its navigator is given, and the map, floor plan or plane of the
-//! world. With them a recording can be executed again where those files are not, or have changed.
+//! The files of a run inside its recording: those given to its navigator, and the map, floor plan or plane of the world. With
+//! them a recording can be executed again where the original files are missing or have changed.
 //!
-//! A recording may come from anybody, and so may the paths in it. [`RecordedRun`] is therefore all that reads the files
-//! of a recorded run: its mission names them as they are called inside the recording, and its [`RecordedFiles`] know no
-//! others. Nothing outside of a recording is read when it is used.
+//! A recording may come from anyone, and so may the paths in it. The files of a recorded run are therefore only read through
+//! [`RecordedRun`]: its mission names them as they are called inside the recording, and its [`RecordedFiles`] contain no
+//! others. Using a recording reads nothing outside of it.
 //!
-//! A map's picture is found by the line `image:` of its YAML, a plane's by its table `picture`. What cannot be read when
-//! a run is recorded is left out: the run is not refused for it.
+//! A map's picture is found by the line `image:` of its YAML, a plane's by its table `picture`. What cannot be read when a run
+//! is recorded is left out; the run is not refused because of it.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -22,15 +22,15 @@ use crate::reader::{Attachment, Recording};
 /// Folders inside the recording.
 const NAVIGATOR: &str = "navigator/";
 const WORLD: &str = "world/";
-/// Larger files are not taken along: no navigator and no world reads them either.
+/// Larger files are not included, since no navigator and no world reads them either.
 const SOURCE: Limit = Limit { what: "a file of a run", bytes: 64 << 20 };
 
-/// Whether an attachment of this name is one of the files that the run is made of.
+/// Whether an attachment of this name is one of the run's files.
 pub fn is_source(name: &str) -> bool {
     name.starts_with(NAVIGATOR) || name.starts_with(WORLD)
 }
 
-/// Where the files of a running system are: inside the recording that it plays, or on disk.
+/// The files of a running system: inside the recording that it plays, or on disk.
 ///
 /// # Errors
 /// As [`Recording::open`].
@@ -87,13 +87,12 @@ fn rename(mission: &mut Mission, mut visit: impl FnMut(&mut String, String)) {
     }
 }
 
-/// The names that were given so far, with their paths. They follow from the mission, in which renamed files get the same
-/// names again.
+/// The names given so far, with their paths. They follow from the mission, so files renamed once get the same names again.
 #[derive(Default)]
 struct Names(BTreeMap<String, String>);
 
 impl Names {
-    /// The name of a file. Where another folder has one of that name, too, a number tells them apart.
+    /// The name of a file. If another folder has a file of the same name, a number tells them apart.
     fn of(&mut self, folder: &str, path: &str) -> String {
         let own = Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or("unnamed");
         let mut name = format!("{folder}{own}");
@@ -127,7 +126,7 @@ fn media_type(path: &Path) -> &'static str {
     }
 }
 
-/// The picture that a map's YAML names, where it lies beside it or below.
+/// The picture that a map's YAML names, if it is in the same folder or below.
 fn picture_of(yaml: &[u8]) -> Option<String> {
     let text = std::str::from_utf8(yaml).ok()?;
     let line = text.lines().find_map(|line| line.trim().strip_prefix("image:"))?;
@@ -135,7 +134,7 @@ fn picture_of(yaml: &[u8]) -> Option<String> {
     is_below(Path::new(name)).then(|| name.to_owned())
 }
 
-/// The picture that a plane's file names, where it lies beside it or below.
+/// The picture that a plane's file names, if it is in the same folder or below.
 fn picture_of_plane(plane: &[u8]) -> Option<String> {
     let table: toml::Table = toml::from_str(std::str::from_utf8(plane).ok()?).ok()?;
     let name = table.get("picture")?.get("file")?.as_str()?;
@@ -147,7 +146,7 @@ fn is_below(path: &Path) -> bool {
     parts.peek().is_some() && parts.all(|part| matches!(part, Component::Normal(_)))
 }
 
-/// A recorded run. Its mission names files as they are called inside the recording; `files` are those.
+/// A recorded run. Its mission names files as they are called inside the recording, and `files` are those files.
 #[derive(Debug, Clone)]
 pub struct RecordedRun {
     /// The run.
@@ -167,10 +166,10 @@ impl RecordedRun {
         Ok(Self { run, files: RecordedFiles::of(recording) })
     }
 
-    /// Whether the recording holds every file that the mission names: before processes start that need them.
+    /// Checks that the recording contains every file that the mission names, before processes that need them are started.
     ///
     /// # Errors
-    /// [`RecordingError::NotInside`] with the first that is missing.
+    /// [`RecordingError::NotInside`] for the first that is missing.
     pub fn check_files(&self) -> Result<(), RecordingError> {
         let mut missing = None;
         rename(&mut self.run.mission.clone(), |_, name| {
@@ -182,7 +181,7 @@ impl RecordedRun {
     }
 }
 
-/// The files inside a recording, by the names that they have there.
+/// The files inside a recording, by their names there.
 #[derive(Debug, Clone)]
 pub struct RecordedFiles {
     recording: PathBuf,

@@ -1,8 +1,8 @@
-//! The messages of a recording in the order of their times.
+//! The messages of a recording in order of time.
 //!
-//! A recorder drains one channel after the other, so that in the file a scan may stand before the
-//! odometry of its instant. Here each instant has the order of the table of channels: what the world says, the tick,
-//! then what came of it. Keeps no more in memory than the chunks whose times overlap.
+//! A recorder drains one channel after another, so that in the file a scan may precede the odometry of its instant. Here each
+//! instant has the order of the table of channels: the readings, the tick, then what follows from it. Only the chunks whose
+//! times overlap are kept in memory.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
@@ -17,12 +17,13 @@ use crate::index::Index;
 use crate::records::ChunkEntry;
 use crate::selection::{Selected, Selection};
 
-/// What never changes comes before the order of an instant; what is not in it comes last, in the order of the file.
+/// The rank of a topic: what never changes comes before the order of an instant; what is not part of it comes last, in the
+/// order of the file.
 fn rank(topic: &str) -> usize {
     if topic == TF_STATIC { 0 } else { 1 + channels::place_of(topic) }
 }
 
-/// Messages in the order of their times: see [`crate::Recording::timeline`].
+/// Messages in order of time: see [`crate::Recording::timeline`].
 pub struct Timeline {
     selected: Selected,
     /// Those not yet read, the earliest first.
@@ -64,12 +65,12 @@ impl Timeline {
         Ok(Self { selected, chunks, waiting, taken: 0, is_over: false })
     }
 
-    /// How many bytes of the file were read so far.
+    /// How many bytes of the file have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.selected.bytes_read()
     }
 
-    /// Reads the chunks that may hold a message as early as the earliest that waits.
+    /// Reads the chunks that may contain a message as early as the earliest one waiting.
     fn read_ahead(&mut self) -> Result<(), RecordingError> {
         let Self { selected, chunks, waiting, taken, .. } = self;
         loop {

@@ -1,15 +1,15 @@
-//! Writes a recording: each channel a topic, each message its ROS 2 form.
+//! Writes a recording: each channel as a topic, each message in its ROS 2 form.
 //!
-//! The file is written once from front to back, never seeked in, so that whatever was flushed stays readable when the
-//! process is killed. Never decides when to flush, and never reads a clock. It allocates nothing for a message once
-//! each channel had one; the mcap crate does for every chunk.
+//! The file is written once, from front to back, without seeking, so that whatever was flushed stays readable when the process
+//! is killed. The writer never decides when to flush, and never reads a clock. It allocates nothing for a message once each
+//! channel has had one; the mcap crate does for every chunk.
 //!
-//! A recording holds the run as metadata `sketchnav`, its parameters as metadata `parameters`, and the resolved run
-//! and mission as attachments `run.json` and `mission.toml`. Then come the channels. The metadata at the end:
+//! A recording begins with the run as metadata `sketchnav`, its parameters as metadata `parameters`, and the resolved run and
+//! mission as attachments `run.json` and `mission.toml`. The channels follow, and at the end the metadata:
 //!
-//! - `missing` and `refused`: how many messages of each topic are not there;
+//! - `missing` and `refused`: how many messages of each topic are missing;
 //! - `topics`: when and where they are not ([`TopicFacts`] as JSON);
-//! - `restarts`: how often each process was started again; `recorder`: the same of the recorder itself.
+//! - `restarts`: how often each process was restarted; `recorder`: the same for the recorder itself.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -31,24 +31,24 @@ pub use crate::facts::TopicFacts;
 use crate::records::Attachment;
 use crate::sequence::{Seen, Sequence};
 
-/// Uncompressed size at which a chunk is closed by itself, bytes.
+/// Uncompressed size at which a chunk is closed automatically, bytes.
 pub(crate) const CHUNK_BYTES: u64 = 768 * 1024;
-/// No form in CDR is so many times as long as the largest message: points gain a third coordinate.
+/// Bound on the length of a CDR form relative to the largest message: points gain a third coordinate.
 const CDR_GROWTH: usize = 2;
 /// Name of the metadata that describes the run.
 pub const RUN_METADATA: &str = "sketchnav";
 /// Name of the metadata about each topic.
 pub const TOPICS_METADATA: &str = "topics";
-/// Name of the metadata about how often each process was started again.
+/// Name of the metadata about how often each process was restarted.
 pub const RESTARTS_METADATA: &str = "restarts";
-/// Name of the metadata about what the recorder survived.
+/// Name of the metadata about restarts of the recorder.
 pub const RECORDER_METADATA: &str = "recorder";
-/// Name of the attachment that holds the [`RunConfig`].
+/// Name of the attachment with the [`RunConfig`].
 pub const RUN_ATTACHMENT: &str = "run.json";
-/// Name of the attachment that holds the mission as it was run, its paths absolute.
+/// Name of the attachment with the mission as it was run, with absolute paths.
 pub const MISSION_ATTACHMENT: &str = "mission.toml";
 
-/// What a reader that comes late is to be given again, in rosbag2's words.
+/// The quality of service of latched topics, in rosbag2's words.
 const LATCHED_QOS: &str = "- history: keep_last
   depth: 1
   reliability: reliable
@@ -64,7 +64,7 @@ const LATCHED_QOS: &str = "- history: keep_last
 pub struct Writer<W: Write> {
     mcap: Mcap<W>,
     topics: Vec<Topic>,
-    /// Of each topic the form of its last message: the next one is put into its memory.
+    /// The form of each topic's last message, whose memory the next one reuses.
     forms: Vec<Spare>,
     transform_topic: u16,
     transform_form: transforms::Form,
@@ -86,34 +86,34 @@ pub struct Latched {
     cdr: Vec<u8>,
 }
 
-/// How a channel stands.
+/// The state of a channel.
 #[derive(Debug, Clone)]
 pub struct Topic {
     /// The channel's row of the table.
     pub spec: &'static ChannelSpec,
-    /// Its numbers; stands still where several processes write, each with numbers of its own.
+    /// Its numbers; unused if several processes write, each with numbers of its own.
     pub sequence: Sequence,
-    /// When its messages are, and where they are not.
+    /// Times of its messages, and gaps between them.
     pub facts: TopicFacts,
     /// Messages in the file.
     pub messages: u64,
-    /// Messages that could not be said in ROS 2.
+    /// Messages that could not be expressed in ROS 2.
     pub refused: u64,
     id: u16,
     latched: Option<Latched>,
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins the recording of `run`. Many small writes go to `sink`: give it a buffered one.
+    /// Begins the recording of `run`. Many small writes go to `sink`, which should be buffered.
     ///
     /// # Errors
-    /// [`RecordingError::Write`] where `sink` fails, [`RecordingError::Run`] where `run` cannot be
+    /// [`RecordingError::Write`] if `sink` fails, [`RecordingError::Run`] if `run` cannot be
     /// written down.
     pub fn create(sink: W, run: &RunConfig) -> Result<Self, RecordingError> {
         Self::create_with(sink, run, &[])
     }
 
-    /// The same with these files inside, so that who opens it finds them before the first message.
+    /// The same with these files inside, where a reader finds them before the first message.
     ///
     /// # Errors
     /// As [`Writer::create`].
@@ -121,7 +121,7 @@ impl<W: Write> Writer<W> {
         Self::create_at(sink, run, files, 0)
     }
 
-    /// The same of a file that begins at this time of the run, nanoseconds.
+    /// The same for a file that begins at this time of the run, nanoseconds.
     ///
     /// # Errors
     /// As [`Writer::create`].
@@ -160,12 +160,12 @@ impl<W: Write> Writer<W> {
         Ok(writer)
     }
 
-    /// Appends a message, with the slice behind it where its channel has one. A message that was
-    /// written before is left out.
+    /// Appends a message, with the slice that follows it if its channel has one. A message that was already written is left
+    /// out.
     ///
     /// # Errors
-    /// One that [`RecordingError::is_one_message`] where the message alone is at fault;
-    /// [`RecordingError::Write`] where the sink fails: then nothing more can be written.
+    /// One for which [`RecordingError::is_one_message`] is true if only the message is at fault; [`RecordingError::Write`] if
+    /// the sink fails, after which nothing more can be written.
     pub fn write<T: Message>(
         &mut self,
         channel: Channel<T>,
@@ -175,7 +175,7 @@ impl<W: Write> Writer<W> {
         self.write_bytes(channel.spec, bytemuck::bytes_of(message), cells)
     }
 
-    /// The same of a message by its bytes.
+    /// The same for a message given as bytes.
     ///
     /// # Errors
     /// As [`Writer::write`].
@@ -189,7 +189,7 @@ impl<W: Write> Writer<W> {
         let mut topics = self.topics.iter_mut().zip(&mut self.forms);
         let found = topics.find(|(topic, _)| topic.spec == spec);
         let (topic, form) = found.ok_or(RecordingError::NotRecorded { channel: name })?;
-        // A message that is refused has come: it is not missing too.
+        // A refused message has arrived, so it does not count as missing as well.
         let seen = topic.see(header.seq);
         if seen == Seen::Again {
             return Ok(seen);
@@ -217,11 +217,11 @@ impl<W: Write> Writer<W> {
         Ok(seen)
     }
 
-    /// Appends a message of another recording. Transforms are left out: they are made again from the odometry. A message that
-    /// readers reject because it cannot be decoded goes over as it is.
+    /// Appends a message of another recording. Transforms are left out, because they are made again from the odometry. A
+    /// message that readers reject because it cannot be decoded is copied as it is.
     ///
     /// # Errors
-    /// As [`Writer::write`]; where the topic is no channel; where the message is not of its channel's type.
+    /// As [`Writer::write`]; also if the topic is not a channel, or if the message is not of its channel's type.
     pub fn write_raw(&mut self, raw: &RawMessage) -> Result<(), RecordingError> {
         let topic = &raw.topic.name;
         if [TF, TF_STATIC].contains(&topic.as_str()) {
@@ -277,7 +277,7 @@ impl<W: Write> Writer<W> {
     /// Closes the chunk and flushes the sink: everything written so far survives a kill.
     ///
     /// # Errors
-    /// [`RecordingError::Write`] where the sink fails.
+    /// [`RecordingError::Write`] if the sink fails.
     pub fn flush(&mut self) -> Result<(), RecordingError> {
         self.mcap.flush().map_err(RecordingError::Write)
     }
@@ -287,23 +287,23 @@ impl<W: Write> Writer<W> {
         self.message_count
     }
 
-    /// Goes on after the messages of an earlier part. The numbers are the last ones of the channels in the order of
-    /// [`Writer::topics`], 0 where there is none.
+    /// Continues after the messages of an earlier part. `positions` are the last numbers of the channels in the order of
+    /// [`Writer::topics`], 0 if there is none.
     pub fn resume_after(&mut self, positions: impl IntoIterator<Item = u64>) {
         for (topic, last) in self.topics.iter_mut().zip(positions) {
             topic.sequence = Sequence::after(last);
         }
     }
 
-    /// Takes the last message of each latched channel, in the order of [`Writer::topics`], where the run has several files.
+    /// Takes the last message of each latched channel, in the order of [`Writer::topics`], if the run has several files.
     pub fn take_latched(&mut self) -> Vec<Option<Latched>> {
         self.topics.iter_mut().map(|topic| topic.latched.take()).collect()
     }
 
-    /// Begins with what was latched in the file before, as a reader that comes late would get it, at this time.
+    /// Begins with what was latched in the file before, as a late reader would get it, at this time.
     ///
     /// # Errors
-    /// [`RecordingError::Write`] where the sink fails.
+    /// [`RecordingError::Write`] if the sink fails.
     pub fn repeat(&mut self, latched: Vec<Option<Latched>>, log_ns: u64) -> Result<(), RecordingError> {
         for (index, last) in latched.into_iter().enumerate() {
             let (Some(topic), Some(last)) = (self.topics.get_mut(index), last) else { continue };
@@ -318,7 +318,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Has the recording say how often its recorder was killed and started again.
+    /// Notes in the recording how often its recorder was killed and restarted.
     pub fn survived(&mut self, restarts: u32) {
         self.restarts = restarts;
     }
@@ -328,10 +328,10 @@ impl<W: Write> Writer<W> {
         &self.topics
     }
 
-    /// Ends the recording with its index and gives the sink back, flushed.
+    /// Ends the recording with its index and returns the sink, flushed.
     ///
     /// # Errors
-    /// [`RecordingError::Write`] where the sink fails; what was flushed before stays readable.
+    /// [`RecordingError::Write`] if the sink fails; what was flushed before stays readable.
     pub fn finish(mut self) -> Result<W, RecordingError> {
         let missing = self.topics.iter().map(|t| (topic_name(t.spec.name), t.sequence.missing().to_string()));
         let refused = self.topics.iter().map(|t| (topic_name(t.spec.name), t.refused.to_string()));
@@ -368,8 +368,8 @@ impl Topic {
         self.facts.see_number(&mut self.sequence, self.spec.writer.is_none(), seq)
     }
 
-    /// The time under which a message of this stamp is logged. What several processes write comes as it comes; a
-    /// file's readers count on it that the times of a topic do not go back.
+    /// The time under which a message of this stamp is logged. Messages of several processes may arrive out of order, but a
+    /// file's readers rely on the times of a topic not going back.
     fn log_ns(&self, stamp_ns: u64) -> u64 {
         match (self.spec.writer, self.facts.times_ns) {
             (None, Some((_, last_ns))) => stamp_ns.max(last_ns),
@@ -378,7 +378,7 @@ impl Topic {
     }
 }
 
-/// Begins a file: as ROS 2 has them, in chunks, never seeked in.
+/// Begins a file as in ROS 2: in chunks, without seeking.
 pub(crate) fn begin<W: Write>(sink: W, profile: &str) -> Result<Mcap<W>, RecordingError> {
     let options = WriteOptions::new()
         .profile(profile)
@@ -413,7 +413,7 @@ fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), Recordi
     ];
     write_metadata(mcap, RUN_METADATA, facts.map(|(key, value)| (key.to_owned(), value)).into())?;
     write_metadata(mcap, "parameters", parameters(run)?)?;
-    // Where the files are is a running system's own business.
+    // Where the files are concerns only the running system.
     let run = &RunConfig { files_of: None, ..run.clone() };
     let json = serde_json::to_vec_pretty(run)
         .map_err(|error| RecordingError::Run { what: "configuration", reason: error.to_string() })?;
@@ -451,7 +451,7 @@ fn attach<W: Write>(
         .map_err(RecordingError::Write)
 }
 
-/// Declares a channel's topic, so that a reader knows of it before the first message.
+/// Declares a channel's topic, so that a reader knows it before the first message.
 fn declare<W: Write>(mcap: &mut Mcap<W>, spec: &'static ChannelSpec) -> Result<Topic, RecordingError> {
     let mut metadata = BTreeMap::from([("layout".to_owned(), spec.message.type_name())]);
     if spec.is_latched() {
@@ -473,7 +473,7 @@ fn add_topic<W: Write>(
     mcap.add_channel(schema, topic, "cdr", metadata).map_err(RecordingError::Write)
 }
 
-/// Declares `/tf`, writes the one message of `/tf_static` where the robot has a laser; gives the id of `/tf`.
+/// Declares `/tf`, writes the one message of `/tf_static` if the robot has a laser, and returns the id of `/tf`.
 fn add_transforms<W: Write>(
     mcap: &mut Mcap<W>,
     run: &RunConfig,

@@ -1,15 +1,15 @@
 //! The bounds of the numbers that people write into robots, missions and floors.
 //!
-//! Messages and physics hold many numbers as `f32`. A number within its bound stays finite in that form, and away from
-//! 0 where it must not be 0. Numbers far from anything that drives indoors once made invalid messages, physics that
-//! panicked, and simulations that never came to the next instant.
+//! Messages and physics store many numbers as `f32`. A number within its bound stays finite in that form, and different from 0
+//! if it must not be 0. Numbers far from anything that drives indoors once caused invalid messages, panics in the physics, and
+//! simulations that never reached the next instant.
 
-/// The least and the most that a number may be, both included.
+/// The least and the greatest value that a number may have, inclusive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
     /// The least.
     pub least: f64,
-    /// The most.
+    /// The greatest.
     pub most: f64,
     /// The same with the unit, for errors: `0.01 to 10 m`.
     pub words: &'static str,
@@ -57,9 +57,9 @@ bounds! {
     ACCELERATION_MPS2: 0.001 to 1000 " m/s²";
     /// Angular acceleration of a robot.
     YAW_ACCELERATION_RADPS2: 0.001 to 1000 " rad/s²";
-    /// Instants a second: physics has to reach the next one.
+    /// Instants per second: physics has to reach the next one.
     TICK_HZ: 0.1 to 1000 " Hz";
-    /// Readings of a sensor a second: the moment of each must be a number of physics steps.
+    /// Readings of a sensor per second: the moment of each must be a whole number of physics steps.
     RATE_HZ: 0.01 to 1000 " Hz";
     /// Longest range of a sensor.
     RANGE_MAX_M: 0.1 to 1000 " m";
@@ -125,29 +125,29 @@ bounds! {
     WINDOW_MARGIN_M: 0 to 1000 " m";
     /// Dots that a view shows and that are not there, on average.
     FALSE_DOTS: 0 to 10 "";
-    /// Error of a place after a metre: it grows with the square root of the way.
+    /// Error of a place after a metre: it grows with the square root of the distance.
     TRANSLATION_NOISE_M: 0 to 10 " m";
-    /// Error of a heading after a metre: it grows with the square root of the way.
+    /// Error of a heading after a metre: it grows with the square root of the distance.
     ROTATION_NOISE_RAD: 0 to 10 " rad";
     /// Side of a plane of dots, or the spread of a cluster.
     PLANE_SIDE_M: 0.001 to 10000 " m";
-    /// Pixels of a picture of a plane a metre.
+    /// Pixels per metre in a picture of a plane.
     PICTURE_PXPM: 0.01 to 1000000 " px/m";
     /// A place in a drawing, along each axis: a pen may slip off the sheet, but not out of the room.
     COORDINATE_PX: -100000 to 100000 " px";
 }
 
-/// How much a sensor's longest range is above its shortest, at least, metres: they must differ in single precision.
+/// How much a sensor's longest range must exceed its shortest, metres, so that they differ in single precision.
 pub const LEAST_RANGE_SPAN_M: f64 = 0.01;
-/// How far a robot may drive within a second, radii: physics takes four steps for each, so that it meets every wall.
+/// How far a robot may drive within a second, in radii: physics takes four steps for each, so that no wall is missed.
 pub const MOST_RADII_PER_S: f64 = 250.0;
 /// Corners of all walls of a floor: each pair is a solid.
 pub const MOST_WALL_CORNERS: usize = 20_000;
-/// Pieces of all walls between their doors: walls that lie on each other are divided by the same doors.
+/// Pieces of all walls between their doors: walls on top of each other are divided by the same doors.
 pub const MOST_WALL_PIECES: usize = 25_000;
 /// Doors of a floor: each is compared with every wall.
 pub const MOST_DOORS: usize = 1000;
-/// Pieces of furniture in a world: where they overlap, physics looks at every pair.
+/// Pieces of furniture in a world: if they overlap, physics looks at every pair.
 pub const MOST_FURNITURE: usize = 2000;
 /// People in a world.
 pub const MOST_PEOPLE: usize = crate::message::MAX_PEOPLE;
@@ -155,11 +155,11 @@ pub const MOST_PEOPLE: usize = crate::message::MAX_PEOPLE;
 pub const MOST_MARKERS: usize = 1000;
 /// Corners of a polygon, or waypoints of a person.
 pub const MOST_CORNERS: usize = 1000;
-/// Dots of a plane: a checkpoint of the world holds them all.
+/// Dots of a plane: a checkpoint of the world contains them all.
 pub const MOST_PLANE_DOTS: usize = crate::message::MAX_PLANE_DOTS;
 /// Pixels of a map's picture: 200 m by 200 m at 5 cm.
 pub const MOST_MAP_CELLS: u64 = 16_000_000;
-/// Solids that a map's picture is cut into: noise has one for every few pixels.
+/// Solids into which a map's picture is cut: noise yields one for every few pixels.
 pub const MOST_MAP_SOLIDS: usize = 100_000;
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! The pipeline as one table. A row names a channel, its message, its writer, its readers and its role in an instant.
 //!
-//! Every list of channels or processes derives from this table. Here stand the channels that all navigators have; each
-//! navigator declares its own and adds them by [`register`]. The order of an instant follows from writers and roles,
-//! and for the same writer and role from the order of the rows.
+//! Every list of channels or processes derives from this table. The channels common to all navigators are declared here; each
+//! navigator declares its own and adds them with [`register`]. The order of an instant follows from writers and roles and, for
+//! the same writer and role, from the order of the rows.
 
 use std::marker::PhantomData;
 use std::sync::{LazyLock, PoisonError, RwLock};
@@ -13,28 +13,28 @@ use crate::erased::MessageType;
 use crate::message::*;
 use crate::ros2::Ros2;
 
-/// How many ticks the world in lockstep may run ahead of what the recorder has in its file.
-/// Every recorded channel's buffer and history hold more than that.
+/// How many ticks the world may, in lockstep, run ahead of what the recorder has in its file. Every recorded channel's buffer
+/// and history hold more than that.
 pub const LOCKSTEP_WINDOW: u64 = 64;
-/// The recorder acknowledges every so many ticks.
+/// The recorder acknowledges once in this many ticks.
 pub const RECORDED_EVERY: u64 = 16;
 /// Instants that a channel's history and buffers hold.
 const INSTANTS: usize = 128;
 /// Most channels of a run: those of all kinds of navigators, and those of its own.
 pub const MAX_CHANNELS: usize = 32;
 
-/// What a channel's messages are in the flow; how many of them are held follows from it.
+/// The part that a channel's messages play in the flow, which determines how many of them are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// What holds until the next one comes: a sketch, a route. Transient-local (latched).
+    /// In force until the next one comes: a sketch, a route. Transient-local (latched).
     Instruction,
-    /// What people ask for; each is heard once.
+    /// A person's request; each is heard once.
     Request,
-    /// What is said to a request.
+    /// The reply to a request.
     Reply,
-    /// What is true in the world; for the recorder and the judge.
+    /// The truth about the world, for the recorder and the judge.
     Truth,
-    /// What a sensor measures. The next tick names it.
+    /// A sensor's measurement. The next tick names it.
     Sensor,
     /// The heartbeat: ends the world's part of an instant.
     Tick,
@@ -42,13 +42,13 @@ pub enum Role {
     Situation,
     /// The planner's answer to a situation.
     Command,
-    /// How the mission stands: the last message of an instant.
+    /// The state of the mission: the last message of an instant.
     Status,
-    /// What else belongs to an instant, for who looks on.
+    /// Further details of an instant, for observers.
     Detail,
-    /// What is measured by the clock or depends on chance: no two runs agree on it.
+    /// Measured by the clock or dependent on chance, and therefore different in each run.
     Report,
-    /// What is safe in the recording; the one channel that is not recorded.
+    /// How much is safe in the recording; the only channel that is not recorded.
     Safe,
 }
 
@@ -57,17 +57,17 @@ pub enum Role {
 pub struct ChannelSpec {
     /// Name, unique within a system.
     pub name: &'static str,
-    /// The one process that writes it; `None` where every process does (health alone).
+    /// The one process that writes it; `None` if every process does (only `health`).
     pub writer: Option<Process>,
-    /// The processes that may read it, beside the recorder and observers, who may read all.
+    /// The processes that may read it, in addition to the recorder and observers, which may read all.
     pub readers: &'static [Process],
-    /// What its messages are in the flow.
+    /// The part that its messages play in the flow.
     pub role: Role,
-    /// The kind of navigator that has it; `None` where all have.
+    /// The kind of navigator that has it; `None` if all have.
     pub kind: Option<&'static str>,
     /// Most messages between two ticks.
     pub per_tick: usize,
-    /// Longest slice of bytes behind a message; 0 where there is none.
+    /// Longest slice of bytes that follows a message; 0 if there is none.
     pub max_cells: usize,
     /// Its message.
     pub message: MessageType,
@@ -91,11 +91,11 @@ impl ChannelSpec {
         self.writer.is_none_or(|writer| writer == process)
     }
 
-    /// Messages that the writer keeps for a reader that comes late.
+    /// Messages that the writer keeps for a late reader.
     pub fn history(&self) -> usize {
         match self.role {
             Role::Instruction => 1,
-            // The next one may come before its reader has made sure that it remembers the one before.
+            // The next one may come before the reader has saved the one before.
             Role::Request if self.max_cells > 0 => 2,
             Role::Request | Role::Reply => 16,
             Role::Safe => 8,
@@ -119,7 +119,7 @@ impl ChannelSpec {
         self.role != Role::Safe
     }
 
-    /// Whether a reader that comes late gets the newest message: ROS 2 calls it transient local.
+    /// Whether a late reader gets the newest message, which ROS 2 calls transient local.
     pub fn is_latched(&self) -> bool {
         self.role == Role::Instruction
     }
@@ -129,7 +129,7 @@ impl ChannelSpec {
         matches!(self.role, Role::Sensor | Role::Truth)
     }
 
-    /// Whose turn it is in an instant, and what comes last in a turn.
+    /// The position of the writer in an instant, and of the role among the writer's messages.
     fn turn(&self) -> (u8, u8) {
         let is_for_sketcher = self.readers.contains(&Process::Sketcher);
         let whose = match (self.role, self.writer) {
@@ -178,14 +178,14 @@ impl<T: Ros2> Channel<T> {
     /// The channel of a row whose message is `T`.
     ///
     /// # Panics
-    /// Where the row's message has another size; for a constant, when the program is compiled.
+    /// If the row's message has another size; for a constant, at compile time.
     pub const fn of(spec: &'static ChannelSpec) -> Self {
         assert!(spec.message.size == size_of::<T>(), "the row is of another message");
         Self { spec, message: PhantomData }
     }
 }
 
-/// Does something with every channel of the table, each with its own message type: for tests.
+/// Does something with every channel of the table, each with its own message type; for tests.
 pub trait ChannelVisitor {
     /// What may go wrong.
     type Error;
@@ -194,7 +194,7 @@ pub trait ChannelVisitor {
 }
 
 impl<T: Message> Channel<T> {
-    /// The message by its bytes, where `spec` is this channel.
+    /// The message given as bytes, if `spec` is this channel.
     pub fn message<'a>(&self, spec: &ChannelSpec, message: &'a [u8]) -> Option<&'a T> {
         (self.spec == spec).then(|| bytemuck::from_bytes(message))
     }
@@ -203,17 +203,17 @@ impl<T: Message> Channel<T> {
 channels! {
     /// What a person draws.
     DRAWING: Request Drawing = "drawing", Pad => [Sketcher], behind it up to MAX_DRAWING_BYTES;
-    /// What became of what a person draws.
+    /// What the sketcher made of it.
     UNDERSTOOD: Reply Understood = "understood", Sketcher => [Pad];
-    /// What the person at the pad wants.
+    /// Orders of the person at the pad.
     ORDERS: Request MissionCommand = "orders", Pad => [Localizer, Planner];
-    /// What the mission wants.
+    /// Orders from the supervisor.
     MISSION: Request MissionCommand = "mission", Supervisor => [Localizer, Planner];
     /// Touches of walls, furniture and people.
     CONTACT: Detail Contact = "contact", World => [], up to 4 a tick;
     /// The true pose; no navigator may open it.
     TRUTH: Truth GroundTruth = "truth", World => [];
-    /// Where people truly are; no navigator may open it.
+    /// The true positions of people; no navigator may open it.
     PEOPLE: Truth People = "people", World => [];
     /// Dead reckoning.
     ODOMETRY: Sensor Odometry = "odometry", World => [Localizer, Planner], up to 8 a tick;
@@ -229,7 +229,7 @@ channels! {
     TICK: Tick Tick = "tick", World => [Localizer, Planner, Pad];
     /// How the robot is to move.
     COMMAND: Command VelocityCommand = "command", Planner => [World];
-    /// How the mission stands; the last message of an instant.
+    /// The state of the mission; the last message of an instant.
     STATUS: Status MissionStatus = "status", Planner => [Supervisor, Pad];
     /// How long each step took by the clock.
     LATENCY: Report Latency = "latency", Recorder => [];
@@ -237,11 +237,11 @@ channels! {
     HEALTH: Report Health = "health", every => [Supervisor, Pad];
     /// Kills, deaths, restarts, recoveries; orders of tools.
     FAULTS: Report Fault = "faults", Supervisor => [Pad];
-    /// What is safe in the file.
+    /// How much is safe in the file.
     RECORDED: Safe Recorded = "recorded", Recorder => [World];
 }
 
-/// The table, in the order of an instant. It grows by [`register`] alone; what once stood in it stays.
+/// The table, in the order of an instant. It grows only through [`register`], and nothing is ever removed.
 static TABLE: LazyLock<RwLock<&'static [&'static ChannelSpec]>> =
     LazyLock::new(|| RwLock::new(in_order(CHANNELS.to_vec())));
 
@@ -253,13 +253,13 @@ fn in_order(mut table: Vec<&'static ChannelSpec>) -> &'static [&'static ChannelS
 /// Why channels cannot be added.
 #[derive(Debug, Clone, thiserror::Error, PartialEq, Eq)]
 pub enum RegisterError {
-    /// Two navigators of one name.
+    /// Two navigators with the same name.
     #[error("navigator {kind:?}: expected a name that no other navigator has")]
     Kind {
         /// The name.
         kind: &'static str,
     },
-    /// A channel that does not say that it is its navigator's.
+    /// A channel that is not declared as its navigator's.
     #[error("channel {name:?}: expected the kind {kind:?}")]
     Foreign {
         /// The channel.
@@ -267,7 +267,7 @@ pub enum RegisterError {
         /// The navigator that adds it.
         kind: &'static str,
     },
-    /// Two channels of one name.
+    /// Two channels with the same name.
     #[error("channel {name:?}: expected a name that no other channel has")]
     Name {
         /// The name.
@@ -287,7 +287,7 @@ pub enum RegisterError {
         /// How many there would be.
         found: usize,
     },
-    /// A kind of navigator without one of the channels that its processes wait for, or with two.
+    /// A kind of navigator that lacks one of the channels that its processes wait for, or has two of them.
     #[error("kind {kind:?}: expected one channel of role {role:?}, found {found}")]
     Role {
         /// The kind.
@@ -299,10 +299,10 @@ pub enum RegisterError {
     },
 }
 
-/// Adds the channels of a kind of navigator to the table. To add the same again changes nothing.
+/// Adds the channels of a kind of navigator to the table. Adding the same ones again changes nothing.
 ///
 /// # Errors
-/// [`RegisterError`]; the table is then what it was.
+/// [`RegisterError`]; the table is then unchanged.
 pub fn register(kind: &'static str, channels: &[&'static ChannelSpec]) -> Result<(), RegisterError> {
     let mut table = TABLE.write().unwrap_or_else(PoisonError::into_inner);
     let mut known = table.to_vec();
@@ -323,7 +323,7 @@ pub fn register(kind: &'static str, channels: &[&'static ChannelSpec]) -> Result
     Ok(())
 }
 
-/// What a table must be.
+/// Checks a table.
 fn check(table: &[&ChannelSpec], kind: &'static str) -> Result<(), RegisterError> {
     let found = table.iter().filter(|spec| spec.role == Role::Sensor).count();
     if found > MAX_SENSORS {
@@ -342,13 +342,13 @@ fn check(table: &[&ChannelSpec], kind: &'static str) -> Result<(), RegisterError
     Ok(())
 }
 
-/// Every channel, in the order of an instant; what no two runs agree on comes last.
+/// Every channel, in the order of an instant; those that differ in each run come last.
 pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     let table: &'static [_] = *TABLE.read().unwrap_or_else(PoisonError::into_inner);
     table.iter().copied()
 }
 
-/// The place of a topic in an instant: its channel's in [`all`]; the last one for what belongs to none.
+/// The position of a topic in an instant: that of its channel in [`all`]; the last one if it belongs to no channel.
 pub fn place_of(topic: &str) -> usize {
     let place = all().position(|spec| spec.is_topic(topic) && spec.role != Role::Report);
     place.unwrap_or_else(|| all().count())
@@ -369,22 +369,22 @@ pub fn of_topic(topic: &str) -> Option<&'static ChannelSpec> {
     find(topic.strip_prefix('/')?)
 }
 
-/// Whether several processes write the channel of this topic, so that its numbers tell nothing.
+/// Whether several processes write the channel of this topic, so that its numbers say nothing.
 pub fn has_many_writers(topic: &str) -> bool {
     of_topic(topic).is_some_and(|spec| spec.writer.is_none())
 }
 
-/// The names of all channels, for messages: `scan, odometry, …`.
+/// The names of all channels, for messages to people: `scan, odometry, …`.
 pub fn names() -> String {
     all().map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
-/// The same of the channels of a run of this kind of navigator.
+/// The same for the channels of a run of this kind of navigator.
 pub fn names_of_kind(kind: &str) -> String {
     of_kind(kind).map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
-/// The sensors' channels: the number of the newest message of the `i`-th stands at `newest[i]` of a [`Tick`].
+/// The sensors' channels: the number of the newest message of the `i`-th is at `newest[i]` of a [`Tick`].
 pub fn sensors() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     all().filter(|spec| spec.role == Role::Sensor)
 }
@@ -394,7 +394,7 @@ pub fn of_role(role: Role, kind: &str) -> Option<&'static ChannelSpec> {
     of_kind(kind).find(|spec| spec.role == role)
 }
 
-/// What `process` writes, `health` left out, in the order of an instant.
+/// What `process` writes, except `health`, in the order of an instant.
 pub fn written_by(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     of_kind(kind).filter(move |spec| spec.writer == Some(process))
 }
@@ -404,7 +404,7 @@ pub fn read_by(process: Process, kind: &str) -> impl Iterator<Item = &'static Ch
     of_kind(kind).filter(move |spec| spec.readers.contains(&process))
 }
 
-/// The channel whose messages `process` answers, one step each; `None` where it has no steps.
+/// The channel whose messages `process` answers, one step each; `None` if it has no steps.
 pub fn trigger_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
     let role = match process {
         Process::World => Role::Command,
@@ -426,15 +426,15 @@ pub fn last_word_of(process: Process, kind: &str) -> Option<&'static ChannelSpec
     of_role(role, kind)
 }
 
-/// The processes of every run, beside its supervisor, in the order in which they start.
+/// The processes of every run, except its supervisor, in the order in which they start.
 pub const SERVICES: [Process; 5] =
     [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
 /// The processes that host the stages of a navigator, in the order of an instant.
 pub const NAVIGATORS: [Process; 3] = [Process::Sketcher, Process::Localizer, Process::Planner];
-/// The processes that a run may have besides.
+/// Further processes that a run may have.
 pub const EXTRAS: [Process; 1] = [Process::Pad];
 
-/// The names of processes, for messages.
+/// The names of processes, for messages to people.
 pub fn words(processes: impl IntoIterator<Item = Process>) -> String {
     processes.into_iter().map(Process::word).collect::<Vec<_>>().join(", ")
 }
@@ -454,7 +454,7 @@ mod tests {
         assert_eq!(names.len(), count);
     }
 
-    /// `rerun` and `replay` take the inputs of a process in this order. It once rested on the order of one table.
+    /// `rerun` and `replay` take the inputs of a process in this order, which once depended on the order of a single table.
     #[test]
     fn an_instant_goes_from_what_people_say_to_the_status() {
         example::register();
@@ -520,7 +520,7 @@ mod tests {
         assert_eq!(error.to_string(), "channel \"example_map\": expected the kind \"own\"");
     }
 
-    /// A navigator without a situation was taken in; its planner then waited for ever.
+    /// A navigator without a situation was accepted, and its planner then waited for ever.
     #[test]
     fn a_navigator_without_a_situation_is_rejected() {
         let error = register("wall-follower", &[]).unwrap_err();

@@ -2,7 +2,7 @@
 
 use crate::declare::codes;
 
-/// A type whose values are small numbers in messages: `as Process` behind a field of a declaration.
+/// A type whose values are small numbers in messages: `as Process` after a field of a declaration.
 pub trait Code {
     /// Every value, in order.
     const VALUES: &'static [Value];
@@ -145,7 +145,7 @@ codes! {
 }
 
 impl TaskState {
-    /// Whether a task in this state is over. [`TaskState::Finished`] speaks of the mission.
+    /// Whether a task in this state is over. [`TaskState::Finished`] refers to the mission.
     pub const fn is_end(self) -> bool {
         matches!(self, Self::Reached | Self::Blocked | Self::Lost | Self::TimedOut | Self::Aborted)
     }

@@ -1,7 +1,6 @@
-//! The layouts of all messages as a C++ header: what `cpp/sketchnav.hpp` holds.
+//! The layouts of all messages as a C++ header: the content of `cpp/sketchnav.hpp`.
 //!
-//! A structure has the same bytes as the message, which `static_assert`s hold the compiler to. The codes that fields hold
-//! are enumerations of their own.
+//! A structure has the same bytes as the message, which `static_assert`s check. The codes in fields are separate enumerations.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -53,7 +52,7 @@ pub fn header() -> String {
     text
 }
 
-/// A structure behind those that it is made of, each once, and the assertions that it is as long as it should be.
+/// A structure after those that it contains, each once, and the assertions about its size.
 fn structure(layout: &Layout, known: &mut BTreeSet<&'static str>, text: &mut String) {
     if known.contains(layout.name) {
         return;
@@ -80,7 +79,7 @@ fn structure(layout: &Layout, known: &mut BTreeSet<&'static str>, text: &mut Str
     }
 }
 
-/// The numbers that a field takes, as constants beside it.
+/// The values of a field, as constants next to it.
 fn codes(field: &Field, text: &mut String) {
     let Role::Code(values) = field.role else { return };
     for value in values {

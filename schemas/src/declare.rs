@@ -1,11 +1,12 @@
-//! The macros that declare messages. One declaration is the memory of a message, its layout, its ROS 2
-//! form, the conversion both ways and the text of its `.msg`.
+//! The macros that declare messages. One declaration yields the message in memory, its layout, its ROS 2 form, the conversion
+//! both ways and the text of its `.msg`.
 //!
-//! A navigator declares its own by [`messages!`](messages), [`parts!`](parts), [`codes!`](codes) and [`channels!`](channels); its
-//! crate needs `bytemuck` (with `derive`) and `serde` (with `derive`) among its dependencies. The other macros are internal.
+//! A navigator declares its own with [`messages!`](messages), [`parts!`](parts), [`codes!`](codes) and [`channels!`](channels);
+//! its crate needs `bytemuck` (with `derive`) and `serde` (with `derive`) among its dependencies. The other macros are
+//! internal.
 //!
-//! How a field travels in ROS 2 follows from its type, see [`crate::ros2::Field`]. What the type does not
-//! say stands behind it, see [`crate::ros2::Way`]:
+//! How a field travels in ROS 2 follows from its type, see [`crate::ros2::Field`]. What the type does not express is written
+//! after it, see [`crate::ros2::Way`]:
 //!
 //! - `state: u32 as TaskState`: the number of a [`crate::codes::Code`], whose values become constants;
 //! - `tasks: [RouteTask; 64] where task_count counts`: a list, with `task_count: u32 as Count`;
@@ -25,10 +26,10 @@ macro_rules! __layout {
         pub struct $name { $($(#[doc = $field_doc])* pub $field: $type,)* }
 
         impl $name {
-            /// One `field: type` a line, in order.
+            /// One `field: type` per line, in order.
             pub const FIELDS: &'static str = concat!($(stringify!($field), ": ", stringify!($type), "\n",)*);
 
-            /// What lies where in it.
+            /// Its memory layout.
             pub fn layout() -> $crate::layout::Layout {
                 use $crate::{declare::role, layout::{Layout, Part, Role}};
                 Layout::new(stringify!($name), Self::FIELDS, [
@@ -45,7 +46,7 @@ macro_rules! __layout {
     };
 }
 
-/// What a field is there for.
+/// The role of a field.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __role {
@@ -87,7 +88,7 @@ macro_rules! __way {
     };
 }
 
-/// The second where it is given, the first otherwise.
+/// The second if it is given, the first otherwise.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __or {
@@ -99,7 +100,7 @@ macro_rules! __or {
     };
 }
 
-/// The form of the slice behind a message.
+/// The form of the slice that follows a message.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __slice {
@@ -178,9 +179,8 @@ macro_rules! __parts {
     )*};
 }
 
-/// Messages. `in "frame"` stands behind those whose `.msg` is generated; the others are mapped by hand.
-/// `with data` names the field that holds the slice behind the message, `valid if check` the function that
-/// checks the contents.
+/// Messages. Those with `in "frame"` have a generated `.msg`; the others are mapped by hand. `with data` names the field for
+/// the slice that follows the message, `valid if check` the function that checks the contents.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __messages {
@@ -195,7 +195,7 @@ macro_rules! __messages {
             $($fields)*
         } }
 
-        // SAFETY: the layout string is made from the very tokens of the declaration.
+        // SAFETY: the layout string is made from the tokens of the declaration itself.
         unsafe impl $crate::message::Message for $name {
             const NAME: &'static str = concat!("sketchnav/", stringify!($name), "/", $version);
             const LAYOUT: &'static str = $name::FIELDS;
@@ -213,7 +213,7 @@ macro_rules! __messages {
     )*};
 }
 
-/// The ROS 2 form of a message, where it is not mapped by hand.
+/// The ROS 2 form of a message, if it is not mapped by hand.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own_message {
@@ -269,7 +269,7 @@ macro_rules! __channels {
     };
 }
 
-/// Who writes a channel.
+/// The writer of a channel.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __writer {
@@ -304,7 +304,7 @@ macro_rules! __codes {
             /// The number in the message.
             pub const fn code(self) -> u32 { self as u32 }
 
-            /// The value of a number, `None` where there is no such value.
+            /// The value of a number, `None` if there is no such value.
             pub fn from_code(code: u32) -> Option<Self> {
                 Self::ALL.iter().copied().find(|v| v.code() == code)
             }

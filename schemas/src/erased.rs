@@ -1,7 +1,7 @@
-//! A message type as a value: what can be done with a message whose type is known at run time alone.
+//! A message type as a value: operations on a message whose type is known only at run time.
 //!
 //! Code that handles every channel alike (the runtime, the recorder, a replay, `echo`) works with bytes and this.
-//! A message is the bytes of its struct, aligned to eight; behind it there may be a slice of bytes, its cells.
+//! A message is the bytes of its struct, aligned to eight; a slice of bytes, its cells, may follow.
 
 use std::any::Any;
 
@@ -15,7 +15,7 @@ use crate::valid::Invalid;
 /// Alignment of every message in memory, bytes.
 pub const ALIGNMENT: usize = 8;
 
-/// What is to be known of a message type.
+/// What needs to be known about a message type.
 #[derive(Clone, Copy)]
 pub struct MessageType {
     /// Name of the struct.
@@ -34,10 +34,10 @@ pub struct MessageType {
     json: fn(&[u8], &[u8]) -> Result<serde_json::Value, JsonError>,
 }
 
-/// The ROS 2 form of an earlier message, whose memory the next one uses: see [`MessageType::encode`].
+/// The ROS 2 form of an earlier message, whose memory the next one reuses: see [`MessageType::encode`].
 pub type Spare = Box<dyn Any + Send>;
 
-/// Message, cells, memory, where to.
+/// Message, cells, spare memory, output.
 type Encode = fn(&[u8], &[u8], &mut Spare, &mut Vec<u8>) -> Result<(), Ros2Error>;
 
 /// Why a message has no JSON.
@@ -72,12 +72,12 @@ impl MessageType {
         fingerprint(&self.type_name())
     }
 
-    /// The `ros2msg` schema: the `.msg` text with those that it depends on behind it.
+    /// The `ros2msg` schema: the `.msg` text, followed by those that it depends on.
     pub fn schema(&self) -> String {
         (self.schema)()
     }
 
-    /// What lies where in it.
+    /// Its memory layout.
     pub fn layout(&self) -> Layout {
         (self.layout)()
     }
@@ -88,7 +88,7 @@ impl MessageType {
     /// What is wrong with them.
     ///
     /// # Panics
-    /// Where `message` is not of this type's size and alignment; so do the others.
+    /// If `message` does not have this type's size and alignment; the same applies to the other methods.
     pub fn check(&self, message: &[u8]) -> Result<(), Invalid> {
         (self.check)(message)
     }
@@ -101,7 +101,7 @@ impl MessageType {
     /// Appends the message in CDR to `out`. Allocates nothing once `spare` and `out` have had a message of this length.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the message would not come back the same; `out` is then of no use.
+    /// [`Ros2Error`] if the message would not come back the same; `out` is then of no use.
     pub fn encode(
         &self,
         message: &[u8],
@@ -112,10 +112,10 @@ impl MessageType {
         (self.encode)(message, cells, spare, out)
     }
 
-    /// The message number `seq` out of its CDR.
+    /// The message number `seq` from its CDR.
     ///
     /// # Errors
-    /// [`Ros2Error`] where `cdr` is not what [`MessageType::encode`] would have written.
+    /// [`Ros2Error`] if `cdr` is not what [`MessageType::encode`] would have written.
     pub fn decode(&self, cdr: &[u8], seq: u64) -> Result<Owned, Ros2Error> {
         (self.decode)(cdr, seq)
     }
@@ -162,8 +162,8 @@ fn json<T: Ros2>(message: &[u8], cells: &[u8]) -> Result<serde_json::Value, Json
     Ok(form)
 }
 
-/// A message of our own has its form in parts. As JSON it is what the `.msg` says, without its slice where there is
-/// none.
+/// Flattens one of our own messages, whose form has parts, so that as JSON it is what the `.msg` says, without the slice if
+/// there is none.
 fn flatten(form: &mut serde_json::Map<String, serde_json::Value>) {
     if let Some(serde_json::Value::Object(body)) = form.remove("body") {
         form.extend(body);
@@ -176,7 +176,7 @@ fn flatten(form: &mut serde_json::Map<String, serde_json::Value>) {
 /// The header that every message begins with.
 ///
 /// # Panics
-/// Where `message` is shorter than a header or not aligned.
+/// If `message` is shorter than a header or not aligned.
 pub fn header(message: &[u8]) -> &Header {
     bytemuck::from_bytes(&message[..size_of::<Header>()])
 }
@@ -202,7 +202,7 @@ impl Owned {
         owned
     }
 
-    /// The memory for a message of `size` bytes with `cells` bytes behind it, all zero. Keeps what it has room for.
+    /// The memory for a message of `size` bytes followed by `cells` bytes, all zero. Existing memory is reused.
     pub fn blank(&mut self, size: usize, cells: usize) -> (&mut [u8], &mut [u8]) {
         self.words.clear();
         self.words.resize(size / ALIGNMENT, 0);
@@ -216,12 +216,12 @@ impl Owned {
         bytemuck::cast_slice(&self.words)
     }
 
-    /// The slice behind it.
+    /// The slice that follows it.
     pub fn cells(&self) -> &[u8] {
         &self.cells
     }
 
-    /// The message as what it is. Panics where it is of another size.
+    /// The message as a `T`. Panics if it has another size.
     pub fn typed<T: Pod>(&self) -> &T {
         bytemuck::from_bytes(self.bytes())
     }

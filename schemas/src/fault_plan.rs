@@ -1,13 +1,13 @@
-//! Faults by plan: what is to happen to which message, as a file that people and `sketchnav chaos` write.
+//! Planned faults: what is to happen to which message, in a file that people and `sketchnav chaos` write.
 //!
 //! ```toml
 //! [[fault]]
-//! channel = "estimate"   # of whose writer or messages
+//! channel = "estimate"   # whose writer or messages are affected
 //! message = 120          # its number, from 1; or time_s = 11.9: the first one at or after that simulated time
 //! do = "kill"            # kill, stop, term, starve, drop, duplicate, delay, reorder or corrupt-checkpoint
 //! when = "before"        # or "after" it was sent: kill, stop, term and starve
 //! ```
-//! The moment is one of the mission, not of the clock, so that the same plan does the same thing again.
+//! The moment is relative to the mission, not to the clock, so that the same plan has the same effect each time.
 
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ pub const MAX_FAULTS: usize = 10_000;
 pub const MAX_DELAY_MS: u64 = 60_000;
 /// Longest starvation, milliseconds.
 pub const MAX_STARVATION_MS: u64 = 60_000;
-/// Shares of the processor that a starved process may have, from and to.
+/// Least and greatest share of the processor that a starved process may have.
 pub const SHARES: [f64; 2] = [0.01, 0.9];
 
 /// What is done.
@@ -42,7 +42,7 @@ pub enum Action {
     Duplicate,
     /// The writer waits before it sends.
     Delay,
-    /// The message is sent behind the next one of its channel.
+    /// The message is sent after the next one of its channel.
     Reorder,
     /// The newest good checkpoint of the writer is damaged, and the writer gets SIGKILL.
     CorruptCheckpoint,
@@ -77,7 +77,7 @@ pub enum When {
     /// Before the message is sent.
     #[default]
     Before,
-    /// After it was.
+    /// After it was sent.
     After,
 }
 
@@ -126,7 +126,7 @@ pub struct PlannedFault {
 }
 
 impl PlannedFault {
-    /// Something that befalls the writer of a channel before it sends this message.
+    /// A fault that hits the writer of a channel before it sends this message.
     pub fn at_message(channel: &str, message: u64, action: Action) -> Self {
         Self {
             channel: channel.to_owned(),
@@ -140,7 +140,7 @@ impl PlannedFault {
         }
     }
 
-    /// How the writer is starved, where it is.
+    /// How the writer is starved, if it is.
     pub fn starvation(&self) -> Option<Starvation> {
         let (share, duration_ms) = (self.share?, self.duration_ms?);
         (self.action == Action::Starve).then_some(Starvation { share, duration_ms })
@@ -158,14 +158,14 @@ impl PlannedFault {
         format!("{} {place} {moment}", action.word())
     }
 
-    /// Whether a message of the channel is the one.
+    /// Whether it is due at this message of the channel.
     pub fn is_due(&self, seq: u64, stamp_ns: u64) -> bool {
         let is_time = |time_s: f64| stamp_ns >= nanoseconds(time_s);
         self.message.is_none_or(|message| message == seq) && self.time_s.is_none_or(is_time)
     }
 }
 
-/// Faults in the order of a file. Several of one message happen in turn, each in the next life of the writer.
+/// Faults in the order of a file. Several at the same message happen in turn, each in the next life of the writer.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FaultPlan {
@@ -177,7 +177,7 @@ pub struct FaultPlan {
 /// What is wrong with a plan.
 #[derive(Debug, thiserror::Error)]
 pub enum FaultPlanError {
-    /// It is no such TOML.
+    /// It is not valid TOML of this form.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
     /// An invalid value.
@@ -189,7 +189,7 @@ pub enum FaultPlanError {
         key: &'static str,
         /// What was expected.
         expected: String,
-        /// What is there.
+        /// What was found.
         found: String,
     },
     /// More than a plan may have.
@@ -219,7 +219,7 @@ impl PlannedFault {
         let wrong = |key, expected: &str, found: String| {
             Err(FaultPlanError::Value { number, key, expected: expected.to_owned(), found })
         };
-        // The supervisor owns the others, and of a channel with many writers no message has a number.
+        // The supervisor owns the others, and on a channel with many writers messages have no unique number.
         let has_writer = |spec: &&channels::ChannelSpec| {
             spec.belongs_to(kind) && spec.writer.is_some_and(|writer| writer != Process::Supervisor)
         };

@@ -6,13 +6,12 @@ use serde::{Deserialize, Serialize};
 /// A straight line from one point to another, metres in frame [`crate::geometry::World`].
 pub type Segment = [[f64; 2]; 2];
 
-/// How far beside a wall's line a door's middle may be marked, metres (beside half a thickness).
+/// How far from a wall's line a door's middle may be marked, metres (in addition to half a thickness).
 const DOOR_SLACK_M: f64 = 0.01;
 /// Points of a wall that are nearer than this are one point, metres.
 const SAME_POINT_M: f64 = 1e-6;
 
-/// A floor in metres (frame [`crate::geometry::World`]): walls, the doors in them, and what stands
-/// and walks there.
+/// A floor in metres (frame [`crate::geometry::World`]): walls, the doors in them, and what stands and walks there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FloorPlan {
@@ -25,10 +24,10 @@ pub struct FloorPlan {
     /// Doors: each cuts a gap into every wall that it lies on.
     #[serde(default)]
     pub door: Vec<Door>,
-    /// What stands around and is not in the sketch.
+    /// Furniture, which is not in the sketch.
     #[serde(default)]
     pub furniture: Vec<Furniture>,
-    /// Who walks around.
+    /// People walking around.
     #[serde(default)]
     pub person: Vec<Person>,
     /// Markers on walls and furniture, for robots with a camera.
@@ -48,7 +47,7 @@ impl FloorPlan {
         lines.flat_map(drawn).collect()
     }
 
-    /// What the doors leave of a wall's line that reaches so far beyond its ends, metres from its start.
+    /// What the doors leave of a wall's line that extends `beyond_m` beyond its ends, metres from its start.
     pub fn stretches(&self, line: &Segment, beyond_m: f64) -> Vec<[f64; 2]> {
         let gaps = self.door.iter().filter_map(|door| door.gap(line, self.wall_thickness_m));
         let (_, _, length_m) = direction(line);
@@ -68,7 +67,7 @@ impl Wall {
 }
 
 impl Door {
-    /// The stretch of a wall's `line` that it opens, metres from the line's start; none where it lies elsewhere.
+    /// The stretch of a wall's `line` that it opens, metres from the line's start; none if it lies elsewhere.
     pub fn gap(&self, line: &Segment, thickness_m: f64) -> Option<[f64; 2]> {
         let (start, along, length) = direction(line);
         let offset = Vector2::from(self.at) - start;
@@ -107,11 +106,11 @@ pub struct Marker {
     pub id: u32,
     /// Its middle, on the face of a wall or a piece of furniture, metres.
     pub at: [f64; 2],
-    /// Where it looks, away from the wall: degrees counter-clockwise from the x axis.
+    /// The direction that it faces, away from the wall: degrees counter-clockwise from the x axis.
     pub facing_deg: f64,
 }
 
-/// A wall along the middle of which runs a line through `points`.
+/// A wall whose centre line runs through `points`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
@@ -132,8 +131,7 @@ pub struct Door {
     pub width_m: f64,
 }
 
-/// Something that stands: either `polygon`, or `center` with `size` and `yaw_deg`, or `center` with
-/// `radius_m`.
+/// A piece of furniture: either `polygon`, or `center` with `size` and `yaw_deg`, or `center` with `radius_m`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Furniture {
@@ -143,7 +141,7 @@ pub struct Furniture {
     /// Corners of a convex polygon, metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub polygon: Option<Vec<[f64; 2]>>,
-    /// Middle of a box or a disc.
+    /// Centre of a box or a disc.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 2]>,
     /// Length and width of a box.

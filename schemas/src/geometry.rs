@@ -1,8 +1,8 @@
 //! Planar geometry whose frame is part of the type.
 //!
 //! A [`Point`] or a [`Pose`] names the frame that it is expressed in. Metres are the unit
-//! of [`World`], [`Odom`] and [`Base`]; pixels are the unit of [`Sketch`]. Nothing here converts
-//! metres to pixels: only the local scale of a pose estimate joins the two.
+//! of [`World`], [`Odom`] and [`Base`]; pixels are the unit of [`Sketch`]. Nothing here converts metres to pixels: only the
+//! local scale of a pose estimate relates the two.
 
 use std::f64::consts::PI;
 use std::marker::PhantomData;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 /// The building's own frame: metres, x to the right, y up. Only the simulator and the judge know it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct World;
-/// Where the robot believes to have come by counting wheel turns: metres, drifts.
+/// Where the robot believes it is by counting wheel turns: metres, drifts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Odom;
 /// The robot itself: metres, x forward, y to the left.
@@ -84,12 +84,12 @@ impl<F> Pose<F> {
         Self { x, y, yaw_rad, frame: PhantomData }
     }
 
-    /// Where the pose stands.
+    /// The position of the pose.
     pub const fn position(&self) -> Point<F> {
         Point::new(self.x, self.y)
     }
 
-    /// `self ⊕ step`: the pose after a motion that is expressed in the pose's own axes.
+    /// `self ⊕ step`: the pose after a motion expressed in the pose's own axes.
     pub fn compose<G>(&self, step: &Pose<G>) -> Pose<F> {
         let moved = Rotation2::new(self.yaw_rad) * Vector2::new(step.x, step.y);
         Pose::new(self.x + moved.x, self.y + moved.y, wrap_angle(self.yaw_rad + step.yaw_rad))
@@ -102,7 +102,7 @@ impl<F> Pose<F> {
     }
 }
 
-/// The angle's equal in (−π, π].
+/// The equivalent angle in (−π, π].
 pub fn wrap_angle(angle_rad: f64) -> f64 {
     let wrapped = angle_rad - 2.0 * PI * ((angle_rad + PI) / (2.0 * PI)).floor();
     if wrapped <= -PI { wrapped + 2.0 * PI } else { wrapped }

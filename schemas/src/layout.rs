@@ -1,8 +1,8 @@
-//! What lies where in a message, derived from its declaration.
+//! The memory layout of messages, derived from their declarations.
 //!
-//! For the fingerprint in a channel's type name, for naming the field in which two recordings differ,
-//! and for random samples. Messages have no padding (their `Pod` derive refuses it), so an offset is the
-//! sum of the sizes before it. Never needed to read a message: for that there is the struct.
+//! It is used for the fingerprint in a channel's type name, for naming the field in which two recordings differ, and for random
+//! samples. Messages have no padding (their `Pod` derive refuses it), so an offset is the sum of the sizes before it. It is
+//! never needed for reading a message; the struct is for that.
 
 use bytemuck::Pod;
 
@@ -20,15 +20,15 @@ pub enum Kind {
     F32,
     /// `f64`.
     F64,
-    /// A [`Text`] of so many bytes.
+    /// A [`Text`] of this many bytes.
     Text(usize),
-    /// So many of the same.
+    /// This many of the same.
     Array(Box<Kind>, usize),
     /// A struct.
     Struct(Layout),
 }
 
-/// What a field is there for.
+/// The role of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Its own value.
@@ -37,7 +37,7 @@ pub enum Role {
     Code(&'static [Value]),
     /// How many entries of a list count.
     Count,
-    /// The list of which as many entries count as the field of this name says; zeros behind them.
+    /// A list; the field of this name says how many of its entries count, and the rest are zero.
     Counted(&'static str),
     /// Always zero: fills what would be padding.
     Zero,
@@ -45,7 +45,7 @@ pub enum Role {
 
 /// A type that messages are made of.
 pub trait Part: Pod {
-    /// What it looks like in memory.
+    /// Its representation in memory.
     fn kind() -> Kind;
 }
 
@@ -85,7 +85,7 @@ pub struct Field {
     pub offset: usize,
     /// Its type.
     pub kind: Kind,
-    /// What it is there for.
+    /// Its role.
     pub role: Role,
 }
 
@@ -94,7 +94,7 @@ pub struct Field {
 pub struct Layout {
     /// The struct's name.
     pub name: &'static str,
-    /// One `field: type` a line, as declared.
+    /// One `field: type` per line, as declared.
     pub declaration: &'static str,
     /// The fields, in order.
     pub fields: Vec<Field>,
@@ -121,7 +121,7 @@ impl Kind {
         }
     }
 
-    /// The struct that it is, or that an array is made of.
+    /// The layout of the struct, or of an array's struct elements.
     pub(crate) fn layout(&self) -> Option<&Layout> {
         match self {
             Self::Struct(layout) => Some(layout),
@@ -152,8 +152,7 @@ impl Layout {
         Self { name, declaration, fields: parts.map(place).into() }
     }
 
-    /// The declarations of the struct and of every struct in it, as one text: what a channel's type name
-    /// is a fingerprint of.
+    /// The declarations of the struct and of every struct in it, as one text, of which a channel's type name has a fingerprint.
     pub fn expanded(&self) -> String {
         let mut text = self.declaration.to_owned();
         for part in self.fields.iter().filter_map(|field| field.kind.layout()) {
@@ -167,7 +166,7 @@ impl Layout {
         self.fields.iter().map(|f| f.kind.size()).sum()
     }
 
-    /// The number or text that the byte at `offset` belongs to; `None` behind the end.
+    /// The number or text to which the byte at `offset` belongs; `None` beyond the end.
     pub fn leaf_at(&self, offset: usize) -> Option<Leaf> {
         let field = self.fields.iter().rev().find(|f| f.offset <= offset)?;
         descend(field.name.to_owned(), &field.kind, field.offset, offset - field.offset)

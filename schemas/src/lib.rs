@@ -1,13 +1,16 @@
-//! Every message, channel and file format that all navigators have, once; and the means by which each navigator declares its own.
+//! Every message, channel and file format common to all navigators, declared once, and the means by which each navigator
+//! declares its own.
 //!
-//! - [`message`]: the structs as they lie in shared memory; [`declare`]: how one is declared; [`codes`]: the small numbers inside them.
-//! - [`layout`]: what lies where in them; [`ros2`]: their ROS 2 form; [`valid`]: what they may hold.
-//! - [`channels`]: the pipeline, with writer and readers of each channel; [`erased`]: messages by bytes.
+//! - [`message`]: the structs as they are in shared memory; [`declare`]: how one is declared; [`codes`]: the small numbers
+//!   inside them.
+//! - [`layout`]: their memory layout; [`ros2`]: their ROS 2 form; [`valid`]: what they may contain.
+//! - [`channels`]: the pipeline, with writer and readers of each channel; [`erased`]: messages as bytes.
 //! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
 //! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`bounds`]: the bounds of the numbers in them.
-//! - [`shown`]: text from outside, as it is shown; [`run`]: what a process gets at its start; [`seed`]: random streams; [`statistics`]: intervals of counts.
+//! - [`shown`]: how text from outside is shown; [`run`]: what a process gets at its start; [`seed`]: random streams;
+//!   [`statistics`]: confidence intervals of rates.
 //!
-//! Nothing here opens a file, reads a clock or knows how a message travels.
+//! Nothing here opens a file, reads a clock or depends on how a message travels.
 
 pub mod bounds;
 pub mod channels;

@@ -1,8 +1,8 @@
-//! The messages that all navigators have, as they lie in shared memory.
+//! The messages common to all navigators, as they are in shared memory.
 //!
-//! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums. So its bytes are its value: two
-//! runs that send the same bytes have sent the same messages. Text and lists have a fixed capacity and a count; what
-//! lies behind the count is zero.
+//! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums, so its bytes are its value: two runs that
+//! send the same bytes have sent the same messages. Text and lists have a fixed capacity and a count; what is beyond the count
+//! is zero.
 
 mod dots;
 mod markers;
@@ -20,17 +20,17 @@ pub use markers::*;
 /// A message type: its name on the wire and a description of its layout.
 ///
 /// # Safety
-/// Implemented by `messages!` alone, which derives the layout from the declaration.
+/// Implemented only by `messages!`, which derives the layout from the declaration.
 pub unsafe trait Message: Pod {
     /// `sketchnav/<Type>/<version>`.
     const NAME: &'static str;
-    /// One `field: type` a line, in order, with the declared types.
+    /// One `field: type` per line, in order, with the declared types.
     const LAYOUT: &'static str;
 
-    /// What lies where in the message.
+    /// The memory layout of the message.
     fn layout() -> Layout;
 
-    /// Checks the contents, see [`crate::valid`]; all are valid where the declaration names no check.
+    /// Checks the contents, see [`crate::valid`]; if the declaration names no check, all are valid.
     ///
     /// # Errors
     /// What is wrong with them.
@@ -75,7 +75,7 @@ layout! {
     }
 }
 
-/// A heading as the z and w of its unit quaternion, so that the ROS 2 form holds the same bits.
+/// A heading as the z and w of its unit quaternion, so that the ROS 2 form has the same bits.
 pub fn orientation(yaw_rad: f64) -> (f64, f64) {
     ((yaw_rad / 2.0).sin(), (yaw_rad / 2.0).cos())
 }
@@ -132,7 +132,7 @@ impl PoseM {
         crate::geometry::wrap_angle(2.0 * self.orientation_z.atan2(self.orientation_w))
     }
 
-    /// The pose, in the frame that the message says.
+    /// The pose, in the message's frame.
     pub fn pose<F>(&self) -> Pose<F> {
         Pose::new(self.x_m, self.y_m, self.yaw_rad())
     }
@@ -163,7 +163,7 @@ unsafe impl<const N: usize> Zeroable for Text<N> {}
 unsafe impl<const N: usize> Pod for Text<N> {}
 
 impl<const N: usize> Text<N> {
-    /// The text, cut at a character boundary where it is longer than `N` bytes.
+    /// The text, cut at a character boundary if it is longer than `N` bytes.
     pub fn new(text: &str) -> Self {
         let mut end = text.len().min(N);
         while !text.is_char_boundary(end) {
@@ -174,15 +174,15 @@ impl<const N: usize> Text<N> {
         Self(bytes)
     }
 
-    /// What `words` shows as, cut as by [`Text::new`]; allocates nothing.
+    /// The text of `words`, cut as by [`Text::new`]; allocates nothing.
     pub fn of(words: impl std::fmt::Display) -> Self {
         let mut text = Appended { bytes: [0; N], length: 0 };
-        // Cutting is no error, so writing fails only where `words` itself does.
+        // Cutting is not an error, so writing fails only if `words` itself does.
         let _ = std::fmt::Write::write_fmt(&mut text, format_args!("{words}"));
         Self(text.bytes)
     }
 
-    /// The text up to the first zero, or up to the first byte that is no UTF-8.
+    /// The text up to the first zero, or up to the first byte that is not UTF-8.
     pub fn as_str(&self) -> &str {
         let end = self.0.iter().position(|&b| b == 0).unwrap_or(N);
         match std::str::from_utf8(&self.0[..end]) {
@@ -513,12 +513,12 @@ parts! {
 pub struct Here {
     /// The place.
     pub at: Point<Sketch>,
-    /// The heading, radians, where it is said.
+    /// The heading, radians, if it is given.
     pub yaw_rad: Option<f64>,
 }
 
 impl MissionCommand {
-    /// Where a person says that the robot is; `None` of every order but `here`, and where a number is not finite.
+    /// Where a person says that the robot is; `None` for every order except `here`, and if a number is not finite.
     pub fn here(&self) -> Option<Here> {
         let is_finite = self.here_px.iter().chain([&self.here_yaw_rad]).all(|number| number.is_finite());
         (self.order == Order::Here.code() && is_finite).then(|| Here {

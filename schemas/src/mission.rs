@@ -1,7 +1,7 @@
 //! Missions: which world, which robot, which navigator, which tasks.
 //!
-//! A [`Mission`] holds what is common to all kinds of navigators. What belongs to one kind is kept as it stands in the
-//! file ([`NavigatorChoice::given`], [`Task::given`]); the kind reads it and checks it.
+//! A [`Mission`] has what is common to all kinds of navigators. What belongs to one kind is kept as it is in the file
+//! ([`NavigatorChoice::given`], [`Task::given`]); the kind reads and checks it.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -28,9 +28,9 @@ pub struct Mission {
     pub description: String,
     /// `robotino`, `turtlebot3`, or the path of a robot file.
     pub robot: String,
-    /// Which navigator drives, and what a person gives it.
+    /// Which navigator drives, and what a person provides for it.
     pub navigator: NavigatorChoice,
-    /// Where it truly happens.
+    /// The true world.
     pub world: WorldSource,
     /// Where the robot truly starts.
     pub start: Start,
@@ -45,22 +45,22 @@ pub struct Mission {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldSource {
-    /// A floor plan of the project's own form (TOML).
+    /// A floor plan in the project's own format (TOML).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor_plan: Option<String>,
-    /// A map of ROS's map_server (YAML beside a PGM or PNG).
+    /// A map of ROS's map_server (YAML next to a PGM or PNG).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map: Option<String>,
     /// A plane of dots (TOML).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane: Option<String>,
-    /// Furniture beside what the floor plan has.
+    /// Furniture in addition to that of the floor plan.
     #[serde(default)]
     pub furniture: Vec<Furniture>,
-    /// People beside those of the floor plan.
+    /// People in addition to those of the floor plan.
     #[serde(default)]
     pub person: Vec<Person>,
-    /// Markers beside those of the floor plan.
+    /// Markers in addition to those of the floor plan.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marker: Vec<Marker>,
 }
@@ -68,7 +68,7 @@ pub struct WorldSource {
 /// Which navigator drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NavigatorChoice {
-    /// Its word: `sketch`.
+    /// Its name: `sketch`.
     pub kind: String,
     /// The other keys of the table; they belong to the kind.
     #[serde(flatten)]
@@ -90,8 +90,8 @@ pub struct Start {
 pub struct Task {
     /// Name, for people: `0 → 1`.
     pub name: String,
-    /// Which place of the true world counts as there. Who drives by a drawing alone may leave it out: then the
-    /// robot's own word counts.
+    /// Which place in the true world counts as the goal. It may be left out when driving by a drawing alone; the robot's own
+    /// report then counts.
     #[serde(default, skip_serializing_if = "Place::is_unknown")]
     pub there: Place,
     /// Simulation time, seconds.
@@ -106,14 +106,14 @@ fn time_limit_s() -> f64 {
     180.0
 }
 
-/// A place of the true world: `polygon`, or `center` with `radius_m`; nothing of all where it is unknown.
+/// A place in the true world: `polygon`, or `center` with `radius_m`; none of these if it is unknown.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
     /// Corners of a simple polygon, metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub polygon: Option<Vec<[f64; 2]>>,
-    /// Middle of a disc, or the point from which the final error of a polygon is measured.
+    /// Centre of a disc, or the point from which the final error of a polygon is measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 2]>,
     /// Radius of the disc.
@@ -127,21 +127,21 @@ pub struct Place {
 pub struct Parameters(BTreeMap<String, toml::Table>);
 
 impl Parameters {
-    /// The table of a process; empty where the mission has none.
+    /// The table of a process; empty if the mission has none.
     pub fn of(&self, process: Process) -> &toml::Table {
         static EMPTY: LazyLock<toml::Table> = LazyLock::new(toml::Table::new);
         self.0.get(process.word()).unwrap_or(&EMPTY)
     }
 
-    /// The table of a process, to be changed.
+    /// The table of a process, mutable.
     pub fn of_mut(&mut self, process: Process) -> &mut toml::Table {
         self.0.entry(process.word().to_owned()).or_default()
     }
 
-    /// Those of some processes, as their stages have them, the defaults too.
+    /// Those of some processes as in force in their stages, including defaults.
     ///
     /// # Errors
-    /// A value that TOML does not have.
+    /// A value that TOML cannot express.
     pub fn in_force(
         tables: impl IntoIterator<Item = (Process, Result<toml::Table, toml::ser::Error>)>,
     ) -> Result<Self, toml::ser::Error> {
@@ -152,7 +152,7 @@ impl Parameters {
             .map(Self)
     }
 
-    /// Every parameter as `localizer.belief.hypotheses`, with its value, those of a process by name.
+    /// Every parameter as `localizer.belief.hypotheses`, with its value; sorted by name within a process.
     pub fn all(&self) -> Vec<(String, &toml::Value)> {
         let mut all = Vec::new();
         for (process, table) in &self.0 {
@@ -161,7 +161,7 @@ impl Parameters {
         all
     }
 
-    /// Takes over every key of `other`.
+    /// Adds every key of `other`, replacing existing ones.
     pub fn extend(&mut self, other: &Self) {
         for (process, table) in &other.0 {
             lay_over(self.0.entry(process.clone()).or_default(), table);
@@ -179,7 +179,7 @@ fn flatten<'a>(prefix: &str, table: &'a toml::Table, all: &mut Vec<(String, &'a 
     }
 }
 
-/// Takes over every value of `other`, in tables within tables too.
+/// Adds every value of `other`, including those in nested tables.
 fn lay_over(table: &mut toml::Table, other: &toml::Table) {
     for (key, value) in other {
         match (table.get_mut(key), value) {
@@ -203,7 +203,7 @@ impl TryFrom<BTreeMap<String, toml::Table>> for Parameters {
     }
 }
 
-/// One line of TOML, `localizer.beams = 48`: what `--set` takes.
+/// One line of TOML, `localizer.beams = 48`, as given to `--set`.
 impl FromStr for Parameters {
     type Err = toml::de::Error;
 
@@ -212,7 +212,7 @@ impl FromStr for Parameters {
     }
 }
 
-/// `base` with the values that `table` has in their place: what [`Parameters`] are for.
+/// `base` with values replaced by those of `table`, which is what [`Parameters`] are for.
 ///
 /// # Errors
 /// A key that `base` does not have, or a value of the wrong type.
@@ -237,7 +237,7 @@ pub fn keys<T: DeserializeOwned>(key: &str, given: &toml::Table) -> Result<T, Mi
 /// What is wrong with a mission.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MissionError {
-    /// No TOML, a key that is not known, a value of the wrong type.
+    /// Not TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
     /// An invalid value.
@@ -245,9 +245,9 @@ pub enum MissionError {
     Value {
         /// The key.
         key: String,
-        /// What would be right.
+        /// What was expected.
         expected: &'static str,
-        /// What stands there.
+        /// What was found.
         found: String,
     },
     /// A key that its kind of navigator does not have, or whose value it cannot read.
@@ -261,7 +261,7 @@ pub enum MissionError {
 }
 
 impl Mission {
-    /// Reads a mission file and checks all that is common to every kind of navigator.
+    /// Reads a mission file and checks everything that is common to all kinds of navigators.
     ///
     /// # Errors
     /// [`MissionError`] with the key and what was expected.
@@ -278,8 +278,8 @@ impl Mission {
         &self.navigator.kind
     }
 
-    /// The files that are given to the navigator, each with its key. These keys of the table `navigator` or of a task
-    /// are `drawing`, and every one that ends in `_file`.
+    /// The files given to the navigator, each with its key. In the table `navigator` and in tasks, these are the key `drawing`
+    /// and every key that ends in `_file`.
     pub fn navigator_files_mut(&mut self) -> impl Iterator<Item = (String, &mut String)> {
         let numbered = self.task.iter_mut().enumerate();
         let tasks = numbered.map(|(i, task)| (task_key(i + 1, &task.name), &mut task.given));
@@ -360,7 +360,7 @@ impl Place {
         check_all(|| format!("{key}.radius_m"), radius, bounds::PLACE_RADIUS_M)
     }
 
-    /// What it has, in a few words.
+    /// Its content, in a few words.
     fn words(&self) -> String {
         let parts = [
             self.polygon.as_ref().map(|polygon| format!("a polygon of {} corners", polygon.len())),
@@ -370,12 +370,12 @@ impl Place {
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 
-    /// Whether nothing says where it is.
+    /// Whether it is unknown.
     pub fn is_unknown(&self) -> bool {
         self.polygon.is_none() && self.center.is_none() && self.radius_m.is_none()
     }
 
-    /// Whether (x, y), metres, lies in the place (even-odd rule).
+    /// Whether (x, y), metres, is in the place (even-odd rule).
     pub fn contains(&self, x: f64, y: f64) -> bool {
         match (&self.polygon, self.center, self.radius_m) {
             (Some(polygon), ..) => encloses(polygon, [x, y]),
@@ -394,7 +394,7 @@ impl Place {
     }
 }
 
-/// TOML knows `nan` and `inf`; no key of a mission does.
+/// Refuses TOML's `nan` and `inf`, which no key of a mission takes.
 ///
 /// # Errors
 /// [`MissionError::Value`], with the key.
@@ -405,7 +405,7 @@ pub fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> 
         }
         toml::Value::Array(items) => {
             items.iter().enumerate().try_for_each(|(i, item)| match item {
-                // Tables are things that people count.
+                // Tables are items that people count.
                 toml::Value::Table(_) => check_finite(&format!("{key} {}", i + 1), item),
                 _ => check_finite(&format!("{key}[{i}]"), item),
             })
@@ -417,7 +417,7 @@ pub fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> 
     }
 }
 
-/// A heading is an angle that people write.
+/// Checks an angle that a person wrote.
 ///
 /// # Errors
 /// [`MissionError::Value`].
@@ -425,25 +425,25 @@ pub fn check_heading(key: &str, degrees: f64) -> Result<(), MissionError> {
     check_all(|| key.to_owned(), &[degrees], bounds::ANGLE_DEG)
 }
 
-/// Each of `numbers` lies within the bound.
+/// Checks that each of `numbers` is within the bound.
 ///
 /// # Errors
-/// [`MissionError::Value`], with the first that does not.
+/// [`MissionError::Value`] for the first that is not.
 pub fn check_all(key: impl FnOnce() -> String, numbers: &[f64], bound: Bound) -> Result<(), MissionError> {
     let wrong = numbers.iter().find(|number| !bound.holds(**number));
     wrong.map_or(Ok(()), |number| check(false, key, bound.words, || bounds::shown(*number)))
 }
 
-/// Names are printed on terminals, which obey control characters.
+/// Checks a name, because names are printed on terminals, which obey control characters.
 fn check_name(key: &str, name: &str) -> Result<(), MissionError> {
     let holds = !name.is_empty() && !name.contains(char::is_control);
     check(holds, || key.to_owned(), "a name without control characters", || format!("{name:?}"))
 }
 
-/// Something that has to hold of a key.
+/// Checks a condition on a key.
 ///
 /// # Errors
-/// [`MissionError::Value`] where it does not.
+/// [`MissionError::Value`] if it does not hold.
 pub fn check(
     holds: bool,
     key: impl FnOnce() -> String,
@@ -514,7 +514,7 @@ mod tests {
         assert!(parameters.of(Process::Sketcher).is_empty());
     }
 
-    /// The second of two values in one table took the first away.
+    /// The second of two values in one table used to remove the first.
     #[test]
     fn values_in_tables_within_tables_are_all_taken_over() {
         let mut parameters: Parameters = "localizer.belief.hypotheses = 48".parse().unwrap();
@@ -567,7 +567,7 @@ mod tests {
         }
     }
 
-    /// The error had it as Rust prints it: "Place { polygon: None, center: Some([1.0, 2.0]), …".
+    /// The error showed it as Rust prints it: "Place { polygon: None, center: Some([1.0, 2.0]), …".
     #[test]
     fn a_place_that_is_none_is_told_in_the_words_of_the_file() {
         let error = refusal("center = [1.0, 2.0], radius_m = 1.0", "center = [1.0, 2.5]");
@@ -580,8 +580,8 @@ mod tests {
         assert!(refusal("world_heading_deg = 90", "world_heading_deg = 1e300").contains("-360 to 360"));
     }
 
-    /// All finite numbers were accepted. But a time limit of 1e300 s is no number of nanoseconds, and a start at 1e39
-    /// m is none in single precision.
+    /// All finite numbers were accepted, but a time limit of 1e300 s is not a number of nanoseconds, and a start at 1e39 m is
+    /// not a number in single precision.
     #[test]
     fn numbers_beyond_any_building_are_refused_with_their_keys() {
         for (from, to, message) in [

@@ -1,6 +1,6 @@
-//! The layouts of all channels as a module of Python: what `python/sketchnav/_layouts.py` holds.
+//! The layouts of all channels as a Python module: the content of `python/sketchnav/_layouts.py`.
 //!
-//! A message is a NumPy structure of the same bytes, so a reader in Python looks at shared memory itself.
+//! A message is a NumPy structure of the same bytes, so a reader in Python accesses shared memory directly.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -23,7 +23,7 @@ pub fn layouts() -> String {
     text.push_str("CHANNELS = {\n");
     for spec in channels::all() {
         let (layout, many) = (spec.message.layout(), if spec.writer.is_none() { "True" } else { "False" });
-        // The recorder reads all, to record it.
+        // The recorder reads all of them in order to record them.
         let readers = spec.readers.iter().copied().chain([Process::Recorder]);
         let readers: Vec<_> = readers.map(|process| format!("{:?}", process.word())).collect();
         let _ = writeln!(
@@ -39,7 +39,7 @@ pub fn layouts() -> String {
     text
 }
 
-/// A structure behind those that it is made of, each once.
+/// A structure after those that it contains, each once.
 fn structure(layout: &Layout, known: &mut BTreeSet<&'static str>, text: &mut String) {
     if known.contains(layout.name) {
         return;

@@ -7,7 +7,7 @@ use crate::channels::{Channel, MARKERS, ODOMETRY, SCAN, SONAR, VIEW};
 use crate::geometry::{Base, Pose};
 use crate::message::MAX_BEAMS;
 
-/// Ticks a second of a robot that says nothing of them and has no laser.
+/// Ticks per second of a robot whose file does not give them and that has no laser.
 const TICK_HZ: f64 = 10.0;
 /// How much wider than a rectangular footprint the circle around it may be, metres.
 const RADIUS_SLACK_M: f64 = 0.05;
@@ -20,27 +20,27 @@ pub struct Robot {
     pub name: String,
     /// Radius of the round footprint, or of the circle around a rectangular one, metres.
     pub radius_m: f64,
-    /// The rectangular footprint, where it is not round.
+    /// The rectangular footprint, if it is not round.
     pub footprint: Option<Footprint>,
     /// Mass, kilograms.
     pub mass_kg: f64,
     /// How it moves.
     pub drive: Drive,
-    /// Instants a second, as the file says; see [`Robot::tick_hz`].
+    /// Instants per second, as given in the file; see [`Robot::tick_hz`].
     pub tick_hz: Option<f64>,
     /// What it can do.
     pub limits: Limits,
-    /// Its laser range finder, where it has one.
+    /// Its laser range finder, if it has one.
     pub laser: Option<Laser>,
-    /// Its ring of sonars, where it has one.
+    /// Its ring of sonars, if it has one.
     pub sonar: Option<Sonar>,
-    /// Its camera that finds markers, where it has one.
+    /// Its camera that finds markers, if it has one.
     pub camera: Option<MarkerCamera>,
-    /// Its camera that looks down on a plane of dots, where it has one.
+    /// Its camera that looks down on a plane of dots, if it has one.
     pub view: Option<DotCamera>,
-    /// How it strays from its commands: over a plane of dots alone.
+    /// How it strays from its commands; only over a plane of dots.
     pub motion_noise: Option<MotionNoise>,
-    /// How its odometry errs, where it has one.
+    /// How its odometry errs, if it has one.
     pub odometry: Option<OdometryNoise>,
     /// How its wheels slip: on a floor alone. Without it the robot moves as it is commanded.
     pub slip: Option<WheelSlip>,
@@ -94,11 +94,11 @@ pub struct Laser {
     pub range_min_m: f64,
     /// Longest range, metres.
     pub range_max_m: f64,
-    /// Scans a second.
+    /// Scans per second.
     pub rate_hz: f64,
     /// Standard deviation of a range: a constant part, metres.
     pub noise_m: f64,
-    /// Standard deviation of a range: a part that grows with the range, metres a metre.
+    /// Standard deviation of a range: a part that grows with the range, metres per metre.
     pub noise_per_m: f64,
     /// Share of the beams that get lost.
     pub dropout: f64,
@@ -114,7 +114,7 @@ pub struct Laser {
 }
 
 impl Laser {
-    /// Where the sensor sits on the robot.
+    /// Where the sensor is mounted on the robot.
     pub fn mount(&self) -> Pose<Base> {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
@@ -137,7 +137,7 @@ pub struct Sonar {
     pub range_min_m: f64,
     /// Longest range, metres.
     pub range_max_m: f64,
-    /// Readings of the whole ring a second.
+    /// Readings of the whole ring per second.
     pub rate_hz: f64,
     /// Standard deviation of a range, a share of it.
     pub noise_per_m: f64,
@@ -158,15 +158,15 @@ pub struct MarkerCamera {
     pub range_min_m: f64,
     /// Longest distance at which it finds a marker, metres.
     pub range_max_m: f64,
-    /// Largest angle between where a marker looks and the line to the camera, degrees.
+    /// Largest angle between the direction that a marker faces and the line to the camera, degrees.
     pub slant_max_deg: f64,
-    /// Pictures a second.
+    /// Pictures per second.
     pub rate_hz: f64,
-    /// Standard deviation of the distance of a marker that looks at the camera, metres a metre; that of the pixels comes on top.
+    /// Standard deviation of the distance of a marker that faces the camera, metres per metre; the error from the pixels is added.
     pub noise_per_m: f64,
     /// Standard deviation of the direction in which it sees a marker, degrees.
     pub bearing_noise_deg: f64,
-    /// Standard deviation of where a marker looks, degrees a metre of distance.
+    /// Standard deviation of the direction that a marker faces, degrees per metre of distance.
     pub facing_noise_deg_per_m: f64,
     /// Share of the markers in view that it misses in a picture at its shortest range; twice as many at its longest.
     pub miss: f64,
@@ -202,7 +202,7 @@ pub struct Pixels {
 }
 
 impl MarkerCamera {
-    /// Where the camera sits on the robot.
+    /// Where the camera is mounted on the robot.
     pub fn mount(&self) -> Pose<Base> {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
@@ -276,7 +276,7 @@ pub struct DotCamera {
     pub side_m: f64,
     /// How far it sees beyond each edge of the window, metres.
     pub margin_m: f64,
-    /// Views a second.
+    /// Views per second.
     pub rate_hz: f64,
     /// Standard deviation of a dot's position, on each axis, metres.
     pub noise_m: f64,
@@ -299,13 +299,13 @@ impl DotCamera {
     }
 }
 
-/// How a robot strays from its commands. Errors are random and grow with the square root of the way.
+/// How a robot strays from its commands. Errors are random and grow with the square root of the distance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotionNoise {
-    /// Standard deviation of the place after a way of one metre, on each axis, metres.
+    /// Standard deviation of the place after one metre, on each axis, metres.
     pub translation_m: f64,
-    /// Standard deviation of the heading after a way of one metre, radians.
+    /// Standard deviation of the heading after one metre, radians.
     pub rotation_rad: f64,
 }
 
@@ -323,7 +323,7 @@ impl MotionNoise {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OdometryNoise {
-    /// Readings a second; as many as ticks where it is missing.
+    /// Readings per second; as many as ticks if missing.
     pub rate_hz: Option<f64>,
     /// Variance of the speed from the speed, (m/s)² per (m/s)² and second.
     pub alpha_speed_speed: f64,
@@ -335,9 +335,9 @@ pub struct OdometryNoise {
     pub alpha_turn_turn: f64,
     /// Standard deviation of the run's constant error of the travelled distance, a share.
     pub drift_distance: f64,
-    /// Standard deviation of the run's constant error of the heading, radians a metre.
+    /// Standard deviation of the run's constant error of the heading, radians per metre.
     pub drift_yaw_radpm: f64,
-    /// Slips a metre: a slip loses part of a step.
+    /// Slips per metre: a slip loses part of a step.
     pub slips_per_m: f64,
 }
 
@@ -367,7 +367,7 @@ impl WheelSlip {
 /// What is wrong with a robot file.
 #[derive(Debug, thiserror::Error)]
 pub enum RobotError {
-    /// No TOML, a key that is not known, a value of the wrong type.
+    /// Not TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
     /// An invalid value.
@@ -375,12 +375,12 @@ pub enum RobotError {
     Value {
         /// The key.
         key: &'static str,
-        /// What would be right.
+        /// What was expected.
         expected: &'static str,
-        /// What stands there.
+        /// What was found.
         found: f64,
     },
-    /// A sensor that is needed and the robot does not have.
+    /// A sensor that is needed but missing from the robot.
     #[error("robot {robot:?}: expected the sensor [{key}] in its file, found none")]
     Lacks {
         /// The robot's name.
@@ -405,12 +405,12 @@ impl Robot {
         Ok(robot)
     }
 
-    /// Instants a second: as the file says, else as many as the laser's scans, else 10.
+    /// Instants per second: as given in the file, otherwise as many as the laser's scans, otherwise 10.
     pub fn tick_hz(&self) -> f64 {
         self.tick_hz.or(self.laser.as_ref().map(|laser| laser.rate_hz)).unwrap_or(TICK_HZ)
     }
 
-    /// The laser, for those who cannot do without.
+    /// The laser, for callers that cannot do without it.
     ///
     /// # Errors
     /// [`RobotError::Lacks`].
@@ -418,7 +418,7 @@ impl Robot {
         self.laser.as_ref().ok_or_else(|| self.lacks("laser"))
     }
 
-    /// The ring of sonars, for those who cannot do without.
+    /// The ring of sonars, for callers that cannot do without it.
     ///
     /// # Errors
     /// [`RobotError::Lacks`].
@@ -426,7 +426,7 @@ impl Robot {
         self.sonar.as_ref().ok_or_else(|| self.lacks("sonar"))
     }
 
-    /// The marker camera, for those who cannot do without.
+    /// The marker camera, for callers that cannot do without it.
     ///
     /// # Errors
     /// [`RobotError::Lacks`].
@@ -440,7 +440,7 @@ impl Robot {
         self.footprint.map_or(round, |Footprint { length_m, width_m }| [length_m / 2.0, width_m / 2.0])
     }
 
-    /// The odometry, for those who cannot do without.
+    /// The odometry, for callers that cannot do without it.
     ///
     /// # Errors
     /// [`RobotError::Lacks`].
@@ -448,7 +448,7 @@ impl Robot {
         self.odometry.as_ref().ok_or_else(|| self.lacks("odometry"))
     }
 
-    /// The camera that looks down on a plane of dots, for those who cannot do without.
+    /// The camera that looks down on a plane of dots, for callers that cannot do without it.
     ///
     /// # Errors
     /// [`RobotError::Lacks`].
@@ -460,7 +460,8 @@ impl Robot {
         RobotError::Lacks { robot: self.name.clone(), key }
     }
 
-    /// Whether every number is within its bounds: [`Robot::parse`] has asked, who has a robot from elsewhere has not.
+    /// Checks that every number is within its bounds. [`Robot::parse`] has done so; a robot from elsewhere has yet to be
+    /// checked.
     ///
     /// # Errors
     /// [`RobotError::Value`] with the key and what was expected.
@@ -492,7 +493,7 @@ impl Robot {
         within(&[("tick_hz, by laser.rate_hz", self.tick_hz(), bounds::TICK_HZ)])
     }
 
-    /// A channel holds so many readings for each tick.
+    /// Checks the sensors' rates: a channel holds a limited number of readings for each tick.
     fn check_rates(&self) -> Result<(), RobotError> {
         let [laser, sonar, camera, view] = [
             self.laser.as_ref().map(|laser| laser.rate_hz),
@@ -618,9 +619,9 @@ mod tests {
         noise_per_m=0.01\n[odometry]\nalpha_speed_speed=0.01\nalpha_speed_turn=0\nalpha_turn_speed=0\n\
         alpha_turn_turn=0\ndrift_distance=0.01\ndrift_yaw_radpm=0\nslips_per_m=0\n";
 
-    /// Every finite number above 0 was accepted. A range of 1e9 m made scans that readers rejected. So did a range_min_m
-    /// that equals range_max_m in single precision. A rate of 1e-12 Hz overflowed the schedule. Noise of 1e300 m made
-    /// NaN. 1e6 m/s and a radius of 1e-6 m took millions of physics steps an instant. A mount of NaN moved every beam.
+    /// Every finite number above 0 was accepted. A range of 1e9 m made scans that readers rejected, and so did a range_min_m
+    /// that equals range_max_m in single precision. A rate of 1e-12 Hz overflowed the schedule, and noise of 1e300 m made NaN.
+    /// 1e6 m/s with a radius of 1e-6 m took millions of physics steps per instant, and a mount of NaN moved every beam.
     #[test]
     fn numbers_that_no_robot_has_are_refused_with_their_keys() {
         let text = format!("{BARE}{SENSORS}");
@@ -677,7 +678,7 @@ mod tests {
             let _ = Robot::parse(&text);
         }
 
-        /// Whatever number stands behind whatever key: what is taken is within its bounds.
+        /// Whatever number follows whatever key, what is accepted is within its bounds.
         #[test]
         fn what_is_parsed_is_within_its_bounds(line in 0..40_usize, number in proptest::num::f64::ANY) {
             let text = format!("{BARE}{SENSORS}");

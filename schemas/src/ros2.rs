@@ -1,17 +1,17 @@
 //! The ROS 2 form of every message, in little-endian CDR after the four bytes of the encapsulation header. Standard
 //! messages are used where they exist, `sketchnav_msgs` otherwise.
 //!
-//! A message turns into its ROS 2 form and back into the very same bytes. A message that could not come back is
-//! rejected with an error, and not written. What does not travel in the form: `header.seq`, which is the sequence
-//! number of the recorded message, and the zeros behind the counts.
+//! A message converts into its ROS 2 form and back into exactly the same bytes. A message that could not be converted back is
+//! rejected with an error and not written. Not part of the form are `header.seq`, which is the sequence number of the recorded
+//! message, and the zeros beyond the counts.
 //!
 //! The forms of `sketchnav_msgs`, the conversions and the `.msg` texts are generated from the declarations
-//! of the messages. A [`Field`] travels as its type says, or in a [`Way`] that the declaration names.
-//! Messages that are, or hold, standard ROS 2 messages are mapped by hand, those of all navigators in `standard.rs`; [`parts`] has
-//! the pieces for it.
+//! of the messages. A [`Field`] travels as its type says, or in a [`Way`] that the declaration names. Messages that are, or
+//! contain, standard ROS 2 messages are mapped by hand, those of all navigators in `standard.rs`; [`parts`] has the pieces for
+//! it.
 //!
-//! [`definitions`] holds the `.msg` texts, [`transforms`] what viewers need beside the messages; `derived` says what is in our own
-//! messages in standard ones.
+//! [`definitions`] has the `.msg` texts, [`transforms`] what viewers need in addition to the messages; `derived` expresses the
+//! content of our own messages in standard ones.
 
 pub mod definitions;
 pub mod derived;
@@ -32,11 +32,11 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::message::Message;
 
-/// What CDR in little endian begins with.
+/// The first bytes of little-endian CDR.
 pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
-/// What a number may be off by where a message of this project can only hold 0: the x and y of an orientation, say.
+/// Tolerance for numbers that can only be 0 in a message of this project, such as the x and y of an orientation.
 pub const ROUNDING: f64 = 1e-9;
-/// What stands in those places.
+/// What is expected in those places.
 pub const PLANAR: &str = "0, as in a planar pose without tilt or covariance";
 
 /// A message with a ROS 2 form.
@@ -46,26 +46,26 @@ pub trait Ros2: Message {
     /// `package/msg/Type`.
     const TYPE: &'static str;
 
-    /// The ROS 2 form, put into the memory of `spare`: an earlier form of any content, or the default.
-    /// Allocates only where `spare` has less room than the message can fill. `cells` is the slice
-    /// behind the message; empty where the channel has none.
+    /// The ROS 2 form, written into the memory of `spare`: an earlier form of any content, or the default. Allocates only if
+    /// `spare` has less room than the message can fill. `cells` is the slice that follows the message; empty if the channel has
+    /// none.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the message holds what the form cannot.
+    /// [`Ros2Error`] if the message holds what the form cannot.
     fn to_ros2_in(&self, cells: &[u8], spare: Self::Form) -> Result<Self::Form, Ros2Error>;
 
     /// The ROS 2 form in memory of its own: see [`Ros2::to_ros2_in`].
     ///
     /// # Errors
-    /// [`Ros2Error`] where the message holds what the form cannot.
+    /// [`Ros2Error`] if the message holds what the form cannot.
     fn to_ros2(&self, cells: &[u8]) -> Result<Self::Form, Ros2Error> {
         self.to_ros2_in(cells, Self::Form::default())
     }
 
-    /// The message number `seq` and the slice behind it.
+    /// The message number `seq` and the slice that follows it.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the form holds what the message cannot.
+    /// [`Ros2Error`] if the form contains what the message cannot.
     fn from_ros2(form: Self::Form, seq: u64) -> Result<(Self, Vec<u8>), Ros2Error>;
 
     /// The `.msg` texts that are this project's own: the message's and those of the structs in it.
@@ -73,7 +73,7 @@ pub trait Ros2: Message {
         Vec::new()
     }
 
-    /// The `ros2msg` schema: the `.msg` text with those that it depends on behind it.
+    /// The `ros2msg` schema: the `.msg` text, followed by those that it depends on.
     fn schema() -> String {
         definitions::schema(Self::TYPE, &Self::definitions())
     }
@@ -81,13 +81,13 @@ pub trait Ros2: Message {
     /// Appends the message in CDR to `out`, which should be empty: alignment counts from its start.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the message would not come back the same; `out` is then of no use.
+    /// [`Ros2Error`] if the message would not come back the same; `out` is then of no use.
     fn to_cdr(&self, cells: &[u8], out: &mut Vec<u8>) -> Result<(), Ros2Error> {
         self.to_cdr_by(cells, &mut Self::Form::default(), out)
     }
 
-    /// The same by way of `form`, whose memory is used again: with the form of an earlier message and
-    /// room in `out` nothing is allocated.
+    /// The same by way of `form`, whose memory is reused: with the form of an earlier message and enough room in `out`, nothing
+    /// is allocated.
     ///
     /// # Errors
     /// As [`Ros2::to_cdr`].
@@ -96,10 +96,10 @@ pub trait Ros2: Message {
         encode(form, out)
     }
 
-    /// The message number `seq` out of `bytes`, and the slice behind it.
+    /// The message number `seq` from `bytes`, and the slice that follows it.
     ///
     /// # Errors
-    /// [`Ros2Error`] where `bytes` are not what [`Ros2::to_cdr`] would have written; [`Ros2Error::Rounded`] where they are but
+    /// [`Ros2Error`] if `bytes` are not what [`Ros2::to_cdr`] would have written; [`Ros2Error::Rounded`] if they are so except
     /// for rounding. Allocates no more than a few times the length of `bytes` and the size of the message.
     fn from_cdr(bytes: &[u8], seq: u64) -> Result<(Self, Vec<u8>), Ros2Error> {
         let (message, cells) = Self::from_ros2(decode::<Self::Form>(bytes)?, seq)?;
@@ -122,7 +122,7 @@ pub fn encode<F: Serialize>(form: &F, out: &mut Vec<u8>) -> Result<(), Ros2Error
 /// Reads any ROS 2 form from CDR.
 ///
 /// # Errors
-/// [`Ros2Error`] where the bytes are cut, too many, or no CDR in little endian.
+/// [`Ros2Error`] if the bytes are cut off, too many, or not little-endian CDR.
 pub fn decode<F: DeserializeOwned>(bytes: &[u8]) -> Result<F, Ros2Error> {
     let found = bytes.get(..4).unwrap_or(bytes);
     if found != ENCAPSULATION {
@@ -133,9 +133,9 @@ pub fn decode<F: DeserializeOwned>(bytes: &[u8]) -> Result<F, Ros2Error> {
     if used == body.len() { Ok(form) } else { Err(Ros2Error::Surplus { bytes: body.len() - used }) }
 }
 
-/// How `bytes` differ from `exact`, which the message that was read of them becomes.
+/// How `bytes` differ from `exact`, the encoding of the message that was read from them.
 fn foreign(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Ros2Error {
-    /// Where a number of this size begins, counted behind the encapsulation.
+    /// Alignment of the largest numbers, counted after the encapsulation.
     const ALIGNMENT: usize = size_of::<f64>();
     let (head, places) = (ENCAPSULATION.len(), exact[ENCAPSULATION.len()..].chunks(ALIGNMENT));
     let differs = |a: &[u8], b: &[u8]| a.iter().zip(b).position(|(a, b)| a != b);
@@ -154,16 +154,16 @@ fn foreign(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Ros2Error {
     }
 }
 
-/// What keeps a message from becoming its ROS 2 form, or the form from becoming a message.
+/// Why a message cannot be converted into its ROS 2 form, or the form into a message.
 #[derive(Debug, thiserror::Error)]
 pub enum Ros2Error {
-    /// No CDR in little endian.
+    /// Not little-endian CDR.
     #[error("expected CDR in little endian, which begins with 00 01 00 00, found {found:02x?}")]
     Encapsulation {
         /// The first bytes.
         found: Vec<u8>,
     },
-    /// Cut off, or text that is no UTF-8.
+    /// Cut off, or text that is not UTF-8.
     #[error("not the CDR of the message: {0}")]
     Cdr(#[from] cdr_encoding::Error),
     /// More bytes than the message has.
@@ -172,7 +172,7 @@ pub enum Ros2Error {
         /// How many.
         bytes: usize,
     },
-    /// A number that stands for 0 is off by no more than [`ROUNDING`], or has the other sign.
+    /// A number that should be 0 is off by no more than [`ROUNDING`], or is −0.
     #[error("{kind}: expected exactly {PLANAR}, found numbers that are off by rounding")]
     Rounded {
         /// The ROS 2 type.
@@ -180,7 +180,7 @@ pub enum Ros2Error {
         /// The same message with 0 in these places.
         exact: Vec<u8>,
     },
-    /// A number stands where the message can only hold 0: an orientation is tilted, say.
+    /// A number that can only be 0 in the message is not: an orientation is tilted, say.
     #[error("{kind}: byte {offset}: expected {PLANAR}, found {found}")]
     NotZero {
         /// The ROS 2 type.
@@ -190,7 +190,7 @@ pub enum Ros2Error {
         /// The number.
         found: f64,
     },
-    /// The form says something that the message has no place for: another frame, a text that is too long.
+    /// The form contains something for which the message has no place: another frame, or a text that is too long.
     #[error("{kind}: byte {offset}: expected a value that a message of sketchnav can hold")]
     Foreign {
         /// The ROS 2 type.
@@ -203,12 +203,12 @@ pub enum Ros2Error {
     Value {
         /// The field.
         field: &'static str,
-        /// What would be right.
+        /// What was expected.
         expected: &'static str,
-        /// What is there.
+        /// What was found.
         found: u64,
     },
-    /// A text field that is no UTF-8, or goes on behind its end.
+    /// A text field that is not UTF-8, or continues after its end.
     #[error("{field}: expected UTF-8 and then zeros only")]
     Text {
         /// The field.

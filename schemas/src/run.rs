@@ -11,11 +11,11 @@ use crate::robot::Robot;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pace {
-    /// The world takes a step when the command for the step before has come: as fast as it goes.
+    /// The world takes a step as soon as the command for the step before has arrived.
     Lockstep,
-    /// The world goes on by the clock, so many simulated seconds a second, whether the services keep up or not.
+    /// The world follows the clock at this many simulated seconds per second, whether the services keep up or not.
     RealTime {
-        /// Simulated seconds a second.
+        /// Simulated seconds per second.
         speed: f64,
     },
 }
@@ -24,36 +24,36 @@ pub enum Pace {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pad {
-    /// There is none.
+    /// There is no page.
     #[default]
     Absent,
-    /// It shows the mission, and can abort it and go on with it.
+    /// It shows the mission, and can abort and continue it.
     Watches,
-    /// The drawing and the tasks come from it instead of the mission, as often as somebody sends them. The run goes on
-    /// until it is interrupted.
+    /// The drawing and the tasks come from the page instead of the mission, as often as they are sent. The run continues until
+    /// it is interrupted.
     Draws,
 }
 
 impl Pad {
-    /// Whether there is none.
+    /// Whether there is no page.
     pub fn is_absent(&self) -> bool {
         *self == Self::Absent
     }
 
-    /// Whether the drawing and the tasks come from it.
+    /// Whether the drawing and the tasks come from the page.
     pub fn draws(self) -> bool {
         self == Self::Draws
     }
 }
 
-/// When a recording goes on in a next file while it grows: as soon as one of the two holds.
+/// When a growing recording continues in a new file: as soon as either limit is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Split {
-    /// The file has so many bytes.
+    /// The file has this many bytes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bytes: Option<u64>,
-    /// So much simulated time has passed in it, nanoseconds.
+    /// It covers this much simulated time, nanoseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_ns: Option<u64>,
 }
@@ -79,12 +79,12 @@ pub struct RunConfig {
     pub system: String,
     /// The mission; its paths are absolute, or names inside the recording `files_of`.
     pub mission: Mission,
-    /// The method by which the navigator drives, resolved at launch: never empty in a system. It is empty in runs that
-    /// are driven in one process, and in some recordings of earlier versions.
+    /// The method by which the navigator drives, resolved at launch and never empty in a system. It is empty in runs within one
+    /// process, and in some recordings of earlier versions.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub method: String,
-    /// The recording that holds the files of the mission; `None` where they are on disk. It is for the processes of a
-    /// running system and counts in no recording.
+    /// The recording that contains the files of the mission; `None` if they are on disk. This is for the processes of a running
+    /// system and has no meaning in a recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub files_of: Option<String>,
     /// The robot that the mission names.
@@ -93,19 +93,18 @@ pub struct RunConfig {
     pub seed: u64,
     /// How time passes.
     pub pace: Pace,
-    /// The recording's path; `None` where nothing records.
+    /// The recording's path; `None` if nothing records.
     pub recording: Option<String>,
-    /// When the recording goes on in a next file.
+    /// When the recording continues in a new file.
     #[serde(default, skip_serializing_if = "Split::is_never")]
     pub split: Split,
     /// Whether people take part by the pad's page.
     #[serde(default, skip_serializing_if = "Pad::is_absent")]
     pub pad: Pad,
-    /// The services that the supervisor does not start: they run by hand, or a robot's driver stands in for
-    /// the world.
+    /// The services that the supervisor does not start: they are run by hand, or a robot's driver stands in for the world.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<Process>,
-    /// What is to befall its messages and processes, each fault once.
+    /// Planned faults of its messages and processes, each of which happens once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<PlannedFault>,
 }

@@ -1,8 +1,8 @@
-//! Random valid messages, for the tests of whatever carries messages. Never part of a running system.
-//! Also a kind of navigator for these tests, [`example`], and a way to test the checks of messages, [`rejected`].
+//! Random valid messages, for testing whatever carries messages; never part of a running system. Also a kind of navigator for
+//! these tests, [`example`], and a way to test the checks of messages, [`rejected`].
 //!
-//! A sample is random in every bit that a message is free to choose. Its floats are any floats, among them NaN and
-//! infinities with any payload.
+//! A sample is random in every bit that a message is free to choose. Its floats are arbitrary, including infinities and NaN
+//! with any payload.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -15,7 +15,7 @@ use crate::ros2::Ros2;
 const MAX_SIDE_PX: u32 = 40;
 const LETTERS: &[char] = &['a', 'Z', '0', ' ', '→', 'ü', '点', '🤖'];
 
-/// A random valid message number `seq`, at that many tenths of a second, and the slice behind it.
+/// A random valid message number `seq`, at that many tenths of a second, and the slice that follows it.
 pub fn sample<T: Ros2>(random: &mut Pcg64Mcg, seq: u64) -> (T, Vec<u8>) {
     let mut message = T::zeroed();
     let layout = Layout::of::<T>();
@@ -30,7 +30,7 @@ pub fn sample<T: Ros2>(random: &mut Pcg64Mcg, seq: u64) -> (T, Vec<u8>) {
     (message, cells)
 }
 
-/// Makes valid what stands for itself: texts.
+/// Makes self-contained values valid: texts.
 fn settle(kind: &Kind, bytes: &mut [u8], random: &mut Pcg64Mcg) {
     match kind {
         Kind::Text(_) => write_text(bytes, random),
@@ -58,7 +58,7 @@ fn write_text(bytes: &mut [u8], random: &mut Pcg64Mcg) {
     }
 }
 
-/// Makes valid what stands for something else: counts, sizes, zeros.
+/// Makes values valid that depend on others: counts, sizes, zeros.
 fn settle_roles(layout: &Layout, bytes: &mut [u8], random: &mut Pcg64Mcg) -> Vec<u8> {
     let place = |name: &str| layout.fields.iter().find(|f| f.name == name);
     for field in &layout.fields {
@@ -78,7 +78,7 @@ fn settle_roles(layout: &Layout, bytes: &mut [u8], random: &mut Pcg64Mcg) -> Vec
     (0..sides[0] * sides[1]).map(|_| random.random()).collect()
 }
 
-/// Keeps so many entries of a list, zeros behind them.
+/// Keeps a random number of entries of a list and zeroes the rest.
 fn cut_list(list: &Field, bytes: &mut [u8], random: &mut Pcg64Mcg) -> u32 {
     let Kind::Array(element, capacity) = &list.kind else { return 0 };
     let counted = random.random_range(0..=*capacity);
@@ -93,10 +93,10 @@ fn write_u32(bytes: &mut [u8], offset: usize, value: u32) {
 /// A way to spoil a message.
 pub type Spoil<T> = fn(&mut T);
 
-/// A valid message is valid, and spoilt in any of these ways it is not.
+/// Asserts that a message is valid, and that it is not when spoilt in any of these ways.
 ///
 /// # Panics
-/// Where that does not hold.
+/// If that does not hold.
 pub fn rejected<T: Message>(valid: T, spoils: &[Spoil<T>]) {
     assert!(valid.is_valid());
     for (i, spoil) in spoils.iter().enumerate() {
@@ -106,16 +106,16 @@ pub fn rejected<T: Message>(valid: T, spoils: &[Spoil<T>]) {
     }
 }
 
-/// The channels of a kind of navigator that nobody drives by: for the tests of what carries every navigator's messages.
+/// The channels of a kind of navigator that only exists for testing what carries every navigator's messages.
 pub mod example {
     use crate::channels;
     use crate::declare::{channels, messages};
 
-    /// The word of the kind.
+    /// The name of the kind.
     pub const KIND: &str = "example";
 
     messages! {
-        /// An instruction with a slice behind it.
+        /// An instruction with a slice after it.
         pub struct ExampleMap version 1 in "map" with data {
             /// A number.
             pub number: u64,
@@ -127,7 +127,7 @@ pub mod example {
             pub at_m: [f64; 2],
         }
 
-        /// What nobody waits for.
+        /// A detail that nothing waits for.
         pub struct ExampleDetail version 1 in "map" {
             /// A number.
             pub number: u64,
@@ -147,7 +147,7 @@ pub mod example {
     /// Adds them to the table.
     ///
     /// # Panics
-    /// Where another kind has channels of these names.
+    /// If another kind has channels of these names.
     pub fn register() {
         channels::register(KIND, CHANNELS).expect("names that no other kind has");
     }

@@ -1,21 +1,21 @@
-//! Text from outside as it is shown: on a terminal, on a page, in a picture.
+//! Text from outside, as shown on a terminal, on a page or in a picture.
 //!
-//! Names of files and tasks, keys of a mission, words inside a recording are written by anybody. A terminal obeys control
-//! characters among them. Marks that turn the direction of text, and characters that have no width, make it read as
-//! something else. A line break inside a name begins a line that nobody has written. All of these are shown as the escapes
-//! of JSON, `\u001b`, so that the text of a JSON object stays what it is.
+//! Names of files and tasks, keys of a mission and words inside a recording may come from anyone. A terminal obeys control
+//! characters among them. Marks that change the direction of text, and characters without width, make it read as something
+//! else. A line break inside a name starts what looks like a line of our own. All of these are shown as JSON escapes, `\u001b`,
+//! so that the text of a JSON object keeps its meaning.
 //!
-//! Whatever is printed goes through here, where it is written: [`one_line`] is what [`say!`](crate::say) and the printing
-//! macros of the command line take. Styles of our own are added to what comes out.
+//! Everything printed goes through here as it is written: [`say!`](crate::say) and the printing macros of the command line use
+//! [`one_line`]. Our own styles are added to the result.
 
 use std::fmt::{self, Arguments, Display, Formatter, Write};
 use std::io;
 
-/// Text that is to stay on its line: line breaks in it are escaped, too.
+/// Text that is to stay on one line: line breaks in it are escaped, too.
 #[derive(Debug, Clone, Copy)]
 pub struct OneLine<T>(pub T);
 
-/// Text of several lines that are our own: a table, a page.
+/// Text with line breaks of our own: a table, a page.
 #[derive(Debug, Clone, Copy)]
 pub struct Lines<T>(pub T);
 
@@ -29,12 +29,12 @@ pub fn lines(text: impl Display) -> String {
     Lines(text).to_string()
 }
 
-/// Writes a line to standard error; it is dropped where it cannot be written. [`say!`](crate::say) takes a format.
+/// Writes a line to standard error; if that fails, the line is dropped. [`say!`](crate::say) takes a format.
 pub fn aside(text: Arguments<'_>) {
     let _ = io::Write::write_fmt(&mut io::stderr().lock(), format_args!("{}\n", OneLine(text)));
 }
 
-/// Prints a line on standard error, as `eprintln!` does, without panicking and without what could steer a terminal.
+/// Prints a line on standard error, as `eprintln!` does, without panicking and without anything that could control a terminal.
 #[macro_export]
 macro_rules! say {
     ($($text:tt)*) => { $crate::shown::aside(format_args!($($text)*)) };
@@ -52,7 +52,7 @@ impl<T: Display> Display for Lines<T> {
     }
 }
 
-/// Passes on what can be seen, and the rest escaped.
+/// Passes on what is visible, and escapes the rest.
 struct Filter<'a, 'b> {
     out: &'a mut Formatter<'b>,
     breaks_lines: bool,
@@ -80,12 +80,11 @@ fn is_escaped(c: char, breaks_lines: bool) -> bool {
     }
 }
 
-/// Whether a character beyond ASCII has a shape or is a space. Those without one are Unicode's format characters (bidi
-/// controls, joiners, zero-width spaces, tags), its separators of lines, and what it has not assigned.
+/// Whether a character beyond ASCII is visible or a space. Invisible ones are Unicode's format characters (bidi controls,
+/// joiners, zero-width spaces, tags), line separators, and unassigned characters.
 fn is_seen(c: char) -> bool {
     let is_space = c.is_whitespace() && !matches!(c, '\u{2028}' | '\u{2029}');
-    // The standard library knows them, but shows them for text alone: behind a letter, marks such as accents are no
-    // reason to escape.
+    // The standard library knows them, but only for a whole text: marks such as accents after a letter are no reason to escape.
     let mut bytes = [b'a', 0, 0, 0, 0];
     let length = 1 + c.encode_utf8(&mut bytes[1..]).len();
     let text = str::from_utf8(&bytes[..length]).unwrap_or_default();
@@ -131,7 +130,7 @@ mod tests {
 
     #[test]
     fn what_can_be_read_stays_as_it_is() {
-        // Among them: a decomposed accent, a narrow space, ideographs, arrows, box drawing, quotes and backslashes.
+        // Including a decomposed accent, a narrow space, ideographs, arrows, box drawing, quotes and backslashes.
         let text = "0 → 1\te\u{301} 3,0\u{202f}m\u{a0}日本語\u{3000}العربية हिन्दी 🙂 ├─┤ \"a\" 'b' \\n × –";
         assert_eq!(one_line(text), text);
     }
@@ -146,7 +145,7 @@ mod tests {
             prop_assert_eq!(one_line(&shown), shown);
         }
 
-        /// JSON may be filtered as it is written: it is the same object after it.
+        /// JSON may be filtered as it is written: it remains the same object.
         #[test]
         fn json_says_the_same(text in ".*|[\u{1b}\u{9b}\u{202e}\u{e0041}\n\" a-z\\\\]*") {
             let shown = one_line(serde_json::json!({ "name": text }));

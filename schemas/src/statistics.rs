@@ -1,9 +1,9 @@
-//! What is said of counts.
+//! Statistics of counts.
 
-/// The 97.5 % point of the normal distribution: intervals hold the true rate in 95 % of all cases.
+/// The 97.5 % point of the normal distribution: intervals contain the true rate in 95 % of all cases.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Wilson's interval for a rate, from 0 to 1 (E. B. Wilson, JASA 22, 1927); with no attempts it is all of that.
+/// Wilson's interval for a rate, from 0 to 1 (E. B. Wilson, JASA 22, 1927); with no attempts it is the whole range.
 pub fn wilson(successes: usize, attempts: usize) -> [f64; 2] {
     if attempts == 0 {
         return [0.0, 1.0];

@@ -1,15 +1,14 @@
 //! Simulation time: nanoseconds in messages, seconds where people read or write it.
 
-/// Nanoseconds of a second.
+/// Nanoseconds in a second.
 const NS_PER_S: f64 = 1e9;
 
-/// So many nanoseconds in seconds.
+/// Nanoseconds as seconds.
 pub fn seconds(ns: u64) -> f64 {
     ns as f64 / NS_PER_S
 }
 
-/// So many seconds in nanoseconds, to the nearest; 0 for a time before the first, the last there is for one
-/// behind it.
+/// Seconds as nanoseconds, rounded to the nearest; saturates at 0 and at the largest value.
 pub fn nanoseconds(s: f64) -> u64 {
     (s * NS_PER_S).round() as u64
 }

@@ -1,9 +1,9 @@
-//! Whether the contents of a message are valid: [`check`](crate::message::Message::check) of the messages whose
-//! declaration names a function: of this file for those that all navigators have. A channel's type is checked when it is opened; its contents are whatever
-//! its writer put there, a real robot's driver among them.
+//! Whether the contents of a message are valid. [`check`](crate::message::Message::check) calls the function that the message's
+//! declaration names; those for messages common to all navigators are in this file. A channel's type is checked when it is
+//! opened, but its contents are whatever its writer put there, and that may be a real robot's driver.
 //!
-//! Readers reject counts beyond the list, numbers that are not finite, and headings that are no rotation. A
-//! valid message can be recorded. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
+//! Readers reject counts beyond the list, numbers that are not finite, and headings that are not a rotation. A valid message
+//! can be recorded. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
 
 use crate::message::{
     DotView, Header, LaserScan, MAX_DOTS, MAX_MARKERS, MarkerView, Odometry, PoseM, SonarScan, Tick, Twist,
@@ -12,22 +12,22 @@ use crate::message::{
 
 /// Farther than any robot drives, metres or pixels.
 pub const FAR: f64 = 1e7;
-/// Most readings of a sensor between two ticks, on the average.
+/// Most readings of a sensor between two ticks, on average.
 const MOST_READINGS: u64 = 1000;
-/// What a quaternion's length may be off by.
+/// Tolerance for the length of a quaternion.
 const OFF_UNIT: f64 = 1e-3;
 
-/// What [`FAR`] is to people.
+/// [`FAR`] in words.
 const NEAR: &str = "a number within ±1e7";
 
-/// Why a message is invalid: the first thing that is wrong with it.
+/// Why a message is invalid: the first fault found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Invalid {
     /// The field.
     pub field: &'static str,
-    /// What should be there.
+    /// What was expected.
     pub expected: &'static str,
-    /// What is there.
+    /// What was found.
     pub found: f64,
 }
 
@@ -38,10 +38,10 @@ impl std::fmt::Display for Invalid {
     }
 }
 
-/// What a check comes to.
+/// The result of a check.
 pub type Checked = Result<(), Invalid>;
 
-/// Something that has to hold.
+/// Checks a condition.
 ///
 /// # Errors
 /// [`Invalid`], with the field.
@@ -49,7 +49,7 @@ pub fn ensure(holds: bool, field: &'static str, expected: &'static str, found: i
     if holds { Ok(()) } else { Err(Invalid { field, expected, found: found.into() }) }
 }
 
-/// A count within a capacity.
+/// Checks that a count is within a capacity.
 ///
 /// # Errors
 /// [`Invalid`], with the field.
@@ -57,7 +57,7 @@ pub fn count(field: &'static str, found: u32, capacity: usize) -> Checked {
     ensure(found as usize <= capacity, field, "a count within the capacity", found)
 }
 
-/// Numbers that are finite and not too far; not NaN either.
+/// Checks that numbers are finite, not NaN, and not too far.
 ///
 /// # Errors
 /// [`Invalid`], with the field.
@@ -65,7 +65,7 @@ pub fn near(field: &'static str, numbers: impl IntoIterator<Item = impl Into<f64
     numbers.into_iter().map(Into::into).try_for_each(|v: f64| ensure(v.abs() < FAR, field, NEAR, v))
 }
 
-/// A number in a range.
+/// Checks that a number is in a range.
 ///
 /// # Errors
 /// [`Invalid`], with the field.
@@ -79,7 +79,7 @@ pub fn within(
     ensure(range.contains(&found), field, expected, found)
 }
 
-/// Ranges as many as are counted, of a sensor that can exist.
+/// As many ranges as are counted, from a possible sensor.
 pub(crate) fn scan(scan: &LaserScan) -> Checked {
     timely(&scan.header)?;
     near("angle_min_rad, angle_max_rad", [scan.angle_min_rad, scan.angle_max_rad])?;
@@ -90,13 +90,13 @@ pub(crate) fn scan(scan: &LaserScan) -> Checked {
     ranges(&scan.ranges_m, scan.beam_count)
 }
 
-/// Ranges as many as are counted, of cones that can exist.
+/// As many ranges as are counted, with possible cones.
 pub(crate) fn sonar(scan: &SonarScan) -> Checked {
     timely(&scan.header)?;
     near("angle_min_rad, angle_increment_rad", [scan.angle_min_rad, scan.angle_increment_rad])?;
     near("scan_time_s", [scan.scan_time_s])?;
     let half = scan.half_opening_rad;
-    // In single precision a right angle is more than in double.
+    // In single precision a right angle is greater than in double.
     let is_opening = (0.0..=std::f32::consts::FRAC_PI_2).contains(&half);
     ensure(is_opening, "half_opening_rad", "an angle of 0 to π/2", half)?;
     within("ring_radius_m", 0.0..FAR, "a length, 0 or above", scan.ring_radius_m)?;
@@ -105,7 +105,7 @@ pub(crate) fn sonar(scan: &SonarScan) -> Checked {
     ranges(&scan.ranges_m, scan.sonar_count)
 }
 
-/// Markers as many as are counted, in the order of their numbers, of a camera that can exist.
+/// As many markers as are counted, in the order of their numbers, from a possible camera.
 pub(crate) fn markers(view: &MarkerView) -> Checked {
     count("marker_count", view.marker_count, MAX_MARKERS)?;
     timely(&view.header)?;
@@ -119,7 +119,7 @@ pub(crate) fn markers(view: &MarkerView) -> Checked {
     in_order(view.markers().iter().map(|marker| marker.id))
 }
 
-/// Dots as many as are counted, of a window that can exist.
+/// As many dots as are counted, in a possible window.
 pub(crate) fn view(view: &DotView) -> Checked {
     count("dot_count", view.dot_count, MAX_DOTS)?;
     timely(&view.header)?;
@@ -129,7 +129,7 @@ pub(crate) fn view(view: &DotView) -> Checked {
     within("margin_m", 0.0..FAR, "a length, 0 or above", view.margin_m)
 }
 
-/// Numbers that a driver can have reached by this tick: a reader of a tick waits for them.
+/// Numbers that a driver can have reached by this tick, because a reader of a tick waits for these messages.
 pub(crate) fn tick(tick: &Tick) -> Checked {
     timely(&tick.header)?;
     let most = tick.header.seq.saturating_mul(MOST_READINGS);
@@ -149,7 +149,7 @@ pub(crate) fn command(command: &VelocityCommand) -> Checked {
     twist(&command.twist)
 }
 
-/// The stamp has room in a recorded message.
+/// Checks that the stamp fits into a recorded message.
 fn timely(header: &Header) -> Checked {
     let stamp_ns = header.stamp_ns;
     let is_timely = stamp_ns / 1_000_000_000 <= i32::MAX as u64;
@@ -162,7 +162,7 @@ fn limits(range_min_m: f32, range_max_m: f32) -> Checked {
     ensure(range_max_m > range_min_m, "range_max_m", "a length above range_min_m", range_max_m)
 }
 
-/// There are ranges, each a distance or what REP 117 says, and nothing behind them.
+/// Checks that there are ranges, each a distance or a value of REP 117, and nothing after them.
 fn ranges(all: &[f32], counted: u32) -> Checked {
     let split = all.split_at_checked(counted as usize).filter(|_| counted > 0);
     let Some((found, behind)) = split else {
@@ -179,7 +179,7 @@ fn ranges(all: &[f32], counted: u32) -> Checked {
     behind.iter().try_for_each(|range| ensure(range.to_bits() == 0, "ranges_m", expected, *range))
 }
 
-/// Numbers that rise.
+/// Checks that numbers increase.
 ///
 /// # Errors
 /// [`Invalid`], with the field.
@@ -188,7 +188,7 @@ pub fn in_order(ids: impl Iterator<Item = u32> + Clone) -> Checked {
     pairs.try_for_each(|(before, id)| ensure(before < id, "markers.id", "a number above the one before", id))
 }
 
-/// A pose that can be: near, and with an orientation.
+/// Checks that a pose is possible: near, and with an orientation.
 ///
 /// # Errors
 /// [`Invalid`], with the field.
@@ -201,7 +201,7 @@ fn twist(twist: &Twist) -> Checked {
     near("twist", [twist.vx_mps, twist.vy_mps, twist.yaw_rate_radps])
 }
 
-/// z and w of a unit quaternion.
+/// Checks z and w of a unit quaternion.
 ///
 /// # Errors
 /// [`Invalid`], with the field.
@@ -307,8 +307,8 @@ mod tests {
         );
     }
 
-    /// A driver left old ranges behind those that count. It drove well and had no scan in its recording: the
-    /// navigators accepted what the recorder rejected.
+    /// A driver left old ranges after those that count. It drove well but had no scan in its recording: the navigators accepted
+    /// what the recorder rejected.
     #[test]
     fn what_is_valid_can_be_recorded() {
         let spoils: [Spoil<LaserScan>; 6] = [
@@ -331,7 +331,7 @@ mod tests {
         assert_eq!(is_both, [true, false, false, false, true, false]);
     }
 
-    /// Messages were counted as rejected, and nobody said why.
+    /// Messages were counted as rejected without a reason.
     #[test]
     fn what_is_invalid_has_a_reason() {
         let mut half = Odometry::zeroed();

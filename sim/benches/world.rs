@@ -1,5 +1,5 @@
-//! How long the floor takes: an instant of motion, its sensors, and a scan's rays. The rays go by the tree of faces,
-//! by the sweep and by rapier's query pipeline.
+//! How long the floor takes: an instant of motion, its sensors, and the rays of a scan, cast by the tree of faces, by the sweep
+//! and by rapier's query pipeline.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -34,7 +34,7 @@ fn building() -> WorldDescription {
     floor_plan::parse(&text).expect("a floor plan that holds")
 }
 
-/// The map of Building 079, where it is at hand.
+/// The map of Building 079, if it is at hand.
 fn building_079() -> Option<WorldDescription> {
     files::map_file(&needs::data().join("maps/Freiburg79_scan_furnitures.yaml")).ok()
 }

@@ -1,4 +1,4 @@
-//! Convex solids: what furniture and walls are made of. Metres, frame `World`.
+//! Convex solids, of which furniture and walls are made. Metres, frame `World`.
 
 use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};
@@ -31,7 +31,7 @@ impl Convex {
         Self { corners: (0..DISC_CORNERS).map(corner).collect() }
     }
 
-    /// A polygon through `corners`, in either direction; `None` where they are no convex polygon.
+    /// A polygon through `corners`, in either direction; `None` if they do not form a convex polygon.
     pub fn polygon(corners: &[[f64; 2]]) -> Option<Self> {
         let mut corners = corners.to_vec();
         if signed_area(&corners) < 0.0 {
@@ -52,13 +52,13 @@ impl Convex {
         self.corners.iter().zip(next).map(|(a, b)| [*a, *b])
     }
 
-    /// Whether a place lies inside; on an edge it does not.
+    /// Whether a place is inside; a place on an edge is not.
     pub fn contains(&self, place: [f64; 2]) -> bool {
         let to = |a: [f64; 2]| Vector2::from(place) - Vector2::from(a);
         self.edges().all(|[a, b]| (Vector2::from(b) - Vector2::from(a)).perp(&to(a)) > 0.0)
     }
 
-    /// Every corner turns left, and all of them together turn once: a star turns more often.
+    /// Whether every corner turns left, and all of them together turn once (a star turns more often).
     fn is_convex(&self) -> bool {
         let after = self.edges().cycle().skip(1);
         let turns: Vec<_> =

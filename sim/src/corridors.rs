@@ -1,15 +1,15 @@
 //! Corridors with markers on their walls: straight ones as in Patil 2019, 5.3, and ones with corners, a junction and
 //! closed ends. A [`Corridor`] makes the floor plan; [`Corridor::drives`] says where robots drive in it.
 //!
-//! Lengths that the thesis does not give are chosen here: how far walls reach beyond the way, and where markers hang.
-//! [`Corridor::published`] chooses them by what the thesis says of its own corridor.
+//! Lengths that the thesis does not give are chosen here: how far walls extend beyond the way, and where markers hang.
+//! [`Corridor::published`] derives them from what the thesis says of its own corridor.
 
 use sketchnav_schemas::floor_plan::{FloorPlan, Marker, Wall};
 use sketchnav_schemas::geometry::{Pose, World};
 
 /// Length of the way in a straight corridor, metres (Patil 2019, figure 5.8).
 pub const WAY_M: f64 = 7.0;
-/// How far a straight corridor goes on beyond both ends of the way: markers hang there, too, metres.
+/// How far a straight corridor continues beyond both ends of the way, metres; markers hang there, too.
 const BEYOND_M: f64 = 3.0;
 /// From a corridor's beginning to where it turns, metres.
 const LEG_M: f64 = 8.0;
@@ -160,7 +160,7 @@ impl Corridor {
         format!("{shape} {:.1} m, {placement}, {numbers}", self.width_m)
     }
 
-    /// Its shape, where its markers hang, how many there are.
+    /// Its shape, the placement of its markers, and their numbers.
     fn words(&self) -> [&'static str; 3] {
         let shape = match self.shape {
             Shape::Straight => "straight",
@@ -180,7 +180,7 @@ impl Corridor {
         [shape, placement, numbers]
     }
 
-    /// The number of the marker that is nearest to a place.
+    /// The number of the marker nearest to a place.
     pub fn marker_beside(&self, place: [f64; 2]) -> u32 {
         let distance = |marker: &Marker| (marker.at[0] - place[0]).hypot(marker.at[1] - place[1]);
         let markers = self.plan().marker;
@@ -213,7 +213,7 @@ impl Corridor {
                 vec![
                     drive("there", (near[0], 0.0, east), far, around_m, &[]),
                     drive("back", (far[0], far[1], south), near, around_m, &[]),
-                    // The robot looks at the closed end.
+                    // The robot faces the closed end.
                     drive("out of the dead end", (start_m, 0.0, west), far, corner - start_m + far[1], &[]),
                 ]
             }
@@ -273,7 +273,7 @@ impl Corridor {
         }
     }
 
-    /// Markers along every wall but those that close an end.
+    /// Markers along every wall except those that close an end.
     fn markers(&self, outline: &[[f64; 2]]) -> Vec<Marker> {
         let mut markers = Vec::new();
         for (i, [a, b]) in edges(outline).enumerate() {
@@ -285,7 +285,7 @@ impl Corridor {
             // Inside is on the left of every edge.
             let facing_deg = along[0].atan2(-along[1]).to_degrees();
             for at_m in self.places(i, length) {
-                // To the millimetre, as people would write it.
+                // Rounded to the millimetre, as people would write it.
                 let at = [0, 1].map(|axis| ((a[axis] + at_m * along[axis]) * 1e3).round() / 1e3);
                 markers.push(Marker { id: markers.len() as u32 + 1, at, facing_deg });
             }
@@ -321,7 +321,7 @@ fn edges(corners: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> {
     corners.iter().zip(next).map(|(a, b)| [*a, *b])
 }
 
-/// The middle line of the walls around a floor with right angles.
+/// The centre line of the walls around a floor with right angles.
 fn offset(outline: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let outwards: Vec<_> = edges(outline)
         .map(|[a, b]| {

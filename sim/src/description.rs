@@ -18,9 +18,9 @@ pub struct WorldDescription {
     pub outline: Vec<Segment>,
     /// The walls as solids: what the robot runs into. They may overlap.
     pub walls: Vec<Convex>,
-    /// What stands around.
+    /// The furniture.
     pub furniture: Vec<Convex>,
-    /// Who walks around.
+    /// The people walking around.
     pub people: Vec<Person>,
     /// The markers, each with a number of its own.
     #[serde(default)]
@@ -30,14 +30,14 @@ pub struct WorldDescription {
 /// How far from a face a marker may be given, metres.
 const MARKER_SLACK_M: f64 = 0.02;
 
-/// From where to where something reaches along the axes, metres.
+/// The extent of something along the axes, metres.
 pub(crate) struct Extent {
     low: [f64; 2],
     high: [f64; 2],
 }
 
 impl Extent {
-    /// Of these points; of none it meets nothing.
+    /// The extent of these points; that of no points meets nothing.
     pub(crate) fn of(points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let nothing = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
         points.into_iter().fold(nothing, |Self { low, high }, at| Self {
@@ -51,7 +51,7 @@ impl Extent {
         (0..2).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
     }
 
-    /// What is wrong with something outside the walls that reach so far.
+    /// What is wrong with something outside walls of this extent.
     pub(crate) fn outside(&self) -> String {
         let Self { low: [left, bottom], high: [right, top] } = self;
         format!("outside the walls, which reach from ({left:.2}, {bottom:.2}) to ({right:.2}, {top:.2}) m")
@@ -59,15 +59,15 @@ impl Extent {
 }
 
 impl WorldDescription {
-    /// How far the walls reach.
+    /// The extent of the walls.
     pub(crate) fn extent(&self) -> Extent {
         Extent::of(self.outline.iter().flatten().copied())
     }
 
-    /// Checks that each task's `there` reaches into the walls: nobody can be at one that does not.
+    /// Checks that each task's `there` reaches inside the walls, since otherwise it cannot be reached.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the task, the place, and how far the walls reach.
+    /// [`SimError::Value`] with the task, the place, and the extent of the walls.
     pub fn check_places(&self, tasks: &[Task]) -> Result<(), SimError> {
         let walls = self.extent();
         for (i, Task { name, there, .. }) in tasks.iter().enumerate() {
@@ -86,7 +86,7 @@ impl WorldDescription {
     /// Puts `furniture` into the world.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the piece's number and name where it has no shape, two, or none that can be.
+    /// [`SimError::Value`] with the piece's number and name if it has no shape, two shapes, or an impossible one.
     pub fn add_furniture(&mut self, furniture: &[Furniture]) -> Result<(), SimError> {
         let count = self.furniture.len() + furniture.len();
         check(count <= bounds::MOST_FURNITURE, "furniture", "at most 2000 pieces", count)?;
@@ -97,10 +97,11 @@ impl WorldDescription {
         Ok(())
     }
 
-    /// Puts `markers` on what stands there: walls and furniture come first.
+    /// Puts `markers` on walls and furniture, which must be added first.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the marker's number: one that lies inside a wall or hangs in the air, a number given twice.
+    /// [`SimError::Value`] with the marker's number: for one that is inside a wall or hangs in the air, or for a duplicate
+    /// number.
     pub fn add_markers(&mut self, markers: &[Marker]) -> Result<(), SimError> {
         let count = self.markers.len() + markers.len();
         check(count <= bounds::MOST_MARKERS, "marker", "at most 1000 markers", count)?;
@@ -188,7 +189,7 @@ fn solid(piece: &Furniture, key: &str) -> Result<Convex, SimError> {
     }
 }
 
-/// Which keys say its shape.
+/// The keys that give its shape.
 fn shape(piece: &Furniture) -> String {
     let keys = [
         ("polygon", piece.polygon.is_some()),
@@ -210,7 +211,7 @@ fn polygon(corners: &[[f64; 2]], key: String) -> Result<Convex, SimError> {
     })
 }
 
-/// Whether it is at least as long as furniture is.
+/// Whether it is at least as long as furniture may be.
 fn is_broad(polygon: &Convex) -> bool {
     let least_m = bounds::FURNITURE_SIZE_M.least;
     polygon.edges().any(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]) >= least_m)

@@ -16,15 +16,15 @@ pub enum SimError {
     Value {
         /// The key, or the place in the file.
         key: String,
-        /// What would be right.
+        /// What was expected.
         expected: &'static str,
-        /// What stands there.
+        /// What was found.
         found: String,
     },
-    /// No TOML, a key that is not known, a value of the wrong type.
+    /// Not TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// No YAML, a key that is missing, a value of the wrong type.
+    /// Not YAML, a missing key, or a value of the wrong type.
     #[error("{0}")]
     Yaml(String),
     /// Not a picture that can be read.
@@ -33,10 +33,10 @@ pub enum SimError {
     /// Dots, or a picture of them.
     #[error("{0}")]
     Dots(#[from] sketchnav_dots::DotsError),
-    /// A robot file that does not hold.
+    /// An invalid robot file.
     #[error("{0}")]
     Robot(#[from] RobotError),
-    /// A mission file that does not hold.
+    /// An invalid mission file.
     #[error("{0}")]
     Mission(#[from] MissionError),
     /// A file that cannot be opened or read.
@@ -53,9 +53,9 @@ pub enum SimError {
         y_m: f64,
         /// The robot's radius.
         needed_m: f64,
-        /// What stands there.
+        /// What is in the way.
         kind: BodyKind,
-        /// How far from the robot's centre; 0 where the centre lies inside.
+        /// Its distance from the robot's centre; 0 if the centre is inside it.
         distance_m: f64,
     },
     /// One of the above, in a file.
@@ -76,7 +76,7 @@ impl SimError {
     }
 }
 
-/// `Ok` where `holds`, else what was expected of `key`.
+/// `Ok` if `holds`, otherwise an error with what was expected of `key`.
 pub(crate) fn check(
     holds: bool,
     key: impl Into<String>,
@@ -90,7 +90,7 @@ pub(crate) fn check(
     }
 }
 
-/// `Ok` where all of `values` lie within `bound`; the error shows the first that does not.
+/// `Ok` if all of `values` are within `bound`; the error shows the first that is not.
 pub(crate) fn check_within(key: impl Into<String>, bound: Bound, values: &[f64]) -> Result<(), SimError> {
     let wrong = values.iter().find(|value| !bound.holds(**value));
     wrong.map_or(Ok(()), |value| {
@@ -98,7 +98,7 @@ pub(crate) fn check_within(key: impl Into<String>, bound: Bound, values: &[f64])
     })
 }
 
-/// That a robot's start lies within bounds, in any world.
+/// Checks that a robot's start is within bounds, in any world.
 pub(crate) fn check_start(start: &Pose<World>) -> Result<(), SimError> {
     check_within("start", bounds::COORDINATE_M, &[start.x, start.y])?;
     check_within("start heading", bounds::ANGLE_DEG, &[start.yaw_rad.to_degrees()])

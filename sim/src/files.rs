@@ -13,7 +13,7 @@ use crate::plane_file::{PlaneDescription, PlaneFile};
 use crate::ros_map::{MapInfo, OccupancyMap};
 use crate::{floor_plan, robots};
 
-/// The world that a mission names, with its files on disk; paths are taken as they are.
+/// The world that a mission names, with its files on disk; paths are used as they are.
 ///
 /// # Errors
 /// As [`world_in`].
@@ -42,7 +42,7 @@ pub fn world_in(files: &dyn Files, source: &WorldSource) -> Result<WorldDescript
     Ok(world)
 }
 
-/// A floor plan of the project's own form.
+/// A floor plan in the project's own format.
 ///
 /// # Errors
 /// [`SimError::InFile`].
@@ -94,7 +94,7 @@ fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, SimE
     picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))
 }
 
-/// The picture that the YAML of a map names, where it is one.
+/// The picture that the YAML of a map names, if it is one.
 pub fn picture_of(map: &Path) -> Option<PathBuf> {
     let yaml = sketchnav_files::read_to_string(map, MAP).ok()?;
     Some(map.with_file_name(MapInfo::parse(&yaml).ok()?.image))

@@ -1,5 +1,5 @@
-//! The floor: physics, people, a robot that follows its drive, and its sensors. Commands in, an instant of
-//! motion, readings out. The first form of [`Simulation`].
+//! The floor: physics, people, a robot that follows its drive, and its sensors. It takes a command, moves for an instant and
+//! yields readings. It is the first form of [`Simulation`].
 //!
 //! It never reads a clock and never sets the pace: the caller of [`Simulation::step`] does.
 
@@ -27,7 +27,7 @@ use crate::sensors::sonar::SonarRing;
 use crate::sensors::{Disc, Scene, Schedule};
 use crate::simulation::{COMMAND_LIMIT_NS, Senses, Simulation};
 
-/// Physics steps a second, at least.
+/// Least physics steps per second.
 const PHYSICS_HZ: f64 = 100.0;
 const STOP: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
 
@@ -55,7 +55,7 @@ pub struct Floor {
     substeps: u32,
 }
 
-/// What of the robot's file its motion needs.
+/// The part of the robot's file that its motion needs.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Body {
     radius_m: f64,
@@ -79,7 +79,7 @@ struct Reading {
     moment: usize,
 }
 
-/// What a ranging sensor has to know of the moment at which it reads.
+/// What a ranging sensor needs to know about the moment at which it reads.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Moment {
     stamp_ns: u64,
@@ -95,12 +95,12 @@ struct Held {
     stamp_ns: u64,
 }
 
-/// What is known of the contact with a body.
+/// What is known about the contact with a body.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Touch {
     /// Whether the robot touched the body during the last step.
     now: bool,
-    /// Whether the begin of the contact has been reported and its end not.
+    /// Whether the beginning of the contact has been reported but not its end.
     reported: bool,
     place: [f64; 2],
     impulse_ns: f64,
@@ -113,7 +113,7 @@ struct Event {
     touch: Touch,
 }
 
-/// Outside the outermost walls there is nothing to be seen, and nowhere to go.
+/// Checks that the start is within the walls: outside, there is nothing to see and nowhere to go.
 fn check_within_walls(start: &Pose<World>, extent: &Extent) -> Result<(), SimError> {
     if extent.meets(&Extent::of([[start.x, start.y]])) {
         return Ok(());
@@ -122,7 +122,7 @@ fn check_within_walls(start: &Pose<World>, extent: &Extent) -> Result<(), SimErr
     Err(SimError::Value { key: "start.world".into(), expected: "a place within the walls", found })
 }
 
-/// Keys for what only a plane of dots has.
+/// Refuses sensors for what only a plane of dots has.
 fn check_sensors(robot: &Robot) -> Result<(), SimError> {
     for (key, is_there) in [("view", robot.view.is_some()), ("motion_noise", robot.motion_noise.is_some())] {
         let expected = "a robot without that table on a floor: a plane of dots alone has it";
@@ -136,7 +136,7 @@ impl<S> Sensor<S> {
         Self { model, schedule, readings: Vec::with_capacity(capacity) }
     }
 
-    /// Whether the sensor reads after so many physics steps.
+    /// Whether the sensor reads after this many physics steps.
     fn takes(&mut self, physics_steps: u64, moment: usize) -> bool {
         let number = self.schedule.take(physics_steps);
         self.readings.extend(number.map(|number| Reading { number, moment }));
@@ -148,7 +148,7 @@ impl Floor {
     /// A floor on which the robot stands at `start`, at time 0; its sensors have read once.
     ///
     /// # Errors
-    /// [`SimError::Start`] where the robot does not fit there; [`SimError::Robot`] for a robot that no file was read for.
+    /// [`SimError::Start`] if the robot does not fit there; [`SimError::Robot`] for a robot that no file was read for.
     pub fn new(
         description: WorldDescription,
         robot: &Robot,
@@ -217,7 +217,7 @@ impl Floor {
         Ok(floor)
     }
 
-    /// Has each sensor read whose time has come after so many physics steps since the start.
+    /// Reads each sensor whose time has come after this many physics steps since the start.
     fn read(&mut self, physics_steps: u64, stamp_ns: u64) {
         let (robot, moment) = (self.robot_pose(), self.moment_count);
         let by_laser = self.laser.as_mut().is_some_and(|laser| laser.takes(physics_steps, moment));
@@ -245,7 +245,7 @@ impl Floor {
         self.odometry.iter_mut().for_each(|(_, odometer)| odometer.clear());
     }
 
-    /// What a ranging sensor found, and when.
+    /// The scene that a ranging sensor saw, and when.
     fn scene(&self, reading: &Reading) -> (u64, Scene<'_>) {
         let Moment { stamp_ns, robot, people } = &self.moments[reading.moment];
         (*stamp_ns, Scene { robot: *robot, faces: &self.faces, people })
@@ -280,8 +280,8 @@ impl Floor {
         self.body.slip.map_or(commanded, |slip| slip.motion(&commanded))
     }
 
-    /// A contact begins with the first step that saw it and ends with the first that did not. What comes and goes
-    /// within a step is one contact. More events than a step can hold wait for the next.
+    /// A contact begins with the first step that saw it and ends with the first that did not. What comes and goes within a step
+    /// is a single contact. Events beyond what a step can hold wait for the next.
     fn collect_events(&mut self) {
         self.events.clear();
         for (body, touch) in self.touches.iter_mut().enumerate() {
@@ -327,12 +327,12 @@ impl Floor {
         &self.outline
     }
 
-    /// What stands around.
+    /// The furniture.
     pub fn furniture(&self) -> &[Convex] {
         &self.furniture
     }
 
-    /// Who walks around: place in metres and radius.
+    /// The people walking around: place and radius, metres.
     pub fn people(&self) -> impl ExactSizeIterator<Item = Disc> + '_ {
         self.people.iter().map(Walker::disc)
     }
@@ -342,7 +342,7 @@ impl Simulation for Floor {
     fn step(&mut self, command: Option<&VelocityCommand>) {
         if let Some(command) = command {
             let Twist { vx_mps, vy_mps, yaw_rate_radps } = command.twist;
-            // A stamp of the future would never grow old.
+            // A stamp in the future would never become too old.
             let stamp_ns = command.header.stamp_ns.min(self.stamp_ns());
             self.command = Some(Held { velocity: [vx_mps, vy_mps, yaw_rate_radps], stamp_ns });
         }
@@ -398,7 +398,7 @@ impl Simulation for Floor {
     }
 }
 
-/// A sensor's readings since the instant before, oldest first; none of a sensor that the robot lacks.
+/// A sensor's readings since the previous instant, oldest first; none if the robot lacks the sensor.
 fn readings<S>(sensor: &Option<Sensor<S>>) -> impl Iterator<Item = (&S, &Reading)> {
     sensor
         .iter()
@@ -420,8 +420,7 @@ impl Touch {
     }
 }
 
-/// Physics steps an instant: often enough that the robot never moves far within one, and that no sensor reads
-/// twice.
+/// Physics steps per instant: enough that the robot never moves far within one and that no sensor reads twice.
 fn substeps(robot: &Robot, period_s: f64) -> u32 {
     let by_rate = PHYSICS_HZ * period_s;
     let by_speed = 4.0 * robot.limits.speed_mps * period_s / robot.radius_m;

@@ -1,7 +1,7 @@
-//! Vector floor plans: walls of a thickness along their centre lines, gaps where doors are.
+//! Vector floor plans: walls with a thickness along their centre lines, and gaps for doors.
 //!
-//! A wall reaches half its thickness beyond its ends, so that walls which meet at a point close the
-//! corner. It ends flush at a door.
+//! A wall extends half its thickness beyond its ends, so that walls which meet at a point close the corner. At a door it ends
+//! flush.
 
 use sketchnav_schemas::bounds;
 use sketchnav_schemas::floor_plan::{FloorPlan, Segment, Wall, direction};
@@ -21,7 +21,7 @@ pub fn parse(text: &str) -> Result<WorldDescription, SimError> {
 /// Builds a floor plan.
 ///
 /// # Errors
-/// [`SimError::Value`]: a wall of one point, a door beside every wall, furniture without a shape …
+/// [`SimError::Value`]: a wall of one point, a door in no wall, furniture without a shape …
 pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
     check_plan(plan)?;
     let mut world = WorldDescription { name: plan.name.clone(), ..Default::default() };
@@ -38,7 +38,7 @@ pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
     Ok(world)
 }
 
-/// The walls' middle lines between the doors, as one would draw them: metres, frame `World`.
+/// The walls' centre lines between the doors, as a person would draw them: metres, frame `World`.
 ///
 /// # Errors
 /// As [`describe`].
@@ -46,7 +46,7 @@ pub fn middle_lines(plan: &FloorPlan) -> Result<Vec<Segment>, SimError> {
     check_plan(plan)?;
     let lines: Vec<Segment> = plan.wall.iter().flat_map(Wall::lines).collect();
     check_doors(plan, &lines)?;
-    // Counted before they are made: they may be millions.
+    // Counted before they are made, since there may be millions.
     let mut count = 0;
     for line in &lines {
         count += plan.stretches(line, 0.0).len();
@@ -165,8 +165,8 @@ mod tests {
         }
     }
 
-    /// Walls at 1e308 m and furniture at 1e39 m are infinitely far away in single precision. A table of 1e-30 m is a
-    /// point there, and the physics panicked.
+    /// In single precision, walls at 1e308 m and furniture at 1e39 m are infinitely far away, and a table of 1e-30 m is a
+    /// point: the physics panicked.
     #[test]
     fn what_is_beyond_any_building_is_refused_by_its_number() {
         let cases = [
@@ -204,7 +204,7 @@ mod tests {
             let error = parse(&plan(extra)).unwrap_err().to_string();
             assert!(error.contains(message), "{error}");
         }
-        // Corners that are the same but for rounding were a wall without a direction.
+        // Corners that are the same except for rounding made a wall without a direction.
         let near = parse(&plan("[[wall]]\npoints=[[1,1],[1,1.0000000000000002],[1e-200,1e-200],[0,0]]\n"));
         assert!(near.unwrap().outline.as_flattened().as_flattened().iter().all(|v| v.is_finite()));
     }
@@ -236,7 +236,7 @@ mod tests {
         }
     }
 
-    /// 2000 walls on one line with 1000 doors became two million pieces, which took 11 GB and minutes.
+    /// 2000 walls on one line with 1000 doors became two million pieces, which took 11 GB and several minutes.
     #[test]
     fn walls_and_doors_do_not_multiply_without_end() {
         let walls = "[[wall]]\npoints=[[0,1],[4,1]]\n".repeat(90);
@@ -255,7 +255,7 @@ mod tests {
 
         use super::*;
 
-        /// Numbers as people write them, and numbers as they come by mistake.
+        /// Numbers as people write them, and numbers as they occur by mistake.
         fn number() -> impl Strategy<Value = f64> {
             prop_oneof![4 => -10.0..10.0_f64, 1 => any::<f64>(), 1 => Just(1e39), 1 => Just(1e-30), 1 => Just(0.0)]
         }

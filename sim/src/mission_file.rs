@@ -1,4 +1,4 @@
-//! Opens a mission file and finds what it names.
+//! Opens a mission file and finds the files that it names.
 
 use std::path::Path;
 
@@ -60,8 +60,8 @@ mod tests {
         assert!(error.contains("m.toml") && error.contains("world.floor_plan"), "{error}");
     }
 
-    /// Files of 8 GB that hold nothing, and text in which a list is as long as the memory, were read whole and then
-    /// parsed. Whatever a mission names is refused by its size, with the limit.
+    /// Empty files of 8 GB, and text with a list as long as the memory, were read completely and then parsed. Now whatever a
+    /// mission names is refused by its size, with the limit.
     #[test]
     fn every_file_of_a_mission_has_a_limit() {
         let folder = tempfile::tempdir().unwrap();

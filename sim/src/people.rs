@@ -1,5 +1,5 @@
-//! People: discs that walk along their waypoints, there and back again. They stay a while at each, and wait for a
-//! robot that is in the way.
+//! People: discs that walk along their waypoints, there and back again. They stay a while at each, and wait for a robot that is
+//! in the way.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -21,13 +21,13 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// At the first waypoint of `person`, who has at least one, at the beginning of the stay there.
+    /// A walker at the first waypoint of `person`, who must have at least one, at the beginning of the stay there.
     pub fn new(person: &Person) -> Self {
         let at = person.waypoints[0].into();
         Self { at, next: 0, backwards: false, pause_left_s: person.pause_s, person: person.clone() }
     }
 
-    /// Where the person stands, metres, frame `World`.
+    /// Where the person is, metres, frame `World`.
     pub fn position(&self) -> Vector2<f64> {
         self.at
     }
@@ -37,7 +37,7 @@ impl Walker {
         (self.at.into(), self.person.radius_m)
     }
 
-    /// Goes on for `dt_s`; `robot` is in the way where a step leads nearer to it than a person likes.
+    /// Walks on for `dt_s`; `robot` is in the way if a step leads nearer to it than a person likes.
     pub fn step(&mut self, dt_s: f64, robot: Vector2<f64>, robot_radius_m: f64) {
         if self.pause_left_s > 0.0 {
             self.pause_left_s -= dt_s;

@@ -1,8 +1,8 @@
 //! The rigid bodies: rapier2d with the robot as a dynamic disc or rectangle, people as kinematic discs, walls and
-//! furniture fixed. Seen from above, so there is no gravity.
+//! furniture fixed. The world is seen from above, so there is no gravity.
 //!
-//! Contacts are counted by body: the building with all of its walls is one, each piece of furniture
-//! and each person another. A contact is what the solver answers with an impulse.
+//! Contacts are counted by body: the building with all its walls is one, and so is each piece of furniture and each person. A
+//! contact is one to which the solver responds with an impulse.
 
 use nalgebra::Vector2;
 use rapier2d::parry::query;
@@ -18,7 +18,7 @@ use crate::error::SimError;
 
 /// Friction of bodies that rub along each other.
 const FRICTION: f32 = 0.2;
-/// Half the thickness of what is too thin to have an inside in f32.
+/// Half the thickness given to what is too thin to have an interior in f32.
 const SLIVER_RADIUS_M: f32 = 5e-4;
 
 /// The bodies of a world.
@@ -42,7 +42,7 @@ pub struct Touching {
     pub impulse_ns: f64,
 }
 
-/// A pose in rapier's numbers, whose precision is the truth's.
+/// A pose in rapier's numbers, whose precision is that of the truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruePose {
     /// Metres, frame `World`.
@@ -52,10 +52,10 @@ pub struct TruePose {
 }
 
 impl Physics {
-    /// Puts everything into its place; the robot stands at `start`.
+    /// Puts everything in its place, with the robot at `start`.
     ///
     /// # Errors
-    /// [`SimError::Start`] where the robot does not fit there.
+    /// [`SimError::Start`] if the robot does not fit there.
     pub fn new(
         world: &WorldDescription,
         robot: &Robot,
@@ -65,7 +65,7 @@ impl Physics {
         let mut rapier = PhysicsWorld::new();
         rapier.gravity = Vector::ZERO;
         rapier.integration_parameters.dt = dt_s as f32;
-        // Touches are read off the contacts, so no contact may be older than its step.
+        // Touches are derived from the contacts, so no contact may be older than its step.
         rapier.integration_parameters.contact_recycling = false;
         for solid in &world.walls {
             rapier.insert_collider(fixed(solid, 0), None);
@@ -97,7 +97,7 @@ impl Physics {
         1 + self.furniture_count + self.people.len()
     }
 
-    /// What kind the body with that number is.
+    /// The kind of the body with that number.
     pub fn kind(&self, body: usize) -> BodyKind {
         kind(body, self.furniture_count)
     }
@@ -114,7 +114,7 @@ impl Physics {
         Velocity { linear: vector2(body.linvel()), angular: f64::from(body.angvel()) }
     }
 
-    /// Gives the robot the velocity that its drive wants; contacts may take it away again.
+    /// Gives the robot the velocity that its drive wants, which contacts may reduce.
     pub fn set_robot_velocity(&mut self, velocity: Velocity) {
         let body = &mut self.rapier.bodies[self.robot];
         body.set_linvel(vector(velocity.linear), true);
@@ -190,25 +190,25 @@ fn check_start(
     })
 }
 
-/// Whether the robot's footprint at `start` and something that stands overlap.
+/// Whether the robot's footprint at `start` overlaps something.
 fn overlaps(robot: &Robot, start: TruePose, collider: &Collider) -> bool {
     let pose = Pose::new(vector(start.at), start.yaw_rad as f32);
     let footprint = of_robot(robot).build();
-    // Two shapes that parry cannot compare do not exist here: all are convex.
+    // All shapes here are convex, so there are none that parry cannot compare.
     query::intersection_test(&pose, footprint.shape(), collider.position(), collider.shape())
         .map_or(true, |found| found.intersecting)
 }
 
 fn fixed(solid: &Convex, body: usize) -> ColliderBuilder {
     let corners: Vec<_> = solid.corners().iter().map(|c| vector((*c).into())).collect();
-    // Corners that are one in f32 make no edge; what is left may be a sliver that has no inside there.
+    // Corners that coincide in f32 make no edge; what is left may be a sliver without an interior.
     let shape = SharedShape::convex_polyline(corners.clone())
         .or_else(|| SharedShape::convex_polyline(distinct(&corners)))
         .unwrap_or_else(|| sliver(&corners));
     ColliderBuilder::new(shape).friction(FRICTION).user_data(body as u128)
 }
 
-/// The corners without those that repeat the one before.
+/// The corners without consecutive duplicates.
 fn distinct(corners: &[Vector]) -> Vec<Vector> {
     let mut distinct = corners.to_vec();
     distinct.dedup();
@@ -255,8 +255,8 @@ fn vector2(v: Vector) -> Vector2<f64> {
 mod tests {
     use super::*;
 
-    /// Ten kilometres from the origin, two corners a tenth of a millimetre apart are one in f32. A wall of a
-    /// millimetre has no inside there. `parry` panics where it is to find the hull of points that are all one.
+    /// Ten kilometres from the origin, two corners a tenth of a millimetre apart coincide in f32, and a wall of a millimetre
+    /// has no interior. `parry` panics if it has to find the hull of points that all coincide.
     #[test]
     fn what_has_no_inside_in_single_precision_is_a_line() {
         let far = 9_999.0;

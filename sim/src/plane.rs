@@ -1,9 +1,9 @@
 //! The plane of dots: a helicopter moves over it in x and y and sees a small window (Park and Kender 1995, 3.1). The second
 //! form of [`Simulation`].
 //!
-//! It has no walls, so nothing touches anything. The helicopter follows its commands as fast as its limits let it, and
-//! strays. Its position and heading have random errors that grow with the square root of the way. It has neither
-//! odometer nor compass, and it never turns on purpose.
+//! It has no walls, so nothing touches anything. The helicopter follows its commands as fast as its limits allow, and strays:
+//! its position and heading have random errors that grow with the square root of the distance. It has neither odometer nor
+//! compass, and never turns on purpose.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -23,7 +23,7 @@ use crate::sensors::Schedule;
 use crate::sensors::dots::DownCamera;
 use crate::simulation::{COMMAND_LIMIT_NS, Senses, Simulation};
 
-/// Steps of motion a second, at least.
+/// Least steps of motion per second.
 const MOTION_HZ: f64 = 100.0;
 
 /// A plane of dots and a helicopter over it; its whole state can be stored and restored with serde.
@@ -47,10 +47,10 @@ pub struct DotPlane {
 }
 
 impl DotPlane {
-    /// A plane over which the robot hovers at `start`, at time 0; its camera has looked once.
+    /// A plane over which the robot hovers at `start`, at time 0; its camera has taken one view.
     ///
     /// # Errors
-    /// [`SimError::Value`] where the robot has a sensor that a plane has nothing for; [`SimError::Robot`].
+    /// [`SimError::Value`] if the robot has a sensor that is of no use over a plane; [`SimError::Robot`].
     pub fn new(
         description: PlaneDescription,
         robot: &Robot,
@@ -111,7 +111,7 @@ impl DotPlane {
         }
     }
 
-    /// Moves, and errs.
+    /// Moves, with random errors.
     fn stray(&mut self, way: Vector2<f64>) {
         let [x, y, turn] = [(); 3].map(|()| self.stream.sample::<f64, _>(StandardNormal));
         let spread = way.norm().sqrt();
@@ -122,7 +122,7 @@ impl DotPlane {
     }
 }
 
-/// Sensors for what a plane of dots does not have.
+/// Refuses sensors for what a plane of dots does not have.
 fn check_sensors(robot: &Robot) -> Result<(), SimError> {
     for (key, is_there) in [
         ("laser", robot.laser.is_some()),

@@ -24,7 +24,7 @@ use crate::error::{SimError, check, check_within};
 pub struct PlaneDescription {
     /// Name, for people.
     pub name: String,
-    /// Where the dots are, metres, frame `World`. No two lie in one place.
+    /// Where the dots are, metres, frame `World`. No two are at the same place.
     pub dots: Vec<[f64; 2]>,
 }
 
@@ -63,9 +63,9 @@ struct Clustered {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PictureSource {
-    /// Its file, beside the plane's.
+    /// Its file, in the folder of the plane's file.
     pub file: String,
-    /// Pixels a metre.
+    /// Pixels per metre.
     pub pixels_per_m: f64,
 }
 
@@ -73,7 +73,7 @@ impl PlaneFile {
     /// Reads a plane file.
     ///
     /// # Errors
-    /// [`SimError::Toml`]; [`SimError::Value`] where it has no source of dots, or several.
+    /// [`SimError::Toml`]; [`SimError::Value`] if it has no source of dots, or several.
     pub fn parse(text: &str) -> Result<Self, SimError> {
         let file: Self = toml::from_str(text)?;
         let sources =
@@ -83,15 +83,15 @@ impl PlaneFile {
         Ok(file)
     }
 
-    /// The picture that it names, where it does.
+    /// The picture that it names, if any.
     pub fn picture(&self) -> Option<&PictureSource> {
         self.picture.as_ref()
     }
 
-    /// The plane that it describes; `picture` is what lies in the file that it names.
+    /// The plane that it describes; `picture` is the content of the file that it names.
     ///
     /// # Errors
-    /// [`SimError`] with the key: too many dots or none, a number out of its bounds, two dots in one place.
+    /// [`SimError`] with the key: too many dots or none, a number out of its bounds, two dots at the same place.
     pub fn describe(&self, picture: &[u8]) -> Result<PlaneDescription, SimError> {
         let dots = self.places(picture)?;
         let most = bounds::MOST_PLANE_DOTS;
@@ -127,7 +127,7 @@ impl PlaneFile {
         if let Some(PictureSource { pixels_per_m, .. }) = self.picture {
             check_within("picture.pixels_per_m", bounds::PICTURE_PXPM, &[pixels_per_m])?;
             let Reading { spots, height, .. } = picture::read(bytes)?;
-            // Frames, letters and dirt are no dots: from straight above, all dots are alike.
+            // Frames, letters and dirt are not dots: from straight above, all dots are alike.
             let (dots, _) = alike(spots, |_| 1.0);
             let place = |[x, y]: [f64; 2]| [x / pixels_per_m, (f64::from(height) - y) / pixels_per_m];
             return Ok(dots.iter().map(|dot| place(dot.at)).collect());
@@ -171,12 +171,12 @@ mod tests {
                 "clustered = { dots = 10, side_m = 1.0, clusters = 0, spread_m = 0.1, seed = 1 }",
                 "clustered.clusters: expected 1 to 20000 clusters, found 0",
             ),
-            // So many centres did not fit into memory.
+            // This many centres did not fit into memory.
             (
                 "clustered = { dots = 10, side_m = 1.0, clusters = 9000000000000000000, spread_m = 0.1, seed = 1 }",
                 "clustered.clusters: expected 1 to 20000 clusters",
             ),
-            // Without a spread every dot of a centre lies in one place, and drawing anew never ended.
+            // Without a spread every dot of a centre is at the same place, and drawing again never ended.
             (
                 "clustered = { dots = 10, side_m = 1.0, clusters = 1, spread_m = 1e-300, seed = 1 }",
                 "clustered.spread_m: expected 0.001 m to side_m",

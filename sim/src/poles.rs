@@ -1,5 +1,5 @@
-//! Fields of poles: upright cylinders, all alike, at random places, wide apart from any wall. For directions on land (Park and
-//! Kender 1995, 8).
+//! Fields of poles: upright cylinders, all alike, at random places, far from any wall. They are for directions on land (Park
+//! and Kender 1995, 8).
 
 use rand::RngExt;
 use sketchnav_schemas::floor_plan::{FloorPlan, Furniture, Wall};
@@ -13,7 +13,7 @@ pub const SIDE_M: f64 = 36.0;
 pub const POLES: usize = 100;
 /// The least distance of two poles, metres: a robot passes between them.
 const APART_M: f64 = 1.6;
-/// From the field to the walls around it, metres: further than a robot sees.
+/// From the field to the walls around it, metres: farther than a robot sees.
 const AROUND_M: f64 = 15.0;
 
 /// The poles of a field by its number, the one nearest to the south-west corner first.
@@ -34,7 +34,7 @@ fn to_centimetres(at_m: f64) -> f64 {
     (at_m * 100.0).round() / 100.0
 }
 
-/// Poles as they stand on a floor.
+/// Poles as furniture on a floor.
 pub fn furniture(poles: &[[f64; 2]]) -> Vec<Furniture> {
     let stand = |&center: &[f64; 2]| Furniture {
         name: "pole".to_owned(),

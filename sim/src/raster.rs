@@ -1,6 +1,6 @@
 //! Solid cells of a grid as few line segments and few rectangles. Cells, origin lower left, y up.
 
-/// How deep below the surface, in cells, a solid has to be filled with rectangles.
+/// How deep below its surface a solid has to be filled with rectangles, cells.
 const DEPTH: i64 = 2;
 
 /// Which cells are solid, row by row from the bottom up. Beyond the grid everything is solid.
@@ -18,14 +18,14 @@ pub struct CellBox {
     pub x0: i64,
     /// First row.
     pub y0: i64,
-    /// Behind the last column.
+    /// One past the last column.
     pub x1: i64,
-    /// Behind the last row.
+    /// One past the last row.
     pub y1: i64,
 }
 
 impl Raster {
-    /// `solid` has `width` × `height` cells; `None` where it has another number of them.
+    /// `solid` has `width` × `height` cells; `None` if it has another number of them.
     pub fn new(width: usize, height: usize, solid: Vec<bool>) -> Option<Self> {
         (solid.len() == width * height).then_some(Self { width, height, solid })
     }
@@ -56,9 +56,9 @@ impl Raster {
         segments
     }
 
-    /// Rectangles, which may overlap. They cover solid cells alone, and every solid cell within two cells of a free
-    /// one, also in the ring of cells around the grid. Each is as large as it can get: wide first where the run of
-    /// cells is wider than high, else high first. `None` where they are more than `most`.
+    /// Rectangles, which may overlap. They cover only solid cells, and every solid cell within two cells of a free one,
+    /// including those in the ring of cells around the grid. Each is as large as possible: wide first if the run of cells is
+    /// wider than high, otherwise high first. `None` if there are more than `most`.
     pub fn boxes(&self, most: usize) -> Option<Vec<CellBox>> {
         let mut covered = vec![false; (self.width + 2) * (self.height + 2)];
         let index = |x: i64, y: i64| (y + 1) as usize * (self.width + 2) + (x + 1) as usize;
@@ -150,7 +150,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-        /// From the solid ring outside, every segment crossed changes between solid and free.
+        /// Starting from the solid ring outside, every segment crossed changes between solid and free.
         #[test]
         fn the_outline_encloses_exactly_the_solid_cells(raster in raster()) {
             let outline = raster.outline();

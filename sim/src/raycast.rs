@@ -1,10 +1,10 @@
-//! What a ray hits first: parry's ray casts against the faces of everything that stands, in one
-//! bounding volume tree, and against discs that move. Metres, frame `World`.
+//! What a ray hits first: parry's ray casts against the faces of everything static, in one bounding volume tree, and against
+//! moving discs. Metres, frame `World`.
 //!
-//! Rapier's own query pipeline goes through its colliders, solid by solid. For the same rays it takes two to three
-//! times as long (`benches/world.rs` measures both). A range is right to two millimetres even where a ray grazes a
-//! wall: parry counts in single precision. [`sweep`] casts a whole scan at once, to the same bits; [`cone`] finds the
-//! nearest point in a cone.
+//! Rapier's own query pipeline goes through its colliders, solid by solid, and takes two to three times as long for the same
+//! rays (`benches/world.rs` measures both). Although parry computes in single precision, a range is right to two millimetres
+//! even if a ray grazes a wall. [`sweep`] casts a whole scan at once, to the same bits; [`cone`] finds the nearest point in a
+//! cone.
 
 pub mod cone;
 pub mod sweep;
@@ -20,18 +20,18 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::convex::Segment;
 
-/// How far faces reach beyond their ends: parry lets a ray through exactly where two faces meet.
+/// How far faces extend beyond their ends, because parry lets a ray through exactly where two faces meet.
 const OVERLAP_M: f64 = 2e-5;
 
 /// Side of the square in which faces are near each other, metres.
 const BLOCK_M: f64 = 2.0;
 
-/// The faces of everything that stands.
+/// The faces of everything static.
 #[derive(Clone)]
 pub struct Faces {
     segments: Vec<Segment>,
     tree: Polyline,
-    /// The segments once more, block by block.
+    /// The segments again, block by block.
     pieces: Vec<Piece>,
     blocks: Vec<Block>,
 }
@@ -65,7 +65,7 @@ impl Faces {
     }
 
     /// How far a ray from `from` goes along `direction` (a unit vector) until it hits a face; `None`
-    /// where there is none within `max_m`.
+    /// if there is none within `max_m`.
     pub fn cast(&self, from: Vector2<f64>, direction: Vector2<f64>, max_m: f64) -> Option<f64> {
         let ray = Ray::new(vector(from), vector(direction));
         self.tree.cast_local_ray(&ray, max_m as Real, true).map(f64::from)
@@ -100,7 +100,7 @@ fn blocks(pieces: &mut [Piece]) -> Vec<Block> {
     blocks
 }
 
-/// Only the segments are stored: the tree follows from them.
+/// Only the segments are stored, since the tree follows from them.
 impl Serialize for Faces {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.segments.serialize(serializer)
@@ -127,7 +127,7 @@ fn lengthened([a, b]: &Segment) -> [Vector2<f64>; 2] {
     [a - hair, b + hair]
 }
 
-/// How far the ray goes until it meets a disc; `None` where there is none within `max_m`, 0 where it
+/// How far the ray goes until it meets a disc; `None` if there is none within `max_m`, 0 if it
 /// starts inside.
 pub fn cast_disc(
     center: Vector2<f64>,
@@ -164,7 +164,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 5000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
-        /// Straight into a corner, too, where two walls meet at one point.
+        /// Even straight into a corner, where two walls meet at one point.
         #[test]
         fn no_ray_slips_out_of_a_closed_room(x in -2.4..2.4, y in -2.4..2.4, corner in 0..4_usize, off in -1e-6..1e-6) {
             let from = Vector2::new(x, y);

@@ -13,10 +13,10 @@ const ROBOTS: [(&str, &str); 7] = [
     ("youbot-markers", include_str!("../robots/youbot-markers.toml")),
 ];
 
-/// The robot of that name; `None` where none is called so.
+/// The robot of that name; `None` if there is none.
 ///
 /// # Errors
-/// [`RobotError`] where the file that ships does not hold (a test shows that all do).
+/// [`RobotError`] if the file that ships is invalid (a test shows that none is).
 pub fn find(name: &str) -> Result<Option<Robot>, RobotError> {
     let file = ROBOTS.iter().find(|(known, _)| *known == name);
     file.map(|(_, text)| Robot::parse(text)).transpose()

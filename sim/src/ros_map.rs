@@ -1,11 +1,11 @@
-//! Maps of ROS's map_server: a YAML beside a picture.
+//! Maps of ROS's map_server: a YAML file next to a picture.
 //!
-//! The occupancy of a cell of grey value v is p = (255 − v)/255, or v/255 where `negate` is set. It is occupied above
-//! `occupied_thresh`, free below `free_thresh`, and unknown between (mode `trinary`). **Whatever is not free is solid
-//! here**: nobody knows that one could drive through an unknown cell, and people draw furniture with grey outlines.
-//! Beyond the picture everything is solid. What is drawn so lightly that the map calls it free (the inside of a
-//! cupboard, the thin legs of a chair) stays free. A grey outline still keeps the robot and the laser out of it. A
-//! lower `free_thresh` in the YAML makes it solid.
+//! The occupancy of a cell of grey value v is p = (255 − v)/255, or v/255 if `negate` is set. It is occupied above
+//! `occupied_thresh`, free below `free_thresh`, and unknown in between (mode `trinary`). **Whatever is not free is solid
+//! here**: it is not known whether the robot could drive through an unknown cell, and people draw furniture with grey outlines.
+//! Outside the picture everything is solid. What is drawn so lightly that the map calls it free (the inside of a cupboard, the
+//! thin legs of a chair) stays free, but a grey outline still keeps the robot and the laser out of it. A lower `free_thresh` in
+//! the YAML makes it solid.
 
 use std::io::Cursor;
 
@@ -19,7 +19,7 @@ use crate::description::WorldDescription;
 use crate::error::{SimError, check, check_within};
 use crate::raster::{CellBox, Raster};
 
-/// A map that is turned by less is not turned: over 100 m it would lie a centimetre aside.
+/// A map turned by less than this counts as not turned: over 100 m that is a centimetre.
 const LEAST_YAW_RAD: f64 = 1e-4;
 
 /// The YAML of a map. Unknown keys are ignored.
@@ -27,18 +27,18 @@ const LEAST_YAW_RAD: f64 = 1e-4;
 pub struct MapInfo {
     /// Path of the picture, relative to the YAML.
     pub image: String,
-    /// Metres a pixel.
+    /// Metres per pixel.
     pub resolution: f64,
     /// Place of the lower left corner of the lower left pixel: x and y in metres, yaw in radians.
     pub origin: [f64; 3],
-    /// Whether light is occupied and dark free.
+    /// Whether light cells are occupied and dark ones free.
     #[serde(default)]
     pub negate: Negate,
     /// Above this a cell is occupied.
     pub occupied_thresh: f64,
     /// Below this a cell is free.
     pub free_thresh: f64,
-    /// How pixels are read: `trinary` alone.
+    /// How pixels are read; only `trinary` is accepted.
     #[serde(default = "trinary")]
     pub mode: String,
 }
@@ -52,7 +52,7 @@ fn trinary() -> String {
 #[serde(try_from = "Written")]
 pub struct Negate(bool);
 
-/// What stands in a YAML in a place of one value.
+/// A single value in a YAML file.
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Written {
@@ -80,7 +80,7 @@ impl TryFrom<Written> for Negate {
     }
 }
 
-/// A map: which cells are solid, and where they lie.
+/// A map: which cells are solid, and where they are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OccupancyMap {
     raster: Raster,
@@ -124,11 +124,11 @@ impl MapInfo {
 }
 
 impl OccupancyMap {
-    /// Decodes the picture: PGM or PNG. The mean of red, green and blue counts; where the picture is transparent the cell
-    /// is unknown, and so it is solid.
+    /// Decodes the picture: PGM or PNG. The mean of red, green and blue counts; where the picture is transparent, the cell is
+    /// unknown and therefore solid.
     ///
     /// # Errors
-    /// [`SimError::Picture`], or [`SimError::Value`] where the picture has no free cell, or is too large.
+    /// [`SimError::Picture`], or [`SimError::Value`] if the picture has no free cell, or is too large.
     pub fn decode(info: &MapInfo, picture: &[u8]) -> Result<Self, SimError> {
         let reader = ImageReader::new(Cursor::new(picture)).with_guessed_format()?;
         let decoder = reader.into_decoder()?;
@@ -158,7 +158,7 @@ impl OccupancyMap {
         &self.raster
     }
 
-    /// Metres a cell.
+    /// Metres per cell.
     pub fn resolution_m(&self) -> f64 {
         self.resolution_m
     }
@@ -171,7 +171,7 @@ impl OccupancyMap {
     /// The map as walls.
     ///
     /// # Errors
-    /// [`SimError::Value`] where they are too many: a picture of noise.
+    /// [`SimError::Value`] if there are too many, as for a picture of noise.
     pub fn describe(&self, name: &str) -> Result<WorldDescription, SimError> {
         let outline = self.raster.outline().into_iter().map(|segment| segment.map(|p| self.corner(p)));
         let most = bounds::MOST_MAP_SOLIDS;
@@ -200,7 +200,7 @@ impl OccupancyMap {
     }
 }
 
-/// A picture without a free cell; people export walls alone, on a floor that is transparent.
+/// The error for a picture without a free cell, as when people export only the walls on a transparent floor.
 fn without_floor(size: String, transparent: usize) -> SimError {
     let found = match transparent {
         0 => size,
@@ -308,7 +308,7 @@ mod tests {
         }
     }
 
-    /// A picture of noise is a rectangle every few pixels, each of which the physics holds. One of a billion pixels
+    /// A picture of noise makes a rectangle every few pixels, all of which the physics has to hold. One of a billion pixels
     /// filled the memory before its size was checked.
     #[test]
     fn a_picture_that_is_no_floor_is_refused() {

@@ -1,9 +1,9 @@
-//! Scenes of objects for routes past landmarks: the two of Chronis 2007, 5.1, and ones that are laid out by chance.
+//! Scenes of objects for routes past landmarks: the two of Chronis 2007, 5.1, and ones that are laid out at random.
 //!
 //! The figures of Chronis 2007 are lost. Scene A is rebuilt from the relations of figure 4.29, scene B from its six
-//! commands. Both are in the pixels of the PDA, 5 inches each. A [`Kind`] and a number make another scene: yards,
-//! streets of blocks with crossings, halls of pillars and machines. Nobody looked at the numbers that are reported on
-//! before they were driven. The walls are farther than sonars reach.
+//! commands. Both are in the pixels of the PDA, 5 inches each. A [`Kind`] and a number give a further scene: yards, streets of
+//! blocks with crossings, halls of pillars and machines. The numbers that are reported on were not looked at before they were
+//! driven. The walls are farther than sonars reach.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -16,18 +16,18 @@ use sketchnav_schemas::seed;
 
 /// A pixel of the PDA, metres.
 const PIXEL_M: f64 = 0.127;
-/// The walls are so far from the way, metres: sonars of 255 inches do not see them.
+/// Distance of the walls from the way, metres: sonars of 255 inches do not see them.
 const WALLS_M: f64 = 7.5;
 /// Half the side of a wide place.
 const OPEN_M: f64 = 70.0;
-/// The robot stops so near to its goal, metres: 30 inches before its sensors see it, its radius, and a little.
+/// The robot stops within this distance of its goal, metres: 30 inches by its sensors, its radius, and a little more.
 const THERE_M: f64 = 1.15;
-/// Of the way and an object, and of two objects, metres: what a robot drives past with room.
+/// Least distance between the way and an object, and between two objects, metres: a robot can pass with room to spare.
 const BESIDE_WAY_M: f64 = 0.9;
 const BETWEEN_M: f64 = 0.9;
-/// Of the goal and an object.
+/// Least distance between the goal and an object, metres.
 const BESIDE_GOAL_M: f64 = 0.8;
-/// Faces that are shorter have no marker, metres.
+/// Shorter faces have no marker, metres.
 const LEAST_FACE_M: f64 = 0.2;
 /// Fewest objects of a scene.
 const LEAST_OBJECTS: usize = 7;
@@ -53,13 +53,13 @@ pub struct Scene {
     pub name: String,
     /// Its objects.
     pub objects: Vec<Object>,
-    /// The way that people have before their eyes, from the origin along x, in steps of some centimetres.
+    /// The way that people have in mind, from the origin along x, in steps of some centimetres.
     pub way: Vec<At>,
     /// The object at which it ends.
     pub goal: usize,
 }
 
-/// Scenes that are laid out by chance.
+/// Scenes that are laid out at random.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Sheds, cars, trees and bins along a winding way.
@@ -88,8 +88,8 @@ fn boxed(name: &str, [x, y]: At, [width, height]: [f64; 2], yaw_rad: f64) -> Obj
     Object { name: name.into(), outline: [[-w, -h], [w, -h], [w, h], [-w, h]].map(corner).to_vec() }
 }
 
-/// A way by its pieces: how far straight on, then an arc to the left (positive) or right of so many radians and this
-/// radius. With the heading at its end.
+/// A way from its pieces: how far straight on, then an arc to the left (positive) or right with an angle in radians and a
+/// radius. Also returns the heading at its end.
 fn way(pieces: &[(f64, f64, f64)]) -> (Vec<At>, f64) {
     const STEP_M: f64 = 0.1;
     let (mut at, mut heading) = ([0.0, 0.0], 0.0_f64);
@@ -135,7 +135,7 @@ pub fn distance_to(outline: &[At], at: At) -> f64 {
     edges.map(|(a, b)| to_segment(at, *a, *b)).fold(f64::INFINITY, f64::min)
 }
 
-/// How far two outlines are apart, by corners and edges; 0 where one holds a corner of the other.
+/// How far two outlines are apart, by corners and edges; 0 if one contains a corner of the other.
 pub fn apart(one: &[At], other: &[At]) -> f64 {
     let corners =
         one.iter().map(|at| distance_to(other, *at)).chain(other.iter().map(|at| distance_to(one, *at)));
@@ -189,13 +189,13 @@ impl Scene {
         of_pixels("b", &objects, &pieces)
     }
 
-    /// A and B, and ten that are laid out by chance: four yards, three of streets, three halls. Numbers from 1 on are
-    /// those that are reported on; parameters are chosen on others.
+    /// A and B, and ten that are laid out at random: four yards, three of streets, three halls. Results are reported for
+    /// numbers from 1; parameters are chosen on others.
     pub fn twelve(first: u64) -> Vec<Self> {
         [Self::a(), Self::b()].into_iter().chain(Self::ten(first)).collect()
     }
 
-    /// Ten scenes that are laid out by chance: four yards, three of streets, three halls, numbered from `first` on.
+    /// Ten scenes that are laid out at random: four yards, three of streets, three halls, numbered from `first`.
     pub fn ten(first: u64) -> impl Iterator<Item = Self> {
         let kinds = [(Kind::Yard, 4), (Kind::Streets, 3), (Kind::Hall, 3)];
         kinds
@@ -203,7 +203,7 @@ impl Scene {
             .flat_map(move |(kind, count)| (first..first + count).map(move |i| Self::laid_out(kind, i)))
     }
 
-    /// A wide place with nothing in it, for scenes that stand in no file.
+    /// A wide place with nothing in it, for scenes that are not in a file.
     pub fn open() -> FloorPlan {
         let points = vec![[-OPEN_M, -OPEN_M], [OPEN_M, -OPEN_M], [OPEN_M, OPEN_M], [-OPEN_M, OPEN_M]];
         FloorPlan {
@@ -232,15 +232,15 @@ impl Scene {
         }
     }
 
-    /// Whether there are enough objects, the way is free, neither short nor long, does not come near itself, and the goal
-    /// stands apart.
+    /// Whether there are enough objects, the way is free, neither too short nor too long, does not come near itself, and the
+    /// goal stands apart.
     fn holds(&self) -> bool {
         if self.objects.len() < LEAST_OBJECTS || !WAYS_M.contains(&self.way_m()) {
             return false;
         }
         let goal = &self.objects[self.goal].outline;
         let is_free = |object: &Object| self.clearance(&object.outline) >= BESIDE_WAY_M;
-        // In a street, blocks are beside the goal.
+        // In a street, blocks are next to the goal.
         let is_apart = |object: &Object| apart(goal, &object.outline) >= BESIDE_GOAL_M;
         let mut others = self.objects.iter().enumerate().filter(|(i, _)| *i != self.goal);
         let points: Vec<_> = self.way.iter().step_by(5).collect();
@@ -261,8 +261,7 @@ impl Scene {
         format!("{}.floor.toml", self.name)
     }
 
-    /// Markers on the objects: one in the middle of each face of 0.2 m or more, with the numbers 100 · object + face,
-    /// from 1.
+    /// Markers on the objects: one in the middle of each face of at least 0.2 m, numbered 100 · object + face, from 1.
     pub fn markers(&self) -> Vec<Marker> {
         let of = |(i, object): (usize, &Object)| {
             let corners = object.outline.clone();
@@ -271,7 +270,7 @@ impl Scene {
                 let [from, to] = [corners[face], corners[(face + 1) % corners.len()]];
                 let at = middle(&[from, to]);
                 let along = [to[0] - from[0], to[1] - from[1]];
-                // Away from the middle, whichever way round the corners are.
+                // Away from the middle, whichever way around the corners run.
                 let outward = [along[1], -along[0]];
                 let is_away = outward[0] * (at[0] - centre[0]) + outward[1] * (at[1] - centre[1]) > 0.0;
                 let [x, y] = if is_away { outward } else { outward.map(|length| -length) };
@@ -335,7 +334,7 @@ impl Scene {
         Start { world: self.way[0], world_heading_deg: 0.0 }
     }
 
-    /// What counts as there: around the goal.
+    /// The place around the goal that counts as there.
     pub fn there(&self) -> Place {
         let outline = &self.objects[self.goal].outline;
         let middle = middle(outline);
@@ -360,7 +359,7 @@ impl Scene {
         self.way.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
     }
 
-    /// Adds an object where it leaves room; whether it does.
+    /// Adds an object if there is room for it; returns whether there is.
     fn add(&mut self, object: Object) -> bool {
         let has_room = self.clearance(&object.outline) >= BESIDE_WAY_M
             && self.objects.iter().all(|other| apart(&other.outline, &object.outline) >= BETWEEN_M)
@@ -381,7 +380,7 @@ fn side(rng: &mut Pcg64Mcg) -> f64 {
     if rng.random::<bool>() { 1.0 } else { -1.0 }
 }
 
-/// The goal of this size across and along, straight ahead of the way's end.
+/// The goal, of this size across and along, straight ahead of the end of the way.
 fn ahead(name: &str, way: &[At], heading: f64, [across, along]: [f64; 2], gap_m: f64) -> Object {
     let end = way[way.len() - 1];
     let beyond = gap_m + along / 2.0;
@@ -486,7 +485,7 @@ fn streets(rng: &mut Pcg64Mcg) -> Option<Scene> {
             scene.objects.push(object);
         }
     }
-    // The goal stands in the street: blocks beside it are nearer than in other scenes.
+    // The goal stands in the street, so blocks next to it are nearer than in other scenes.
     (blocks >= 6).then_some(scene)
 }
 
@@ -558,7 +557,7 @@ mod tests {
         assert_ne!(Scene::laid_out(Kind::Yard, 7).way, Scene::laid_out(Kind::Yard, 8).way);
     }
 
-    /// The third hall had six objects: scenes were laid out without the bounds that others rely on.
+    /// The third hall had six objects: scenes were laid out without the bounds that other code relies on.
     #[test]
     fn scenes_of_any_number_have_objects_and_ways_within_bounds() {
         for kind in [Kind::Yard, Kind::Streets, Kind::Hall] {

@@ -1,4 +1,4 @@
-//! The world of a mission, in either form: what its hosts hold. The mission's `[world]` decides.
+//! The world of a mission, in either form, as its hosts store it. The mission's `[world]` decides which.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_files::Files;

@@ -1,4 +1,4 @@
-//! The sensors of a running world allocate nothing; its physics no more than rapier itself does.
+//! The sensors of a running world allocate nothing, and its physics no more than rapier itself.
 
 mod support;
 
@@ -16,7 +16,7 @@ thread_local! {
 /// The system's allocator, counting by thread.
 struct Counting;
 
-// SAFETY: hands everything on to the system's allocator.
+// SAFETY: passes everything on to the system's allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.set(ALLOCATIONS.get() + 1);
@@ -33,15 +33,15 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Furniture, two people, a robot that is driven into all of it.
+/// Furniture, two people, and a robot that is driven into all of it.
 const FLOOR: &str = "name='room'\nwall_thickness_m=0.2\n\
     [[wall]]\nclosed=true\npoints=[[0,0],[6,0],[6,4],[0,4]]\n[[wall]]\npoints=[[3,0],[3,4]]\n\
     [[door]]\nat=[3,2]\nwidth_m=1.0\n[[furniture]]\ncenter=[4.5,1.2]\nradius_m=0.3\n\
     [[person]]\nwaypoints=[[5.2,3.2],[0.6,3.2]]\nspeed_mps=0.8\n\
     [[person]]\nwaypoints=[[0.6,0.6],[2.4,2.4]]\nspeed_mps=0.5\npause_s=1.0\n";
 
-/// rapier 0.36 allocates 3 times a physics step: the list of bodies whose velocity was set, the solver's colours, its
-/// cursor. It allocates 5 times while something is touched, and frees it all again.
+/// rapier 0.36 allocates 3 times per physics step: the list of bodies whose velocity was set, the solver's colours, and its
+/// cursor. It allocates 5 times while something is touched, and frees everything again.
 const MOST_A_PHYSICS_STEP: u64 = 8;
 const PHYSICS_STEPS: u64 = 10;
 
@@ -59,7 +59,7 @@ fn allocations(work: impl FnOnce()) -> u64 {
 
 #[test]
 fn the_sensors_allocate_nothing_and_the_physics_no_more_than_rapier_does() {
-    // A robot that cannot go sideways stays at the first wall.
+    // A robot that cannot move sideways stays at the first wall.
     for (name, hz, least) in
         [("robotino", None, 20), ("robotino", Some(50.0), 20), ("nomad200", Some(50.0), 1)]
     {

@@ -1,5 +1,5 @@
-//! Whatever robot or floor is taken can be simulated: it moves on without a panic, and what its sensors say is valid.
-//! `fuzz/` has the same as targets.
+//! Whatever robot or floor is accepted can be simulated: it moves without a panic, and its sensors' messages are valid. `fuzz/`
+//! has the same as targets.
 
 use std::convert::Infallible;
 
@@ -38,7 +38,7 @@ impl Senses for Invalid {
     }
 }
 
-/// Drives for three instants; the channels on which something invalid was sent.
+/// Drives for three instants; returns the channels on which something invalid was sent.
 fn drive(mut floor: impl Simulation) -> Vec<&'static str> {
     let mut invalid = Invalid(Vec::new());
     for _ in 0..3 {
@@ -52,7 +52,7 @@ fn drive(mut floor: impl Simulation) -> Vec<&'static str> {
     invalid.0
 }
 
-/// Numbers as they come by mistake, and those at the ends of what is taken.
+/// Numbers as they occur by mistake, and those at the limits of what is accepted.
 fn number() -> impl Strategy<Value = f64> {
     const ODD: [f64; 20] = [
         0.0,
@@ -79,7 +79,7 @@ fn number() -> impl Strategy<Value = f64> {
     prop_oneof![3 => (0..ODD.len()).prop_map(|i| ODD[i]), 1 => 0.0..1.0_f64, 1 => any::<f64>()]
 }
 
-/// A file with other numbers behind the keys of some of its lines.
+/// A file with other numbers after the keys of some of its lines.
 fn changed(text: &str, changes: &[(prop::sample::Index, f64)]) -> String {
     let mut lines: Vec<_> = text.lines().map(str::to_owned).collect();
     let keyed: Vec<_> = (0..lines.len()).filter(|i| lines[*i].contains("= ")).collect();

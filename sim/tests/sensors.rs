@@ -1,4 +1,4 @@
-//! Sensors of which each robot has some, each at a rate of its own.
+//! Sensors: each robot has some of them, each at its own rate.
 
 mod support;
 
@@ -30,7 +30,7 @@ fn floor(robot: &Robot) -> Floor {
     Floor::new(plan(), robot, Pose::new(2.0, 2.0, 0.3), 1).unwrap()
 }
 
-/// What a robot says within so many instants of a drive, the first included.
+/// A robot's readings within this many instants of a drive, including the first.
 fn driven(robot: &Robot, steps: usize) -> Readings {
     let (mut floor, mut readings) = (floor(robot), Readings::with_bytes());
     readings.take(&floor);
@@ -72,7 +72,7 @@ fn a_slow_laser_speaks_at_the_first_tick_at_or_after_its_time() {
     assert_eq!(readings.stamps("odometry"), stamps(100, 11));
 }
 
-/// Two scans between two ticks: each shows the world of its own time, the walker where the walker was.
+/// Two scans between two ticks: each shows the world at its own time, with the walker where the walker was.
 #[test]
 fn a_fast_laser_reads_between_the_ticks() {
     let mut slow = robot("robotino");
@@ -130,7 +130,7 @@ fn a_floor_with_a_sonar_ring_stored_and_restored_goes_on_with_the_same_bytes() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// Whatever the rates: as many readings as the time has room for, in order, none after its instant.
+    /// Whatever the rates, there are as many readings as the time allows, in order, and none after its instant.
     #[test]
     fn every_sensor_keeps_its_rate(tick in 2.0..40.0_f64, odometry in 0.5..150.0_f64, sonar in 0.5..60.0_f64) {
         let mut robot = robot("nomad200");
@@ -220,7 +220,7 @@ fn a_sonar_follows_rep_117_and_sees_through_no_wall_that_it_is_pushed_into() {
     assert_eq!(sonar.ranges()[0], f32::NEG_INFINITY, "{:?}", floor.robot_pose());
 }
 
-/// The camera of a youBot takes three pictures an instant; markers come nearer as it drives.
+/// The camera of a youBot takes three pictures per instant; markers come nearer as it drives.
 #[test]
 fn a_marker_camera_of_30_hz_follows_the_markers_of_a_corridor() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
@@ -240,7 +240,7 @@ fn a_marker_camera_of_30_hz_follows_the_markers_of_a_corridor() {
     let (before, after) = (first.markers(), readings.markers.markers());
     let nearer = |m: &SeenMarker| after.iter().find(|now| now.id == m.id).map(|now| m.x_m - now.x_m);
     let driven: Vec<f32> = before.iter().filter_map(nearer).collect();
-    // Half a second to speed up, half a second at full speed; a slanted marker errs by centimetres.
+    // Half a second to speed up, half a second at full speed; a slanted marker is off by centimetres.
     let mean = driven.iter().sum::<f32>() / driven.len() as f32;
     assert!(driven.len() >= 3 && (0.2..0.5).contains(&mean), "{driven:?}");
 }

@@ -50,7 +50,7 @@ fn odometry(floor: &Floor) -> Odometry {
     Readings::of(floor).odometry
 }
 
-/// Everything that the sensors say, as bytes.
+/// Everything that the sensors report, as bytes.
 fn observation(floor: &Floor) -> Vec<u8> {
     let mut readings = Readings::with_bytes();
     readings.take(floor);
@@ -200,7 +200,7 @@ fn odometry_errs_as_much_as_its_parameters_say() {
         .collect();
     let mean = errors.iter().sum::<f64>() / 2000.0;
     let spread = (errors.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / 2000.0).sqrt();
-    // Drift: 2 % of 5 m. Noise: 0.004 · (0.5 m/s)² a second for 10 s.
+    // Drift: 2 % of 5 m. Noise: 0.004 · (0.5 m/s)² per second for 10 s.
     let expected = (0.1_f64.powi(2) + 0.004 * 0.25 * 10.0).sqrt();
     assert!(mean.abs() < 0.01, "{mean}");
     assert!((spread / expected - 1.0).abs() < 0.05, "{spread} {expected}");
@@ -220,7 +220,7 @@ fn a_stale_command_stops_the_robot_within_its_limits() {
     let mut world = world("", &robot, (0.5, 2.0, 0.0), 1).unwrap();
     drive(&mut world, 10, 0.5, 0.0, 0.0);
     assert!((world.robot_twist().vx_mps - 0.5).abs() < 1e-3);
-    // Half a second in which the last command holds: its own step was one tenth of it.
+    // Half a second in which the last command is in force; its own step was one tenth of it.
     (0..4).for_each(|_| world.step(None));
     assert!((world.robot_twist().vx_mps - 0.5).abs() < 1e-3);
     let mut speed = 0.5;
@@ -268,7 +268,7 @@ fn a_start_where_the_robot_does_not_fit_is_refused_with_the_place() {
     for (x, y, found) in [
         (2.0, 2.0, "found a furniture 0.000 m away"),
         (3.8, 3.0, "found a wall 0.100 m away"),
-        // Out there robots once drove on until their time was over.
+        // Robots once drove on out there until their time was over.
         (9.0, 9.0, "found (9, 9) m, outside the walls"),
     ] {
         let error = world(desk, &robotino(), (x, y, 0.0), 1).map(|_| ()).unwrap_err().to_string();
@@ -311,8 +311,7 @@ fn a_world_stored_and_restored_goes_on_with_the_same_bytes() {
     }
 }
 
-/// The floor of Building 079 with furniture drawn in grey: the robot fits into the corridor and not
-/// onto a cupboard's outline.
+/// The floor of Building 079 with furniture drawn in grey: the robot fits into the corridor but not onto a cupboard's outline.
 #[test]
 fn a_real_map_becomes_a_world() {
     let data = needs::data().join("maps");

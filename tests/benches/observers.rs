@@ -1,11 +1,11 @@
 //! What observers cost the robot: the time from a tick to its command, while the demo drives in real time.
 //!
-//! There are four cases: nobody is attached; the live view, with a viewer of every topic; the bridge to ROS 2; both.
+//! There are four cases: no observer; the live view, with a viewer of every topic; the bridge to ROS 2; both.
 //!
-//! `cargo bench --bench observers` drives missions in which the four take turns, each for some seconds. Each is the
-//! first of a round as often as the others. `--features ros2` adds the bridge; `-- --missions 6` measures longer. The
-//! figures come from the recording, so that nothing observes but what is measured. Viewer and readers run on the same
-//! machine. Figures mean something where nothing else runs.
+//! `cargo bench --bench observers` drives missions in which the four take turns, each for some seconds. Each is first in a
+//! round as often as the others. `--features ros2` adds the bridge; `-- --missions 6` measures longer. The figures come from
+//! the recording, so that only what is measured observes. Viewer and readers run on the same machine. The figures are only
+//! meaningful if nothing else runs.
 
 use std::path::Path;
 use std::thread::sleep;
@@ -21,20 +21,20 @@ use sketchnav_schemas::codes::Process;
 use support::viewer::{Viewer, view};
 use support::{Place, Running};
 
-/// What an observer needs to come or to go; not measured.
+/// How long an observer needs to attach or detach; not measured.
 const SETTLE: Duration = Duration::from_secs(2);
-/// How long a turn is.
+/// Length of a turn.
 const TURN: Duration = Duration::from_secs(8);
 /// Turns of each in a mission: the demo has no time for more.
 const TURNS: usize = 4;
 /// Missions, unless `--missions` says otherwise.
 const MISSIONS: usize = 2;
-/// Draws for an interval.
+/// Bootstrap draws for an interval.
 const DRAWS: usize = 2000;
 /// The system's name.
 const SYSTEM: &str = "observed";
 
-/// Who is attached.
+/// What is attached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Attached {
     Nobody,
@@ -70,7 +70,7 @@ struct Turn {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    // `cargo test --benches` only wants to know that it starts.
+    // `cargo test --benches` only checks that it starts.
     if arguments.iter().any(|argument| argument == "--test") {
         return;
     }
@@ -83,7 +83,7 @@ fn main() {
     print(&taken);
 }
 
-/// Drives a mission in real time while observers come and go. Returns who was attached and the delays of each turn.
+/// Drives a mission in real time while observers come and go. Returns what was attached in each turn, and its delays.
 fn drive(place: &Place) -> Vec<(Attached, Vec<f64>)> {
     let mut running = place.start(&format!("run demo --speed 1 --json --out out --system {SYSTEM}"));
     place.wait_until_driving(&mut running, SYSTEM);
@@ -104,13 +104,13 @@ fn take_turns(place: &Place) -> Vec<Turn> {
     let (all, mut taken) = (Attached::all(), Vec::new());
     for turn in 0..TURNS {
         for place_in_turn in 0..all.len() {
-            // Each begins as often as the others: what is dear on the way is not always the same one's.
+            // Each begins as often as the others, so that an expensive part of the drive does not always hit the same one.
             let attached = all[(turn + place_in_turn) % all.len()];
             if System::open(SYSTEM).is_err() {
                 return taken;
             }
             let observers = attach(place, attached);
-            // The mission is driven in real time: what is measured is what it does while this process waits.
+            // The mission is driven in real time; what is measured is what it does while this process waits.
             sleep(SETTLE);
             let begin = next_tick();
             sleep(TURN);
@@ -124,7 +124,7 @@ fn take_turns(place: &Place) -> Vec<Turn> {
     taken
 }
 
-/// `None` when the mission has ended. It stays no longer than it needs: a system that ends takes its observers with it.
+/// `None` when the mission has ended. The reader is closed at once, because a system that ends takes its observers with it.
 fn next_tick() -> Option<u64> {
     let node = Node::join(System::open(SYSTEM).ok()?, Process::Observer).ok()?;
     Some(SendTimes::open(&node, TICK.spec).ok()?.newest() + 1)
@@ -150,7 +150,7 @@ fn attach(place: &Place, attached: Attached) -> Vec<Running> {
     observers
 }
 
-/// By tick, from the tick to its command, milliseconds.
+/// The time from each tick to its command, by tick, milliseconds.
 fn delays(recording: &Path) -> Vec<(u64, f64)> {
     let latencies = Recording::open(recording).and_then(|recording| recording.all(LATENCY));
     let latencies = latencies.expect("a recording that can be read");
@@ -183,13 +183,13 @@ fn print(taken: &[(Attached, Vec<f64>)]) {
     }
 }
 
-/// The value that this share of the values does not exceed; they are sorted.
+/// The value that this share of the sorted values does not exceed.
 fn rank(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     sorted[((sorted.len() as f64 * share).ceil() as usize).clamp(1, last + 1) - 1]
 }
 
-/// How many times as long the slowest percent is with observers, and an interval (bootstrap over turns).
+/// How many times as long the slowest percent takes with observers, and an interval (bootstrap over turns).
 fn ratio(with: &[Vec<f64>], without: &[Vec<f64>]) -> (f64, f64, f64) {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let p99 = |turns: Vec<&Vec<f64>>| {

@@ -1,22 +1,22 @@
-//! What the pad's page costs in a browser. It measures from the pen to ink with 500 strokes on the sheet, and the feed
-//! of a 10 Hz mission.
+//! What the pad's page costs in a browser. It measures the time from pen to ink with 500 strokes on the sheet, and the feed of
+//! a 10 Hz mission.
 //!
-//! `cargo bench --bench pad_page` draws and drives by the browser of the test `pad_browser` and prints a line for each.
+//! `cargo bench --bench pad_page` draws and drives with the browser of the test `pad_browser` and prints a line for each.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use support::Place;
 use support::browser::{Browser, pad};
 
-/// For how long the feed is watched, seconds.
+/// How long the feed is watched, seconds.
 const FEED_SECONDS: u32 = 10;
 /// A frame at 60 Hz, milliseconds.
 const FRAME_MS: f64 = 1000.0 / 60.0;
-/// What the feed may cost, cores.
+/// How much the feed may cost, cores.
 const FEED_CORES: f64 = 0.25;
 
 fn main() {
-    // `cargo test --benches` only wants to know that it starts.
+    // `cargo test --benches` only checks that it starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }

@@ -1,7 +1,8 @@
-//! How fast the whole process tree drives the demo mission in lockstep, and who needs the time. The yardstick is the same
-//! stages, called in turn in one process that records nothing: what two cores gain is set against what processes cost.
+//! How fast the whole process tree drives the demo mission in lockstep, and which process needs the time. The yardstick is the
+//! same stages, called in turn in one process that records nothing, so the gain of two cores is set against the cost of
+//! processes.
 //!
-//! `cargo bench --bench process_tree` prints a line a run and the shares of the fastest.
+//! `cargo bench --bench process_tree` prints a line per run, and the shares of the fastest.
 
 use std::path::Path;
 use std::process::Command;
@@ -17,7 +18,7 @@ use sketchnav_sim::mission_file;
 const RUNS: u64 = 5;
 
 fn main() {
-    // `cargo test --benches` only wants to know that it starts.
+    // `cargo test --benches` only checks that it starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
@@ -70,7 +71,7 @@ impl Tap for Last {
 
 impl Onlooker for Last {}
 
-/// How many simulated seconds a second the stages make when one process calls them in turn.
+/// How many simulated seconds per second the stages achieve when one process calls them in turn.
 fn in_one_process(seed: u64) -> f64 {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sim/missions/building/building-a.toml");
     let (mission, robot) = mission_file::load(&path).expect("the demo's mission");

@@ -1,9 +1,9 @@
-//! Attacks on a whole installation, drawn at random: kills, damaged recordings, nonsense missions, crowds of observers,
-//! foreign files, pipes in the place of files, floods of the pad.
+//! Attacks on a whole installation, drawn at random: kills, damaged recordings, nonsense missions, crowds of observers, foreign
+//! files, pipes in place of files, floods of the pad.
 //!
-//! Each test attacks twice in its way. `SKETCHNAV_ATTACK_MINUTES=60 SKETCHNAV_ATTACK_SEED=7 cargo test --test faults attacks`
-//! goes on for an hour; each attack prints its seed. What must hold afterwards: no panic, no loss, the same bytes, nothing
-//! left behind, an error that says what is wrong.
+//! Each test attacks twice in its own way. `SKETCHNAV_ATTACK_MINUTES=60 SKETCHNAV_ATTACK_SEED=7 cargo test --test faults
+//! attacks` continues for an hour; each attack prints its seed. What must hold afterwards: no panic, no loss, the same bytes,
+//! nothing left over, and an error that says what is wrong.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -18,15 +18,15 @@ use rand_pcg::Pcg64Mcg;
 use support::page::{free_port, wait_for};
 use support::{Ended, Place, SERVICES, kill_if_alive, repository, room, send, wait_until};
 
-/// What is drawn at random, and what every attack begins with.
+/// The random numbers, and what every attack begins with.
 struct Attacker {
     rng: Pcg64Mcg,
-    /// A recording of the room, in which nothing went wrong.
+    /// An undisturbed recording of the room.
     undisturbed: PathBuf,
     place: Place,
 }
 
-/// How often each attack is tried at least.
+/// The least number of times each attack is tried.
 const ROUNDS: u64 = 2;
 
 /// A number from the environment.
@@ -35,7 +35,7 @@ fn number(name: &str) -> Option<f64> {
     Some(text.parse().unwrap_or_else(|_| panic!("{name}: expected a number, found {text:?}")))
 }
 
-/// Attacks again and again, with another seed each time.
+/// Repeats an attack, with another seed each time.
 fn attack(name: &str, attack: fn(&mut Attacker)) {
     let limit = Duration::from_secs_f64(60.0 * number("SKETCHNAV_ATTACK_MINUTES").unwrap_or(0.0));
     let first_seed = number("SKETCHNAV_ATTACK_SEED").unwrap_or(1.0) as u64;
@@ -98,7 +98,8 @@ impl Attacker {
         Self { rng: Pcg64Mcg::seed_from_u64(seed), undisturbed, place }
     }
 
-    /// The moment of an attack is drawn at random. Nothing is expected of it: whatever the moment, the same must hold.
+    /// The moment of an attack is drawn at random. No particular outcome depends on it: whatever the moment, the same must
+    /// hold.
     fn pause(&mut self, longest: Duration) {
         std::thread::sleep(longest.mul_f64(self.rng.random::<f64>()));
     }
@@ -134,7 +135,7 @@ impl Attacker {
             if has_ended {
                 return self.must_be_as_undisturbed(&ended, "killed");
             }
-            // Killed before its run began, or when all was over but the words.
+            // Killed before its run began, or when everything was over except the report.
             running = if is_there && !self.place.files_of("killed").is_empty() {
                 self.place.start(&format!("run --json --resume {}", folder.display()))
             } else {
@@ -149,7 +150,7 @@ impl Attacker {
         self.must_be_as_undisturbed(&ended, "killed");
     }
 
-    /// Bytes of a recording are changed, cut off or doubled; every tool says what it thinks of it.
+    /// Bytes of a recording are changed, cut off or doubled, and every tool is tried on it.
     fn recordings(&mut self) {
         let whole = fs::read(&self.undisturbed).unwrap();
         let path = self.place.files().join("damaged.mcap");
@@ -205,7 +206,7 @@ impl Attacker {
             let pid = running.pid();
             let (tell, told) = mpsc::channel();
             std::thread::spawn(move || tell.send(running.end()));
-            // What is accepted may drive for as long as its task may take: nobody waits that long.
+            // A mission that is accepted may drive for as long as its task may take, which is too long to wait.
             let ended = told.recv_timeout(Duration::from_secs(15)).or_else(|_| {
                 send(pid, Signal::SIGINT);
                 told.recv()
@@ -245,7 +246,7 @@ impl Attacker {
         format!("{}{}{}", &text[..at], NUMBERS[self.rng.random_range(0..NUMBERS.len())], &text[end..])
     }
 
-    /// Observers come and go by the dozen, most of them killed; a service dies among them.
+    /// Observers come and go by the dozen, most of them killed, and a service dies meanwhile.
     fn observers(&mut self) {
         let mut running = self.place.start("run room.toml --json --out watched --system watched");
         self.place.wait_until_joined(&mut running, "watched", &SERVICES);
@@ -270,7 +271,7 @@ impl Attacker {
         self.must_be_as_undisturbed(&ended, "watched");
     }
 
-    /// A file of another user, or a link, lies among those of a system.
+    /// Another user's file, or a link, is among those of a system.
     fn files(&mut self) {
         let mut running = self.place.start("run room.toml --json --out foreign --system foreign --speed 1");
         self.place.wait_until_joined(&mut running, "foreign", &SERVICES);
@@ -297,7 +298,7 @@ impl Attacker {
         let files: Vec<_> = (0..self.rng.random_range(1_000..20_000)).map(names).collect();
         for file in &files {
             fs::write(file, "").unwrap();
-            // Whoever may not give files away makes links, which are nobody's either.
+            // A user who may not give files away makes links, which are refused as well.
             if std::os::unix::fs::chown(file, Some(65534), Some(65534)).is_err() {
                 fs::remove_file(file).unwrap();
                 std::os::unix::fs::symlink("/nowhere", file).unwrap();
@@ -309,7 +310,7 @@ impl Attacker {
         self.must_be_as_undisturbed(&ended, "crowded");
     }
 
-    /// A named pipe, a device or a folder stands where a file is expected: no command waits for it.
+    /// A named pipe, a device or a folder is given where a file is expected: no command waits for it.
     fn pipes(&mut self) {
         let pipe = self.place.files().join("pipe");
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
@@ -353,7 +354,7 @@ impl Attacker {
         let page =
             ask(port, &format!("GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n"));
         assert!(page.starts_with("HTTP/1.1 200"), "{page:.300}");
-        // Another user of the machine has no token, and a stranger's page no origin of ours.
+        // Another user of the machine has no token, and another site's page does not have our origin.
         for (target, headers, status) in [
             ("/api/walls.png", "Host: 127.0.0.1:PORT", 401),
             ("/", "Host: 127.0.0.1:PORT\r\nHost: evil.example:PORT", 403),
@@ -396,7 +397,7 @@ fn ask(port: u16, request: &str) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// Whatever it makes of nonsense: it ends by an exit code of its own, says why, and does not panic.
+/// Whatever it makes of nonsense, it must end with an exit code of its own, say why, and not panic.
 fn must_be_civil(ended: &Ended, what: &str) {
     let panicked = ["panicked", "RUST_BACKTRACE", "overflow"].iter().any(|word| ended.err.contains(word));
     assert!(matches!(ended.code, Some(0..=4)) && !panicked, "{what}: {ended}");

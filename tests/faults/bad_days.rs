@@ -1,7 +1,7 @@
-//! Days on which nothing is killed and everything goes wrong: a full disk, full shared memory, a folder that goes
-//! away, somebody else's hands.
+//! Days on which nothing is killed and everything goes wrong: a full disk, full shared memory, a folder that is removed,
+//! interference by other users.
 //!
-//! Some need root, for a disk of their own, and say so where they have not got it.
+//! Some need root, for a disk of their own, and say so if they do not have it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,11 +11,11 @@ use serde_json::Value;
 use sketchnav_schemas::channels::STATUS;
 use support::{Ended, Place, Running, kill_if_alive, repository, wait_until};
 
-/// A small disk of its own; taken away when dropped.
+/// A small separate disk; removed when dropped.
 struct SmallDisk(PathBuf);
 
 impl SmallDisk {
-    /// `None`, with a notice, where that takes rights that this user has not got.
+    /// `None`, with a notice, if this user does not have the rights that it takes.
     fn mount(at: PathBuf, size: &str) -> Option<Self> {
         fs::create_dir(&at).unwrap();
         let option = format!("size={size}");
@@ -50,7 +50,7 @@ fn drive(place: &Place, options: &str) -> Running {
     running
 }
 
-/// Lets the robot drive for more steps than the channels hold. The first ones heard are those that are held.
+/// Lets the robot drive for more steps than the channels hold. The first ones heard are those that the channels hold.
 fn drive_on(place: &Place) {
     let steps = 2 * STATUS.spec.history() + 50;
     let heard = place.run(&format!("echo status --count {steps} --system day"));
@@ -58,7 +58,7 @@ fn drive_on(place: &Place) {
     assert!(heard.err.contains("the history of status"), "{heard}");
 }
 
-/// Waits until so many faults have been told.
+/// Waits until this many faults have been reported.
 fn wait_for_faults(place: &Place, count: usize) {
     let heard = place.run(&format!("echo faults --count {count} --system day"));
     assert_eq!(heard.code, Some(0), "{heard}");
@@ -74,8 +74,8 @@ fn kinds(info: &Value) -> Vec<&str> {
     info["faults"].as_array().unwrap().iter().map(|fault| fault["kind"].as_str().unwrap()).collect()
 }
 
-/// A mission of one task, so long that a gap of some thirty seconds lies within it. It goes from end to end of the
-/// building, at half the speed.
+/// A mission of one task, long enough to contain a gap of some thirty seconds: from end to end of the building, at half the
+/// speed.
 fn write_long_drive(place: &Place) {
     let text = fs::read_to_string(repository().join("sim/missions/building/building-a.toml")).unwrap();
     let mut mission: toml::Table = toml::from_str(&text).unwrap();
@@ -94,7 +94,7 @@ fn write_long_drive(place: &Place) {
     fs::write(place.files().join("long.toml"), toml::to_string(&mission).unwrap()).unwrap();
 }
 
-/// The robot drives on; what was not written and is still in the channels is written when there is room.
+/// The robot drives on; what was not written but is still in the channels is written once there is room.
 #[test]
 fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
     let place = Place::new();
@@ -117,13 +117,13 @@ fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
     let info = info(&place, recording);
     let kinds = kinds(&info);
     assert!(kinds.contains(&"recording resumed"), "{info:#}");
-    // What it lacks is counted: more than the channels held has passed.
+    // What it lacks is counted, because more has passed than the channels held.
     let lacks = info["missing"].as_u64().unwrap();
     assert!(lacks > 0 && report["lost_messages"].as_u64().unwrap() >= lacks, "{info:#}");
 }
 
-/// Runs a shell script with shared memory of its own, of this size; `$0` is `sketchnav`. `None`, with a notice, where
-/// that takes rights that this user has not got.
+/// Runs a shell script with shared memory of its own, of this size; `$0` is `sketchnav`. `None`, with a notice, if
+/// this user does not have the rights that it takes.
 fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> {
     let script = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm || exit 99\n{script}");
     if !needs::has(&["unshare", "mount", "sed", "sh"]) {
@@ -140,7 +140,7 @@ fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> 
     ended
 }
 
-/// It used to end in a loop of processes killed by SIGBUS, the supervisor among them, without a word.
+/// It used to end silently, in a loop of processes killed by SIGBUS, the supervisor among them.
 #[test]
 fn full_shared_memory_is_refused_with_a_word() {
     let place = Place::new();
@@ -150,7 +150,7 @@ fn full_shared_memory_is_refused_with_a_word() {
     place.assert_nothing_left("day");
 }
 
-/// Whoever dies then finds no room to start again and is given up; the supervisor clears everything.
+/// A process that dies then finds no room to start again and is given up; the supervisor clears everything.
 #[test]
 fn shared_memory_that_fills_up_ends_the_mission_with_a_word() {
     let place = Place::new();
@@ -170,7 +170,7 @@ fn shared_memory_that_fills_up_ends_the_mission_with_a_word() {
     place.assert_nothing_left("day");
 }
 
-/// Runs `sketchnav` where no file may be larger than so many blocks of 512 bytes.
+/// Runs `sketchnav` with the size of files limited to this many blocks of 512 bytes.
 fn with_file_limit(place: &Place, blocks: u32, arguments: &str) -> Option<Ended> {
     let script = format!("ulimit -f {blocks} && exec \"$0\" {arguments}");
     let mut command = needs::program("sh")?;
@@ -179,8 +179,8 @@ fn with_file_limit(place: &Place, blocks: u32, arguments: &str) -> Option<Ended>
     Some(Running::of(command.spawn().unwrap()).end())
 }
 
-/// Beyond the limit on the size of files the kernel sends SIGXFSZ. It ended the supervisor without a word and left its
-/// files to the next one.
+/// Beyond the limit on the size of files the kernel sends SIGXFSZ. It ended the supervisor silently and left its files to the
+/// next one.
 #[test]
 fn a_limit_on_the_size_of_files_is_told() {
     let place = Place::new();
@@ -197,7 +197,7 @@ fn a_limit_on_the_size_of_files_is_told() {
     }
 }
 
-/// A limit that comes while the robot drives is a full disk for the recorder, and nothing for the supervisor.
+/// A limit that is reached while the robot drives is like a full disk to the recorder, and does not affect the supervisor.
 #[test]
 fn a_limit_on_the_size_of_files_ends_nobody() {
     let place = Place::new();
@@ -226,8 +226,8 @@ fn a_limit_on_the_size_of_files_ends_nobody() {
     place.assert_nothing_left("day");
 }
 
-/// Somebody removes the folder of results while the robot drives: the recording is gone, and with it the judge's word. What
-/// the planner told of its tasks was lost, too.
+/// The folder of results is removed while the robot drives: the recording is gone, and with it the judge's verdict. What the
+/// planner reported about its tasks was lost, too.
 #[test]
 fn a_mission_whose_results_are_removed_tells_its_tasks_all_the_same() {
     let place = Place::new();
@@ -245,7 +245,7 @@ fn a_mission_whose_results_are_removed_tells_its_tasks_all_the_same() {
     place.assert_nothing_left("day");
 }
 
-/// Somebody tidies up: what runs has what it needs in its hands, and leaves nothing.
+/// The system's folder is removed: what is running has what it needs open, and leaves nothing.
 #[test]
 fn a_folder_that_goes_away_stops_nobody() {
     let place = Place::new();
@@ -256,7 +256,7 @@ fn a_folder_that_goes_away_stops_nobody() {
     place.assert_nothing_left("day");
 }
 
-/// Without its folder nobody can be started again: the mission ends as failed, and says why.
+/// Without its folder no process can be restarted: the mission ends as failed, and says why.
 #[test]
 fn without_its_folder_a_system_survives_no_death() {
     let place = Place::new();
@@ -271,8 +271,8 @@ fn without_its_folder_a_system_survives_no_death() {
     place.assert_nothing_left("day");
 }
 
-/// A cleaner took the folder of a killed system away, and its shared memory stayed. The next run of its name went on
-/// with another mission's tasks, and counted 4,446 messages as lost.
+/// A cleaner removed the folder of a killed system, and its shared memory stayed. The next run of that name continued with
+/// another mission's tasks, and counted 4,446 messages as lost.
 #[test]
 fn what_a_killed_system_left_without_a_folder_enters_no_other() {
     let place = Place::new();
@@ -308,7 +308,7 @@ fn clean_removes_what_is_dead_and_leaves_what_lives() {
     place.assert_nothing_left("living");
 }
 
-/// Somebody else on the machine can list `/dev/shm`, and make files there under the prefix that is seen.
+/// Another user of the machine can list `/dev/shm`, and create files there under the prefix found.
 #[test]
 fn a_file_of_another_user_among_those_of_a_system_ends_the_mission() {
     let place = Place::new();
@@ -317,7 +317,7 @@ fn a_file_of_another_user_among_those_of_a_system_ends_the_mission() {
     let foreign = owner.replace("_owner", "_history_of_my_own");
     fs::write(&foreign, "").unwrap();
     if std::os::unix::fs::chown(&foreign, Some(65534), Some(65534)).is_err() {
-        // Who cannot be another user puts a link there.
+        // If this user cannot act as another one, a link takes the file's place.
         fs::remove_file(&foreign).unwrap();
         std::os::unix::fs::symlink("/etc/hostname", &foreign).unwrap();
     }
@@ -325,13 +325,13 @@ fn a_file_of_another_user_among_those_of_a_system_ends_the_mission() {
     assert_eq!(ended.code, Some(3), "{ended}");
     assert!(ended.err.contains(&format!("{foreign}: expected a file of user")), "{ended}");
     assert_eq!(place.living(), []);
-    // Root can remove it, another user cannot: nothing else is left.
+    // Root can remove it, another user cannot; nothing else is left.
     place.files_of("day").into_iter().for_each(|file| assert_eq!(file, foreign));
     let _ = fs::remove_file(&foreign);
 }
 
-/// Another user of the machine sees that there is a system, and no more. Neither its channels nor its files can be
-/// read, written or joined.
+/// Another user of the machine sees that there is a system, but no more. Neither its channels nor its files can be read,
+/// written or joined.
 #[test]
 fn another_user_is_kept_out() {
     let place = Place::new();
@@ -349,7 +349,7 @@ fn another_user_is_kept_out() {
         let mut files = place.files_of("day");
         assert!(files.len() > 20, "{files:?}");
         files.push(place.root().display().to_string());
-        // An observer's file may have gone since: it is not to be made anew.
+        // An observer's file may have gone since; it must not be created again.
         let write = "dd if=/dev/null conv=notrunc,nocreat oflag=append status=none";
         let open = |file: &str| {
             format!(
@@ -359,7 +359,7 @@ fn another_user_is_kept_out() {
         let script: String = files.iter().map(|file| open(file)).collect();
         let output = as_nobody(&script).unwrap();
         assert_eq!(String::from_utf8_lossy(&output.stdout), "");
-        // Its own copy of the program, for it may not enter the folder of this one.
+        // A separate copy of the program, because the other user may not enter the folder of this one.
         let copy = std::env::temp_dir().join(format!("sketchnav-{}", std::process::id()));
         fs::copy(program, &copy).unwrap();
         for words in ["echo scan --system day", "serve world --system day", "top --json --system day"] {

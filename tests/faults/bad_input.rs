@@ -1,14 +1,14 @@
-//! What bad input gets. An error names the file, the key or the place and says what was expected. An exit code tells a
-//! script, and nothing is left behind.
+//! What happens with bad input: an error names the file, the key or the place and says what was expected, the exit code informs
+//! scripts, and nothing is left over.
 
 use std::fs;
 use std::path::Path;
 
 use support::{Ended, Place, Running, repository, room};
 
-/// A room in which one thing was made wrong.
+/// A room with one deliberate mistake.
 struct Case {
-    /// What somebody did.
+    /// What was done.
     story: &'static str,
     /// Does it to the folder of the room.
     spoil: fn(&Path),
@@ -44,7 +44,7 @@ fn with_parameter(folder: &Path, table: &str) {
     fs::write(path, format!("{text}\n{table}\n")).unwrap();
 }
 
-/// The room as a picture of map_server, five centimetres a pixel, with this YAML.
+/// The room as a map_server picture, five centimetres per pixel, with this YAML.
 fn with_map(folder: &Path, yaml: &str) {
     in_mission(folder, "floor_plan = \"room.floor.toml\"", "map = \"room.yaml\"");
     fs::write(folder.join("room.yaml"), yaml).unwrap();
@@ -61,7 +61,7 @@ fn with_map(folder: &Path, yaml: &str) {
 
 const YAML: &str = "image: room.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
 
-/// What the cases below spoil is good before: as a floor plan and as a map.
+/// What the cases below spoil is good beforehand, as a floor plan and as a map.
 #[test]
 fn the_room_itself_is_good_input() {
     for spoil in [(|_| ()) as fn(&Path), |folder| with_map(folder, YAML)] {
@@ -73,8 +73,7 @@ fn the_room_itself_is_good_input() {
     }
 }
 
-/// Physics panicked at once where a number was far from anything indoors: after 13 s the mission was given up, with exit
-/// code 3.
+/// Physics panicked at once if a number was far from anything indoors: after 13 s the mission was given up, with exit code 3.
 #[test]
 fn numbers_that_no_physics_holds_are_refused() {
     are_refused(&[
@@ -366,7 +365,7 @@ fn a_place_in_the_drawing_where_nobody_can_be_is_refused() {
     ]);
 }
 
-/// A wrong command line, and what is no recording.
+/// A wrong command line, and files that are not recordings.
 #[test]
 fn bad_usage_is_refused() {
     let cases: [(&str, &[&str]); 9] = [
@@ -393,8 +392,8 @@ fn bad_usage_is_refused() {
     assert_eq!(place.living(), []);
 }
 
-/// A tiny file system in a mount namespace of the command's own, which nobody has to clear up. The recording is
-/// carried out of it afterwards. 500 kB hold a part of the mission.
+/// A tiny file system in a mount namespace of the command's own, which needs no cleaning up. The recording is copied out of it
+/// afterwards. 500 kB hold a part of the mission.
 const ON_A_TINY_DISK: &str = "mkdir tiny && mount -t tmpfs -o size=500k tmpfs tiny || exit 77\n\
     \"$0\" demo --json --system full --out tiny\ncode=$?\n\
     cp -r tiny/demo-001 saved\nexit $code";
@@ -411,8 +410,7 @@ fn on_a_tiny_disk(place: &Place) -> Option<Ended> {
     (ended.code != Some(77) && !ended.err.contains("unshare")).then_some(ended)
 }
 
-/// The robot is more important than its diary: it drives on, and the command says that the recording
-/// is incomplete.
+/// Driving is more important than recording: the robot drives on, and the command says that the recording is incomplete.
 #[test]
 fn a_full_disk_ends_the_recording_and_not_the_mission() {
     let place = Place::new();

@@ -22,7 +22,8 @@ fn start(place: &Place, mission: &str) -> Running {
     place.start(&format!("{mission} --out disturbed --json --system disturbed"))
 }
 
-/// Nothing lost, nothing left, every message as it would have been; how often `processes` were restarted.
+/// Asserts that nothing is lost or left over and every message is as in the undisturbed run; returns how often `processes` were
+/// restarted.
 fn ends_as_if_nothing_had_been(
     place: &Place,
     running: Running,
@@ -48,24 +49,24 @@ fn ends_as_if_nothing_had_been(
     restarts(processes)
 }
 
-/// Kills one after the other, each a different number of steps after the one before.
+/// Kills one after another, each a different number of steps after the one before.
 fn killed_one_after_the_other(processes: &[&str]) {
     let place = Place::new();
     let undisturbed = undisturbed(&place, "demo");
     let mut running = start(&place, "demo");
     place.wait_until_driving(&mut running, "disturbed");
-    // One that listens all along: to start another for each kill takes longer than the mission, where much else runs.
+    // One that listens all along: starting another for each kill takes longer than the mission if much else is running.
     let mut echo = place.command("echo status --system disturbed").spawn().unwrap();
     let mut heard = BufReader::new(echo.stdout.take().unwrap()).lines().map_while(Result::ok);
     let echo = Running::of(echo);
     let mut kills = 0;
     for (i, process) in processes.iter().cycle().take(10).enumerate() {
-        // Who listens is given the channel's history first.
+        // A listener is given the channel's history first.
         let steps = if i == 0 { STATUS.spec.history() + 1 } else { 1 + 29 * i % 90 };
         if heard.by_ref().take(steps).count() < steps {
             break;
         }
-        // Nobody, where the one before is being started again.
+        // None, if the one before is still being restarted.
         let pids = place.serving("disturbed", process);
         kills += u64::from(!pids.is_empty());
         pids.into_iter().for_each(kill_if_alive);
@@ -74,7 +75,7 @@ fn killed_one_after_the_other(processes: &[&str]) {
     echo.signal(Signal::SIGINT);
     echo.end();
     let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, processes);
-    // A fast machine is at the end after a few; the last one killed may not be missed any more.
+    // A fast machine reaches the end after a few; the death of the last one killed may go unnoticed.
     assert!(kills >= 2 && restarts + 1 >= kills, "{kills} kills, {restarts} restarts");
 }
 
@@ -88,13 +89,13 @@ fn a_killed_planner_goes_on_where_it_was() {
     killed_one_after_the_other(&["planner"]);
 }
 
-/// Physics, laser noise, people and contacts go on with the very same bits.
+/// Physics, laser noise, people and contacts continue with exactly the same bits.
 #[test]
 fn a_killed_world_goes_on_where_it_was() {
     killed_one_after_the_other(&["world"]);
 }
 
-/// What users are to see: the command's own figures of twenty kills.
+/// What users see: the command's own figures for twenty kills.
 fn chaos_finds_nothing_lost(options: &str) {
     let place = Place::new();
     let mission = repository().join("sim/missions/building/building-a.toml");
@@ -118,7 +119,7 @@ fn kills_of_processes_that_start_lose_nothing() {
     chaos_finds_nothing_lost("--kills 20 --seed 6 --at-start-up");
 }
 
-/// What it had not yet written is fetched again; the recording says what it has survived.
+/// What it had not yet written is fetched again; the recording says how often the recorder was restarted.
 #[test]
 fn a_killed_recorder_leaves_no_gap() {
     killed_one_after_the_other(&["recorder"]);
@@ -129,7 +130,7 @@ fn killed_in_turn_they_go_on() {
     killed_one_after_the_other(&SERVICES);
 }
 
-/// At the same moment: nobody is left who could tell the others what they have missed.
+/// At the same moment, so that no process is left that could tell the others what they have missed.
 #[test]
 fn killed_all_at_once_they_go_on() {
     let place = Place::new();
@@ -142,7 +143,7 @@ fn killed_all_at_once_they_go_on() {
     assert_eq!(restarts, SERVICES.len() as u64);
 }
 
-/// In real time nobody waits: the robot stops, and goes on when its navigators are back.
+/// In real time nothing waits: the robot stops, and drives on when its navigators are back.
 #[test]
 fn killed_in_real_time_they_come_to_their_goals() {
     let place = Place::new();
@@ -160,8 +161,7 @@ fn killed_in_real_time_they_come_to_their_goals() {
     place.assert_nothing_left("disturbed");
 }
 
-/// A process that dies before it has joined, or while it opens its channels, leaves nothing that keeps
-/// its successor out.
+/// A process that dies before it has joined, or while it opens its channels, leaves nothing that prevents its restart.
 #[test]
 fn killed_while_they_start_they_start_again() {
     let place = Place::new();
@@ -183,7 +183,7 @@ fn killed_while_they_start_they_start_again() {
     assert_eq!(restarts, 3 * SERVICES.len() as u64);
 }
 
-/// Whoever dies each time before it gets anywhere is given up, and the mission ends as failed.
+/// A process that dies each time before it gets anywhere is given up, and the mission ends as failed.
 #[test]
 fn a_process_that_dies_again_and_again_is_given_up() {
     let place = Place::new();
@@ -214,7 +214,7 @@ fn damage_and_kill(place: &Place, process: &str, slots: usize) {
     }
 }
 
-/// Stops the process between two checkpoints, neither half written; the newest first.
+/// Stops the process between two checkpoints, neither of them half written; returns them, the newest first.
 fn checkpoints_of_stopped(place: &Place, process: &str, pid: u32) -> Vec<(Vec<u8>, String)> {
     let mark = format!("checkpoint_{process}_");
     let number = |bytes: &[u8]| u64::from_ne_bytes(bytes[8..16].try_into().unwrap());
@@ -232,12 +232,12 @@ fn checkpoints_of_stopped(place: &Place, process: &str, pid: u32) -> Vec<(Vec<u8
     }
 }
 
-/// Whether the kernel holds every thread of it.
+/// Whether the kernel has stopped all of its threads.
 fn is_stopped(pid: u32) -> bool {
     let mut tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap();
     tasks.all(|task| {
         let stat = std::fs::read_to_string(task.unwrap().path().join("stat"));
-        // One that has ended meanwhile is no answer.
+        // A thread that has ended meanwhile does not count.
         stat.is_ok_and(|stat| stat.contains(") T "))
     })
 }
@@ -251,7 +251,7 @@ fn drive_on(place: &Place) -> Running {
     running
 }
 
-/// The older checkpoint is not as new, and as good.
+/// The older checkpoint is not as new, but just as good.
 #[test]
 fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
     for process in ["localizer", "planner", "world"] {
@@ -264,8 +264,8 @@ fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
     }
 }
 
-/// What it knew is lost, and the mission goes on with what there is: from the task and the place that its
-/// last messages tell. It is said aloud.
+/// What it knew is lost, and the mission continues with what there is: from the task and the place in its last messages. This
+/// is reported.
 #[test]
 fn navigators_without_any_good_checkpoint_begin_where_they_were() {
     for process in ["localizer", "planner"] {
@@ -285,7 +285,7 @@ fn navigators_without_any_good_checkpoint_begin_where_they_were() {
     }
 }
 
-/// A world that does not know where the robot is cannot go on: the mission ends as failed, and says why.
+/// A world that does not know where the robot is cannot continue: the mission ends as failed, and says why.
 #[test]
 fn a_world_without_any_good_checkpoint_is_given_up() {
     let place = Place::new();

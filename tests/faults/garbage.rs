@@ -1,5 +1,4 @@
-//! A robot's driver that writes garbage of the right size between its readings: it is refused and counted, and
-//! nothing crashes.
+//! A robot's driver writes garbage of the right size between its readings: it is refused and counted, and nothing crashes.
 
 use std::process::Command;
 use std::time::Duration;
@@ -15,11 +14,11 @@ use sketchnav_schemas::seed::stream;
 use support::{Place, Running, room};
 
 const SYSTEM: &str = "garbage";
-/// Set for the driver's process alone.
+/// Set only for the driver's process.
 const DRIVES: &str = "SKETCHNAV_TEST_DRIVES_GARBAGE";
 const PAUSE: Duration = Duration::from_millis(2);
 
-/// The driver: this very binary, started again.
+/// The driver: this same binary, started again.
 #[test]
 #[ignore = "a process of the other test, which starts it itself"]
 fn driver() {
@@ -88,7 +87,7 @@ fn a_driver_that_writes_garbage_crashes_nobody() {
     command.args(["garbage::driver", "--exact", "--ignored"]).env(DRIVES, "1");
     place.settle(&mut command);
     let driver = Running::spawn(command);
-    // The history comes first; so many estimates follow while the driver drives.
+    // The history comes first; this many estimates follow while the driver drives.
     let heard = place.run(&format!("echo estimate --count 300 --system {SYSTEM}"));
     assert_eq!(heard.out.lines().count(), 300, "{heard}");
     assert!(heard.out.lines().all(|line| !line.contains("null")), "numbers alone");

@@ -1,12 +1,12 @@
-//! No process, no file in shared memory and no folder outlives its system, however it ends; and the
-//! recording so far is readable.
+//! No process, no file in shared memory and no folder outlives its system, however it ends, and the recording so far is
+//! readable.
 
 use std::path::PathBuf;
 
 use nix::sys::signal::Signal;
 use support::{Place, Running, room, send, wait_until};
 
-/// A mission in real time: it cannot be over before the test has done to it what it wants.
+/// A mission in real time, which cannot be over before the test has done what it wants to it.
 fn drive(place: &Place, name: &str) -> Running {
     start(place, name, "--speed 5")
 }
@@ -22,7 +22,7 @@ fn recording(place: &Place, out: &str) -> PathBuf {
     place.files().join(out).join("demo-001/building-a.mcap")
 }
 
-/// The recording can be read and holds the beginning of the mission.
+/// The recording can be read and contains the beginning of the mission.
 fn holds_the_beginning(place: &Place, out: &str) -> serde_json::Value {
     let ended = place.run(&format!("info {} --json", recording(place, out).display()));
     assert_eq!(ended.code, Some(0), "{ended}");
@@ -74,7 +74,7 @@ fn after_a_hangup_nothing_is_left() {
     interrupted_by(Signal::SIGHUP, "--speed 5");
 }
 
-/// A shell sends Ctrl-C to the supervisor, its user in a hurry sends it again, and again.
+/// A shell sends Ctrl-C to the supervisor, and an impatient user sends it again and again.
 #[test]
 fn impatience_leaves_nothing() {
     let place = Place::new();
@@ -87,8 +87,8 @@ fn impatience_leaves_nothing() {
     holds_the_beginning(&place, "stopped");
 }
 
-/// Nobody is left to take the system down. The kernel ends the processes with their supervisor, and whoever starts the
-/// next system clears the rest.
+/// There is no supervisor left to take the system down. The kernel ends the processes with their supervisor, and the next
+/// system to start clears the rest.
 #[test]
 fn after_the_supervisor_was_killed_the_next_system_clears_what_is_left() {
     let place = Place::new();
@@ -107,7 +107,7 @@ fn after_the_supervisor_was_killed_the_next_system_clears_what_is_left() {
     holds_the_beginning(&place, "orphan");
 }
 
-/// The same name again, which is what a person does whose first attempt died.
+/// The same name again, as when a person's first attempt died.
 #[test]
 fn after_the_supervisor_was_killed_its_name_is_free_at_once() {
     let place = Place::new();
@@ -120,8 +120,8 @@ fn after_the_supervisor_was_killed_its_name_is_free_at_once() {
     place.assert_nothing_left("again");
 }
 
-/// A stopped process does not hear that it is asked to end. It was killed after its time, and a run that had lost nothing ended
-/// with an error; now it is continued, and ends with the others.
+/// A stopped process does not receive the request to end. It was killed after its time, and a run that had lost nothing ended
+/// with an error. Now it is continued, and ends with the others.
 #[test]
 fn a_process_that_is_stopped_ends_with_the_others() {
     let place = Place::new();

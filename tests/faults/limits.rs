@@ -1,8 +1,8 @@
-//! Limits that a shell sets (`ulimit`): a soft one that is too low is raised, a hard one is named with what is needed.
+//! Limits that a shell sets (`ulimit`): a soft limit that is too low is raised; for a hard one, the error says what is needed.
 
 use support::{Ended, Place, Running, room};
 
-/// Runs `sketchnav` with limits of the shell.
+/// Runs `sketchnav` with limits set by the shell.
 fn limited(place: &Place, limits: &str, arguments: &str) -> Ended {
     let mut command = needs::program("bash").expect("bash, which was there before");
     command.args(["-c", &format!("{limits}; exec \"$0\" \"$@\"")]).arg(place.command("").get_program());
@@ -11,7 +11,7 @@ fn limited(place: &Place, limits: &str, arguments: &str) -> Ended {
     Running::spawn(command).end()
 }
 
-/// With 64 open files `/dev/shm` was blamed, or a word of the shared memory library printed; with 64 KiB of stack the program
+/// With 64 open files the error blamed `/dev/shm`, or was one of the shared memory library; with 64 KiB of stack the program
 /// overflowed it.
 #[test]
 fn a_limit_that_is_too_low_is_raised_or_named() {

@@ -1,4 +1,4 @@
-//! What a run and its recording do to whoever uses them: nothing outside of a recording is read, nothing in one steers the
+//! The safety of runs and recordings for their users: nothing outside a recording is read, nothing in one controls the
 //! terminal, and the end of a run can be made up for.
 
 use std::fs;
@@ -9,13 +9,13 @@ use sketchnav_recordings::{Recording, Writer};
 use sketchnav_schemas::run::RunConfig;
 use support::{Ended, Place, room};
 
-/// A run of the test room; its recording.
+/// Runs the test room and returns its recording.
 fn recorded(place: &Place) -> String {
     room::write(place.files());
     place.driven("room.toml")
 }
 
-/// The recording again as a stranger could have written it, with another run and no files.
+/// The recording as a stranger could have forged it, with another run and no files.
 fn forged(recording: &str, forged: &Path, change: impl FnOnce(&mut RunConfig)) {
     let recording = Recording::open(recording.as_ref()).unwrap();
     let mut run = recording.run().unwrap();
@@ -28,7 +28,7 @@ fn forged(recording: &str, forged: &Path, change: impl FnOnce(&mut RunConfig)) {
     writer.finish().unwrap();
 }
 
-/// `replay` put the files that a stranger's recording names into another recording, `rerun` printed their first bytes.
+/// `replay` put the files that a stranger's recording names into another recording, and `rerun` printed their first bytes.
 #[test]
 fn a_strangers_recording_gets_no_file_of_the_user() {
     const SECRET: &str = "BEGIN OPENSSH PRIVATE KEY";
@@ -53,7 +53,7 @@ fn a_strangers_recording_gets_no_file_of_the_user() {
         assert!(!ended.err.contains(SECRET) && !ended.out.contains(SECRET), "{command}: {ended}");
         assert!(!place.files().join("again.mcap").exists(), "{command}");
     }
-    // What needs no file of the run goes on without, and says so.
+    // What needs no file of the run continues without it, and says so.
     place.fine("replay evil.mcap --rate max");
     place.fine("judge evil.mcap");
     place.page_says("evil.mcap", &["The world is not drawn", "nothing outside of a recording is read"]);
@@ -65,7 +65,7 @@ fn is_tame(ended: &Ended, what: &str) {
     assert!(!format!("{}\n{}", ended.out, ended.err).contains("\nforged"), "{what}: {ended}");
 }
 
-/// The error that rejected an escape sequence sent it to the terminal; names in recordings came there as they were.
+/// The error that rejected an escape sequence sent it to the terminal, and names in recordings got there unfiltered.
 #[test]
 fn nothing_from_outside_steers_the_terminal() {
     const WILD: &str = "\u{1b}]0;x\u{7}\u{1b}[31m\u{9b}2J\u{202e}\u{200b}\nforged: 9 of 9 tasks reached";
@@ -108,7 +108,7 @@ fn nothing_from_outside_steers_the_terminal() {
             let mut line = place.command(command);
             line.arg(&name);
             let ended = support::Running::spawn(line).end();
-            // A mission may be called what it likes.
+            // A mission may have any name.
             let code = if command == "run" && name == WILD { 0 } else { 2 };
             assert_eq!(ended.code, Some(code), "{name:?}: {ended}");
             is_tame(&ended, &name);
@@ -116,8 +116,8 @@ fn nothing_from_outside_steers_the_terminal() {
     }
 }
 
-/// A supervisor that was killed between the end of its system and its report left neither table nor pictures, and nothing
-/// to go on with.
+/// A supervisor that was killed between the end of its system and its report left neither table nor pictures, and nothing to
+/// resume.
 #[test]
 fn the_end_of_a_run_can_be_made_up_for() {
     let place = Place::new();

@@ -1,5 +1,5 @@
-//! The pages say what is true, as far as a program can tell. Links and anchors lead somewhere, named tests and files
-//! exist, commands are accepted, the cheap ones run. Figures and code agree with their source.
+//! The pages say what is true, as far as a program can check: links and anchors lead somewhere, named tests and files exist,
+//! commands are accepted, cheap ones run, and figures and code agree with their source.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,7 +12,7 @@ use sketchnav_schemas::channels;
 use support::pages::{self, Page};
 use support::{Place, repository};
 
-/// What was once true stays in it.
+/// It keeps what was once true.
 const CHANGES: &str = "CHANGELOG.md";
 fn pattern(text: &str) -> Regex {
     Regex::new(text).unwrap()
@@ -63,7 +63,7 @@ fn every_link_leads_somewhere() {
     findings.are_none();
 }
 
-/// What is wrong with a link of a page; `None` where it leads somewhere.
+/// What is wrong with a link of a page; `None` if it leads somewhere.
 fn follow(page: &Page, link: &str) -> Option<&'static str> {
     let (file, heading) = link.split_once('#').map_or((link, None), |(file, heading)| (file, Some(heading)));
     let folder = repository().join(page.path.parent().unwrap());
@@ -91,7 +91,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// A guarantee is worth what its test is; a page that names a test that is gone promises nothing.
+/// A guarantee is worth as much as its test; a page that names a missing test promises nothing.
 #[test]
 fn tests_and_files_that_are_named_exist() {
     let mut files = Vec::new();
@@ -126,7 +126,7 @@ fn tests_and_files_that_are_named_exist() {
     findings.are_none();
 }
 
-/// The words of each command of `sketchnav` in code and in the cells of tables, and whether it is whole.
+/// The words of each `sketchnav` command in code blocks and inline code, and whether the command is complete.
 fn commands(page: &Page) -> Vec<(usize, Vec<String>, bool)> {
     let in_line = pattern(r"`(sketchnav [^`]+)`");
     let mut commands = Vec::new();
@@ -136,7 +136,7 @@ fn commands(page: &Page) -> Vec<(usize, Vec<String>, bool)> {
             let starts = ["sketchnav ", "cargo run -- ", "cargo run --release -- "];
             let start = starts.iter().find(|start| line.starts_with(**start));
             if let Some(start) = start {
-                // Neither comments nor where the output goes are the program's.
+                // Comments and redirections are not the program's arguments.
                 let line = line[start.len()..].split(" #").next().unwrap().split(" > ").next().unwrap();
                 commands.push((number, words(line.strip_suffix(" &").unwrap_or(line)), true));
             }
@@ -148,7 +148,7 @@ fn commands(page: &Page) -> Vec<(usize, Vec<String>, bool)> {
     commands
 }
 
-/// As a shell divides them, as far as the pages use it.
+/// Splits a line into words as a shell does, as far as the pages need it.
 fn words(line: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut quoted = None;
@@ -164,7 +164,7 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
-/// Placeholders stand in capitals.
+/// Placeholders are in capitals.
 fn is_placeholder(word: &str) -> bool {
     word.len() > 1 && word.chars().all(|c| c.is_ascii_uppercase() || !c.is_alphanumeric())
         || word.contains('…')
@@ -191,7 +191,7 @@ fn every_command_is_one_that_the_program_takes() {
     findings.are_none();
 }
 
-/// The first word that no command has.
+/// The first command or option that does not exist.
 fn unknown_option(words: &[String]) -> Option<String> {
     let (name, options) = words.split_first()?;
     let line = sketchnav::command_line();
@@ -258,7 +258,7 @@ fn commands_for_landmarks_run() {
     pages::run("docs/navigators/landmarks.md", "Labels");
 }
 
-/// What is not run by a test is to say so: by another language than `sh`.
+/// A block that is not run by a test must say so, by a language other than `sh`.
 #[test]
 fn no_section_is_forgotten() {
     let run = [
@@ -300,7 +300,7 @@ fn the_mission_of_the_page_on_navigators_is_driven() {
     drive_the_mission_of("docs/write-a-navigator.md", &Place::of_program("wall_follower"));
 }
 
-/// The page once had another name for a trait than the code.
+/// The page once had a different name for a trait than the code.
 #[test]
 fn the_code_of_the_page_on_navigators_is_that_of_the_file() {
     let file = fs::read_to_string(repository().join("tests/stranger/wall_follower.rs")).unwrap();
@@ -312,8 +312,8 @@ fn the_code_of_the_page_on_navigators_is_that_of_the_file() {
     }
 }
 
-/// Compares the defaults in a page's rows ``| `localizer.belief.hypotheses` | 300 |``; how many there were. The rows below
-/// a header ``| `[parameters.localizer]` |`` leave the process out.
+/// Compares the defaults in a page's rows ``| `localizer.belief.hypotheses` | 300 |`` and returns how many there were. The rows
+/// below a header ``| `[parameters.localizer]` |`` omit the process.
 fn compare_defaults(page: &str, parameters: &Value) -> usize {
     let header = pattern(r"^\| `\[parameters\.(\w+)\]`");
     let (page, mut process, mut count) = (Page::of(page), None, 0);
@@ -338,7 +338,7 @@ fn compare_defaults(page: &str, parameters: &Value) -> usize {
     count
 }
 
-/// The parameters of a cell, as paths: ``"`planner.gain`, `.weight`"`` has two of one table.
+/// The parameters in a cell, as paths: ``"`planner.gain`, `.weight`"`` has two from one table.
 fn names(cell: &str, process: Option<&str>) -> Option<Vec<String>> {
     let mut names = cell.split(", ").map(|name| name.trim_matches(['`', '.']));
     let first = names.next().filter(|_| cell.starts_with('`'))?;
@@ -354,7 +354,7 @@ fn names(cell: &str, process: Option<&str>) -> Option<Vec<String>> {
     Some(std::iter::once(first).chain(names).map(|name| format!("/{table}/{}", last(name))).collect())
 }
 
-/// A parameter that is renamed, or has another default, is found by who reads the page.
+/// The page must follow when a parameter is renamed or its default changes.
 #[test]
 fn parameters_of_the_sketch_page_have_the_defaults_of_the_code() {
     let parameters = serde_json::json!({
@@ -413,8 +413,8 @@ fn figures_of_the_readme_are_those_of_the_results() {
     }
 }
 
-/// Figures were copied by hand, and some were of another version than the code beside them. Now `eval all --page` writes
-/// them, and those without an entry in its file carry a dagger.
+/// Figures were copied by hand, and some came from a different version than the code. Now `eval all --page` writes them, and
+/// those without an entry in its file have a dagger.
 #[test]
 fn figures_of_the_pages_are_those_that_were_driven() {
     let file = repository().join("docs/results.json");
@@ -433,7 +433,7 @@ fn figures_of_the_pages_are_those_that_were_driven() {
     }
 }
 
-/// All suites and studies stand in the page of results, with a command.
+/// All suites and studies are on the page of results, with a command.
 #[test]
 fn every_suite_is_in_the_results() {
     let results = Page::of("docs/results.md");
@@ -447,7 +447,7 @@ fn every_suite_is_in_the_results() {
     }
 }
 
-/// The channels of the README's picture are channels.
+/// The channels in the README's picture exist.
 #[test]
 fn channels_of_the_readme_exist() {
     sketchnav_navigators::register(&[]).unwrap();

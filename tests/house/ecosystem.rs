@@ -4,7 +4,7 @@ use support::pages::{Page, run};
 
 const PAGE: &str = "docs/ecosystem.md";
 
-/// What commands need a build with a feature, and whether this build has it.
+/// Which commands need a build with a feature, and whether this build has it.
 const FEATURES: [(&str, &str, bool); 6] = [
     ("--rmw zenoh", "zenoh", cfg!(feature = "zenoh")),
     ("bridge ros2", "ros2", cfg!(feature = "ros2")),
@@ -14,7 +14,7 @@ const FEATURES: [(&str, &str, bool); 6] = [
     ("sketchnav man", "manuals", cfg!(feature = "manuals")),
 ];
 
-/// The plain build has no DDS, no Zenoh, no live view and no manual pages in it.
+/// The plain build has no DDS, no Zenoh, no live view and no manual pages.
 fn has_what_it_takes(heading: &str) -> bool {
     let commands = Page::of(PAGE).commands(heading);
     let lacks = |line: &String| {

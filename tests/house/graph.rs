@@ -1,4 +1,4 @@
-//! The graph of dependencies, as the manifests and `Cargo.lock` have it. Cargo's own answer wants the sources of every crate
+//! The graph of dependencies according to the manifests and `Cargo.lock`. Cargo's own answer needs the sources of every crate
 //! that any feature might use, which a fresh machine has never downloaded.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,19 +25,19 @@ fn texts(list: &Value) -> Vec<String> {
 }
 
 impl Manifest {
-    /// That of a folder of the repository.
+    /// The manifest in a folder of the repository.
     pub fn read(folder: &Path) -> Self {
         let folder = repository().join(folder);
         Self { table: parse(&folder.join("Cargo.toml")), folder }
     }
 
-    /// Those of all crates of the workspace.
+    /// The manifests of all crates of the workspace.
     pub fn members() -> impl Iterator<Item = Self> {
         let members = texts(&Self::read(Path::new("")).table["workspace"]["members"]);
         members.into_iter().map(|folder| Self::read(Path::new(&folder)))
     }
 
-    /// The folders of what `cargo run` and `cargo test` build.
+    /// The folders that `cargo run` and `cargo test` build.
     pub fn default_members(&self) -> Vec<PathBuf> {
         texts(&self.table["workspace"]["default-members"]).into_iter().map(PathBuf::from).collect()
     }
@@ -47,7 +47,7 @@ impl Manifest {
         self.table["package"]["name"].as_str().unwrap().to_owned()
     }
 
-    /// The names of the crates that it depends on, those for tests left out, as far as `keep` keeps them.
+    /// The names of the crates that it depends on, except those for tests, filtered by `keep`.
     pub fn dependencies(&self, keep: impl Fn(&Value) -> bool) -> BTreeSet<String> {
         let tables =
             ["dependencies", "build-dependencies"].into_iter().filter_map(|name| self.table.get(name));
@@ -61,8 +61,8 @@ impl Manifest {
     }
 }
 
-/// The names of the crates that each crate depends on. For a crate of others these are all that it may depend on by any
-/// feature that is used somewhere.
+/// The names of the crates that each crate depends on. For third-party crates these are all that any feature used somewhere may
+/// bring in.
 pub fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let lock = parse(&repository().join("Cargo.lock"));
     let mut all = BTreeMap::<_, BTreeSet<_>>::new();
@@ -75,7 +75,7 @@ pub fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     all
 }
 
-/// The names of all crates that one depends on, by any way.
+/// The names of all crates on which one depends, directly or indirectly.
 pub fn reached<'a>(from: &'a str, all: &'a BTreeMap<String, BTreeSet<String>>) -> BTreeSet<&'a str> {
     let (mut reached, mut open) = (BTreeSet::new(), vec![from]);
     while let Some(name) = open.pop() {

@@ -1,4 +1,4 @@
-//! What the repository says of itself, held against what it is: rules of the code, pages, generated files.
+//! Checks what the repository says about itself against what it is: rules of the code, pages, generated files.
 
 mod docs;
 mod ecosystem;

@@ -28,7 +28,7 @@ fn pytest(place: &Place, python: &PathBuf, file: &str, variable: &str, value: &s
     assert!(!ended.out.contains("skipped"), "{ended}");
 }
 
-/// As golden files: `SKETCHNAV_UPDATE_GOLDEN=1` writes it anew.
+/// As with golden files, `SKETCHNAV_UPDATE_GOLDEN=1` rewrites it.
 #[test]
 fn the_layouts_of_the_package_are_those_of_the_table() {
     let path = package().join("sketchnav/_layouts.py");
@@ -53,7 +53,7 @@ fn python_reads_a_running_system() {
     place.assert_nothing_left("snake");
 }
 
-/// An observer may die at any moment, and leaves the pipeline its places.
+/// An observer may die at any moment without taking up the pipeline's places.
 #[test]
 fn a_reader_in_python_that_is_killed_fifty_times_does_no_harm() {
     let Some(python) = python("numpy, iceoryx2") else { return };
@@ -92,7 +92,7 @@ fn python_reads_a_recording_as_frames() {
     pytest(&place, &python, "test_recordings.py", "SKETCHNAV_RECORDING", recording);
 }
 
-/// Whoever drives by workers elsewhere gets the report of one machine, whatever becomes of a worker.
+/// Driving on workers elsewhere gives the report of a single machine, whatever happens to a worker.
 #[test]
 fn two_dask_workers_one_of_them_killed_give_the_report_of_one_machine() {
     let Some(python) = python("distributed") else { return };

@@ -1,4 +1,4 @@
-//! Rules of the house that no compiler checks: who may depend on what, and that a list stands once.
+//! House rules that no compiler checks: what may depend on what, and that a list is written down once.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use support::repository;
 
 use crate::graph::{Manifest, dependencies, reached};
 
-/// The crates of a folder of the repository, the folder's own left out.
+/// The crates in a folder of the repository, except the folder's own.
 fn crates_in(folder: &str) -> Vec<Manifest> {
     let folder = repository().join(folder);
     let found: Vec<_> =
@@ -18,7 +18,7 @@ fn crates_in(folder: &str) -> Vec<Manifest> {
     found
 }
 
-/// Crates that know no process, no network, no recording and no physics.
+/// Crates that depend on no process, no network, no recording and no physics.
 fn pure() -> Vec<Manifest> {
     let schemas = Manifest::read(Path::new("schemas"));
     [vec![schemas], crates_in("services/libraries"), crates_in("services/navigators")]
@@ -27,7 +27,7 @@ fn pure() -> Vec<Manifest> {
         .collect()
 }
 
-/// What they must not reach, by any way.
+/// What they must not depend on, directly or indirectly.
 const IMPURE: [&str; 7] = ["iceoryx2", "axum", "tokio", "mcap", "rapier2d", "nix", "sketchnav-runtime"];
 
 #[test]
@@ -42,7 +42,7 @@ fn pure_crates_reach_no_process_no_network_no_recording_and_no_physics() {
     assert!(runtime.contains("iceoryx2"), "the test sees what is there");
 }
 
-/// `cargo run` builds all default members. The live view was one, and a fresh clone compiled 45 crates more than it needed.
+/// `cargo run` builds all default members. The live view was one, so a fresh clone compiled 45 more crates than it needed.
 #[test]
 fn a_crate_behind_a_feature_of_the_program_is_no_default_member() {
     let program = Manifest::read(Path::new(""));
@@ -58,7 +58,7 @@ fn a_crate_behind_a_feature_of_the_program_is_no_default_member() {
     assert!(both.is_empty(), "{both:?}: take it out of default-members");
 }
 
-/// A library that is to be replaced some day is replaced in one crate.
+/// A library that may be replaced some day then has to be replaced in only one crate.
 #[test]
 fn each_library_of_the_edge_has_one_crate_that_depends_on_it() {
     let homes = [
@@ -77,7 +77,7 @@ fn each_library_of_the_edge_has_one_crate_that_depends_on_it() {
     }
 }
 
-/// A crate without examples in its documentation says `doctest = false`: to find none costs rustdoc a second each.
+/// A crate without examples in its documentation says `doctest = false`, because finding none takes rustdoc a second per crate.
 #[test]
 fn crates_test_their_documentation_where_it_has_examples() {
     for manifest in Manifest::members().filter(|manifest| manifest.folder.join("src").is_dir()) {
@@ -98,7 +98,7 @@ fn has_example(source: &str) -> bool {
         .any(|(open, _)| matches!(open, "" | "rust" | "no_run"))
 }
 
-/// Commands that a machine may lack are asked for by `needs`, which knows all of them. The project itself calls none.
+/// Programs that a machine may lack are requested through `needs`, which lists all of them. The project itself calls none.
 #[test]
 fn no_program_is_called_but_by_its_name_in_the_list() {
     let mut found = Vec::new();
@@ -118,7 +118,7 @@ fn no_program_is_called_but_by_its_name_in_the_list() {
     assert!(found.is_empty(), "call it by needs::program:\n{}", found.join("\n"));
 }
 
-/// A navigator can be understood, changed and removed without a look at the others.
+/// A navigator can be understood, changed and removed without looking at the others.
 #[test]
 fn no_navigator_imports_another() {
     let all = dependencies();
@@ -140,7 +140,7 @@ const MADE_FOR_ONE_KIND: [&str; 5] = [
     "services/cli/src/recordings/import.rs",
 ];
 
-/// What pages, viewers and reports get of a navigator, it says itself: whoever takes a navigator out touches none of these.
+/// What pages, viewers and reports show of a navigator comes from the navigator itself, so removing one touches none of these.
 #[test]
 fn no_process_and_no_host_names_a_kind_of_navigator() {
     const FOLDERS: [&str; 10] = [
@@ -160,10 +160,10 @@ fn no_process_and_no_host_names_a_kind_of_navigator() {
     let (mut found, mut made_for_one) = (Vec::new(), BTreeSet::new());
     for path in FOLDERS.iter().flat_map(|folder| sources(&repository().join(folder), ".rs")) {
         let (text, place) = (read(&path), place_of(&path));
-        // Tests take what there is for an example.
+        // Tests may use a kind as an example.
         let code = text.split("#[cfg(test)]").next().filter(|_| !path.ends_with("tests.rs"));
         let lines = code.unwrap_or_default().lines().filter(|line| {
-            // A frame and a kind of drawing are called as the kind is.
+            // A frame and a kind of drawing have the same name as the kind.
             !line.trim_start().starts_with("//")
                 && !line.contains("in \"sketch\"")
                 && !line.contains("Sketch = 1")
@@ -182,7 +182,7 @@ fn no_process_and_no_host_names_a_kind_of_navigator() {
     assert!(idle.is_empty(), "they name none any longer: {idle:?}");
 }
 
-/// By what one knows that a kind is named: its word, its crate, its channels.
+/// The words that name a kind: its name, its crate, its channels.
 fn words_of_kinds() -> BTreeSet<String> {
     let of_kinds = sketchnav_navigators::all().flat_map(|navigator| navigator.channels);
     let mut words: BTreeSet<_> = of_kinds.map(|spec| spec.name.to_uppercase()).collect();
@@ -193,12 +193,12 @@ fn words_of_kinds() -> BTreeSet<String> {
     words
 }
 
-/// A path as the project names it.
+/// A path relative to the repository.
 fn place_of(path: &Path) -> String {
     path.strip_prefix(repository()).unwrap().display().to_string()
 }
 
-/// Each pure crate has clippy forbid clocks, threads, files of its own and maps without order.
+/// In each pure crate, clippy forbids clocks, threads, opening files and unordered maps.
 #[test]
 fn pure_crates_have_clippy_guard_them() {
     for pure in pure() {
@@ -208,7 +208,7 @@ fn pure_crates_have_clippy_guard_them() {
     }
 }
 
-/// Who sets the clock of the machine changes no mission. Half-made files of shared memory once were told by their times.
+/// Setting the machine's clock must not affect a mission. Half-made files in shared memory were once recognized by their times.
 #[test]
 fn no_process_reads_the_wall_clock() {
     let words = ["SystemTime", "UNIX_EPOCH", ".modified()", "CLOCK_REALTIME"];
@@ -247,11 +247,11 @@ fn the_command_line_shows_the_pipeline_as_it_is() {
     );
 }
 
-/// Lists of channels that are not the pipeline: what the judge reads of a recording.
+/// Lists of channels that are not the pipeline: what the judge reads from a recording.
 const OWN_LISTS: [&str; 1] = ["services/lab/src/judge/log.rs"];
 
-/// A list of processes or channels that stands a second time goes wrong when one is added. In the first edition the graph
-/// was written down in some twelve places.
+/// A second copy of a list of processes or channels becomes wrong when one is added. In the first edition the graph was written
+/// down in some twelve places.
 #[test]
 fn the_pipeline_is_written_down_once() {
     let processes: Vec<_> = Process::ALL.iter().map(|process| format!("Process::{process:?}")).collect();
@@ -294,12 +294,12 @@ fn a_list_that_stands_twice_is_seen() {
     assert_eq!(lists(code).filter(|list| list.contains("\"recorder\"")).count(), 1);
 }
 
-/// What stands between brackets that hold no others.
+/// What is between innermost brackets.
 fn lists(code: &str) -> impl Iterator<Item = &str> {
     code.split('[').skip(1).filter_map(|after| after.split(']').next())
 }
 
-/// The files below a folder whose names end so, those that are built or hidden left out.
+/// The files below a folder whose names end with `end`, except built and hidden ones.
 fn sources(folder: &Path, end: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {

@@ -1,4 +1,4 @@
-//! A service allocates nothing per step once it runs: the processes count it and say so in `health`.
+//! A running service allocates nothing in a step: the processes count allocations and report them in `health`.
 
 use std::fs;
 use std::path::Path;
@@ -10,13 +10,13 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Health;
 use support::{Place, repository};
 
-/// By then everybody has joined: iceoryx2 allocates while it connects a reader, once each.
+/// By then all processes have joined: iceoryx2 allocates while it connects a reader, once each.
 const RUNNING_AFTER_STEPS: u64 = 300;
-/// rapier allocates inside its step and frees it again, at most 8 times a physics step. Ten of these make a step of
-/// the world (`sim/tests/allocations.rs`).
+/// rapier allocates and frees within its step, at most 8 times per physics step. Ten of these make a step of the world
+/// (`sim/tests/allocations.rs`).
 const MOST_A_STEP_OF_THE_WORLD: u64 = 80;
 
-/// What `process` said about itself while it ran, in order.
+/// What `process` reported about itself while it ran, in order.
 fn reports(report: &Value, process: Process) -> Vec<Health> {
     let recording = Recording::open(Path::new(report["recording"].as_str().unwrap())).unwrap();
     let said = recording.channel(HEALTH).unwrap().map(|message| message.unwrap().0);
@@ -30,7 +30,7 @@ fn between(report: &Value, process: Process) -> (u64, u64) {
     (last.steps - first.steps, last.step_allocations - first.step_allocations)
 }
 
-/// Health comes once a second on the clock, so the missions of this file run by the clock too.
+/// Health is sent once a second by the clock, so the missions in this file run by the clock, too.
 fn navigators_allocate_nothing(report: &Value) {
     for process in [Process::Localizer, Process::Planner] {
         let (steps, allocations) = between(report, process);
@@ -39,7 +39,7 @@ fn navigators_allocate_nothing(report: &Value) {
     }
 }
 
-/// Judging the floor by the map allocates, about once a second: the method `outline` alone does so.
+/// Judging the floor by the map allocates about once a second; only the method `outline` does so.
 #[test]
 fn a_running_navigator_allocates_nothing_and_the_world_no_more_than_rapier_does() {
     let place = Place::with_missions("building", "building-a.toml");

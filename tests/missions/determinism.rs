@@ -1,5 +1,5 @@
-//! The same mission and seed in lockstep give the same messages, byte for byte. They do in two runs, and in a
-//! rehearsal that calls the same cores in one process, without shared memory.
+//! The same mission and seed in lockstep give the same messages, byte for byte, in two runs, and in a rehearsal that calls the
+//! same cores in one process, without shared memory.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -31,7 +31,7 @@ fn two_runs_of_a_seed_are_identical() {
     assert_eq!(ended.json()["identical"], true, "{ended}");
 }
 
-/// However the processes are scheduled: two systems that fight for the same cores.
+/// However the processes are scheduled, here with two systems competing for the same cores.
 #[test]
 fn two_runs_at_the_same_time_are_identical() {
     let place = Place::new();
@@ -44,7 +44,7 @@ fn two_runs_at_the_same_time_are_identical() {
     assert!(ended.out.starts_with("identical"), "{ended}");
 }
 
-/// The difference is named so that one can look it up: channel, number, field, both values.
+/// The difference is named so that it can be looked up: channel, number, field, both values.
 #[test]
 fn another_seed_is_different_and_diff_says_where() {
     let place = Place::new();
@@ -59,7 +59,7 @@ fn another_seed_is_different_and_diff_says_where() {
     let found = ended.json();
     let difference = &found["difference"];
     assert_eq!(found["identical"], false, "{ended}");
-    // The votes for the walls' direction are the first thing that a seed decides.
+    // The votes for the walls' direction are the first thing that depends on the seed.
     assert_eq!((&difference["channel"], &difference["seq"]), (&"sketch".into(), &1.into()), "{ended}");
     let field = &difference["what"]["field"];
     assert_eq!(field["field"], "wall_direction_rad", "{ended}");

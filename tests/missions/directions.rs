@@ -1,4 +1,4 @@
-//! The navigator `directions` as processes, over a plane of dots: what the house gives to every navigator holds for it.
+//! The navigator `directions` as processes, over a plane of dots: what is guaranteed for every navigator holds for it.
 
 use std::fs;
 
@@ -54,7 +54,7 @@ fn kills_leave_the_same_bytes() {
     }
 }
 
-/// A mission by a written map over five dots: how it ends, by the judge.
+/// A mission by a written map over a few dots: how it ends, according to the judge.
 ///
 /// Dots, in windows of 0.1 m:
 /// ```text
@@ -80,7 +80,7 @@ fn ended(map: &str, landmarks: &str, dots: &str) -> (Option<i32>, Value) {
              [[task]]\nname = 'there'\nlandmarks = [{landmarks}]\n"
         ),
     );
-    // A run of a few milliseconds: it once ended before the recorder had what is sent once, at the start.
+    // A run of a few milliseconds, which once ended before the recorder had what is sent only once, at the start.
     let ended = place.run("run mission.toml --out out --json");
     let recording = ended.json()["recording"].as_str().unwrap().to_owned();
     (ended.code, place.run(&format!("judge {recording} --json")).json()[0]["journeys"][0].clone())
@@ -93,13 +93,13 @@ const C: &str = "[0.16, 0.16]";
 #[test]
 fn the_six_kinds_of_success_and_failure_are_told_apart() {
     let all = format!("{A}, {B}, {C}, [0.6, 0.6]");
-    // How it ended, and what the navigator says of it by the exit code: it is not aware of going astray.
+    // How it ended, and the navigator's own verdict as the exit code: it is not aware of going astray.
     for (map, landmarks, kind, says) in [
-        // A in the corner: B and C are in view, at equal rank; the one further away is meant.
+        // A in the corner: B and C are in view, with equal rank; the one farther away is meant.
         ("(*, SW)\n(Isol, -)\n", format!("{A}, {C}"), "direct", 0),
-        // C is wrong: two of its quadrants are occupied. With C in the north-east, A alone is in view; it has one.
+        // C is wrong: two of its quadrants are occupied. With C in the north-east, only A is in view, and it has one.
         ("(*, SW)\n(Isol, (2, NE, Isol), (1, -), -)\n", format!("{A}, {A}"), "recovered", 0),
-        // By C instead of B, and to B all the same.
+        // By C instead of B, and yet to B.
         ("(*, SW)\n(Isol, NW)\n(Isol, -)\n", format!("{A}, {B}, {B}"), "unaware", 0),
         ("(*, SE)\n(Isol, -)\n", format!("{A}, {C}"), "cannot locate", 1),
         ("(*, SW)\n(Isol, (4, -), -)\n", format!("{A}, {C}"), "lost", 1),
@@ -107,7 +107,7 @@ fn the_six_kinds_of_success_and_failure_are_told_apart() {
     ] {
         let (code, journey) = ended(map, &landmarks, &all);
         assert_eq!(journey["kind"], kind, "{map}{journey}");
-        // Without a place in the mission, its own word counts.
+        // Without a place in the mission, its own report counts.
         assert_eq!(code, Some(says), "{map}{journey}");
     }
 }

@@ -1,4 +1,4 @@
-//! A robot's driver in the simulated world's place: `examples/driver.rs` brings a robot next door.
+//! A robot's driver in place of the simulated world: `examples/driver.rs` brings a robot to the next room.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use sketchnav_schemas::channels::{ODOMETRY, SCAN, TICK};
 use sketchnav_schemas::message::{Message, Tick};
 use support::{BESIDE_A_DRIVER, Place, Running, room};
 
-/// A mission in the room that waits for its driver.
+/// A mission in the room, which waits for its driver.
 fn start(place: &Place) -> Running {
     room::write(place.files());
     let mut running = place.start("run room.toml --system driver --speed 1 --without world --json");
@@ -28,7 +28,7 @@ fn the_example_of_a_driver_drives_a_mission() {
     place.assert_nothing_left("driver");
 }
 
-/// Once the laser was everybody's clock, and each scan had its one reading of the odometry. With faster wheels the history
+/// The laser was once the clock for everything, and each scan had exactly one odometry reading. With more readings, the history
 /// of the odometry was too short for a late reader, and its messages counted as lost.
 #[test]
 fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
@@ -50,13 +50,13 @@ fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
     );
 }
 
-/// What the driver before has sent, as many scans as these, before it is killed.
+/// How many scans the first driver has sent before it is killed.
 const BEFORE: usize = 60;
 const PERIOD_NS: u64 = 100_000_000;
 
-/// The driver dies on the way, and is started again. It began its numbers anew. So its writers took its messages for
-/// those of its predecessor, which had been sent. For as long as that had run, nobody heard of it, and nothing said
-/// so. And its clock and its odometry began at 0 again, which is a jump to those who read them.
+/// The driver dies on the way and is started again. Its numbers used to start over, so its writers took its messages for those
+/// already sent before. They were dropped for as long as the first driver had run, and nothing was reported. Its clock and
+/// odometry also began at 0 again, which readers see as a jump.
 #[test]
 fn a_driver_that_is_started_again_goes_on() {
     let place = Place::new();
@@ -84,7 +84,7 @@ fn a_driver_that_is_started_again_goes_on() {
     place.assert_nothing_left("driver");
 }
 
-/// A driver that is not heard of for as long as its predecessor ran leaves a gap of that length.
+/// A driver that is not heard for as long as the previous one ran leaves a gap of that length.
 fn goes_on<T: Message>(messages: &[T]) {
     for (seq, message) in (1..).zip(messages) {
         assert_eq!((message.header().seq, message.header().source_seq), (seq, seq));

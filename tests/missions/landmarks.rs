@@ -1,4 +1,4 @@
-//! The navigator `landmarks` as processes: what the house gives to every navigator holds for it.
+//! The navigator `landmarks` as processes: what is guaranteed for every navigator holds for it.
 
 use serde_json::Value;
 use sketchnav_landmarks::messages::LANDMARK_VIEW;
@@ -10,7 +10,7 @@ use support::Place;
 const TICK_NS: u64 = 100_000_000;
 
 const SKETCH: &str = "sketches/a-04.json";
-/// A sketch that landmark states lead along.
+/// A sketch that is driven by landmark states.
 const BY_STATES: &str = "sketches/a-01.json";
 
 fn place(mission: &str) -> Place {
@@ -56,8 +56,7 @@ fn kills_leave_the_same_bytes_by_every_method() {
     }
 }
 
-/// A route in words and the sketch that it was made from are one route. The robot drives to the same place, by the
-/// same commands.
+/// A route in words is the same as the sketch from which it was made: the robot drives to the same place, by the same commands.
 #[test]
 fn a_sketch_and_its_words_drive_to_the_same_place() {
     let place = place("scene-a-states.toml");
@@ -84,7 +83,7 @@ fn a_sketch_and_its_words_drive_to_the_same_place() {
     assert_eq!(commands(&recording), commands(&again));
 }
 
-/// A person says where in the sketch the robot is: half of the way back. It believes that from the next view on.
+/// A person says where in the sketch the robot is: halfway back. The robot believes it from the next view on.
 #[test]
 fn a_robot_by_belief_is_told_where_it_is() {
     let place = place("scene-a.toml");

@@ -1,5 +1,5 @@
-//! The method `outline` as processes: what the house gives to every navigator holds for it, too. The planner then keeps a map
-//! and an alignment that spreads over many steps.
+//! The method `outline` as processes: what is guaranteed for every navigator holds for it, too, although the planner keeps a
+//! map and an alignment that spreads over many steps.
 
 use serde_json::{Value, json};
 use sketchnav_recordings::Recording;
@@ -25,7 +25,7 @@ fn kills_leave_the_same_bytes() {
     place().is_identical_after("arms.toml", 10, "localizer,planner");
 }
 
-/// Drawn routes are driven as ever: by the filter.
+/// Drawn routes are driven as always, by the filter.
 #[test]
 fn a_drawn_route_is_followed() {
     let place = place();
@@ -37,7 +37,7 @@ fn places(feed: &Value) -> Vec<Value> {
     feed["question"]["places"].as_array().cloned().unwrap_or_default()
 }
 
-/// Over the page's own protocol: the robot asks, its planner is killed while it does, and the answer drives it on.
+/// Over the page's own protocol: the robot asks, its planner is killed meanwhile, and the answer makes it drive on.
 #[test]
 fn a_robot_that_asks_is_driven_on_by_the_answer() {
     let (place, port, name) = (doubtful(), free_port(), "asks");
@@ -101,7 +101,7 @@ fn agrees_with_what_was_tapped(recording: &str) {
     assert!(reached.reason.as_str().ends_with("a person agrees"), "{reached:?}");
 }
 
-/// By hand without the page, too.
+/// By command, without the page, too.
 #[test]
 fn a_robot_that_asks_hears_who_answers_by_hand() {
     let (place, port, name) = (doubtful(), free_port(), "told");
@@ -110,7 +110,7 @@ fn a_robot_that_asks_hears_who_answers_by_hand() {
     wait_for(&mut running, port);
     let mut page = Page::open(port, None);
     let asked = page.until("a question", |feed| places(feed).len() > 1);
-    // By hand a place is in pixels of the drawing's file, on this page in those of the sketch that it became.
+    // By command a place is in pixels of the drawing's file, on this page in those of the sketch made from it.
     let scale = 640.0 / page.hello["canvas"][0].as_f64().unwrap();
     let at = places(&asked)[0]["at"].as_array().unwrap().clone();
     let at: Vec<_> = at.iter().map(|at| (at.as_f64().unwrap() * scale).to_string()).collect();
@@ -125,7 +125,7 @@ fn a_robot_that_asks_hears_who_answers_by_hand() {
     );
 }
 
-/// In lockstep nobody answers in time. The planner is killed as it asks, and again while it waits.
+/// In lockstep no answer comes in time. The planner is killed as it asks, and again while it waits.
 #[test]
 fn kills_of_a_robot_that_asks_leave_the_same_bytes() {
     let place = doubtful();

@@ -1,4 +1,4 @@
-//! Whole missions through the real binary: the demo, those that ship, those on real maps and drawings.
+//! Whole missions through the real binary: the demo, those that ship, and those on real maps and drawings.
 
 use std::path::{Path, PathBuf};
 
@@ -133,7 +133,7 @@ fn succeeds(path: &Path) {
     place.assert_nothing_left("mission");
 }
 
-/// As [`succeeds`], of a mission that names files of the data, wherever these lie.
+/// As [`succeeds`], for a mission that names files of the data, wherever these are.
 fn succeeds_with_data(mission: &str) {
     let (mission, data) = (repository().join(mission), needs::data().canonicalize().unwrap());
     let drawing = mission.with_file_name("sketch.svg");
@@ -170,8 +170,8 @@ fn a_map_that_a_robot_made_is_a_world() {
     }
 }
 
-/// Nobody promises that a robot with another drive and another laser reaches the same places; that it
-/// gets to the mission's end.
+/// It is not promised that a robot with another drive and another laser reaches the same places, but that it gets to the end of
+/// the mission.
 #[test]
 fn another_robot_drives_the_laboratory_to_its_end() {
     let place = Place::new();
@@ -185,7 +185,7 @@ fn another_robot_drives_the_laboratory_to_its_end() {
     place.assert_nothing_left("turtle");
 }
 
-/// A mission that ships broken would be found out by its first user.
+/// A mission that ships broken would otherwise be found by its first user.
 #[test]
 fn every_mission_that_ships_can_be_opened() {
     let mut count = 0;

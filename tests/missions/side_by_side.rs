@@ -4,7 +4,7 @@ use nix::sys::signal::Signal;
 use serde_json::Value;
 use support::{Place, Running, room};
 
-/// A mission in real time: it lives until the test ends it.
+/// A mission in real time, which lasts until the test ends it.
 fn drive(place: &Place, name: &str) -> Running {
     let mut running = place.start(&format!("demo --speed 5 --json --out {name} --system {name}"));
     place.wait_until_driving(&mut running, name);
@@ -18,8 +18,7 @@ fn stop(place: &Place, running: Running, name: &str) {
     place.assert_no_system_left(name);
 }
 
-/// Two robots in two buildings: each system has its own processes and messages, and when one ends the
-/// other drives on.
+/// Two robots in two buildings: each system has its own processes and messages, and when one ends, the other drives on.
 #[test]
 fn two_systems_do_not_see_each_other() {
     let place = Place::new();
@@ -81,19 +80,19 @@ fn a_name_that_no_system_can_have_is_refused() {
     place.assert_nothing_left("My_Lab");
 }
 
-/// Echo prints what comes, a JSON object a line, numbered without a gap, and stops at the count.
+/// `echo` prints what comes, one JSON object per line, numbered without a gap, and stops at the count.
 #[test]
 fn echo_prints_messages_as_they_come() {
     let place = Place::new();
     let running = drive(&place, "lab");
-    // Left out where only one runs: the system's name.
+    // The system's name may be omitted if only one is running.
     let heard = place.run("echo status --count 3");
     assert_eq!(heard.code, Some(0), "{heard}");
     let messages: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let seqs: Vec<_> = messages.iter().map(|message| message["seq"].as_u64().unwrap()).collect();
     assert_eq!(seqs, [seqs[0], seqs[0] + 1, seqs[0] + 2]);
     assert!(messages.iter().all(|message| message["message"]["task_count"] == 9), "{heard}");
-    // The drawing was sent once, long ago; its channel keeps it for who comes late.
+    // The drawing was sent once, long ago; its channel keeps it for late readers.
     let sketch = place.run("echo sketch --count 1");
     assert_eq!(sketch.code, Some(0), "{}", sketch.err);
     stop(&place, running, "lab");
@@ -112,9 +111,9 @@ fn hz_measures_a_channel_s_rate() {
     stop(&place, running, "lab");
 }
 
-/// `hz` is about what comes while it listens. The channel's history, which is handed over all at once,
-/// once made a rate of a million a second. The drawing is all history: it comes no more. And when the
-/// system ends, `hz` says its last word: once it was killed with the system's own processes.
+/// `hz` measures what comes while it listens. The channel's history, which is handed over all at once, once made a rate of a
+/// million per second. The drawing is all history and does not come again. When the system ends, `hz` prints its result; it was
+/// once killed along with the system's own processes.
 #[test]
 fn hz_does_not_count_the_history() {
     let place = Place::new();
@@ -138,7 +137,7 @@ fn an_observer_that_must_choose_is_told_between_what() {
     stop(&place, two, "two");
 }
 
-/// A developer runs the localizer under a debugger: the system waits for it, then drives as ever.
+/// A developer runs the localizer under a debugger: the system waits for it, then drives as usual.
 #[test]
 fn a_process_may_be_run_by_hand() {
     let place = Place::new();
@@ -154,7 +153,7 @@ fn a_process_may_be_run_by_hand() {
     place.assert_nothing_left("lab");
 }
 
-/// Two localizers would both answer: the second is refused, the mission does not notice.
+/// Two localizers would both answer, so the second is refused, and the mission is not affected.
 #[test]
 fn a_process_cannot_run_twice() {
     let place = Place::new();

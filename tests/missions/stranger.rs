@@ -1,4 +1,4 @@
-//! A navigator of a stranger: one file, registered, and everything that the project has works for it.
+//! A stranger's navigator: one file, registered, and everything in the project works for it.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
@@ -65,7 +65,7 @@ fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged()
     );
 }
 
-/// Its sketcher says nothing, so nobody could see it recover.
+/// Its sketcher sends nothing, so its recovery could not be observed.
 #[test]
 fn twenty_kills_leave_the_same_bytes() {
     let place = place();
@@ -85,7 +85,7 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
     std::fs::write(&path, MISSION.replace("nomad200", "robotino")).unwrap();
     let ended = place.run("run wall.toml");
     assert!(ended.code == Some(2) && ended.err.contains("[sonar]"), "{ended}");
-    // The project's own program does not know the navigator, and says which it knows.
+    // The project's own program does not know the navigator, and says which ones it knows.
     let ours = Place::new();
     std::fs::write(ours.files().join("wall.toml"), MISSION).unwrap();
     room::write(ours.files());
@@ -93,7 +93,7 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
     assert!(ended.code == Some(2) && ended.err.contains("expected one of sketch"), "{ended}");
 }
 
-/// The pad once began all the same, and ended with the shared memory library's word for a channel that is not there.
+/// The pad once started anyway, and ended with the shared memory library's error for a missing channel.
 #[test]
 fn people_cannot_draw_for_it_but_watch_it() {
     let place = place();

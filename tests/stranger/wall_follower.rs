@@ -1,5 +1,5 @@
-//! A navigator that this project does not know, whole: it follows the wall on its right by sonar. It is also a program
-//! that is all of `sketchnav` and knows this navigator, too. `tests/missions/stranger.rs` drives by it.
+//! A complete navigator that is not part of this project: it follows the wall on its right by sonar. The file is also a
+//! program, which is all of `sketchnav` plus this navigator. `tests/missions/stranger.rs` drives with it.
 //!
 //! ```toml
 //! [navigator]
@@ -24,9 +24,9 @@ use sketchnav_stage::{Denied, Heard, Instant, Navigator, Outbox, Stage, StageErr
 const KIND: &str = "wall-follower";
 /// Distance that it keeps from the wall, metres.
 const BESIDE_M: f64 = 0.6;
-/// Where something is nearer ahead, it turns away, metres.
+/// If something ahead is nearer than this, the robot turns away, metres.
 const AHEAD_M: f64 = 0.9;
-/// Share of the distance before in what it takes for the distance: sonars err.
+/// Weight of the previous distance in the smoothed one: sonars are noisy.
 const MEMORY: f64 = 0.5;
 
 sketchnav_schemas::declare::messages! {
@@ -41,7 +41,7 @@ sketchnav_schemas::declare::messages! {
 
 sketchnav_schemas::declare::channels! {
     of KIND;
-    /// Its situation: the one channel that it has beside those of all navigators.
+    /// The situation: the only channel that it adds to those of all navigators.
     WALLS: Situation Walls = "walls", Localizer => [Planner, Pad];
 }
 
@@ -78,7 +78,7 @@ fn seconds(mission: &Mission) -> Result<Vec<f64>, StageError> {
     mission.task.iter().enumerate().map(of_task).collect()
 }
 
-/// Nobody gives it anything.
+/// Takes no input.
 struct Silent;
 
 impl Stage for Silent {
@@ -90,7 +90,7 @@ impl Stage for Silent {
     }
 }
 
-/// Says where the walls are.
+/// Measures how far away the walls are.
 struct Ears {
     heard: Option<[f64; 2]>,
 }
@@ -120,21 +120,21 @@ impl Stage for Ears {
     }
 }
 
-/// The nearest echo within 30° of a direction, metres from the centre; the longest range where there is none.
+/// The nearest echo within 30° of a direction, metres from the centre; the longest range if there is none.
 fn nearest(scan: &SonarScan, direction_rad: f64) -> f64 {
     let is_there = |i: &usize| (f64::from(scan.angle_rad(*i)) - direction_rad).cos() > 0.85;
     let ranges = (0..scan.ranges().len()).filter(is_there).map(|i| f64::from(scan.ranges()[i]));
     f64::from(scan.ring_radius_m) + ranges.fold(f64::from(scan.range_max_m), |a, b| a.min(b.max(0.0)))
 }
 
-/// Drives.
+/// Drives the robot.
 struct Driver {
     seconds: Vec<f64>,
     agenda: Agenda,
 }
 
 impl Driver {
-    /// Whether the robot drives in this step.
+    /// Whether the robot is to drive in this step.
     fn drives(&mut self) -> bool {
         if self.agenda.due(None::<&str>) == Due::Stand {
             return false;
@@ -183,7 +183,7 @@ impl Stage for Driver {
     }
 }
 
-/// Shows both walls on the pad, a metre of each.
+/// Shows a metre of each wall on the pad.
 struct Watcher(Option<Walls>);
 
 impl Lookout for Watcher {
@@ -199,7 +199,7 @@ impl Lookout for Watcher {
     }
 }
 
-/// Says in a report how far the robot was from its wall.
+/// Reports how far the robot was from its wall.
 #[derive(Default)]
 struct Diary(Vec<Walls>);
 

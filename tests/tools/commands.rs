@@ -1,5 +1,5 @@
-//! What people and programs ask of a running system: `echo`, `hz`, `channels`, `logs`, `restart`, `send`, `graph`, `doctor`, `snapshot`; and the
-//! program's own pages.
+//! What people and programs do with a running system: `echo`, `hz`, `channels`, `logs`, `restart`, `send`, `graph`, `doctor`,
+//! `snapshot`; and the program's own pages.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
@@ -51,7 +51,7 @@ fn echo_prints_fields_tables_and_several_channels() {
     ended(running);
 }
 
-/// A running system's messages were all that `echo` could print; of a recording there was no way to see one.
+/// `echo` could only print a running system's messages; there was no way to see those of a recording.
 #[test]
 fn echo_prints_a_recording_as_it_prints_a_system() {
     let place = Place::new();
@@ -92,7 +92,7 @@ fn a_build_says_which_one_it_is() {
     assert!(usage.contains("sketchnav run --resume <DIR>"), "{usage}");
 }
 
-/// Whoever wrote a mission for a deformed floor had to look for start and goals with an image editor.
+/// To write a mission for a deformed floor, start and goals had to be looked up with an image editor.
 #[test]
 fn deform_says_where_places_land_and_what_it_leaves_out() {
     let place = Place::new();
@@ -122,7 +122,7 @@ fn deform_says_where_places_land_and_what_it_leaves_out() {
     assert!(wrong.err.contains("--place 140,10: expected a place in a room"), "{wrong}");
 }
 
-/// A history is up to 128 messages long: `--once` is for who wants to know how it is now.
+/// A history is up to 128 messages long; `--once` shows how things are now.
 #[test]
 fn once_is_the_newest_message() {
     let place = Place::new();
@@ -134,7 +134,7 @@ fn once_is_the_newest_message() {
     let newest = lines(&behind).iter().map(|line| line["seq"].as_u64().unwrap()).max().unwrap();
     let later = seq();
     assert!(first > 1 && later >= first && later >= newest.min(first + 1), "{first}, {newest}, {later}");
-    // What is held as long as nothing new comes is the newest, too.
+    // What is kept as long as nothing new comes is the newest, too.
     assert_eq!(lines(&place.fine("echo sketch --once --field grid.info.width")).len(), 1);
     ended(running);
 }
@@ -220,7 +220,7 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
     place.assert_nothing_left(NAME);
 }
 
-/// The estimate follows; what is no place of the drawing is bad input.
+/// The estimate follows; a place outside the drawing is bad input.
 fn says_where_it_is(place: &Place) {
     let told = place.fine("send here --at 1700,300 --heading -90 --json").json();
     assert_eq!(
@@ -275,7 +275,7 @@ fn logs_are_told_by_process_and_followed_to_the_end() {
     let told = follow.end();
     assert_eq!(told.code, Some(0), "{told}");
     let told = lines(&told);
-    // What the recorder says of itself at its end.
+    // What the recorder reports about itself at its end.
     let is_recorders = |line: &Value| {
         let words = line["line"].as_str().unwrap();
         line["process"] == "recorder" && words.contains("messages recorded, 0 missing")
@@ -358,7 +358,7 @@ fn doctor_refuses_a_folder_that_others_may_enter() {
     assert!(finding["found"].as_str().unwrap().contains("found mode 0755"), "{finding:#}");
 }
 
-/// The recorder was killed before: what was recorded so far lies in two files.
+/// The recorder was killed before, so what was recorded so far is in two files.
 #[test]
 fn a_snapshot_keeps_the_last_seconds_and_the_system_records_on() {
     let place = Place::new();
@@ -373,7 +373,7 @@ fn a_snapshot_keeps_the_last_seconds_and_the_system_records_on() {
     assert_eq!(info["missing"], 0, "{info:#}");
     let messages = place.messages("moment.mcap");
     assert_eq!((messages["/sketch"], messages["/route"]), (1, 1), "{messages:?}");
-    // A machine that was busy catches up: then more than twenty lie in two seconds.
+    // A machine that was busy catches up, and then more than twenty fall within two seconds.
     assert!(messages["/scan"] >= 15, "{messages:?}");
     // It can be judged: no task has ended yet.
     let judged = place.run("judge moment.mcap --json");

@@ -1,9 +1,9 @@
-//! The pad's page, in a real browser on the running system. A person draws a mission's map and path with a pen, sends
-//! both, executes, aborts, restores, and the robot arrives.
+//! The pad's page, in a real browser on the running system. A person draws a mission's map and path with a pen, sends both,
+//! executes, aborts, restores, and the robot arrives.
 //!
 //! Needs node; the browser test needs chromium and playwright-core, too (`.ci/run` installs them).
-//! `SKETCHNAV_PLAYWRIGHT` names the folder that holds `node_modules`, else it is `target/browser`.
-//! `SKETCHNAV_CHROMIUM` names the browser, else it is `/usr/bin/chromium`. Skipped with a notice without them.
+//! `SKETCHNAV_PLAYWRIGHT` names the folder with `node_modules`, by default `target/browser`. `SKETCHNAV_CHROMIUM` names the
+//! browser, by default `/usr/bin/chromium`. Skipped, with a notice, without them.
 
 use std::env::var_os;
 use std::fs;
@@ -47,7 +47,7 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
     place.assert_nothing_left("pad");
 }
 
-/// The page draws where the robot may be; a tap on one of the places and its button are answers.
+/// The page draws where the robot may be; a tap on one of the places, or its button, is an answer.
 #[test]
 fn a_robot_that_asks_is_answered_by_a_tap_and_by_a_button() {
     let Some(browser) = Browser::find() else { return };
@@ -62,7 +62,7 @@ fn a_robot_that_asks_is_answered_by_a_tap_and_by_a_button() {
     place.assert_nothing_left("asks");
 }
 
-/// The cells on the channel are those that the drawing, as the page saves it, is read as.
+/// The cells on the channel are those that result from reading the drawing as the page saves it.
 fn the_localizer_has_what_was_drawn(place: &Place) {
     let heard = place.run("echo sketch --count 1 --system pad").json();
     let grid = &heard["message"]["grid"];
@@ -76,7 +76,7 @@ fn the_localizer_has_what_was_drawn(place: &Place) {
     assert!(cells.len() == drawing.cells.len() && cells.iter().zip(&drawing.cells).all(same));
 }
 
-/// Screenshots for people, where `SKETCHNAV_PICTURES` names a folder.
+/// Keeps screenshots for people, if `SKETCHNAV_PICTURES` names a folder.
 fn keep_pictures(from: &Path, names: &[&str]) {
     let Some(folder) = var_os("SKETCHNAV_PICTURES").map(PathBuf::from) else { return };
     for name in names {

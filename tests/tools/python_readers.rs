@@ -1,6 +1,5 @@
-//! Other people's tools decode every message of the recording of a real run: rosbags and
-//! mcap-ros2-support, by the schemas inside the file alone. Needs a Python with both, named by
-//! `SKETCHNAV_PYTHON` or found as `python3`; skipped otherwise.
+//! Third-party tools decode every message in the recording of a real run: rosbags and mcap-ros2-support, using only the schemas
+//! inside the file. Needs a Python with both, named by `SKETCHNAV_PYTHON` or found as `python3`; skipped otherwise.
 
 use std::collections::BTreeMap;
 use std::process::Command;

@@ -1,5 +1,4 @@
-//! The tools for recordings, as their users call them: on the recording of a real run, byte for byte, with
-//! their exit codes.
+//! The tools for recordings, as users call them: on the recording of a real run, byte for byte, with their exit codes.
 
 use std::path::Path;
 use std::process::Command;
@@ -15,7 +14,7 @@ use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::message::{Fault, Header, Text};
 use support::{Ended, Place, Running, repository, room};
 
-/// A run of the test room in lockstep; the recording's path.
+/// Runs the test room in lockstep and returns the recording's path.
 fn recorded(place: &Place) -> String {
     room::write(place.files());
     let (report, _) = place.mission("run room.toml", "room");
@@ -28,8 +27,8 @@ fn fine(place: &Place, arguments: &str) -> Ended {
     ended
 }
 
-/// `sketchnav diff … | head -1` once said that two recordings are the same. The exit code of any command was 0 as soon
-/// as nobody read what it printed.
+/// `sketchnav diff … | head -1` once reported that two recordings are the same: the exit code of any command was 0 as soon as
+/// nothing read its output.
 #[test]
 fn who_does_not_read_on_gets_the_same_exit_code() {
     let place = Place::new();
@@ -81,7 +80,7 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
     assert!(difference["what"]["field"]["a"].is_string(), "{told}");
     assert_eq!(told["judged"].as_array().map(Vec::len), Some(2));
     fine(&place, "info now.mcap");
-    // Whatever differs, it is not that far apart.
+    // Whatever differs does not differ by that much.
     let all = [
         "pose",
         "covariance",
@@ -96,9 +95,9 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
     let line =
         format!("rerun {recording} --process localizer --set particles=200 --json {}", tolerances.join(" "));
     let told = place.run(&line).json();
-    // The samples of the particles, to which no tolerance belongs, are others by construction.
+    // The samples of the particles, for which there is no tolerance, differ by construction.
     assert_eq!(told["difference"]["channel"], "particles", "{told}");
-    // One field whose tolerance is too small by far is a difference of that field.
+    // If the tolerance of one field is far too small, that field differs.
     let particles =
         ["count", "total", "particles"].map(|field| format!(" --tolerance particles.{field}=1e9"));
     let line = line.replace("scale_a_pxpm=1e9", "scale_a_pxpm=1e-9") + &particles.concat();
@@ -130,7 +129,7 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
         ("filter same.mcap --topics nothing -o never.mcap", 1),
         ("merge same.mcap -o never.mcap", 2),
         ("split same.mcap -o parts", 2),
-        // What is copied of a file that was cut off is not all of it.
+        // A copy of a file that was cut off is not complete.
         ("filter cut.mcap -o part.mcap --json", 3),
         ("merge same.mcap cut.mcap -o both.mcap --json", 3),
         ("split cut.mcap --seconds 100 -o parts", 3),
@@ -138,7 +137,7 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
     ] {
         assert_eq!(place.run(line).code, Some(code), "{line}");
     }
-    // Who is told of a part is told that it is one.
+    // Reports about a part say that it is one.
     for line in [
         "judge same.mcap cut.mcap",
         "report cut.mcap -o page.html",
@@ -157,7 +156,7 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
     assert_eq!(info["messages"], 10, "{info}");
 }
 
-/// Without anything live it plays for who listens, over and over, until it is asked to end.
+/// With no live process it plays for observers, over and over, until it is asked to end.
 #[test]
 fn a_replay_for_onlookers_leaves_nothing() {
     let place = Place::new();
@@ -169,7 +168,7 @@ fn a_replay_for_onlookers_leaves_nothing() {
             break heard;
         }
     };
-    // Numbers and stamps go on when it begins again.
+    // Numbers and stamps keep increasing when it begins again.
     let lines: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(lines.len(), 400);
     for field in ["seq", "stamp_ns", "source_seq"] {
@@ -202,7 +201,7 @@ fn a_replay_for_onlookers_leaves_nothing() {
     }
 }
 
-/// The recording again, with a fault at its third second.
+/// The same recording with a fault at its third second.
 fn with_a_fault(recording: &Path, told: &Path) {
     let recording = Recording::open(recording).unwrap();
     let files: Vec<_> = sketchnav_recordings::sources::of_recording(&recording).cloned().collect();
@@ -219,8 +218,8 @@ fn with_a_fault(recording: &Path, told: &Path) {
     writer.finish().unwrap();
 }
 
-/// What the supervisor said is said again: the orders, and to onlookers what befell the processes. The orders
-/// were its own, and of the faults none was said.
+/// What the supervisor sent is sent again: the orders and, for observers, the faults of the processes. The orders used to be
+/// the replay's own, and no faults were sent.
 #[test]
 fn a_replay_speaks_for_the_supervisor_too() {
     let place = Place::new();
@@ -240,7 +239,7 @@ fn a_replay_speaks_for_the_supervisor_too() {
     }
     replay.signal(Signal::SIGTERM);
     assert_eq!(replay.end().code, Some(3));
-    // A planner that lives hears the orders that came before the start, and no fault but those of its system.
+    // A live planner hears the orders that came before the start, and only the faults of its own system.
     fine(&place, "replay told.mcap --start 2 --end 4 --live planner,recorder --rate max --record part.mcap");
     let info = fine(&place, "info part.mcap --json").json();
     let count = |topic: &str| {
@@ -250,8 +249,8 @@ fn a_replay_speaks_for_the_supervisor_too() {
     assert_eq!(["/mission", "/faults", "/scan", "/status"].map(count), [1, 0, 20, 20].map(Some), "{info:#}");
 }
 
-/// As fast as it goes, over and over, with standard error in a file. Nothing looked for signals then, and the replay
-/// could only be killed.
+/// At full speed, over and over, with standard error in a file. Signals were not checked in that case, and the replay could
+/// only be killed.
 #[test]
 fn a_replay_at_full_speed_ends_when_asked_to() {
     let place = Place::new();
@@ -270,7 +269,7 @@ fn a_replay_at_full_speed_ends_when_asked_to() {
     assert!(place.ps().is_empty());
 }
 
-/// In the background of a shell it set the terminal for its keys, and was stopped for that.
+/// In the background of a shell it configured the terminal for its keys, and was stopped because of that.
 #[test]
 fn a_replay_in_the_background_goes_on() {
     let place = Place::new();
@@ -288,7 +287,7 @@ fn a_replay_in_the_background_goes_on() {
     assert_eq!(ended.code, Some(0), "{ended}");
 }
 
-/// The output was created before the input was read: `-o` with the recording's own name destroyed it.
+/// The output was created before the input was read, so `-o` with the recording's own name destroyed it.
 #[test]
 fn what_is_read_is_not_written_over() {
     let place = Place::new();
@@ -314,8 +313,8 @@ fn what_is_read_is_not_written_over() {
     assert!(!place.files().join("out.mcap").exists(), "{ended}");
 }
 
-/// The recordings of a mission's runs have one name, each in a folder of its own: their tables overwrote each
-/// other. And parts of two splits lay in one folder.
+/// The recordings of a mission's runs have the same name, each in a folder of its own, so their tables overwrote each other.
+/// Parts of two splits also ended up in one folder.
 #[test]
 fn of_several_recordings_none_takes_anothers_place() {
     let place = Place::new();
@@ -362,8 +361,8 @@ fn write_log(place: &Place, log: &str, map: &str) {
     write(log, b"FLASER 3 1.0 1.0 1.0 2 2 0 2 2 0 0.1 host 0.1\n");
 }
 
-/// The mission of a log was made as text, in which a name was quoted as Rust quotes it: "\u{308}" is no TOML. So a
-/// decomposed "ü", as macOS writes names, was refused.
+/// The mission of a log was made as text, in which a name was quoted as in Rust: "\u{308}" is not TOML, so a decomposed "ü", as
+/// macOS writes names, was refused.
 #[test]
 fn a_log_and_its_map_may_have_any_name() {
     let place = Place::new();
@@ -377,8 +376,7 @@ fn a_log_and_its_map_may_have_any_name() {
     assert!(run.mission.world.map.unwrap().ends_with(map));
 }
 
-/// Logs and options that are none: what is wrong is told with the name of what it is wrong in, before anything is
-/// written.
+/// Invalid logs and options: the error names where the fault is, before anything is written.
 #[test]
 fn what_is_no_log_is_told_by_its_name() {
     let place = Place::new();
@@ -401,13 +399,13 @@ fn what_is_no_log_is_told_by_its_name() {
     }
     assert!(!place.files().join("log.mcap").exists());
     fine(&place, "import good.log --map map.yaml -o log.mcap");
-    // Nobody drove it: a planner that has nothing to say agreed with it, byte for byte.
+    // No planner drove it, so one that sends nothing would agree with it, byte for byte.
     let ended = place.run("rerun log.mcap --process planner");
     assert_eq!(ended.code, Some(2), "{ended}");
     fine(&place, "rerun log.mcap --process localizer");
 }
 
-/// The trajectory errors are those of evo, run as a program on the trajectories that the judge writes.
+/// The trajectory errors are those of evo, run on the trajectories that the judge writes.
 #[test]
 fn trajectory_errors_agree_with_evo() {
     let Some(python) = needs::python("evo", "SKETCHNAV_PYTHON", "evo") else { return };
@@ -438,7 +436,7 @@ fn trajectory_errors_agree_with_evo() {
     }
 }
 
-/// Parts in a folder as rosbag2 has it are read by rosbags, with the latched topics in each.
+/// rosbags reads parts in a rosbag2 folder, with the latched topics in each.
 #[test]
 fn a_folder_of_rosbag2_is_read_by_rosbags() {
     let Some(python) = needs::python("rosbags", "SKETCHNAV_PYTHON", "rosbags") else { return };
@@ -457,7 +455,7 @@ fn a_folder_of_rosbag2_is_read_by_rosbags() {
     assert_eq!((Some(counts[0]), counts[1]), (scans, parts));
 }
 
-/// Real logs: where the map is known the localizer stays within a cell of the reference.
+/// Real logs: with a known map, the localizer stays within a cell of the reference.
 #[test]
 fn real_logs_are_localized_in_their_maps() {
     let Some(logs) = needs::data_file("logs") else { return };

@@ -1,4 +1,4 @@
-//! `sketchnav relations`: how objects stand to each other over time, of a table and of a recording.
+//! `sketchnav relations`: how objects relate to each other over time, from a table and from a recording.
 
 use serde_json::Value;
 use support::{Place, repository};
@@ -24,7 +24,7 @@ fn a_table_of_positions_becomes_a_story_of_an_encounter() {
     let story = [("-,-", "first"), ("-,0", "neighbour"), ("0,0", "inserted"), ("0,-", "neighbour")];
     let story: Vec<_> = story.map(|(relation, change)| (relation.to_owned(), change.to_owned())).into();
     assert_eq!(relations(&answer), story);
-    // The other way round the signs change places.
+    // The other way around, the signs are swapped.
     let turned = place.run("relations encounter.csv --calculus qtc-b --between robot,human --json").json();
     assert_eq!(relations(&turned)[1].0, "0,-");
     let csv = place.run("relations encounter.csv --calculus argd --csv");
@@ -33,7 +33,7 @@ fn a_table_of_positions_becomes_a_story_of_an_encounter() {
     assert!(csv.out.contains("human robot,0.200,0.300,near,neighbour"), "{csv}");
 }
 
-/// People were not recorded once: nothing could be said of them afterwards.
+/// People were once not recorded, so nothing could be said about them afterwards.
 #[test]
 fn a_recording_tells_of_the_robot_and_of_every_person() {
     let place = Place::new();

@@ -1,5 +1,5 @@
 //! The bridge to ROS 2. Its counterpart is real ROS 2 (rclpy with Fast DDS), from a Python that
-//! `SKETCHNAV_ROS2_PYTHON` names. Tests that need it are skipped where there is none.
+//! `SKETCHNAV_ROS2_PYTHON` names. Tests that need it are skipped if there is none.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,7 +13,7 @@ fn ros2_python() -> Option<PathBuf> {
     needs::python("ros2", "SKETCHNAV_ROS2_PYTHON", "rclpy, diagnostic_msgs, rosgraph_msgs")
 }
 
-/// A domain of this test process alone, of those that no port of the kernel's own choice lies in.
+/// A domain only for this test process, among those whose ports the kernel does not choose by itself.
 fn domain(of_test: u32) -> u32 {
     10 + (std::process::id() + 7 * of_test) % 90
 }
@@ -23,7 +23,7 @@ fn script(place: &Place, python: &Path, domain: u32, file: &str, arguments: &[&s
     let mut command = Command::new(python);
     command.arg(repository().join("tests").join(file)).args(arguments);
     place.settle(&mut command);
-    // Shared memory is for participants of Fast DDS alone.
+    // Shared memory is only for participants of Fast DDS.
     command.env("ROS_DOMAIN_ID", domain.to_string()).env("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4");
     command.env("PYTHONDONTWRITEBYTECODE", "1").env("ROS_LOG_DIR", place.files());
     command
@@ -126,7 +126,7 @@ fn bad_input_is_told_and_nothing_is_opened() {
     place.assert_nothing_left("lab");
 }
 
-/// Who comes late gets the drawing, which is far longer than a datagram, as a type that its reader knows by IDL alone.
+/// A late reader gets the drawing, which is far longer than a datagram, as a type that it knows only by IDL.
 #[test]
 fn a_reader_of_another_maker_gets_the_latched_drawing() {
     let Some(python) = ros2_python() else { return };
@@ -169,7 +169,7 @@ struct Hosts {
 }
 
 impl Hosts {
-    /// Where this user may make them.
+    /// Creates them, if this user may.
     fn new() -> Option<Self> {
         let id = std::process::id();
         let hosts = Self { names: ["a", "b"].map(|end| format!("sketchnav-{id}-{end}")) };
@@ -214,7 +214,7 @@ fn ip(arguments: &str) -> bool {
     ended.is_some_and(|ended| ended.is_ok_and(|ended| ended.status.success()))
 }
 
-/// By multicast over a wire, as on any network; the ROS 2 node shares nothing with the robot's host but that.
+/// By multicast over a wire, as on any network, which is all that the ROS 2 node shares with the robot's host.
 #[test]
 fn ros_2_on_another_host_hears_the_robot_and_gives_it_a_goal() {
     let Some(python) = ros2_python() else { return };
@@ -241,7 +241,7 @@ fn ros_2_on_another_host_hears_the_robot_and_gives_it_a_goal() {
     place.assert_nothing_left("lab");
 }
 
-/// The mission of two rooms, with a robot that ROS 2 brings in the world's place.
+/// The mission of two rooms, with a robot from ROS 2 in place of the world.
 #[test]
 fn a_robot_of_ros_2_drives_a_mission_in_the_world_s_place() {
     let Some(python) = ros2_python() else { return };

@@ -51,7 +51,7 @@ fn a_program_sees_how_the_processes_get_on() {
     place.assert_nothing_left("seen");
 }
 
-/// The pad was no row: in its own systems nobody saw how it got on, nor could kill it.
+/// The pad had no row, so in its own systems it could be neither watched nor killed.
 #[test]
 fn a_program_sees_how_the_pad_gets_on() {
     let place = Place::new();

@@ -1,8 +1,8 @@
-//! The live view. Other people's viewer decodes every topic of a running demo. A recording is played, paused and
-//! sought. Bad input is rejected, and the layout that comes with the project names what there is.
+//! The live view: a third-party viewer decodes every topic of a running demo, a recording is played, paused and searched, bad
+//! input is rejected, and the layout that comes with the project names only what exists.
 //!
-//! The first needs node and Foxglove's packages (`.ci/run` installs them): the folder that holds `node_modules` is
-//! `SKETCHNAV_FOXGLOVE`, or `target/foxglove`. Skipped with a notice without them.
+//! The first test needs node and Foxglove's packages (`.ci/run` installs them); the folder with `node_modules` is
+//! `SKETCHNAV_FOXGLOVE`, or `target/foxglove`. Skipped, with a notice, without them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -33,7 +33,7 @@ fn packages() -> Option<PathBuf> {
     is_there.then_some(folder)
 }
 
-/// The topics of channels on which something was sent, and those that are derived of them.
+/// The topics of channels on which something was sent, and those derived from them.
 fn spoken(place: &Place, system: &str) -> BTreeSet<String> {
     sketchnav_navigators::register(&[]).unwrap();
     let figures = place.fine(&format!("channels {system} --json")).json();
@@ -48,12 +48,12 @@ fn spoken(place: &Place, system: &str) -> BTreeSet<String> {
     topics
 }
 
-/// What a run says on its standard error, by the line: where its view is.
+/// Starts a run and returns the link of its view, from its standard error.
 fn link_of(running: &mut Command) -> (Running, String) {
     let mut child = running.spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
     let link = lines.find_map(|line| Some(line[line.find("ws://")?..].trim().to_owned()));
-    // Its output is read on, so that it never waits for a reader.
+    // Its output is read continuously, so that it never waits for a reader.
     std::thread::spawn(move || lines.for_each(drop));
     (Running::of(child), link.expect("the view's link"))
 }
@@ -111,7 +111,7 @@ fn what_was_shown_is_what_was_recorded(watched: &Value, recording: &str) {
     }
 }
 
-/// How playing stands, as the protocol numbers it.
+/// The states of playback, as the protocol numbers them.
 const PLAYING: u8 = 0;
 const PAUSED: u8 = 1;
 const ENDED: u8 = 3;
@@ -121,7 +121,7 @@ fn story() -> PathBuf {
     repository().join("recordings/golden/story.mcap")
 }
 
-/// What of a recording is shown from a time on.
+/// What is shown of a recording from a time on.
 fn expected(recording: &Recording, from_ns: u64) -> Messages {
     let latched = recording.latched_before(from_ns).unwrap();
     let latched = latched.into_iter().map(|message| RawMessage { stamp_ns: from_ns, ..message });
@@ -135,8 +135,8 @@ fn expected(recording: &Recording, from_ns: u64) -> Messages {
 
 type Messages = BTreeMap<String, Vec<(u64, Vec<u8>)>>;
 
-/// Takes what comes until the clock of the recording says something and so many messages are there, without what is derived.
-/// What a viewer is told and what it is shown come by different queues.
+/// Takes what comes until the recording's clock has this status and this many messages have arrived, not counting derived ones.
+/// Status and messages come through different queues.
 fn take(viewer: &mut Viewer, all: &mut Messages, status: u8, messages: usize) -> Option<(u64, bool, String)> {
     sketchnav_navigators::register(&[]).unwrap();
     let (mut told, mut count) = (None, all.values().map(Vec::len).sum::<usize>());
@@ -157,7 +157,7 @@ fn take(viewer: &mut Viewer, all: &mut Messages, status: u8, messages: usize) ->
     told
 }
 
-/// How many topics a recording has, with those that are derived.
+/// How many topics a recording has, including derived ones.
 fn topic_count(recording: &Recording) -> usize {
     sketchnav_navigators::register(&[]).unwrap();
     let topics = recording.topics().unwrap();
@@ -205,7 +205,7 @@ fn counts(all: &Messages) -> BTreeMap<&str, usize> {
     all.iter().map(|(topic, messages)| (topic.as_str(), messages.len())).collect()
 }
 
-/// Of what is latched the second viewer got nothing: the first one had had it.
+/// The second viewer got no latched messages, because the first one had already had them.
 #[test]
 fn who_comes_second_gets_what_is_latched_and_nobody_leaves_a_channel_open() {
     sketchnav_navigators::register(&[]).unwrap();

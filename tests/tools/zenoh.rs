@@ -1,5 +1,5 @@
 //! The bridge to ROS 2 by Zenoh. Its counterpart is the package `zenoh-ros2-sdk`, which speaks as rmw_zenoh does, in a
-//! Python that `SKETCHNAV_ZENOH_PYTHON` names. Tests that need it are skipped where there is none.
+//! Python that `SKETCHNAV_ZENOH_PYTHON` names. Tests that need it are skipped if there is none.
 
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ fn zenoh_python() -> Option<PathBuf> {
     needs::python("zenoh", "SKETCHNAV_ZENOH_PYTHON", "zenoh_ros2_sdk, zenoh, rosbags")
 }
 
-/// A port that nobody has.
+/// A free port.
 fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
@@ -36,7 +36,7 @@ fn node(place: &Place, python: &Path, arguments: &[&str]) -> Ended {
     ended
 }
 
-/// Has a node give orders until the mission's status shows it.
+/// Has a node give orders until the mission's status shows the effect.
 fn order(place: &Place, python: &Path, arguments: &[&str], what: &str, holds: impl Fn(&Value) -> bool) {
     let giver = Running::spawn(script(place, python, "zenoh_node.py", arguments));
     support::wait_until(what, || holds(&place.fine("echo status --once --system lab").json()["message"]));
@@ -49,7 +49,7 @@ fn numbers(report: &Value, key: &str) -> Vec<f64> {
     report[key].as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// How large the drawing is that the system has.
+/// The size of the drawing that the system has.
 fn drawing(place: &Place) -> Value {
     let fields = "--field grid.info.width --field grid.info.height";
     place.fine(&format!("echo sketch --once --system lab {fields}")).json()["fields"].clone()
@@ -85,7 +85,7 @@ fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
     for process in support::SERVICES {
         assert_eq!(report["levels"][format!("lab: {process}")], 0, "{report}");
     }
-    // Each message has its number, its time and who sent it.
+    // Each message has its number, its time and its sender.
     assert!(numbers(&report, "numbers").windows(2).all(|pair| pair[0] < pair[1]), "{report}");
     assert!(numbers(&report, "ages_s").iter().all(|age| (-60.0..3600.0).contains(age)), "{report}");
     assert_eq!(report["identities"].as_array().unwrap().len(), 1, "{report}");
@@ -117,7 +117,7 @@ fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
     assert!(ended.err.contains("\"stand on your head\": expected one of start, abort"), "{ended}");
     place.assert_nothing_left("lab");
 
-    // The hash of each type is the one that others find of the recording's definitions.
+    // The hash of each type is the one that other software computes from the recording's definitions.
     let recording = told["recording"].as_str().unwrap();
     let hashes = node(&place, &python, &["hashes", recording]).json();
     let hashes = hashes.as_object().unwrap();
@@ -157,7 +157,7 @@ fn a_subscriber_that_waits_at_the_router_gets_the_latched_drawing() {
     place.assert_nothing_left("lab");
 }
 
-/// The mission of two rooms, with a robot that comes by Zenoh in the world's place.
+/// The mission of two rooms, with a robot that comes by Zenoh in place of the world.
 #[test]
 fn a_robot_of_rmw_zenoh_drives_a_mission_in_the_world_s_place() {
     let Some(python) = zenoh_python() else { return };

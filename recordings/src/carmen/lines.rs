@@ -1,5 +1,5 @@
-//! A log line by line, whatever is wrong with one of them. A line that is too long is skipped, and compressed data
-//! that breaks off ends the log.
+//! Reads a log line by line, whatever is wrong with any of them. A line that is too long is skipped, and compressed data that
+//! breaks off ends the log.
 
 use std::io::{self, BufRead, ErrorKind, Read};
 
@@ -12,7 +12,7 @@ pub enum Next {
     Line,
     /// It is longer than [`MAX_LINE_BYTES`], and was skipped.
     TooLong,
-    /// The data breaks off within it: a compressed file that was cut, or is damaged from here on.
+    /// The data breaks off within it: a compressed file is cut, or damaged from here on.
     BreaksOff(io::Error),
     /// There is none.
     End,
@@ -43,7 +43,7 @@ impl<R: BufRead> Lines<R> {
     /// Reads the next line.
     ///
     /// # Errors
-    /// The system's. Data that breaks off is no error, but an end.
+    /// Those of the system. Data that breaks off is not an error but an end.
     pub fn next(&mut self) -> io::Result<Next> {
         self.number += 1;
         self.text.clear();
@@ -74,7 +74,7 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// What decompressors say of data that ends too early or is damaged.
+/// The errors of decompressors for data that ends too early or is damaged.
 fn breaks_off(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::UnexpectedEof | ErrorKind::InvalidInput | ErrorKind::InvalidData)
 }

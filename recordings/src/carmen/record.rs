@@ -1,4 +1,4 @@
-//! What one line of a log says. The formats are those that CARMEN writes into the head of its log files:
+//! The content of one line of a log. The formats are those that CARMEN writes at the head of its log files:
 //!
 //! ```text
 //! RAWLASER1   laser_type start_angle field_of_view angular_resolution maximum_range accuracy remission_mode
@@ -9,15 +9,15 @@
 //! FLASER      num_readings [range_readings] x y theta odom_x odom_y odom_theta
 //! ODOM        x y theta tv rv accel
 //! ```
-//! Each ends with `ipc_timestamp ipc_hostname logger_timestamp`. So a line says how many fields it must have. Only the
-//! fields that are read have to be text in ASCII; a host may have any name.
+//! Each ends with `ipc_timestamp ipc_hostname logger_timestamp`. A line therefore says how many fields it must have. Only the
+//! fields that are read have to be ASCII text; a host may have any name.
 
 use std::f64::consts::{PI, TAU};
 
 use sketchnav_schemas::geometry::{Odom, Pose, World};
 use sketchnav_schemas::message::MAX_BEAMS;
 
-/// Farther than any robot drives, metres: such a position is none.
+/// Farther than any robot drives, metres: such a position is invalid.
 const FAR_M: f64 = 1e7;
 /// Time, host, and the logger's time.
 const END_FIELDS: usize = 3;
@@ -36,7 +36,7 @@ pub enum ScanKind {
 }
 
 impl ScanKind {
-    /// All, from the one that says most.
+    /// All, beginning with the most informative.
     pub const ALL: [Self; 3] = [Self::RobotLaser1, Self::Flaser, Self::RawLaser1];
 
     /// The word that its lines begin with.
@@ -68,14 +68,14 @@ impl std::fmt::Display for ScanKind {
 /// Why a line is left out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
-    /// The number of its fields does not fit what it says.
+    /// The number of its fields does not match what it says.
     #[error("{word}: expected {expected} fields, found {found}")]
     Fields {
-        /// How it begins, with the number of readings where there is one.
+        /// How it begins, with the number of readings if there is one.
         word: String,
-        /// As many as there should be.
+        /// How many there should be.
         expected: usize,
-        /// As many as there are.
+        /// How many there are.
         found: usize,
     },
     /// A field that is not what it should be.
@@ -90,13 +90,13 @@ pub enum Fault {
         /// What is there.
         found: String,
     },
-    /// A word at the beginning that no kind of line has.
+    /// A word at the beginning that belongs to no kind of line.
     #[error("expected a kind of line, such as FLASER, found {found:?}")]
     Kind {
         /// The word.
         found: String,
     },
-    /// Angles that do not fit each other.
+    /// Angles that contradict each other.
     #[error(
         "{kind}: expected a resolution that fits a field of view of {view_deg:.1}°, found {found_deg:.4}° for {beams} \
          readings"
@@ -111,10 +111,10 @@ pub enum Fault {
         /// How many readings there are.
         beams: usize,
     },
-    /// A line that is no line of a log.
+    /// A line too long to be a line of a log.
     #[error("expected a line of less than 256 KiB")]
     Long,
-    /// A stamp that no recording can hold.
+    /// A stamp that does not fit into a recording.
     #[error("expected a time at most 68 years after the first scan, found {since_s:.0} s after it")]
     Time {
         /// After the first scan, seconds.
@@ -138,8 +138,8 @@ pub struct Beams {
 }
 
 impl Beams {
-    /// CARMEN's rule for lines that do not state their angles. 400 and 401 readings span 100°, every other number half a
-    /// circle. An odd number includes both edges (181, 361, 401), an even one leaves the last out (180, 360, 400).
+    /// CARMEN's rule for lines that do not state their angles. 400 and 401 readings span 100°, any other number half a circle.
+    /// An odd number includes both edges (181, 361, 401), an even one omits the last (180, 360, 400).
     pub fn by_count(count: usize) -> Self {
         let view_rad = if matches!(count, 400 | 401) { 100_f64.to_radians() } else { PI };
         let gaps = if count % 2 == 1 { count - 1 } else { count };
@@ -159,20 +159,20 @@ pub struct ScanLine {
     pub kind: ScanKind,
     /// Where its beams point.
     pub beams: Beams,
-    /// Ranges in metres, from the right to the left; NaN where the log has no number that a laser measures.
+    /// Ranges in metres, from the right to the left; NaN if the log has no number that a laser measures.
     pub ranges_m: Vec<f32>,
     /// The maximum range that the line states, metres.
     pub range_max_m: Option<f64>,
-    /// One field more than the readings need, right after them and no less than any of them.
+    /// An extra field right after the readings that is no less than any of them.
     pub surplus: Option<f64>,
-    /// The two poses: of the laser (where a mapper has corrected the log, the reference), and of the robot.
+    /// The two poses: of the laser (the reference, if a mapper has corrected the log), and of the robot.
     pub poses: Option<(Pose<World>, Pose<Odom>)>,
     /// Seconds, by the log's clock.
     pub time_s: f64,
 }
 
 impl ScanLine {
-    /// What is wrong with a line of one field too many.
+    /// What is wrong with a line that has one field too many.
     pub fn surplus_fault(&self) -> Fault {
         let count = self.ranges_m.len();
         let expected = 2 + count + self.kind.fields_behind();
@@ -187,7 +187,7 @@ pub enum Record {
     Scan(ScanLine),
     /// The odometry.
     Odometry(Pose<Odom>),
-    /// Nothing that a recording has: a parameter, another laser. By its first word.
+    /// Nothing that goes into a recording, such as a parameter or another laser; named by its first word.
     Other(String),
     /// An empty line or a comment.
     Nothing,
@@ -209,7 +209,7 @@ impl Record {
             Some(b"ROBOTLASER1") => {
                 Fields::new("ROBOTLASER1", &words).stated(ScanKind::RobotLaser1).map(Self::Scan)
             }
-            // Some programs leave the number of the only laser out.
+            // Some programs omit the number of the only laser.
             Some(b"RAWLASER1" | b"RAWLASER") => {
                 Fields::new("RAWLASER1", &words).stated(ScanKind::RawLaser1).map(Self::Scan)
             }
@@ -219,7 +219,7 @@ impl Record {
     }
 }
 
-/// Whether a line may begin like that, though this program does not know it.
+/// Whether a line may begin like this, although this program does not know it.
 fn is_kind(word: &[u8]) -> bool {
     let is_of_name = |byte: &u8| byte.is_ascii_uppercase() || byte.is_ascii_digit() || b"_-".contains(byte);
     word.len() <= MAX_SHOWN && word[0].is_ascii_uppercase() && word.iter().all(is_of_name)
@@ -234,7 +234,7 @@ fn shown(word: &[u8]) -> String {
     shown
 }
 
-/// The fields of a line, one after the other.
+/// The fields of a line, one after another.
 struct Fields<'a> {
     kind: &'static str,
     words: &'a [&'a [u8]],
@@ -265,7 +265,7 @@ impl<'a> Fields<'a> {
         Ok(Pose::new(x, y, self.number()?))
     }
 
-    /// A range. Infinite is "no return"; what is no distance at all is left out alone.
+    /// A range. Infinite means "no return"; only a value that is not a distance at all is left out.
     fn range(&mut self) -> Result<f32, Fault> {
         let range: f32 = self.take("a range in metres", |word| word.parse().ok())?;
         Ok(if range >= 0.0 { range } else { f32::NAN })
@@ -276,7 +276,7 @@ impl<'a> Fields<'a> {
         self.take(expected, |word| word.parse().ok().filter(|count| (least..=MAX_BEAMS).contains(count)))
     }
 
-    /// Refuses a line that has another number of fields.
+    /// Refuses a line with a different number of fields.
     fn expect(&self, word: String, expected: usize) -> Result<(), Fault> {
         let found = self.words.len();
         if found == expected { Ok(()) } else { Err(Fault::Fields { word, expected, found }) }
@@ -341,7 +341,7 @@ impl<'a> Fields<'a> {
         (0..count).map(|_| self.range()).collect()
     }
 
-    /// The beams must span what the line calls its field of view, give or take one and a half of them.
+    /// The beams must span the line's stated field of view, give or take one and a half beams.
     fn check_angles(&self, beams: &Beams, view_rad: f64, count: usize) -> Result<(), Fault> {
         let step_rad = beams.angle_increment_rad;
         let is_laser = step_rad > 0.0

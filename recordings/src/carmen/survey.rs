@@ -1,4 +1,4 @@
-//! What a log has, by a look at all of its lines: which of them to read as scans, and whose odometry.
+//! A survey of all lines of a log: which of them to read as scans, and whose odometry to use.
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -9,16 +9,16 @@ use super::lines::{Lines, Next};
 use super::record::{Beams, Fault, Record, ScanKind, ScanLine};
 use super::{CarmenError, Chain, LeftOut};
 
-/// Less than this is no motion: metres, and radians.
+/// Less than this does not count as motion: metres, and radians.
 const STILL: f64 = 1e-3;
-/// ODOM lines and the scans' own poses whose ways differ by more than this share are not the same odometry. Those of a log
-/// that a mapper has corrected differ by less than a tenth.
+/// If the distances by ODOM lines and by the scans' own poses differ by more than this share, they are not the same odometry.
+/// Those of a log that a mapper has corrected differ by less than a tenth.
 const MOST_DIFFERENCE: f64 = 0.2;
-/// Scans may go so far without an ODOM line between them, metres.
+/// How far scans may go without an ODOM line between them, metres.
 const LONGEST_GAP_M: f64 = 0.5;
-/// Most shapes of scans that are counted each for itself.
+/// Most shapes of scans that are counted separately.
 const MAX_SHAPES: usize = 32;
-/// Most words of lines that are not read which are counted each for itself.
+/// Most first words of unread lines that are counted separately.
 const MAX_OTHERS: usize = 32;
 
 /// Whose odometry the scans get.
@@ -33,15 +33,15 @@ pub enum OdometrySource {
 /// How to read a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// The lines that are scans; those of other kinds hold the same scans, or another laser's.
+    /// The kind of lines that are scans; lines of other kinds repeat the same scans, or contain another laser's.
     pub kind: ScanKind,
     /// Whose odometry.
     pub odometry: OdometrySource,
-    /// The field that all scans with one field too many have after their readings: the maximum range, metres.
+    /// The value of the extra field after the readings, the same in all scans that have one: the maximum range, metres.
     pub surplus: Option<f64>,
 }
 
-/// What is to be said of a log before anybody builds upon it.
+/// What should be known about a log before it is relied on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Doubt {
     /// The odometry stands still while the reference moves.
@@ -56,7 +56,7 @@ pub enum Doubt {
     /// The robot never moves.
     #[error("the robot never moves in this log: the path is too short to judge anything by")]
     Motionless,
-    /// ODOM lines go another way than the scans say.
+    /// ODOM lines cover another distance than the scans.
     #[error(
         "the ODOM lines go {lines_m:.1} m, the robot's own poses in the scans {scans_m:.1} m: ODOM lines are missing or \
          wrong, or the scans' poses are not the robot's own"
@@ -82,7 +82,7 @@ pub enum Doubt {
         /// How far the scans go, metres.
         scans_m: f64,
     },
-    /// There is but one pose.
+    /// There is only one pose.
     #[error(
         "both poses of each scan are the same and there are no ODOM lines: if a mapper has corrected this log, its \
          odometry is lost; if none has, its reference is the odometry"
@@ -137,12 +137,12 @@ pub struct Shape {
     pub scans: u64,
 }
 
-/// Scans by where their beams point.
+/// Scans by the directions of their beams.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Shapes {
     /// In the order in which they come first.
     pub known: Vec<Shape>,
-    /// Scans of still others; no laser has so many.
+    /// Scans of further shapes; no laser has so many.
     pub others: u64,
 }
 
@@ -157,7 +157,7 @@ impl Shapes {
         }
     }
 
-    /// The most frequent shape, of equals the first.
+    /// The most frequent shape; the first of several.
     pub fn most_frequent(&self) -> Option<&Shape> {
         self.known.iter().rev().max_by_key(|shape| shape.scans)
     }
@@ -173,25 +173,25 @@ struct Gap {
     motion: Motion,
 }
 
-/// What there is of a kind of lines.
+/// What is known about a kind of lines.
 #[derive(Debug, Clone, Default)]
 struct Facts {
     scans: u64,
     reference: Motion,
     own: Motion,
-    /// Since the last ODOM line, and the one in which the robot goes furthest.
+    /// The gap since the last ODOM line, and the one in which the robot goes farthest.
     gap: Gap,
     longest_gap: Gap,
     /// Whether some scan's two poses differ.
     poses_differ: bool,
-    /// The field too many of the first line that has one, and of how many lines; none where they differ.
+    /// The extra field of the first line that has one, and in how many lines it occurs; `None` if they differ.
     surplus: Option<(f64, u64)>,
     surplus_differs: bool,
     shapes: Shapes,
 }
 
 impl Facts {
-    /// Takes the scan in a line after so many ODOM lines.
+    /// Takes the scan in a line after this many ODOM lines.
     fn take(&mut self, scan: &ScanLine, line: u64, odometry_lines: u64) {
         match (scan.surplus, &mut self.surplus) {
             (None, _) => self.scans += 1,
@@ -218,7 +218,7 @@ impl Facts {
         }
     }
 
-    /// The field too many, where it is the same in all lines that have one.
+    /// The extra field, if it is the same in all lines that have one.
     fn surplus(&self) -> Option<(f64, u64)> {
         self.surplus.filter(|(_, count)| *count > 1 && !self.surplus_differs)
     }
@@ -295,7 +295,7 @@ impl Survey {
         }
     }
 
-    /// How to read the log: the kind of lines that has most scans, of equals the one that says most.
+    /// How to read the log: by the kind of lines with the most scans, the most informative one among equals.
     ///
     /// # Errors
     /// [`CarmenError::NoScans`], [`CarmenError::NoOdometry`].
@@ -322,7 +322,7 @@ impl Survey {
         if reading.odometry == OdometrySource::Lines { self.chained.way_m } else { own }
     }
 
-    /// What is to be said of the log, read like that.
+    /// What should be known about the log, if read like that.
     pub fn doubts(&self, reading: &Reading) -> Vec<Doubt> {
         let Some(facts) = self.kinds.get(&reading.kind) else { return Vec::new() };
         let moves = self.chained.moves() || facts.own.moves();
@@ -351,13 +351,13 @@ impl Survey {
         is_partial.then_some(Doubt::Partial { lines_m, scans_m })
     }
 
-    /// The scans of that reading by where their beams point.
+    /// The scans of that reading by the directions of their beams.
     pub fn shapes(&self, reading: &Reading) -> Option<&Shapes> {
         self.kinds.get(&reading.kind).map(|facts| &facts.shapes)
     }
 
-    /// How many lines there are of kinds that are not read, by their first words: parameters, other lasers, and the
-    /// scans that lines of the kind that is read hold too.
+    /// How many lines of unread kinds there are, by their first words: parameters, other lasers, and scans that the lines read
+    /// contain as well.
     pub fn not_read(&self, reading: &Reading) -> BTreeMap<String, u64> {
         let scans = self.kinds.iter().filter(|(kind, _)| **kind != reading.kind);
         let scans = scans.map(|(kind, facts)| (kind.word().to_owned(), facts.usable()));
@@ -367,7 +367,7 @@ impl Survey {
         others.chain(scans).chain(odometry).collect()
     }
 
-    /// What there is in the place of scans, in words.
+    /// What the log has instead of scans, in words.
     fn found(&self) -> String {
         let odometry = (self.odometry_lines > 0).then(|| format!("{} ODOM", self.odometry_lines));
         let others = self.others.iter().map(|(word, count)| format!("{count} {word}"));

@@ -46,8 +46,8 @@ fn what_the_mapper_put_right_is_not_in_the_odometry() {
     assert_eq!((scans[0].ranges_m.as_slice(), scans[1].time_s), (&[1.5, 2.5, 81.9][..], 0.5));
 }
 
-/// The step from the ODOM line before a scan to the first one after it was always left out. With ODOM and FLASER
-/// in turn, as raw logs have them, the robot never moved.
+/// The step from the ODOM line before a scan to the first one after it was always left out. With ODOM and FLASER alternating,
+/// as in raw logs, the robot never moved.
 #[test]
 fn the_odometry_of_a_raw_log_is_what_it_says() {
     let log: String = [0.0, 1.0, 2.0].map(|x| odom(x) + &flaser(x + 0.1, x + 0.1)).concat();
@@ -66,7 +66,7 @@ fn without_odom_lines_the_scans_own_pose_is_the_odometry() {
     let (scans, _) = read(log);
     assert_eq!(scans.iter().map(|scan| scan.odometry.x).collect::<Vec<_>>(), [0.0, 1.0, 2.5]);
     assert_eq!(scans[2].reference.unwrap().x, 9.5);
-    // ODOM lines that stand still say no more than none.
+    // ODOM lines that stand still are worth no more than none.
     let log: String = [0.0, 1.0, 2.5].map(|x| odom(0.0) + &flaser(7.0 + x, x)).concat();
     assert_eq!(read(&log).0[2].odometry.x, 2.5);
     let survey = Survey::of(log.as_bytes()).unwrap();
@@ -92,8 +92,8 @@ fn an_odometry_that_never_moves_is_doubted() {
     assert_eq!(doubts(turning), [Doubt::SamePoses], "to turn is to move");
 }
 
-/// ODOM lines that ended after 3.0 m of 5.1 m, or came with every twentieth scan alone, were taken without a word: only less
-/// than half of the way was doubted. The robot stood still where they were missing.
+/// ODOM lines that ended after 3.0 m of 5.1 m, or came only with every twentieth scan, were accepted silently: only less than
+/// half of the distance was doubted. The robot stood still where they were missing.
 #[test]
 fn odom_lines_that_end_halfway_or_are_sparse_are_doubted() {
     let doubts = |log: &str| {
@@ -117,7 +117,7 @@ fn odom_lines_that_end_halfway_or_are_sparse_are_doubted() {
     assert_eq!(doubts(&stops), [Doubt::Partial { lines_m: 3.0, scans_m: 5.0 }]);
     let jumps = log(|_| true).replacen("ODOM 3.5 ", "ODOM 35 ", 1);
     assert_eq!(doubts(&jumps), [Doubt::Partial { lines_m: 67.75, scans_m: 5.0 }]);
-    // Scans that state no motion say nothing of the lines.
+    // Scans that state no motion say nothing about the lines.
     let states_none: String = [0.0, 1.0, 2.0].map(|x| odom(x) + &flaser(0.0, 0.0)).concat();
     assert_eq!(doubts(&states_none), []);
 }
@@ -153,7 +153,7 @@ fn fields_are_counted_against_what_the_line_says() {
     }
 }
 
-/// A cut last line refused the whole log; garbled ones were passed over in silence, and so were those of a host whose
+/// Because of a cut last line the whole log was refused; garbled lines were silently ignored, and so were those of a host whose
 /// name is not UTF-8.
 #[test]
 fn a_log_is_read_on_after_what_cannot_be_read() {
@@ -194,7 +194,7 @@ fn data_that_breaks_off_ends_the_log() {
     assert_eq!(end.to_string(), "3: the file breaks off here: too early");
 }
 
-/// Readings that are no distance, one beside another that is "no return".
+/// Readings that are not a distance, one of them next to one that means "no return".
 #[test]
 fn a_reading_that_is_none_leaves_the_others() {
     let (scans, left_out) = read("FLASER 4 1 nan inf -1 0 0 0 0 0 0 1 h 1\n");
@@ -213,7 +213,7 @@ fn a_maximum_range_after_the_readings_is_no_pose() {
     let survey = Survey::of(log.as_bytes()).unwrap();
     let doubts = survey.doubts(&survey.reading().unwrap());
     assert!(doubts.contains(&Doubt::Surplus { kind: ScanKind::Flaser, count: 3, value: 80.0 }), "{doubts:?}");
-    // What differs from line to line is no maximum range, but a reading that was not counted, say.
+    // A field that differs from line to line is not a maximum range but, say, a reading that was not counted.
     let (scans, left_out) = read(log.replacen("80.0", "70.0", 1) + &flaser(3.0, 3.0));
     assert_eq!((scans.len(), left_out.len()), (1, 3));
 }
@@ -265,7 +265,7 @@ fn lines_that_state_their_angles_are_read_by_them() {
     assert_eq!((scans[1].reference, scans[1].odometry.x, scans[1].range_max_m), (None, 1.0, None));
     let error = Survey::of(raw.as_bytes()).unwrap().reading().unwrap_err().to_string();
     assert!(error.starts_with("expected ODOM lines beside RAWLASER1 lines"), "{error}");
-    // CARMEN's logger writes the same scan twice where it is asked for both.
+    // CARMEN's logger writes the same scan twice if it is asked for both.
     let log = [0.0, 1.0].map(|x| odom(x) + raw + &robot(x)).concat();
     let survey = Survey::of(log.as_bytes()).unwrap();
     let reading = survey.reading().unwrap();
@@ -295,7 +295,7 @@ proptest! {
         }
     }
 
-    /// Of a line that is cut anywhere nothing is read that it does not have.
+    /// Wherever a line is cut, nothing is read that is not in it.
     #[test]
     fn a_cut_line_is_left_out(cut in 7_usize..40) {
         let line = "FLASER 3 1.5 2.5 3.5 9 0.1 0 9 0.1 0 0.25 h";

@@ -5,9 +5,9 @@ use serde_json::{Map, Number, Value};
 use super::DynamicError;
 use super::definition::{Count, Field, Kind, Primitive, Types};
 
-/// Most messages within each other.
+/// Deepest nesting of messages.
 const MAX_DEPTH: usize = 32;
-/// Bytes before the message, from whose end alignment counts.
+/// Bytes before the message; alignment counts from their end.
 const ENCAPSULATION_BYTES: usize = 4;
 /// Writers may fill up the last word.
 const MAX_PADDING: usize = 3;
@@ -49,7 +49,7 @@ fn field(reader: &mut Reader<'_>, types: &Types, field: &Field, depth: usize) ->
         Count::Fixed(count) => count,
         Count::Any => u32::from_ne_bytes(reader.number("the length of a list")?) as usize,
     };
-    // Each entry takes a byte at least.
+    // Each entry takes at least a byte.
     if count > reader.body.len() - reader.at {
         return Err(DynamicError::Short { at: reader.offset(), expected: "the entries of a list" });
     }
@@ -64,7 +64,7 @@ fn value(reader: &mut Reader<'_>, types: &Types, kind: &Kind, depth: usize) -> R
     }
 }
 
-/// The bytes of a message, taken one after the other.
+/// The bytes of a message, taken one after another.
 struct Reader<'a> {
     body: &'a [u8],
     at: usize,
@@ -72,7 +72,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Bytes from the start of the message as it lies in the file.
+    /// Bytes from the start of the message as stored in the file.
     fn offset(&self) -> usize {
         self.at + ENCAPSULATION_BYTES
     }
@@ -113,7 +113,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Its length counts the zero at its end; some writers give an empty text none.
+    /// A text. Its length includes the zero at its end, which some writers omit for an empty text.
     fn text(&mut self) -> Result<String, DynamicError> {
         let length = u32::from_ne_bytes(self.number("the length of a text")?) as usize;
         let bytes = self.take(length, "a text")?;
@@ -122,7 +122,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// JSON has no word for what is not finite.
+/// A number as JSON, which has no words for numbers that are not finite.
 fn real(number: f64) -> Value {
     Number::from_f64(number).map_or(Value::Null, Value::Number)
 }
@@ -187,7 +187,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// No length is believed: an error, or a message, whatever the bytes are.
+        /// No length is trusted: whatever the bytes are, the result is an error or a message.
         #[test]
         fn any_bytes_are_read_or_refused(
             cut in 0..50_usize,

@@ -1,12 +1,12 @@
-//! The definitions of messages as MCAP has them: the `.msg` text of the type, then those of the types in it, each after a line
-//! of `=` and a line `MSG: package/Type`.
+//! The definitions of messages as in MCAP: the `.msg` text of the type, then those of the types in it, each after a line of `=`
+//! and a line `MSG: package/Type`.
 
 use std::collections::BTreeMap;
 
 use super::DynamicError;
 use crate::records::Schema;
 
-/// A type that is no message.
+/// A type that is not a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Primitive {
     Bool,
@@ -51,11 +51,11 @@ pub enum Kind {
     Message(String),
 }
 
-/// How often a field has its value.
+/// Whether a field is a single value or a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Count {
     One,
-    /// A list of so many, whose length does not travel.
+    /// A list of this length, which is not transmitted.
     Fixed(usize),
     /// A list that begins with its length.
     Any,
@@ -85,7 +85,7 @@ impl Types {
         }
         let text = String::from_utf8_lossy(data);
         let root = short(name);
-        // Files leave them out, since every reader knows them.
+        // Files omit them, since every reader knows them.
         let known = TIMES.map(|(_, name)| (name.to_owned(), fields_of_time()));
         let mut by_name: BTreeMap<_, _> = known.into_iter().chain([(root.clone(), Vec::new())]).collect();
         let mut current = root.clone();
@@ -136,7 +136,7 @@ fn short(name: &str) -> String {
     }
 }
 
-/// The field that a line of the definition of `within` declares; none in a comment, a constant or an empty line.
+/// The field that a line of the definition of `within` declares; `None` for a comment, a constant or an empty line.
 fn field(line: &str, within: &str) -> Result<Option<Field>, DynamicError> {
     let plain = line.split('#').next().unwrap_or_default().trim();
     if plain.is_empty() {
@@ -163,7 +163,7 @@ fn field(line: &str, within: &str) -> Result<Option<Field>, DynamicError> {
     Ok(Some(Field { name, kind, count }))
 }
 
-/// The type without its list, and that.
+/// The type without its list, and the list.
 fn counted(kind: &str) -> Option<(&str, Count)> {
     let Some((base, list)) = kind.split_once('[') else { return Some((kind, Count::One)) };
     let length = list.strip_suffix(']')?;
@@ -216,7 +216,7 @@ mod tests {
         assert!(types.fields("std_msgs/Header").is_err());
     }
 
-    /// `time stamp` was a type that the file does not define: no message with a header was read.
+    /// `time stamp` was taken for a type that the file does not define, so no message with a header was read.
     #[test]
     fn times_need_no_definition() {
         let types = types("time stamp\nduration[2] lasted\nbuiltin_interfaces/Time again\n").unwrap();
@@ -225,7 +225,7 @@ mod tests {
             let names: Vec<_> = types.fields(name).unwrap().iter().map(|field| field.name.as_str()).collect();
             assert_eq!(names, ["sec", "nanosec"], "{name}");
         }
-        // Those of the file count, where it has them: once.
+        // Definitions in the file take precedence, and count once.
         let own = Types::of(&Schema {
             name: "a_msgs/msg/A".to_owned(),
             encoding: "ros2msg".to_owned(),

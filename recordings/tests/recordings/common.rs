@@ -1,4 +1,4 @@
-//! A run to record, and messages to record of it.
+//! A run to record, and messages of it.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -66,7 +66,7 @@ drift_yaw_radpm = 0.01
 slips_per_m = 0.0
 "#;
 
-/// A run that never was.
+/// An invented run.
 pub fn run_config() -> RunConfig {
     sketchnav_navigators::register(&[]).unwrap();
     let mission = Mission::parse(MISSION).unwrap();
@@ -85,10 +85,10 @@ pub fn create_run(path: &Path, run: &RunConfig) -> Writer<BufWriter<File>> {
     Writer::create(BufWriter::new(File::create(path).unwrap()), run).unwrap()
 }
 
-/// Writes so many random messages to a channel.
+/// Writes this many random messages to a channel.
 pub struct WriteSamples<'a> {
     pub writer: &'a mut Writer<BufWriter<File>>,
-    /// The name of the channel that is written.
+    /// The name of the channel to write.
     pub channel: &'static str,
     pub count: u64,
     pub random: Pcg64Mcg,
@@ -106,7 +106,7 @@ impl ChannelVisitor for WriteSamples<'_> {
     }
 }
 
-/// The channels that are recorded of a run of such a navigator, in the order of an instant.
+/// The channels that are recorded in a run of such a navigator, in the order of an instant.
 pub fn channels_of(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> {
     channels::of_kind(kind).filter(|spec| spec.is_recorded())
 }
@@ -116,7 +116,7 @@ pub fn record_samples(path: &Path, seed: u64, count: u64) {
     record_samples_of("sketch", path, seed, count);
 }
 
-/// The same of another kind of navigator.
+/// The same for another kind of navigator.
 pub fn record_samples_of(kind: &str, path: &Path, seed: u64, count: u64) {
     let mut run = run_config();
     run.mission.navigator.kind = kind.to_owned();
@@ -159,7 +159,7 @@ fn route() -> Route {
     route
 }
 
-/// The scan of a step: a wall ahead that comes nearer, one beam lost.
+/// The scan of a step: a wall ahead that comes nearer, and one lost beam.
 pub fn scan(step: u64) -> LaserScan {
     let mut scan = LaserScan {
         header: header(step),
@@ -227,7 +227,7 @@ pub fn write_step(writer: &mut Writer<BufWriter<File>>, step: u64) {
     writer.write(channels::HEALTH, &health, &[]).unwrap();
 }
 
-/// Records so many steps of the story.
+/// Records this many steps of the story.
 pub fn record_story(path: &Path, steps: u64) {
     let mut writer = create(path);
     write_beginning(&mut writer);

@@ -1,4 +1,4 @@
-//! Recordings out of recordings: what is whole stays as it is, what is damaged is left out and counted.
+//! Recordings made from recordings: what is intact stays as it is, what is damaged is left out and counted.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -84,8 +84,8 @@ fn what_a_kill_cut_off_is_recovered_up_to_the_cut() {
     assert!(info.clean_end && info.messages == known);
 }
 
-/// A recorder that is killed leaves, as a rule, a file that ends behind a whole record. `info` called it cut off, and a copy
-/// of it passed for all that there was.
+/// A recorder that is killed usually leaves a file that ends after a complete record. `info` called it cut off, but a copy of
+/// it passed for complete.
 #[test]
 fn a_file_that_ends_behind_a_whole_record_is_cut_off_too() {
     let folder = tempfile::tempdir().unwrap();
@@ -100,7 +100,7 @@ fn a_file_that_ends_behind_a_whole_record_is_cut_off_too() {
     }
 }
 
-/// A byte of a chunk in the middle: its checksum is wrong, the others are all there.
+/// One byte of a chunk in the middle: its checksum is wrong, and the other chunks are all there.
 #[test]
 fn a_damaged_chunk_is_left_out_and_the_rest_is_there() {
     let folder = tempfile::tempdir().unwrap();
@@ -116,7 +116,7 @@ fn a_damaged_chunk_is_left_out_and_the_rest_is_there() {
     assert!(info(&copy).unwrap().missing > 0, "what is gone is counted");
 }
 
-/// A length that lies, in the middle: the search finds the next chunk.
+/// A wrong length in the middle: the search finds the next chunk.
 #[test]
 fn behind_a_length_that_lies_the_rest_is_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -136,7 +136,7 @@ fn behind_a_length_that_lies_the_rest_is_found() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Whatever is wrong: what is recovered is a whole recording, and nothing in it was not there before.
+    /// Whatever is wrong, what is recovered is a complete recording, and everything in it was there before.
     #[test]
     fn what_is_recovered_is_whole_and_was_there(
         flips in prop::collection::vec((any::<prop::sample::Index>(), 1..=255_u8), 0..4),
@@ -203,8 +203,8 @@ fn halves_become_one() {
     assert_eq!(messages(&to).len(), messages(&path).len());
 }
 
-/// A filter from the second second on said that everything before it was missing. Every part but the first said so,
-/// too, and for `/health`, whose numbers say nothing, at any time.
+/// A filter starting at the second second reported that everything before was missing. So did every part except the first and,
+/// at any time, `/health`, whose numbers say nothing.
 #[test]
 fn what_is_left_out_on_purpose_is_not_missing() {
     let folder = tempfile::tempdir().unwrap();
@@ -216,7 +216,7 @@ fn what_is_left_out_on_purpose_is_not_missing() {
         let info = info(&to).unwrap();
         assert_eq!((info.missing, info.topics.iter().all(|topic| topic.gaps.is_empty())), (missing, true));
     }
-    // A part of a part: nobody asked for what is not in the first one.
+    // A part of a part: what is not in the first one was left out on purpose.
     let mut copy = begin(&to);
     let late = Selection::default().between(3_000_000_000..u64::MAX);
     filter(&Recording::open(&path).unwrap(), &late, &mut copy).unwrap();
@@ -230,7 +230,7 @@ fn what_is_left_out_on_purpose_is_not_missing() {
     }
 }
 
-/// What truly is missing is still counted, also where one part ends and the next begins.
+/// What is actually missing is still counted, even between the end of one part and the beginning of the next.
 #[test]
 fn what_a_recording_lacks_its_parts_lack() {
     let folder = tempfile::tempdir().unwrap();
@@ -247,8 +247,8 @@ fn what_a_recording_lacks_its_parts_lack() {
     assert_eq!(missing.sum::<u64>(), info(&path).unwrap().missing);
 }
 
-/// With a limit below the size of the drawing, which is latched and so in every part, each message made a part
-/// of its own.
+/// With a limit below the size of the drawing, which is latched and therefore in every part, each message made a part of its
+/// own.
 #[test]
 fn a_part_holds_its_limit_beside_what_is_latched() {
     let folder = tempfile::tempdir().unwrap();
@@ -267,7 +267,7 @@ fn a_part_holds_its_limit_beside_what_is_latched() {
     }
 }
 
-/// Of two runs whose descriptions differ in length both went in, and the last was believed.
+/// Of two runs whose descriptions differ in length, both descriptions were written, and the last one was used.
 #[test]
 fn of_what_describes_several_recordings_the_first_counts() {
     let folder = tempfile::tempdir().unwrap();
@@ -291,7 +291,7 @@ fn of_what_describes_several_recordings_the_first_counts() {
     }
 }
 
-/// Others put attachments and metadata behind the messages; and some write no chunks.
+/// Other software puts attachments and metadata after the messages, and some writes no chunks.
 #[test]
 fn what_describes_a_recording_may_stand_at_its_end() {
     let folder = tempfile::tempdir().unwrap();
@@ -347,8 +347,8 @@ fn rewritten(path: &Path, to: &Path, form: mcap::WriteOptions) {
     other.finish().unwrap();
 }
 
-/// Another tool had written the recording of a run again, with its attachments at the end, where many put them. It was called
-/// one without run.json, which neither `rerun` nor `replay` took, and so was what `recover` made of it.
+/// Another tool had rewritten the recording of a run with its attachments at the end, where many tools put them. It was treated
+/// as one without run.json, which neither `rerun` nor `replay` accepted, and so was its recovered copy.
 #[test]
 fn a_run_is_found_wherever_another_tool_has_written_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -375,7 +375,7 @@ fn a_run_is_found_wherever_another_tool_has_written_it() {
     }
 }
 
-/// What is damaged is counted as what it is: an attachment is no chunk.
+/// Damage is counted as what it is: an attachment is not a chunk.
 #[test]
 fn a_damaged_attachment_is_lost_bytes() {
     let folder = tempfile::tempdir().unwrap();
@@ -414,8 +414,8 @@ fn each_part_begins_with_what_is_latched() {
     );
 }
 
-/// A recorder's successor begins a little before its predecessor's end: what both have is there once, health
-/// too, whose numbers tell nothing.
+/// A restarted recorder begins a little before the end of the previous part: what both parts have is there once, even health,
+/// whose numbers say nothing.
 #[test]
 fn what_two_parts_have_is_joined_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -436,7 +436,7 @@ fn what_two_parts_have_is_joined_once() {
     assert_eq!(info(&to).unwrap().missing, 0);
 }
 
-/// Of a recorder that was killed and started again, what it has written so far lies in two files.
+/// If a recorder was killed and restarted, what it has written so far is in two files.
 #[test]
 fn a_window_of_a_recording_in_parts_begins_with_what_is_latched() {
     let folder = tempfile::tempdir().unwrap();

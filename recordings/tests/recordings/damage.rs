@@ -1,5 +1,5 @@
-//! Files that are cut, flipped, or lie. Each gives a clear error, or what is whole. None causes a panic, or takes more
-//! memory than the file and its longest chunk explain.
+//! Files that are cut off, or have flipped bits or wrong lengths. Each gives a clear error, or what is intact. None causes a
+//! panic, or takes more memory than the file and its longest chunk explain.
 
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
@@ -11,7 +11,7 @@ use sketchnav_recordings::{Recording, RecordingError};
 
 use super::common;
 
-/// Reads a file in every way that there is; what the first said.
+/// Reads a file in every possible way; returns the result of the first.
 fn read_all(path: &Path) -> Result<(u64, bool), RecordingError> {
     let told = info_of_messages(path).map(|info| (info.messages, info.clean_end));
     let _ = sketchnav_recordings::info::info(path);
@@ -98,7 +98,7 @@ fn lengths_and_counts_that_lie_are_told() {
     }
 }
 
-/// A recording with so many attachments of 64 MiB, the longest file of a run. They are holes, and take no room on the disk.
+/// A recording with this many attachments of 64 MiB, the longest file of a run. They are holes, and take no space on the disk.
 fn attach_holes(path: &Path, count: u32) {
     const LONG: i64 = 64 << 20;
     const CHECKSUM: i64 = 4;
@@ -117,7 +117,7 @@ fn attach_holes(path: &Path, count: u32) {
     }
 }
 
-/// All that is attached is held in memory: a small file on the disk once took gigabytes.
+/// All attachments are kept in memory: a small file on the disk once took gigabytes.
 #[test]
 fn no_more_is_attached_than_the_files_of_a_run() {
     let folder = tempfile::tempdir().unwrap();
@@ -132,7 +132,7 @@ fn no_more_is_attached_than_the_files_of_a_run() {
     assert!(error.contains("attachments") && error.contains("expected at most 268435456 bytes"), "{error}");
 }
 
-/// A file without chunks read as an empty one: its messages were in no index.
+/// A file without chunks was read as empty, because its messages were in no index.
 #[test]
 fn messages_in_no_chunk_are_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -161,14 +161,14 @@ fn messages_in_no_chunk_are_found() {
     assert_eq!(in_time, found);
 }
 
-/// A message in no chunk, as a record of the file.
+/// A message outside chunks, as a record of the file.
 fn loose(channel: u16, sequence: u32, ns: u64) -> Vec<u8> {
     let times = [ns, ns].map(u64::to_le_bytes).concat();
     let content = [&channel.to_le_bytes()[..], &sequence.to_le_bytes(), &times, b"{}"].concat();
     [&[MESSAGE][..], &(content.len() as u64).to_le_bytes(), &content].concat()
 }
 
-/// Chunks, and messages between them: those were left out where the file has an index, which names chunks alone.
+/// Chunks with messages between them, which were left out if the file has an index, because that names only chunks.
 #[test]
 fn messages_between_chunks_are_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -195,7 +195,7 @@ fn messages_between_chunks_are_found() {
     let tail = [&file[chunks[1]..chunks[2]], &loose(channel_id, 42, 5), &loose(channel_id, 43, 1000)];
     let no_index = [head.concat(), tail.concat(), file[chunks[2]..data_end].to_vec()].concat();
     check_mixed(&path, &no_index, 43, [42, 1, 2], [40, 43]);
-    // With the index of the chunks alone: the messages stand before the end of the data, the index is moved.
+    // With the index of the chunks only: the messages are before the end of the data, and the index is moved.
     let added = [loose(channel_id, 41, 205), loose(channel_id, 42, 5)].concat();
     let mut with_index = [&file[..data_end], &added, &file[data_end..]].concat();
     let footer = with_index.len() - 8 - 20;
@@ -207,7 +207,7 @@ fn messages_between_chunks_are_found() {
     check_mixed(&path, &with_index, 42, [42, 1, 2], [39, 40]);
 }
 
-/// Whatever the way to read it, all messages are there, in the order of time from these to those.
+/// However it is read, all messages are there, in order of time, from `first` to `last`.
 fn check_mixed(path: &Path, file: &[u8], count: usize, first: [u32; 3], last: [u32; 2]) {
     std::fs::write(path, file).unwrap();
     assert_eq!(read_all(path).unwrap().0, count as u64);
@@ -220,11 +220,11 @@ fn check_mixed(path: &Path, file: &[u8], count: usize, first: [u32; 3], last: [u
     assert_eq!(within, [20, 41]);
     let mut copy = sketchnav_recordings::copy::Copy::new(Vec::new()).unwrap();
     let copied = sketchnav_recordings::copy::recover(path, Default::default(), &mut copy).unwrap();
-    // Cut off behind a whole record, it has lost nothing: the record before it counted as lost.
+    // Cut off after a complete record, it has lost nothing; the record before used to count as lost.
     assert_eq!((copied.messages, copied.lost_chunks, copied.lost_bytes), (count as u64, 0, 0));
 }
 
-/// The length of a chunk that the file has no room for: the error says where, not that there is no index.
+/// A chunk length that exceeds the file: the error says where, not that there is no index.
 #[test]
 fn a_chunk_that_ends_behind_the_file_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -238,7 +238,7 @@ fn a_chunk_that_ends_behind_the_file_is_named() {
     assert!(error.contains(&format!("byte {at}: the file ends within the record")), "{error}");
 }
 
-/// A file with nothing damaged but its first bytes was refused by `recover` too, which is there for damaged files.
+/// A file of which only the first bytes are damaged was refused even by `recover`, which is for damaged files.
 #[test]
 fn a_file_whose_magic_alone_is_damaged_is_recovered() {
     let folder = tempfile::tempdir().unwrap();
@@ -252,15 +252,15 @@ fn a_file_whose_magic_alone_is_damaged_is_recovered() {
     let copied = sketchnav_recordings::copy::recover(&path, Default::default(), &mut copy).unwrap();
     assert_eq!((copied.messages, copied.lost_chunks, copied.lost_bytes), (messages, 0, 8));
     assert!(copied.was_whole && copied.has_loss());
-    // What is no recording at all stays refused.
+    // What is not a recording at all is still refused.
     std::fs::write(&path, "a text of more than a few bytes").unwrap();
     let mut copy = sketchnav_recordings::copy::Copy::new(Vec::new()).unwrap();
     assert!(sketchnav_recordings::copy::recover(&path, Default::default(), &mut copy).is_err());
 }
 
-/// Files that mcap 0.26's own readers do not survive, with a limit or without. One has an attachment that ends before
-/// its checksum, one an uncompressed chunk that ends before its record. When the first assertion fails, the library
-/// has learnt it, and its readers are worth another look (`records.rs`).
+/// Files that mcap 0.26's own readers do not survive, with or without a limit. One has an attachment that ends before its
+/// checksum, one an uncompressed chunk that ends before its record. When the first assertion fails, the library handles it, and
+/// its readers are worth another look (`records.rs`).
 #[test]
 fn what_the_librarys_readers_fall_over_is_an_error() {
     const ATTACHMENT: u8 = 9;

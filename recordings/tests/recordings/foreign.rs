@@ -1,4 +1,4 @@
-//! Recordings that others wrote, and files that are none: read, or named for what they are.
+//! Recordings by other software, and files that are not recordings: read, or reported as what they are.
 
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,7 @@ fn recovered(path: &Path, damaged: Damaged) -> (Copied, Vec<u8>) {
     (copied, copy.finish().unwrap())
 }
 
-/// A recording with chunks of lz4 was called damaged, and `recover` left nothing of it.
+/// A recording with lz4 chunks was called damaged, and `recover` left nothing of it.
 #[test]
 fn chunks_of_every_compression_of_mcap_are_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -43,7 +43,7 @@ fn chunks_of_every_compression_of_mcap_are_read() {
         assert_eq!(messages(&path).len() as u64, COUNT, "{compression}");
         let (copied, _) = recovered(&path, Damaged::LeaveOut);
         assert!(copied.messages == COUNT && !copied.has_loss(), "{compression}: {copied:?}");
-        // Where a length lies, the next chunk is found whatever packs it.
+        // After a wrong length, the next chunk is found, however it is compressed.
         let mut file = std::fs::read(&path).unwrap();
         let chunk = 8 + 9 + 4 + 4 + 4 + "another tool".len();
         assert_eq!(file[chunk], 6);
@@ -54,7 +54,7 @@ fn chunks_of_every_compression_of_mcap_are_read() {
     }
 }
 
-/// Of messages that rosbag2 had compressed one by one, a damaged one went into every copy as it was, and nobody was told.
+/// A damaged one among messages that rosbag2 had compressed individually was silently copied as it was.
 #[test]
 fn a_message_that_does_not_unpack_is_left_out_and_counted() {
     let folder = tempfile::tempdir().unwrap();
@@ -207,14 +207,14 @@ fn messages_of_ros_1_are_named_and_json_is_passed_on() {
             (name, other) => panic!("{name}: {other:?}"),
         }
     }
-    // A copy is of the same profile.
+    // A copy has the same profile.
     let mut copy = Copy::of_profile(Vec::new(), &Recording::open(&path).unwrap().header().profile).unwrap();
     filter(&Recording::open(&path).unwrap(), &Selection::default(), &mut copy).unwrap();
     std::fs::write(&path, copy.finish().unwrap()).unwrap();
     assert_eq!(info(&path).unwrap().profile, "ros1");
 }
 
-/// `recover` dropped such chunks for good, and said how many, not where and why.
+/// `recover` dropped such chunks for good, and reported how many but not where and why.
 #[test]
 fn a_wrong_checksum_is_listed_with_its_messages_and_kept_where_asked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -254,7 +254,7 @@ fn a_file_that_is_no_recording_is_named() {
     }
 }
 
-/// A message of a topic that is no channel was left out of a copy without a word.
+/// A message of a topic that is not a channel was silently left out of a copy.
 #[test]
 fn a_message_of_an_unknown_topic_is_refused_by_a_writer_of_runs() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,7 +1,6 @@
-//! Recordings of earlier versions stay readable: the files in `golden` hold what this version would write.
-//! `story.mcap` has the messages of a mission, `samples.mcap` every message type, `log.mcap` a log of CARMEN.
-//! `cut.mcap` is what a kill leaves. On purpose: `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-recordings
-//! golden`.
+//! Recordings of earlier versions stay readable: the files in `golden` contain what this version would write. `story.mcap` has
+//! the messages of a mission, `samples.mcap` every message type, `log.mcap` a log of CARMEN. `cut.mcap` is what a kill leaves.
+//! To change them on purpose: `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-recordings golden`.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -19,7 +18,7 @@ use super::common;
 
 const STEPS: u64 = 30;
 
-/// Compares a golden file with what `record` writes now, or has it written there.
+/// Compares a golden file with what `record` writes now, or updates it.
 fn check(name: &str, record: impl Fn(&Path)) -> PathBuf {
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden").join(name);
     if std::env::var_os("SKETCHNAV_UPDATE_GOLDEN").is_some() {
@@ -36,8 +35,8 @@ fn check(name: &str, record: impl Fn(&Path)) -> PathBuf {
     golden
 }
 
-/// The first difference in any channel. `diff` leaves out health and faults, which differ from run to run, so that
-/// another form of those messages would have passed here.
+/// The first difference in any channel. `diff` leaves out health and faults, which differ from run to run, so a changed format
+/// of those messages would have gone unnoticed here.
 fn difference(a: &Path, b: &Path) -> Option<Difference> {
     let recorded = channels::all().filter(|spec| spec.is_recorded());
     let mut comparison = Comparison::of(recorded, Tolerances::default());

@@ -1,5 +1,4 @@
-//! Recordings as their users meet them: files that are written, cut, damaged, compared, decoded by
-//! other people's tools.
+//! Recordings as users encounter them: files that are written, cut off, damaged, compared, and decoded by third-party tools.
 
 mod common;
 mod copies;

@@ -1,5 +1,5 @@
-//! Other people's tools decode every message type: rosbags and mcap-ros2-support, from the file alone.
-//! Needs a Python with both, named by `SKETCHNAV_PYTHON` or found as `python3`; skipped otherwise.
+//! Third-party tools decode every message type: rosbags and mcap-ros2-support, from the file alone. Needs a Python with both,
+//! named by `SKETCHNAV_PYTHON` or found as `python3`; skipped otherwise.
 
 use std::path::Path;
 use std::process::Command;

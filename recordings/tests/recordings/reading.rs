@@ -1,5 +1,4 @@
-//! Reading a part of a recording: some times, some topics, the order of time; and how little of the file
-//! that takes.
+//! Reading part of a recording: some times, some topics, in order of time; and how little of the file that takes.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +13,7 @@ use super::common;
 const STEPS: u64 = 400;
 const STEP_NS: u64 = 100_000_000;
 
-/// The story in chunks of so many steps, each as a recorder drains them: one channel after the other.
+/// The story in chunks of this many steps, each as a recorder drains them: one channel after another.
 fn story_in_chunks(path: &Path, steps: u64, of: u64) {
     let mut writer = common::create(path);
     common::write_beginning(&mut writer);
@@ -54,7 +53,7 @@ fn a_seek_reads_only_the_chunks_that_it_needs() {
     assert_eq!(read, [20, 21, 22, 23, 24]);
     let whole = std::fs::metadata(&path).unwrap().len();
     assert!(scans.bytes_read() < whole / 10, "{} of {whole} bytes", scans.bytes_read());
-    // The sketch is in the first chunk alone.
+    // The sketch is only in the first chunk.
     let mut sketch = recording.channel(sketchnav_sketch::messages::SKETCH).unwrap();
     assert_eq!(sketch.by_ref().count(), 1);
     assert!(sketch.bytes_read() < whole / 10, "{} of {whole} bytes", sketch.bytes_read());
@@ -96,7 +95,7 @@ fn a_file_without_a_summary_has_an_index_too() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Whatever is selected: the same as everything, filtered.
+    /// Whatever is selected is the same as everything, filtered.
     #[test]
     fn a_selection_is_a_sieve(first in 0..50_u64, length in 0..50_u64, topics in prop::option::of(0..8_usize), of in 1..20_u64) {
         const TOPICS: [&str; 8] = ["/scan", "/odometry", "/sketch", "/tf", "/health", "/estimate", "/plan", "/none"];

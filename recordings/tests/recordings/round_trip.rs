@@ -1,4 +1,4 @@
-//! What was written is read again: every message type, files that a kill cut off, gaps, repetitions.
+//! What was written is read back: every message type, files that a kill cut off, gaps, repetitions.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -41,7 +41,7 @@ impl ChannelVisitor for ReadSamples<'_> {
     }
 }
 
-/// A route takes 131 kB, and a build for tests keeps several copies of it on the stack.
+/// A route takes 131 kB, and a test build keeps several copies of it on the stack.
 const STACK_BYTES: usize = 16 << 20;
 
 #[test]
@@ -192,8 +192,8 @@ fn with_x(raw: &RawMessage, x: f64) -> RawMessage {
     raw
 }
 
-/// A driver computes its quaternions: their x and y are 0 up to rounding, and may be −0. Not one message of its odometry was
-/// read. A tilted one, which is rejected, ended the command that met it, also where it was only to be copied.
+/// If a driver computes its quaternions, their x and y are 0 up to rounding, and may be −0. Not one message of its odometry was
+/// read. A tilted one, which is rejected, ended the command that encountered it, even if it was only to be copied.
 #[test]
 fn a_rounded_quaternion_is_read_and_a_tilted_one_is_kept_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
@@ -220,7 +220,7 @@ fn a_rounded_quaternion_is_read_and_a_tilted_one_is_kept_as_it_is() {
     assert_eq!(info(&to).unwrap().missing, 0);
 }
 
-/// Takes so many bytes, then the disk is full.
+/// Takes this many bytes, then the disk is full.
 struct FullDisk {
     file: std::fs::File,
     room: usize,
@@ -276,8 +276,8 @@ fn what_is_no_recording_is_named() {
     assert!(Recording::open(&path).is_err());
 }
 
-/// What several processes write comes as it comes. Readers take it that the times of a topic do not go back; the
-/// message itself says when it was.
+/// Messages of several processes may arrive out of order. Readers assume that the times of a topic do not go back; the message
+/// itself has its own time.
 #[test]
 fn the_times_of_a_topic_do_not_go_back() {
     let folder = tempfile::tempdir().unwrap();
@@ -299,13 +299,13 @@ fn the_times_of_a_topic_do_not_go_back() {
     assert_eq!(said, stamps);
 }
 
-/// The recorder says in `health` that it was started again, as every process does. It also counts that itself, so that
-/// each of its restarts was judged to be two.
+/// The recorder reports restarts in `health`, as every process does. It also counts them itself, so each of its restarts was
+/// counted twice.
 #[test]
 fn a_restart_of_the_recorder_is_one_restart() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("restarts.mcap");
-    // In one of its lives the recorder said nothing.
+    // In one of its lives the recorder reported nothing.
     for (own_count, all) in [(0, 3), (2, 3), (3, 4)] {
         let mut writer = common::create(&path);
         for (process, pids) in

@@ -1,4 +1,4 @@
-//! The files of a run inside its recording, and none besides.
+//! The files of a run inside its recording, and no others.
 
 use std::path::Path;
 
@@ -60,7 +60,7 @@ fn a_recorded_run_reads_nothing_outside_of_its_recording() {
     assert!(sources::to_record(&run).unwrap().is_empty());
 }
 
-/// A running system's word for where its files are counts in that system alone.
+/// Where a running system says its files are only counts within that system.
 #[test]
 fn a_recording_cannot_send_its_reader_to_another_one() {
     let folder = tempfile::tempdir().unwrap();
@@ -93,13 +93,13 @@ fn what_a_recording_holds_is_read_out_of_it() {
     assert_eq!(recorded.files.read("navigator/plan.svg".as_ref(), DRAWING).unwrap(), b"drawn");
     let few = Limit { what: "a note", bytes: 2 };
     assert!(recorded.files.read("navigator/plan.svg".as_ref(), few).is_err());
-    // Names inside of a recording stay what they are in a copy of a copy.
+    // Names inside a recording stay the same in a copy of a copy.
     let copy = recording(&folder.path().join("again.mcap"), recorded.run.mission.clone(), &files);
     assert_eq!(RecordedRun::of(&copy).unwrap().run.mission, recorded.run.mission);
     assert_eq!(sources::to_record(&playing(&whole, recorded.run)).unwrap().len(), files.len());
 }
 
-/// The second of two files of one name took the first one's place.
+/// The second of two files with the same name replaced the first.
 #[test]
 fn files_of_one_name_are_told_apart() {
     let folder = tempfile::tempdir().unwrap();

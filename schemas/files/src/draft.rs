@@ -1,7 +1,7 @@
-//! Files that appear under their names when they are whole. Until then an earlier file of that name stays, which may be the
-//! very file that is being read. A pipe or a device is written as it is.
+//! Files that appear under their names once they are complete. Until then an earlier file of that name stays; it may be the
+//! very file being read. A pipe or a device is written directly.
 //!
-//! Every command that writes a file does it by way of this module.
+//! Every command that writes a file does so through this module.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -11,25 +11,25 @@ use std::path::{Path, PathBuf};
 /// Where a draft is written to.
 pub type Sink = BufWriter<File>;
 
-/// Most drafts of one name that kills may leave behind.
+/// Most drafts of one name that kills may leave.
 const MAX_DRAFTS: u32 = 1000;
 
-/// A file that is moved to its name when it is whole; dropped before, it is gone.
+/// A file that is moved to its name once it is complete; if dropped earlier, it is removed.
 #[derive(Debug)]
 pub struct Draft {
     path: PathBuf,
-    /// None where there is nothing to be moved.
+    /// `None` if there is nothing to move.
     draft: Option<PathBuf>,
 }
 
 impl Draft {
-    /// Begins `path`, as a new file `path.unfinished` beside it; of a link, where it leads to.
+    /// Begins `path` as a new file `path.unfinished` next to it; if `path` is a link, next to its target.
     ///
     /// # Errors
-    /// As the system says.
+    /// Those of the system.
     pub fn begin(path: &Path) -> io::Result<(Self, Sink)> {
         if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-            // Moved over, a device would be gone; a folder is refused here.
+            // Replacing a device would remove it; a folder is refused here.
             let file = File::options().write(true).open(path)?;
             return Ok((Self { path: path.to_owned(), draft: None }, BufWriter::new(file)));
         }
@@ -38,20 +38,20 @@ impl Draft {
         Ok((Self { path, draft: Some(draft) }, BufWriter::new(file)))
     }
 
-    /// The file whose place it will take.
+    /// The file that it will replace.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What is written so far, to be checked before it gets its name; `None` for a pipe or a device.
+    /// What has been written so far, to be checked before it gets its name; `None` for a pipe or a device.
     pub fn written(&self) -> Option<&Path> {
         self.draft.as_deref()
     }
 
-    /// Gives it its name, once its sink was flushed. It keeps the permissions of the file that it replaces.
+    /// Gives it its name, once its sink has been flushed. It keeps the permissions of the file that it replaces.
     ///
     /// # Errors
-    /// As the system says; the earlier file is then still there.
+    /// Those of the system; the earlier file is then still there.
     pub fn finish(self) -> io::Result<()> {
         let Some(draft) = &self.draft else { return Ok(()) };
         let file = File::open(draft)?;
@@ -66,13 +66,13 @@ impl Draft {
 impl Drop for Draft {
     fn drop(&mut self) {
         if let Some(draft) = &self.draft {
-            // After `finish` there is none.
+            // After `finish` there is no draft.
             let _ = std::fs::remove_file(draft);
         }
     }
 }
 
-/// A new file beside `path`. One of that name that is there already may belong to somebody: it stays.
+/// A new file next to `path`. An existing file of that name may belong to another process, so it is left alone.
 fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     for number in 1..=MAX_DRAFTS {
         let mut draft = OsString::from(path);
@@ -86,10 +86,10 @@ fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     Err(io::Error::new(ErrorKind::AlreadyExists, words))
 }
 
-/// Writes a whole file: it is there with all its bytes, or the earlier one stays.
+/// Writes a file completely: either it is there with all its bytes, or the earlier one stays.
 ///
 /// # Errors
-/// As the system says.
+/// Those of the system.
 pub fn write(path: impl AsRef<Path>, bytes: impl AsRef<[u8]>) -> io::Result<()> {
     let (draft, mut sink) = Draft::begin(path.as_ref())?;
     sink.write_all(bytes.as_ref())?;
@@ -97,15 +97,15 @@ pub fn write(path: impl AsRef<Path>, bytes: impl AsRef<[u8]>) -> io::Result<()> 
     draft.finish()
 }
 
-/// Whether two paths lead to the same file, which is there.
+/// Whether two paths lead to the same existing file.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
 
-/// Refuses a result in the place of what it is made of.
+/// Refuses to write a result over one of its sources.
 ///
 /// # Errors
-/// [`ErrorKind::AlreadyExists`] where `output` is one of `inputs`.
+/// [`ErrorKind::AlreadyExists`] if `output` is one of `inputs`.
 pub fn refuse_to_overwrite<'a>(inputs: impl IntoIterator<Item = &'a Path>, output: &Path) -> io::Result<()> {
     match inputs.into_iter().any(|input| is_same(input, output)) {
         true => {
@@ -141,7 +141,7 @@ mod tests {
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
-    /// A source of the name `a.mcap.unfinished` was emptied when `a.mcap` was made of it.
+    /// A source named `a.mcap.unfinished` was emptied when `a.mcap` was made from it.
     #[test]
     fn a_file_of_the_drafts_name_stays() {
         let folder = tempfile::tempdir().unwrap();
@@ -166,7 +166,7 @@ mod tests {
         assert!(refuse_to_overwrite([path.as_path()], &other).is_ok());
     }
 
-    /// `-o /dev/null`, as root, made a file of the device.
+    /// `-o /dev/null`, as root, replaced the device with a file.
     #[test]
     fn what_is_no_file_stays_what_it_is() {
         let folder = tempfile::tempdir().unwrap();

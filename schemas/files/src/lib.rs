@@ -1,9 +1,9 @@
-//! Reads the files that people give: missions, robots, floors, drawings, tables. None is read beyond its [`Limit`].
-//! Writes results that never replace a file before they are whole: [`draft`].
+//! Reads the files that people provide: missions, robots, floors, drawings, tables. None is read beyond its [`Limit`]. Results
+//! never replace a file before they are complete: [`draft`].
 //!
-//! A file has a size before it is read. One that grows meanwhile is read as far as the limit and one byte more. So a file of
-//! 8 GB that was named by mistake takes no memory, and its error says what is allowed. What is not a plain file (a named
-//! pipe, a device) is refused by [`open`] before anybody waits for it.
+//! A file's size is checked before it is read; one that grows meanwhile is read up to one byte beyond the limit. A file of 8 GB
+//! that was named by mistake therefore takes no memory, and its error says what is allowed. Anything but a plain file (a named
+//! pipe, a device) is refused by [`open`] before it can block.
 
 pub mod draft;
 mod open;
@@ -16,10 +16,10 @@ pub use draft::write;
 pub use open::open;
 pub use store::{Disk, Files};
 
-/// How large a file may be, and what it is.
+/// How large a file may be, and what kind it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limit {
-    /// What it is, for errors: `a mission`.
+    /// What kind of file it is, for errors: `a mission`.
     pub what: &'static str,
     /// Most bytes of it.
     pub bytes: u64,
@@ -35,11 +35,11 @@ pub const ROBOT: Limit = Limit { what: "a robot", bytes: MIB };
 pub const FLOOR_PLAN: Limit = Limit { what: "a floor plan", bytes: 4 * MIB };
 /// The YAML of a map: a few lines.
 pub const MAP: Limit = Limit { what: "a map's YAML", bytes: MIB };
-/// The picture of a map: PGM in text takes four bytes a pixel.
+/// The picture of a map: PGM as text takes four bytes per pixel.
 pub const MAP_PICTURE: Limit = Limit { what: "a map's picture", bytes: 64 * MIB };
 /// A plane of dots: 20,000 places take some 800 kB.
 pub const PLANE: Limit = Limit { what: "a plane of dots", bytes: 4 * MIB };
-/// A drawing, or what else a navigator is given: a photograph of 50 megapixels.
+/// A drawing, or another file for a navigator: a photograph of 50 megapixels.
 pub const DRAWING: Limit = Limit { what: "a drawing", bytes: 64 * MIB };
 /// The description of a run, JSON: a mission as large as its file may be, with an indented line for each number.
 pub const RUN: Limit = Limit { what: "the description of a run", bytes: 64 * MIB };
@@ -51,11 +51,11 @@ pub const POSITIONS: Limit = Limit { what: "a table of positions", bytes: 256 * 
 pub const FAULT_PLAN: Limit = Limit { what: "a plan of faults", bytes: 4 * MIB };
 /// A page of documentation with figures in it, or the figures themselves: results of all experiments take some 300 kB.
 pub const PAGE: Limit = Limit { what: "a page or its figures", bytes: 16 * MIB };
-/// Outcomes of a job of an experiment: some hundred bytes a task.
+/// Outcomes of a job of an experiment: some hundred bytes per task.
 pub const PART: Limit = Limit { what: "a part of an experiment", bytes: 16 * MIB };
 
 impl Limit {
-    /// Whether so many bytes are allowed.
+    /// Checks that this many bytes are allowed.
     ///
     /// # Errors
     /// [`ErrorKind::FileTooLarge`] with the limit.
@@ -82,7 +82,7 @@ pub fn read(path: impl AsRef<Path>, limit: Limit) -> io::Result<Vec<u8>> {
 /// Reads the whole file as text.
 ///
 /// # Errors
-/// As [`read`], and where it is not UTF-8.
+/// As [`read`], and if it is not UTF-8.
 pub fn read_to_string(path: impl AsRef<Path>, limit: Limit) -> io::Result<String> {
     text(read(path, limit)?)
 }
@@ -93,7 +93,7 @@ fn text(bytes: Vec<u8>) -> io::Result<String> {
     text.map_err(|_| io::Error::new(ErrorKind::InvalidData, "expected UTF-8, found other bytes"))
 }
 
-/// Reads all that a reader gives.
+/// Reads everything from a reader.
 ///
 /// # Errors
 /// As [`read`].

@@ -1,20 +1,20 @@
-//! Opens a file that a person has named. It may be anything: to open a named pipe waits for its writer, to open a device may do
-//! something, to read either may never end.
+//! Opens a file that a person has named. It may be anything: opening a named pipe waits for its writer, opening a device may
+//! have an effect, and reading either may never end.
 
 use std::fs::{self, File, FileType, Metadata};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
-/// Does not wait for the other end of a pipe (open(2)): the value on all Linux that Rust's standard library is tested on but
-/// MIPS and SPARC. A test compares it with the C library's.
+/// Do not wait for the other end of a pipe (open(2)). This is the value on all Linux targets on which Rust's standard library
+/// is tested, except MIPS and SPARC. A test compares it with the C library's.
 const O_NONBLOCK: i32 = 0o4000;
 
 /// Opens a plain file to read it; never waits. `what` it should be, for errors: `a mission`.
 ///
 /// # Errors
-/// As the system says; [`ErrorKind::InvalidInput`], or [`ErrorKind::IsADirectory`], where it is something else than a plain
-/// file, with what it is.
+/// Those of the system; [`ErrorKind::InvalidInput`], or [`ErrorKind::IsADirectory`], if it is not a plain file; the error says
+/// what it is.
 pub fn open(path: impl AsRef<Path>, what: &str) -> io::Result<File> {
     open_plain(path.as_ref(), what).map_err(|error| match error.raw_os_error() {
         Some(_) => io::Error::new(error.kind(), format!("expected {what}: {error}")),
@@ -23,10 +23,10 @@ pub fn open(path: impl AsRef<Path>, what: &str) -> io::Result<File> {
 }
 
 fn open_plain(path: &Path, what: &str) -> io::Result<File> {
-    // What is something else is not even opened ...
+    // Anything else is not even opened ...
     check(&fs::metadata(path)?, what)?;
     let file = File::options().read(true).custom_flags(O_NONBLOCK).open(path)?;
-    // ... and what was put in its place since then does not have us wait.
+    // ... and what may have replaced it since then cannot make us wait.
     check(&file.metadata()?, what)?;
     Ok(file)
 }
@@ -72,7 +72,7 @@ mod tests {
         assert_eq!(O_NONBLOCK, nix::libc::O_NONBLOCK);
     }
 
-    /// `info`, `--faults` and a drawing waited without end for the writer of a named pipe, and read `/dev/zero` to the limit.
+    /// `info`, `--faults` and a drawing waited for ever for the writer of a named pipe, and read `/dev/zero` up to the limit.
     #[test]
     fn what_is_no_plain_file_is_named_and_not_waited_for() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,25 +1,25 @@
-//! Where the files of a run are: on disk, or elsewhere under names of their own.
+//! Where the files of a run are: on disk, or elsewhere under their own names.
 
 use std::io;
 use std::path::Path;
 
 use crate::{Limit, read, text};
 
-/// A place that files are read from, by the names that a mission has for them.
+/// A place from which files are read, by the names that a mission has for them.
 ///
-/// A store that is not the disk, such as a recording, knows its own files and no others. Whoever reads through it cannot
-/// reach the file system, whatever the names are.
+/// A store other than the disk, such as a recording, contains its own files and no others. Reading through it cannot reach the
+/// file system, whatever the names are.
 pub trait Files {
     /// Reads the whole file.
     ///
     /// # Errors
-    /// Where there is no such file, or it cannot be read; [`io::ErrorKind::FileTooLarge`] with the limit.
+    /// If there is no such file, or it cannot be read; [`io::ErrorKind::FileTooLarge`] with the limit.
     fn read(&self, name: &Path, limit: Limit) -> io::Result<Vec<u8>>;
 
     /// Reads the whole file as text.
     ///
     /// # Errors
-    /// As [`Files::read`], and where it is not UTF-8.
+    /// As [`Files::read`], and if it is not UTF-8.
     fn read_to_string(&self, name: &Path, limit: Limit) -> io::Result<String> {
         text(self.read(name, limit)?)
     }

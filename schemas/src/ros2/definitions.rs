@@ -1,5 +1,5 @@
-//! The `.msg` texts, and the `ros2msg` schemas that are made of them. The standard ones are files in
-//! `schemas/msg`, our own are made from the declarations of the messages.
+//! The `.msg` texts, and the `ros2msg` schemas made from them. The standard ones are files in `schemas/msg`, our own are
+//! generated from the declarations of the messages.
 
 use crate::codes::Value;
 
@@ -38,16 +38,16 @@ pub struct Definition {
     pub text: String,
 }
 
-/// A field as the `.msg` says it.
+/// A field in the `.msg`.
 #[derive(Debug)]
 pub struct Line {
     /// Its comment, in the markup of the source.
     pub doc: &'static [&'static str],
     /// Its name.
     pub name: &'static str,
-    /// Its ROS 2 type; `None` where it does not travel as a field of its own.
+    /// Its ROS 2 type; `None` if it does not travel as a field of its own.
     pub kind: Option<String>,
-    /// The values that it takes, where it is the number of a code.
+    /// The values that it can have, if it is the number of a code.
     pub values: &'static [Value],
 }
 
@@ -89,8 +89,8 @@ pub fn constant(name: &str) -> String {
     text
 }
 
-/// The `ros2msg` schema of `package/msg/Type`: its text, and behind it those of all types that it
-/// uses, each once. Empty for a type that is neither standard nor in `own`.
+/// The `ros2msg` schema of `package/msg/Type`: its text, followed by those of all types that it uses, each once. Empty for a
+/// type that is neither standard nor in `own`.
 pub fn schema(ros2_type: &str, own: &[Definition]) -> String {
     let mut needed = Vec::new();
     collect(&ros2_type.replace("/msg/", "/"), own, &mut needed);
@@ -116,7 +116,7 @@ fn collect<'a>(name: &str, own: &'a [Definition], needed: &mut Vec<(&'a str, &'a
     }
 }
 
-/// The types of the fields that have their own definition.
+/// The types of fields that have a definition of their own.
 pub fn used_types(text: &str) -> impl Iterator<Item = &str> {
     let words = text.lines().filter_map(|line| line.split_whitespace().next());
     let types = words.map(|word| word.split('[').next().unwrap_or(word));

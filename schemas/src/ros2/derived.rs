@@ -1,8 +1,8 @@
-//! Standard messages that are derived from our own, for viewers: a 3D panel draws a `nav_msgs/Path`, but no `Plan`.
+//! Standard messages derived from our own, for viewers: a 3D panel can draw a `nav_msgs/Path`, but not a `Plan`.
 //!
-//! Each derived topic belongs to a channel and is made of one message of it. Nothing reads them back, and recordings do
-//! not hold them. A navigator names those of its own channels; [`COMMON`] has the others. What they are made of:
-//! [`shapes`](super::shapes).
+//! Each derived topic belongs to a channel, and each of its messages is made from one message of that channel. Nothing reads
+//! them back, and they are not in recordings. A navigator lists those of its own channels; [`COMMON`] has the others. They are
+//! made of [`shapes`](super::shapes).
 
 use ros2_interfaces_jazzy_serde::visualization_msgs::msg::MarkerArray;
 use serde::Serialize;
@@ -12,7 +12,7 @@ use super::{Ros2Error, definitions};
 use crate::channels::{ChannelSpec, PEOPLE, VIEW};
 use crate::message::{DotView, Message, People};
 
-/// A topic of standard messages, each made of one message of a channel.
+/// A topic of standard messages, each made from one message of a channel.
 #[derive(Debug, Clone, Copy)]
 pub struct Derived {
     /// `/plan/global`.
@@ -24,7 +24,7 @@ pub struct Derived {
     encode: Encode,
 }
 
-/// Appends what is derived of a message and its cells to a buffer, in CDR.
+/// Appends what is derived from a message and its cells to a buffer, in CDR.
 pub type Encode = fn(&[u8], &[u8], &mut Vec<u8>) -> Result<(), Ros2Error>;
 
 impl Derived {
@@ -44,13 +44,13 @@ impl Derived {
         Self { topic, of, ros2, encode }
     }
 
-    /// Appends what is derived of a message of the channel to `out`, in CDR.
+    /// Appends what is derived from a message of the channel to `out`, in CDR.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the message cannot be said in ROS 2; `out` is then of no use.
+    /// [`Ros2Error`] if the message cannot be expressed in ROS 2; `out` is then of no use.
     ///
     /// # Panics
-    /// Where `message` is not of the channel's size and alignment.
+    /// If `message` does not have the channel's size and alignment.
     pub fn encode(&self, message: &[u8], cells: &[u8], out: &mut Vec<u8>) -> Result<(), Ros2Error> {
         (self.encode)(message, cells, out)
     }
@@ -76,12 +76,12 @@ macro_rules! __derived {
     };
 }
 
-/// A list of topics: `"/plan/global": "nav_msgs/msg/Path" = global_path(PLAN);` is made of messages of the channel `PLAN`
-/// by the function `global_path(&Plan, &[u8]) -> Result<Path, Ros2Error>`.
+/// A list of topics: `"/plan/global": "nav_msgs/msg/Path" = global_path(PLAN);` is made from messages of the channel `PLAN` by
+/// the function `global_path(&Plan, &[u8]) -> Result<Path, Ros2Error>`.
 #[doc(inline)]
 pub use __derived as derived;
 
-/// The topics of channels that all navigators have.
+/// The topics of channels common to all navigators.
 pub const COMMON: &[Derived] = derived! {
     "/view/markers": "visualization_msgs/msg/MarkerArray" = dot_markers(VIEW);
     "/people/markers": "visualization_msgs/msg/MarkerArray" = people_markers(PEOPLE);

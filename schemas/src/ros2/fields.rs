@@ -1,4 +1,4 @@
-//! The types that messages are made of, each in its ROS 2 form. No computation: every number keeps its bits.
+//! The types that messages are made of, each in its ROS 2 form. Nothing is computed: every number keeps its bits.
 
 use ros2_interfaces_jazzy_serde::geometry_msgs::msg::{
     Point, Point32, Pose, Quaternion, Twist as TwistForm, Vector3,
@@ -26,13 +26,13 @@ pub trait Field: Part {
     /// The form of the value of `field`, in the memory of `spare`.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the form cannot hold the value.
+    /// [`Ros2Error`] if the form cannot hold the value.
     fn to_form_in(&self, field: &'static str, spare: Self::Form) -> Result<Self::Form, Ros2Error>;
 
-    /// The value of a form. What the type has no place for is left out.
+    /// The value of a form. Whatever has no place in the type is left out.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the type cannot hold the form.
+    /// [`Ros2Error`] if the type cannot hold the form.
     fn from_form(form: &Self::Form) -> Result<Self, Ros2Error>;
 }
 

@@ -1,5 +1,4 @@
-//! Structs and messages whose `.msg` is this project's own: what their declarations generate, and what
-//! follows from it.
+//! Structs and messages whose `.msg` is this project's own: what their declarations generate, and what follows from that.
 
 use ros2_interfaces_jazzy_serde::std_msgs::msg::Header as HeaderForm;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -13,12 +12,12 @@ use crate::message::Message;
 
 /// How a field of type `T` travels.
 pub trait Way<T> {
-    /// The field's form; `()` where it has none.
+    /// The field's form; `()` if it has none.
     type Form: Default + Serialize + DeserializeOwned + Send + 'static;
-    /// The values that it takes, where it is the number of a code.
+    /// The values that it takes, if it is the number of a code.
     const CONSTANTS: &'static [Value] = &[];
 
-    /// The field's type in the `.msg`; `None` where it has no line there.
+    /// The field's type in the `.msg`; `None` if it has no line there.
     fn msg() -> Option<String>;
 
     /// The `.msg` texts of this project that the field needs.
@@ -29,7 +28,7 @@ pub trait Way<T> {
     /// The form of `value` in the memory of `spare`; `count` of its entries count.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the form cannot hold the value.
+    /// [`Ros2Error`] if the form cannot hold the value.
     fn to_form_in(
         value: &T,
         count: u32,
@@ -37,10 +36,10 @@ pub trait Way<T> {
         spare: Self::Form,
     ) -> Result<Self::Form, Ros2Error>;
 
-    /// Sets `value`, which is zero, to what the form says, and `count` where entries are counted.
+    /// Sets `value`, which is zero, to the content of the form, and `count` if entries are counted.
     ///
     /// # Errors
-    /// [`Ros2Error`] where the value cannot hold the form.
+    /// [`Ros2Error`] if the value cannot hold the form.
     fn fill(value: &mut T, count: &mut u32, field: &'static str, form: &Self::Form) -> Result<(), Ros2Error>;
 }
 
@@ -104,7 +103,7 @@ impl<T: Field, const N: usize> Way<[T; N]> for Counted {
     }
 }
 
-/// Not at all: another field's form says it.
+/// Not at all: another field's form implies it.
 #[derive(Debug)]
 pub struct Untold;
 
@@ -124,7 +123,7 @@ impl Way<u32> for Untold {
     }
 }
 
-/// Whether a field's form says nothing. CDR has no bytes for it, and JSON no field.
+/// Whether a field's form is empty, so that it has no bytes in CDR and no field in JSON.
 pub fn is_untold<T>(_: &T) -> bool {
     size_of::<T>() == 0
 }
@@ -177,7 +176,7 @@ pub trait Own: Part {
     /// The struct's comment.
     const DOC: &'static [&'static str];
 
-    /// The fields as the `.msg` says them.
+    /// The fields in the `.msg`.
     fn lines() -> Vec<Line>;
 
     /// The `.msg` texts of the structs in it.
@@ -186,13 +185,13 @@ pub trait Own: Part {
     /// The forms of the fields in the memory of `spare`.
     ///
     /// # Errors
-    /// [`Ros2Error`] where a form cannot hold a field.
+    /// [`Ros2Error`] if a form cannot hold a field.
     fn to_form_in(&self, spare: Self::Form) -> Result<Self::Form, Ros2Error>;
 
-    /// Sets the fields, which are zero, to what the form says.
+    /// Sets the fields, which are zero, to the content of the form.
     ///
     /// # Errors
-    /// [`Ros2Error`] where a field cannot hold its form.
+    /// [`Ros2Error`] if a field cannot hold its form.
     fn fill(&mut self, form: &Self::Form) -> Result<(), Ros2Error>;
 }
 
@@ -224,25 +223,25 @@ impl<T: OwnPart> Field for T {
 
 /// A message with a `.msg` of its own.
 pub trait OwnMessage: Own + Message {
-    /// The form of the slice behind the message; `()` where there is none.
+    /// The form of the slice that follows the message; `()` if there is none.
     type Slice: Slice;
     /// `sketchnav_msgs/msg/Type`.
     const TYPE: &'static str;
-    /// The frame that the header names; empty where no field is in a frame.
+    /// The frame that the header names; empty if no field is in a frame.
     const FRAME: &'static str;
-    /// The name of the field that holds the slice; empty where there is none.
+    /// The name of the field with the slice; empty if there is none.
     const SLICE: &'static str;
 }
 
-/// The form of the slice behind a message.
+/// The form of the slice that follows a message.
 pub trait Slice: Default + Serialize + DeserializeOwned + Send + 'static {
-    /// Its type in the `.msg`; `None` where it has no line there.
+    /// Its type in the `.msg`; `None` if it has no line there.
     fn msg() -> Option<String>;
 
     /// `cells` in the memory of `self`.
     ///
     /// # Errors
-    /// [`Ros2Error`] where there are cells and no slice.
+    /// [`Ros2Error`] if there are cells and no slice.
     fn holding(self, cells: &[u8]) -> Result<Self, Ros2Error>;
 
     /// The slice.

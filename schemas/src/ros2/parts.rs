@@ -25,7 +25,7 @@ pub fn string(text: &str, mut spare: String) -> String {
 /// The stamp with `frame`.
 ///
 /// # Errors
-/// [`Ros2Error::Value`]: a number or a time that has no room in the form.
+/// [`Ros2Error::Value`] for a number or a time that does not fit into the form.
 pub fn header_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
     let expected = "a number from 1 to 4294967295, by which messages name each other (other tools write 0)";
     expect((1..=u32::MAX.into()).contains(&header.seq), "header.seq", expected, header.seq)?;
@@ -35,7 +35,7 @@ pub fn header_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<He
 /// The same for a sensor reading, which is its own cause.
 ///
 /// # Errors
-/// As [`header_form`], and a cause that is another message.
+/// As [`header_form`]; also for a cause that is another message.
 pub fn reading_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
     let expected = "header.seq, for a reading is its own cause";
     expect(header.source_seq == header.seq, "header.source_seq", expected, header.source_seq)?;
@@ -50,10 +50,10 @@ fn time(stamp_ns: u64) -> Result<Time, Ros2Error> {
     }
 }
 
-/// The message's header out of the form's, the message's number and its cause.
+/// The message's header from the form's, the message's number and its cause.
 ///
 /// # Errors
-/// [`Ros2Error::Value`]: no time since the mission's start.
+/// [`Ros2Error::Value`] for a time before the mission's start.
 pub fn header(form: &HeaderForm, seq: u64, source_seq: u64) -> Result<Header, Ros2Error> {
     let (sec, nanosec) = (form.stamp.sec, form.stamp.nanosec);
     let Ok(seconds) = u64::try_from(sec) else {
@@ -64,8 +64,8 @@ pub fn header(form: &HeaderForm, seq: u64, source_seq: u64) -> Result<Header, Ro
     Ok(Header { seq, stamp_ns: seconds * NS_PER_S + u64::from(nanosec), source_seq })
 }
 
-/// The entries of `all` that count. A count above the capacity is rejected. So are entries behind the count that are
-/// not zero, since these do not travel.
+/// The entries of `all` that count. A count above the capacity is rejected, and so are entries beyond the count that are not
+/// zero, since these do not travel.
 fn counted<'a, T: bytemuck::Pod>(
     field: &'static str,
     all: &'a [T],
@@ -90,7 +90,7 @@ fn counted<'a, T: bytemuck::Pod>(
 /// room for all.
 ///
 /// # Errors
-/// [`Ros2Error::Value`]: a count above the capacity, or entries behind the count that are not zero, since these do not
+/// [`Ros2Error::Value`] for a count above the capacity, or entries beyond the count that are not zero, since these do not
 /// travel.
 pub fn list<T: Field>(
     field: &'static str,
@@ -107,10 +107,10 @@ pub fn list<T: Field>(
     Ok(spare)
 }
 
-/// Fills the start of `all` and gives the count; refuses what does not fit.
+/// Fills the start of `all` and returns the count; refuses what does not fit.
 ///
 /// # Errors
-/// [`Ros2Error::Value`]: more than fit.
+/// [`Ros2Error::Value`] if there are more than fit.
 pub fn fill<T: Field>(field: &'static str, all: &mut [T], forms: &[T::Form]) -> Result<u32, Ros2Error> {
     let expected = "a count within the capacity";
     expect(forms.len() <= all.len(), field, expected, forms.len() as u64)?;
@@ -120,8 +120,7 @@ pub fn fill<T: Field>(field: &'static str, all: &mut [T], forms: &[T::Form]) -> 
     Ok(forms.len() as u32)
 }
 
-/// The text as a string in the memory of `spare`, which then has room for any; refuses what would not
-/// come back the same.
+/// The text as a string in the memory of `spare`, which then has room for any text; refuses what would not come back the same.
 ///
 /// # Errors
 /// [`Ros2Error::Text`].
@@ -135,10 +134,10 @@ pub fn text_form<const N: usize>(
     if holds { Ok(string(text.as_str(), spare)) } else { Err(Ros2Error::Text { field }) }
 }
 
-/// Refuses a slice behind a message that has none.
+/// Refuses a slice after a message that has none.
 ///
 /// # Errors
-/// [`Ros2Error::Value`]: there is one.
+/// [`Ros2Error::Value`] if there is one.
 pub fn no_cells(cells: &[u8]) -> Result<(), Ros2Error> {
     expect(cells.is_empty(), "cells", "no slice behind this message", cells.len() as u64)
 }

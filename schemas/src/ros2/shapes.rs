@@ -17,12 +17,12 @@ use crate::message::Header;
 /// The header of a form in a frame.
 ///
 /// # Errors
-/// [`Ros2Error`] where ROS 2 has no such number or time.
+/// [`Ros2Error`] if ROS 2 has no such number or time.
 pub fn stamped(header: &Header, frame: &str) -> Result<HeaderForm, Ros2Error> {
     header_form(header, frame, HeaderForm::default())
 }
 
-/// A line through points; each pose looks to the next one.
+/// A line through points; each pose faces the next one.
 ///
 /// # Errors
 /// As [`stamped`].
@@ -39,12 +39,12 @@ pub fn path(header: &Header, frame: &str, points: &[[f32; 2]]) -> Result<Path, R
     Ok(Path { poses: poses.collect(), header })
 }
 
-/// A pose of the plane.
+/// A pose in the plane.
 pub fn turned(x: f64, y: f64, yaw_rad: f64) -> Pose {
     pose(x, y, (yaw_rad / 2.0).sin(), (yaw_rad / 2.0).cos())
 }
 
-/// The entries that count; no more than there are.
+/// The entries that count, at most as many as there are.
 pub fn first<T>(all: &[T], count: u32) -> &[T] {
     &all[..(count as usize).min(all.len())]
 }
@@ -55,7 +55,7 @@ pub const ROUTE_COLOR: [f32; 4] = [0.85, 0.33, 0.1, 0.9];
 pub const SEEN_COLOR: [f32; 4] = [0.93, 0.69, 0.13, 1.0];
 /// What it remembers.
 pub const REMEMBERED_COLOR: [f32; 4] = [0.47, 0.53, 0.6, 0.9];
-/// Somebody.
+/// A person.
 pub const PERSON_COLOR: [f32; 4] = [0.49, 0.18, 0.56, 0.9];
 
 /// Shapes of one message, in one frame.
@@ -65,7 +65,7 @@ pub struct Shapes {
 }
 
 impl Shapes {
-    /// No shapes yet. They take away those of the message before.
+    /// No shapes yet. They replace those of the previous message.
     ///
     /// # Errors
     /// As [`stamped`].
@@ -99,7 +99,7 @@ impl Shapes {
         marker.points = points.map(|[x, y]| Point { x, y, z: 0.0 }).collect();
     }
 
-    /// Adds words.
+    /// Adds text.
     pub fn text(&mut self, at: [f64; 2], height: f64, words: &str) {
         let marker =
             self.add(Marker::TEXT_VIEW_FACING, turned(at[0], at[1], 0.0), [height; 3], [0.1, 0.1, 0.1, 1.0]);

@@ -59,8 +59,8 @@ fn another_frame_is_not_ours() {
     assert!(matches!(error, Ros2Error::Foreign { .. }), "{error}");
 }
 
-/// A driver whose quaternions are computed leaves rounding in x and y, and −0 where it turns them round. None of its odometry
-/// was read, and the reason that was given was a byte offset.
+/// A driver that computes its quaternions leaves rounding errors in x and y, and −0 if it inverts them. None of its odometry
+/// was read, and the reason given was a byte offset.
 #[test]
 fn rounding_in_a_quaternion_is_told_from_a_tilt() {
     let header = Header { seq: 3, stamp_ns: 5, source_seq: 3 };
@@ -96,8 +96,8 @@ fn constants<T: Ros2>(name: &str, code: u32) -> usize {
     T::schema().lines().filter(|found| found.starts_with(&line)).count()
 }
 
-/// The `.msg` texts were written by hand: `Process::Pad` was added to the code, and not to the two messages
-/// that hold a process.
+/// The `.msg` texts were once written by hand: `Process::Pad` was added to the code, but not to the two messages that contain a
+/// process.
 #[test]
 fn the_pad_is_a_process_in_every_message_that_names_processes() {
     for value in Process::VALUES {

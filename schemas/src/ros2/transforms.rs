@@ -26,11 +26,11 @@ pub fn schema() -> String {
 /// The form of the messages of both topics.
 pub type Form = TFMessage;
 
-/// Appends the transform odom → base_link at the time of `odometry`, in CDR, to `out`, by way of
-/// `form`, whose memory is used again.
+/// Appends the transform odom → base_link at the time of `odometry`, in CDR, to `out`, by way of `form`, whose memory is
+/// reused.
 ///
 /// # Errors
-/// [`Ros2Error`] where the header cannot be said in ROS 2.
+/// [`Ros2Error`] if the header cannot be expressed in ROS 2.
 pub fn base_in_odom(odometry: &Odometry, form: &mut Form, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
     let spare = std::mem::take(form);
     *form = transform(&odometry.header, "odom", "base_link", &odometry.pose, spare)?;
@@ -40,7 +40,7 @@ pub fn base_in_odom(odometry: &Odometry, form: &mut Form, out: &mut Vec<u8>) -> 
 /// Appends the transform base_link → laser of a mounted `laser`, in CDR, to `out`.
 ///
 /// # Errors
-/// None that a valid laser causes.
+/// None for a valid laser.
 pub fn laser_in_base(laser: &Laser, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
     let mount = PoseM::new(&laser.mount());
     let latched = Header { seq: 1, stamp_ns: 0, source_seq: 0 };

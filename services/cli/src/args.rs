@@ -44,16 +44,16 @@ fn experiments() -> PossibleValuesParser {
     after_help = "Example: sketchnav run my-floor.toml --seed 3 --out results\nWithout a subcommand the demo mission runs."
 )]
 pub struct Cli {
-    /// Print the version, the commit where the builder has named it, and the number of the build.
+    /// Print the version, the commit if it was given to the build, and the build number.
     #[arg(short = 'V', long)]
     pub version: bool,
-    /// What to do.
+    /// The subcommand.
     #[command(subcommand)]
     pub command: Option<Command>,
 }
 
-/// Whether a program reads standard output as one object: the command has `--json`. Where that gives a line for each
-/// message, the option has another id.
+/// Whether a program reads standard output as one object, because the command was given `--json`. Where that prints one
+/// line per message, the option has another id.
 pub fn wants_json(command: &ArgMatches) -> bool {
     let is_given = command.try_get_one::<bool>("json").is_ok_and(|json| json == Some(&true));
     is_given || command.subcommand().is_some_and(|(_, command)| wants_json(command))
@@ -68,23 +68,23 @@ pub enum Command {
         after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else, 4 all reached but the recording is incomplete.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json"
     )]
     Run {
-        /// The mission file (TOML; docs/missions.md says how to write one), or `demo`.
+        /// The mission file (TOML; see docs/missions.md for how to write one), or `demo`.
         #[arg(required_unless_present = "resume", conflicts_with = "resume")]
         mission: Option<PathBuf>,
-        /// Go on with the mission whose recording is in this folder, after its supervisor was killed. Seed, pace and
+        /// Continue the mission whose recording is in this folder, after its supervisor was killed. Seed, pace and
         /// processes are those of that run.
         #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults", "split_size", "split_duration"])]
         resume: Option<PathBuf>,
         #[command(flatten)]
         options: RunOptions,
     },
-    /// Run the demo mission: a corridor with rooms, nine tasks by a hand-drawn sketch.
+    /// Run the demo mission: a corridor with rooms, nine tasks from a hand-drawn sketch.
     #[command(after_help = "Example: sketchnav demo --seed 4 --out results")]
     Demo {
         #[command(flatten)]
         options: RunOptions,
     },
-    /// Serve a page on which people draw a map and a path, and drive the robot by them in real time.
+    /// Serve a page on which people draw a map and a path, and drive the robot by their drawing in real time.
     #[command(
         after_help = "Ends with Ctrl-C. Exit codes: 0 ended by a person, 2 bad input, 3 anything else, 4 the recording is incomplete.\nExample: sketchnav pad --mission sim/missions/laboratory/laboratory-a.toml --port 8000"
     )]
@@ -92,19 +92,19 @@ pub enum Command {
         #[command(flatten)]
         options: PadOptions,
     },
-    /// Run an experiment: drive every trial of a suite, count how the tasks ended.
+    /// Run an experiment: drive every trial of a suite and count how the tasks ended.
     #[command(
         after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
     )]
     Eval {
-        /// A suite of drives, or a study, or `all`: every one into the folder of --output, and what is there already is not driven
-        /// again.
+        /// A suite of drives, a study, or `all`, which runs every one of them into the folder given by --output and
+        /// skips those already there.
         #[arg(value_parser = experiments())]
         suite: String,
         #[command(flatten)]
         options: EvalOptions,
     },
-    /// Draw a floor as people deform what they draw: out of proportion, doors shifted, no furniture.
+    /// Draw a floor with the distortions of a hand-drawn map: out of proportion, doors shifted, no furniture.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav deform sim/missions/building/building.floor.toml --degree 1 --seed 3 -o drawing.png\nExample: sketchnav deform sim/missions/building/building.floor.toml --place 2.0,6.95,0 --place 14.0,10.6 -o drawing.png"
     )]
@@ -114,7 +114,7 @@ pub enum Command {
         #[command(flatten)]
         options: DeformOptions,
     },
-    /// Run a mission twice, kill its processes the second time, and compare the two.
+    /// Run a mission twice, kill its processes during the second run, and compare the two.
     #[command(
         after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not, 2 bad input, 3 anything else.\nHow the mission went, and whether it ended before all kills, is said in words and by --json.\nEvery run writes its schedule.toml, which --schedule plays again.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --at-messages --signal kill,starve --kills 6\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
     )]
@@ -133,18 +133,18 @@ pub enum Command {
         /// The system's name, as `sketchnav ps` lists it.
         #[arg(long)]
         system: String,
-        /// Of the pad.
+        /// Options of the pad.
         #[command(flatten)]
         site: PadSite,
     },
     /// List the running systems and their processes.
     Ps {
-        /// One JSON object instead of a table.
+        /// Print one JSON object instead of a table.
         #[arg(long)]
         json: bool,
     },
-    /// List the channels with their messages, writers and readers, in the order of an instant. Of a running system,
-    /// also list who is connected, what is kept, and the rates.
+    /// List the channels with their messages, writers and readers, in the order of an instant. For a running system,
+    /// also list the connected processes, the messages in the histories, and the rates.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input (no such system or kind), 3 anything else.\nExample: sketchnav channels --kind sketch\nExample: sketchnav channels lab --json"
     )]
@@ -152,14 +152,14 @@ pub enum Command {
         /// The name of a running system.
         #[arg(conflicts_with = "kind")]
         system: Option<String>,
-        /// Only those that this kind of navigator has.
+        /// List only the channels of this kind of navigator.
         #[arg(long)]
         kind: Option<String>,
-        /// One JSON list instead of a table.
+        /// Print one JSON list instead of a table.
         #[arg(long)]
         json: bool,
     },
-    /// Draw the pipeline as SVG: processes, channels, writers and readers. A running system adds the rates of one second.
+    /// Draw the pipeline as SVG: processes, channels, writers and readers. For a running system, add the rates of one second.
     #[command(
         after_help = "Exit codes: 0 drawn, 2 bad input, 3 anything else.\nExample: sketchnav graph --system lab -o lab.svg"
     )]
@@ -172,16 +172,16 @@ pub enum Command {
         after_help = "Each finding that is not fine says what to do.\nExit codes: 0 no error (there may be warnings), 1 an error: no system can run here.\nExample: sketchnav doctor --json"
     )]
     Doctor {
-        /// One JSON object instead of lines.
+        /// Print one JSON object instead of lines.
         #[arg(long)]
         json: bool,
     },
-    /// Remove what dead systems have left: processes, folders, shared memory. Living systems stay.
+    /// Remove what dead systems have left: processes, folders, shared memory. Running systems are not affected.
     #[command(
         after_help = "A system that was cleaned away cannot be resumed.\nThe next system that starts cleans up as well.\nExample: sketchnav clean"
     )]
     Clean {
-        /// One JSON object instead of lines.
+        /// Print one JSON object instead of lines.
         #[arg(long)]
         json: bool,
     },
@@ -191,7 +191,7 @@ pub enum Command {
         #[command(flatten)]
         options: TopOptions,
     },
-    /// Show a running system, or a recording, in Foxglove or Lichtblick: serves their WebSocket protocol on this machine.
+    /// Show a running system or a recording in Foxglove or Lichtblick, by serving their WebSocket protocol on this machine.
     #[command(
         after_help = "Ends with Ctrl-C, or with the system. Open the printed ws:// link in the viewer; docs/foxglove-layout.json is a layout.\nExit codes: 0 ended, 2 bad input (no such system, no recording, the port is taken), 3 anything else.\nExample: sketchnav view lab\nExample: sketchnav view results/building-a.mcap --rate 4 --port 9000"
     )]
@@ -199,8 +199,8 @@ pub enum Command {
         #[command(flatten)]
         options: ViewOptions,
     },
-    /// Print the messages of a channel, one JSON object a line: those of its history, then the others as they come. With
-    /// `--file`, those of a recording.
+    /// Print the messages of a channel, one JSON object per line: first those of its history, then new ones as they
+    /// arrive. With `--file`, print those of a recording.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input (no such channel or field), 3 anything else.\nExample: sketchnav echo estimate --count 10\nExample: sketchnav echo odometry --csv --field pose.pose.position.x --field pose.pose.position.y\nExample: sketchnav echo --regex 'scan|odo.*' --once\nExample: sketchnav echo status --once --file results/building-a.mcap"
     )]
@@ -216,13 +216,13 @@ pub enum Command {
         #[command(flatten)]
         options: HzOptions,
     },
-    /// Print what the processes of a running system have written.
+    /// Print the output of a running system's processes.
     #[command(after_help = "Example: sketchnav logs --follow localizer planner")]
     Logs {
         #[command(flatten)]
         options: LogsOptions,
     },
-    /// End a process of a running system and wait for its successor, which goes on where it was.
+    /// End a process of a running system and wait for its successor, which resumes from where it was.
     #[command(
         after_help = "Exit codes: 0 the successor has joined, 2 bad input (no such process), 3 anything else.\nExample: sketchnav restart localizer --system lab"
     )]
@@ -238,7 +238,7 @@ pub enum Command {
         #[command(flatten)]
         options: SendOptions,
     },
-    /// Tell the parameters of a running system as they are in force: those of the mission, and the defaults.
+    /// Print the parameters that are in force in a running system, both the mission's and the defaults.
     #[command(
         after_help = "A parameter is set at the start of a run: in the mission, or tried on a recording by `rerun --set`.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav param get localizer.beams --system lab"
     )]
@@ -246,7 +246,7 @@ pub enum Command {
         #[command(subcommand)]
         what: Param,
     },
-    /// Keep the last seconds of what a running system records, now or when something is said on a channel.
+    /// Save the last seconds of what a running system records, now or when a message arrives on a channel.
     #[command(
         after_help = "The copy is a recording of its own, with what is latched; the system records on.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav snapshot --last 20 -o moment.mcap\nExample: sketchnav snapshot --on contact --after 2 -o bump.mcap"
     )]
@@ -254,7 +254,7 @@ pub enum Command {
         #[command(flatten)]
         options: SnapshotOptions,
     },
-    /// Carry a running system's messages to other software, on this host or on others.
+    /// Pass a running system's messages to other software, on this host or on others.
     Bridge {
         #[command(subcommand)]
         other: Other,
@@ -268,20 +268,20 @@ pub enum Command {
         a: PathBuf,
         /// Another recording.
         b: PathBuf,
-        /// One JSON object instead of text.
+        /// Print one JSON object instead of text.
         #[arg(long)]
         json: bool,
     },
-    /// Show what a recording holds. It takes as long for a short file as for a long one, where the end was written.
+    /// Show what a recording contains. If its end was written, this takes no longer for a long file than for a short one.
     #[command(after_help = "Example: sketchnav info results/building-a.mcap --json")]
     Info {
         /// The recording, or a folder of recordings.
         file: PathBuf,
-        /// One JSON object instead of text.
+        /// Print one JSON object instead of text.
         #[arg(long)]
         json: bool,
     },
-    /// Tell the qualitative relations of objects over time: motion towards each other, direction, distance, contact.
+    /// Compute the qualitative relations of objects over time: motion towards each other, direction, distance, contact.
     #[command(
         after_help = "A table has the columns time_s, object, x_m, y_m and may have heading_deg, length_m, width_m.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav relations results/building-a.mcap --calculus qtc-b --between robot,person-1 --quantisation-m 0.01"
     )]
@@ -291,18 +291,18 @@ pub enum Command {
         #[command(flatten)]
         options: RelationsOptions,
     },
-    /// Print the landmark states of a mission's sketch in words: a file that `route_file` takes.
+    /// Print the landmark states of a mission's sketch in words, as a file for `route_file`.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav landmarks sim/missions/landmarks/scene-a-states.toml > route.txt"
     )]
     Landmarks {
         /// A mission of kind `landmarks`.
         mission: PathBuf,
-        /// The states as a table (Chronis 2007, table 4.1) instead of words.
+        /// Print the states as a table (Chronis 2007, table 4.1) instead of words.
         #[arg(long)]
         table: bool,
     },
-    /// Print the completions of a shell.
+    /// Print shell completions.
     #[command(
         after_help = "Exit codes: 0 done, 2 built without them, 3 anything else.\nExample: sketchnav completions bash > ~/.local/share/bash-completion/completions/sketchnav"
     )]
@@ -311,28 +311,28 @@ pub enum Command {
         #[arg(value_enum)]
         shell: Shell,
     },
-    /// Write the manual pages, one for each subcommand, into a folder.
+    /// Write the manual pages, one per subcommand, into a folder.
     #[command(
         after_help = "Exit codes: 0 done, 2 built without them or no such folder, 3 anything else.\nExample: sketchnav man ~/.local/share/man/man1"
     )]
     Man {
-        /// The folder; made if it is missing.
+        /// The folder; created if missing.
         folder: PathBuf,
     },
-    /// The tools for recordings.
+    /// Tools for recordings.
     #[command(flatten)]
     Recordings(crate::recordings::args::Tool),
 }
 
-/// Which parameters.
+/// The subcommands of `param`.
 #[derive(Debug, Clone, Subcommand)]
 pub enum Param {
-    /// Print all, one a line.
+    /// Print all parameters, one per line.
     List {
         #[command(flatten)]
         options: ParamOptions,
     },
-    /// Print the value of one.
+    /// Print the value of one parameter.
     Get {
         /// Its process and key: `localizer.beams`.
         #[arg(value_name = "PROCESS.KEY")]
@@ -342,108 +342,108 @@ pub enum Param {
     },
 }
 
-/// Whose parameters, and how.
+/// The options of `param`.
 #[derive(Debug, Clone, Args)]
 pub struct ParamOptions {
-    /// The system's name; may be left out where only one runs.
+    /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// As JSON.
+    /// Print JSON.
     #[arg(long)]
     pub json: bool,
 }
 
-/// How to draw a floor.
+/// The options of `deform`.
 #[derive(Debug, Clone, Args)]
 pub struct DeformOptions {
-    /// 0: the walls traced; 1: deformed as people do; up to 3.
+    /// 0: the walls as they are; 1: distorted as people draw them; up to 3.
     #[arg(long, default_value_t = 1.0)]
     pub degree: f64,
-    /// Another seed, another drawing.
+    /// The seed; another seed gives another drawing.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Where to write it: strokes (.json), .svg or .png.
+    /// Where to write the drawing: strokes (.json), .svg or .png.
     #[arg(short, long, default_value = "sketch.json")]
     pub output: PathBuf,
-    /// Say where this place of the floor lies in the drawing: metres, and a heading in degrees for a start. May be
-    /// repeated.
+    /// Print where this place of the floor is in the drawing: metres, and for a start a heading in degrees. May be repeated.
     #[arg(long = "place", value_name = "X,Y[,DEG]", value_parser = parse_floor_place, allow_hyphen_values = true)]
     pub places: Vec<FloorPlace>,
-    /// One JSON object on standard output instead of text.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
-/// How to run a suite.
+/// The options of `eval`.
 #[derive(Debug, Clone, Args)]
 pub struct EvalOptions {
-    /// A method of the suite's kind of navigator, or several, separated by commas. An unknown one is answered with all.
-    /// Left out: the kind's own.
+    /// One or more methods of the suite's kind of navigator, separated by commas. An unknown name lists all of them.
+    /// Default: that of the kind.
     #[arg(long = "method", value_delimiter = ',')]
     pub methods: Vec<String>,
-    /// Repetitions of each trial, each with its own seed. Left out: as many as the suite has.
+    /// Repetitions of each trial, each with its own seed. Default: that of the suite.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub trials: Option<u32>,
     /// The seed from which all others are derived.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Trials at a time. Left out: as many as the machine has cores. The results do not depend on it.
+    /// Trials at a time. Default: the number of cores. The results do not depend on it.
     #[arg(long)]
     pub jobs: Option<usize>,
-    /// Only these drawings, separated by commas.
+    /// Drive only these drawings, separated by commas.
     #[arg(long, value_delimiter = ',')]
     pub drawings: Vec<String>,
-    /// Another value of a parameter in all trials: `localizer.beams=60`, `planner.footprint_padding_m=0.1`; may be
-    /// repeated.
+    /// Set a parameter in all trials, as `localizer.beams=60` or `planner.footprint_padding_m=0.1`; may be repeated.
     #[arg(long = "set", value_name = "SERVICE.KEY=VALUE")]
     pub parameters: Vec<Parameters>,
-    /// A table of what the drives cost, too: commands, messages, processor time, energy.
+    /// Also print a table of what the drives cost: commands, messages, processor time, energy.
     #[arg(long)]
     pub cost: bool,
-    /// At most so many trials of each drawing, the same ones every time.
+    /// Drive at most this many trials of each drawing, the same ones every time.
     #[arg(long)]
     pub sample: Option<usize>,
-    /// Of `eval all`: only these suites and studies, separated by commas.
+    /// With `eval all`: run only these suites and studies, separated by commas.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub suites: Vec<String>,
-    /// Of `eval all`: fills the figures of this page, and keeps them as JSON beside it. More pages take those of the first.
+    /// With `eval all`: fill in the figures of this page, and store them as JSON beside it. Further pages use the
+    /// figures of the first.
     #[arg(long = "page", value_name = "FILE")]
     pub pages: Vec<PathBuf>,
-    /// Only this trial, as `--verbose` and `--json` name it.
+    /// Drive only this trial, named as by `--verbose` and `--json`.
     #[arg(long, value_name = "TRIAL")]
     pub only: Option<String>,
-    /// Lists each task that failed, and why.
+    /// List each task that failed, and why.
     #[arg(long)]
     pub verbose: bool,
-    /// Lists the jobs with their numbers and drives none.
+    /// List the jobs with their numbers, and drive none.
     #[arg(long, conflicts_with_all = ["job", "merge", "output"])]
     pub list_jobs: bool,
-    /// Drives the job of this number, or a range as 3-10, and writes the outcomes to --output for --merge.
+    /// Drive only the job of this number, or a range such as 3-10, and write the outcomes to --output for --merge.
     #[arg(long, value_name = "K", value_parser = parse_jobs, requires = "output", conflicts_with_all = ["merge", "check_processes", "pictures"])]
     pub job: Option<RangeInclusive<usize>>,
-    /// Drives nothing: takes the outcomes of all jobs from the parts (.json) in this folder. Wants the options of the jobs.
+    /// Drive nothing, but merge the outcomes of all jobs from the parts (.json) in this
+    /// folder. Needs the options of the jobs.
     #[arg(long, value_name = "DIR")]
     pub merge: Option<PathBuf>,
-    /// Takes parts of another kind of machine or another build of the program, too.
+    /// Also accept parts of another kind of machine, or of another build of the program.
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', requires = "merge")]
     pub accept: Vec<Foreign>,
-    /// Writes all figures, with some of the tasks as pictures, as one page of HTML; with --job the part.
+    /// Write all figures, with pictures of some of the tasks, as one HTML page; with --job, write the part.
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
-    /// Draws each trial into this folder.
+    /// Draw each trial into this folder.
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,
-    /// Drives so many of the trials by the processes, too, and compares every message.
+    /// Drive this many of the trials with processes as well, and compare every message.
     #[arg(long, value_name = "N")]
     pub check_processes: Option<usize>,
-    /// Folder of the maps and drawings that are not part of the project; left out, the one that the variable
-    /// SKETCHNAV_DATA names.
+    /// Folder of the maps and drawings that are not part of the project. Default: the value of
+    /// the environment variable SKETCHNAV_DATA.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
-    /// A checkout of sketchnav, for the missions that suites drive; left out, the one around the current folder.
+    /// A checkout of sketchnav, for the missions that suites drive. Default: the one that contains the current folder.
     #[arg(long, value_name = "DIR")]
     pub project: Option<PathBuf>,
-    /// One JSON object on standard output instead of tables.
+    /// Print one JSON object instead of tables.
     #[arg(long)]
     pub json: bool,
 }
@@ -456,68 +456,69 @@ impl EvalOptions {
     }
 }
 
-/// What a part of an experiment may be of besides this program on this machine.
+/// In what a part of an experiment may differ from this program on this machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Foreign {
-    /// Another kind of machine: its outcomes may have other last bits.
+    /// Another kind of machine, whose outcomes may differ in the last bits.
     Machine,
-    /// Another version or build.
+    /// Another version or build of the program.
     Program,
 }
 
-/// Whom to kill, how and when.
+/// The options of `chaos`.
 #[derive(Debug, Clone, Args)]
 pub struct ChaosOptions {
-    /// How many kills.
+    /// The number of kills.
     #[arg(long, default_value_t = 20)]
     pub kills: u32,
-    /// The mission's seed. The kills are drawn from it, too.
+    /// The mission's seed, which also determines the kills.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Plays the faults of this file (TOML) instead of drawing kills: what chaos wrote, or a person.
+    /// Apply the faults of this file (TOML), written by chaos or by hand, instead of random kills.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["kills", "targets", "signal", "at_start_up", "at_messages"])]
     pub schedule: Option<PathBuf>,
-    /// Draws messages before which processes are killed, instead of moments: the schedule then does exactly the same again.
+    /// Kill processes before randomly chosen messages instead of at random moments, so
+    /// that the schedule can be repeated exactly.
     #[arg(long, conflicts_with = "at_start_up")]
     pub at_messages: bool,
-    /// Who may be killed, separated by commas.
+    /// The processes that may be killed, separated by commas.
     #[arg(long, value_delimiter = ',', value_parser = parse_service, default_values_t = SERVICES)]
     pub targets: Vec<Process>,
-    /// What befalls them, separated by commas; each time one is drawn. kill: at once, in the middle of whatever it does.
-    /// stop: it stands still and its supervisor has to find out. term: it is asked to end. starve: it gets 2 to 50 % of
-    /// the processor for 0.2 to 2 s; needs `--at-messages`.
+    /// What happens to them, separated by commas; each time one is chosen at random. kill: killed at once, in the
+    /// middle of whatever it does. stop: stopped, which its supervisor has to detect. term: asked to end. starve:
+    /// limited to 2 to 50 % of the processor for 0.2 to 2 s; needs `--at-messages`.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "kill")]
     pub signal: Vec<KillSignal>,
-    /// Kill processes while they start, up to three times in a row.
+    /// Also kill processes while they start, up to three times in a row.
     #[arg(long)]
     pub at_start_up: bool,
-    /// `max`: in lockstep, as fast as it goes; a number: simulated seconds a second (1 is real time).
+    /// `max`: in lockstep, as fast as possible; a number: simulated seconds per second (1 is real time).
     #[arg(long, default_value = "max", value_parser = parse_speed)]
     pub speed: Pace,
-    /// Folder for both recordings; made if it is missing.
+    /// Folder for both recordings; created if missing.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
-    /// One JSON object on standard output instead of text.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
-/// A shell that completes commands.
+/// A shell for which there are completions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Shell {
-    /// Bourne Again.
+    /// Bourne Again shell.
     Bash,
     /// Elvish.
     Elvish,
-    /// Friendly Interactive.
+    /// Friendly Interactive shell.
     Fish,
     /// PowerShell.
     Powershell,
-    /// Z.
+    /// Z shell.
     Zsh,
 }
 
-/// What befalls a process.
+/// What happens to a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum KillSignal {
     /// SIGKILL.
@@ -526,27 +527,27 @@ pub enum KillSignal {
     Stop,
     /// SIGTERM.
     Term,
-    /// SIGSTOP and SIGCONT in turns.
+    /// SIGSTOP and SIGCONT in turn.
     Starve,
 }
 
-/// How to look at a running system.
+/// The options of `top`.
 #[derive(Debug, Clone, Args)]
 pub struct TopOptions {
-    /// The system's name; may be left out where only one runs.
+    /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// Print the view once, after a second.
+    /// Print the view once, after a second, and end.
     #[arg(long)]
     pub once: bool,
-    /// As `--once`, one JSON object.
+    /// Print the view once, as one JSON object.
     #[arg(long)]
     pub json: bool,
 }
 
 #[cfg(test)]
 impl EvalOptions {
-    /// From the words behind `eval SUITE`.
+    /// Parses the words that follow `eval SUITE`.
     pub fn of_words(words: &[&str]) -> Self {
         use clap::FromArgMatches;
         let line = Self::augment_args(clap::Command::new("eval").no_binary_name(true));
@@ -556,7 +557,7 @@ impl EvalOptions {
 
 #[cfg(test)]
 impl ChaosOptions {
-    /// From the words behind `chaos`.
+    /// Parses the words that follow `chaos`.
     pub fn of_words(words: &[&str]) -> Self {
         use clap::FromArgMatches;
         let line = Self::augment_args(clap::Command::new("chaos").no_binary_name(true));

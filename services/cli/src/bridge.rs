@@ -1,14 +1,14 @@
-//! Carries a running system's messages to other software.
+//! Passes a running system's messages to other software.
 
 use anyhow::anyhow;
 
 use crate::args::{Other, Rmw, Ros2Options, parse_rmw};
 use crate::failure::{Failure, Outcome};
 
-/// Where ROS 2 says what carries messages.
+/// The variable with which ROS 2 selects the middleware.
 const RMW_VARIABLE: &str = "RMW_IMPLEMENTATION";
 
-/// Carries them until the system ends or the user has enough.
+/// Runs the bridge until the system ends or the user ends it.
 pub fn bridge(other: &Other) -> Result<Outcome, Failure> {
     match other {
         Other::Ros2 { options } => ros2(options),
@@ -30,14 +30,14 @@ fn ros2(options: &Ros2Options) -> Result<Outcome, Failure> {
     }
 }
 
-/// Any other build says what to do.
+/// The error of builds without it, which says how to build it.
 #[cfg(not(all(feature = "ros2", feature = "zenoh")))]
 fn absent(what: &str, feature: &str) -> Failure {
     let advice = format!("cargo build --release --features {feature}");
     Failure::Input(anyhow!("{what}: this program was built without it; build it with `{advice}`"))
 }
 
-/// What is to carry the messages. Options of the other are no silent mistake.
+/// The middleware to use. Options of the other one are errors.
 fn rmw(options: &Ros2Options) -> Result<Rmw, Failure> {
     let rmw = match (options.rmw, std::env::var(RMW_VARIABLE)) {
         (Some(rmw), _) => rmw,
@@ -71,14 +71,14 @@ mod built {
     use crate::output::{live, say};
     use crate::systems;
 
-    /// Where ROS 2 says which domain is meant.
+    /// The variable with which ROS 2 selects the domain.
     const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
 
-    /// Where the router of this host is, as rmw_zenoh has it.
+    /// The router of this host, with rmw_zenoh's default endpoint.
     #[cfg(feature = "zenoh")]
     const ROUTER: &str = "tcp/localhost:7447";
 
-    /// As a client of the routers, or as one of them.
+    /// Zenoh as a client of the routers, or as a router.
     #[cfg(feature = "zenoh")]
     pub fn zenoh(options: &Ros2Options) -> Middleware {
         let (mut routers, listen) = (options.routers.clone(), options.listen.clone());
@@ -117,7 +117,7 @@ mod built {
         Ok(told(name, &done))
     }
 
-    /// A robot that speaks ROS 2 stands in for the world.
+    /// Runs a ROS 2 robot in place of the world.
     fn drive(system: System, run: &RunConfig, settings: &Settings) -> Result<Outcome, Failure> {
         let name = &run.system;
         if !run.without.contains(&Process::World) || run.pace == Pace::Lockstep {

@@ -1,5 +1,5 @@
-//! Shows the pipeline: every channel with its message, its writer and its readers, in the order of an instant. Of a
-//! running system it also shows who is connected, what its history holds, and the rates.
+//! Shows the pipeline: every channel with its message, its writer and its readers, in the order of an instant. For a
+//! running system, also the connected processes, the number of messages in the history, and the rates.
 
 use anyhow::Context;
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
@@ -15,15 +15,15 @@ use crate::systems;
 #[derive(Serialize)]
 struct Row {
     channel: &'static str,
-    /// In the MCAP file.
+    /// The ROS 2 type, as in recordings.
     message: &'static str,
     ros2: &'static str,
-    /// `None`: every process.
+    /// `None` if all processes write it.
     writer: Option<&'static str>,
     readers: Vec<&'static str>,
-    /// The kind of navigator that has it; `None`: all.
+    /// The kind of navigator that has it; `None` if all do.
     kind: Option<&'static str>,
-    /// Messages that a reader gets that comes late.
+    /// The number of messages that a late reader gets.
     history: usize,
     latched: bool,
     recorded: bool,
@@ -45,7 +45,7 @@ impl Row {
     }
 }
 
-/// Prints who is connected to the channels of a running system, and how they get on.
+/// Prints the channels of a running system with the connected processes and the rates.
 pub fn show_live(system: &str, json: bool) -> Result<Outcome, Failure> {
     let (_, figures) = live::measure(systems::find(Some(system))?)?;
     if json {
@@ -79,7 +79,7 @@ fn names(all: &[Connected]) -> String {
     all.iter().map(|connected| connected.process.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// Refuses a kind of navigator that there is none of.
+/// Rejects an unknown kind of navigator.
 pub fn check_kind(kind: Option<&str>) -> Result<(), Failure> {
     let known = || channels::all().filter_map(|spec| spec.kind);
     let unknown = kind.filter(|kind| known().all(|known| known != *kind));
@@ -93,7 +93,7 @@ pub fn check_kind(kind: Option<&str>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Prints the channels that a kind of navigator has; without a kind, all.
+/// Prints the channels of a kind of navigator, or of all kinds.
 pub fn show(kind: Option<&str>, json: bool) -> Result<Outcome, Failure> {
     check_kind(kind)?;
     let of_kind = |spec: &&'static ChannelSpec| kind.is_none_or(|kind| spec.belongs_to(kind));

@@ -1,6 +1,6 @@
-//! Runs a mission twice, the second time killing its processes, and compares: `sketchnav chaos`.
+//! `sketchnav chaos`: runs a mission twice, killing its processes during the second run, and compares the two.
 //!
-//! Both runs are programs of their own, so that what is killed is what people run.
+//! Both runs are separate programs, so that what is killed is what people run.
 
 mod injector;
 mod safety;
@@ -26,34 +26,34 @@ use crate::output::out;
 use injector::{Hit, Injector, Plan};
 use safety::{Safety, safety};
 
-/// What came of it; `--json` prints just this.
+/// The result; `--json` prints exactly this.
 #[derive(Debug, Serialize)]
 struct Report {
     kills: usize,
-    /// How many were asked for: fewer are no proof.
+    /// How many kills were asked for; fewer prove nothing.
     asked: u32,
-    /// How many of the kills ended nobody: the process got only a share of the processor for some time.
+    /// How many of the kills ended no process, but limited its share of the processor for some time.
     starvations: usize,
     by_process: BTreeMap<&'static str, usize>,
     /// Whether every task was reached with the kills, and without them.
     success: bool,
     undisturbed_success: bool,
-    /// Whether every message is the undisturbed run's; `None` in real time, where no two runs agree.
+    /// Whether every message is that of the undisturbed run; `None` in real time, where no two runs agree.
     identical: Option<bool>,
     lost_messages: u64,
     recovery_ms: BTreeMap<&'static str, Recovery>,
-    /// Whether the robot was safe meanwhile; `None` in lockstep, where the world waits for its navigators.
+    /// Whether the robot was safe in the meantime; `None` in lockstep, where the world waits for its navigators.
     safety: Option<Safety>,
     orphans: usize,
     leftover_files: Vec<PathBuf>,
     recording: PathBuf,
-    /// What `--schedule` plays again.
+    /// The schedule that `--schedule` repeats.
     schedule: PathBuf,
 }
 
 impl Report {
-    /// Whether everything is as if nothing had been killed. A mission that fails without kills fails with them, too, and
-    /// one that ends before the last kill was asked for more than it could have.
+    /// Whether everything is as if nothing had been killed. A mission that also fails without kills is not held against
+    /// them, nor is one that ends before the last kill.
     fn is_good(&self) -> bool {
         let is_safe = |safety: &Safety| safety.unstopped == 0 && safety.wall_contacts == 0;
         (self.success || !self.undisturbed_success)
@@ -65,7 +65,7 @@ impl Report {
     }
 }
 
-/// From the kill to the first thing done that was not done before, milliseconds on the clock.
+/// Time from a kill to the first new work, milliseconds by the clock.
 #[derive(Debug, Serialize)]
 struct Recovery {
     median: f64,
@@ -73,7 +73,7 @@ struct Recovery {
     max: f64,
 }
 
-/// Runs the mission in the file `mission` undisturbed and disturbed.
+/// Runs the mission in the file `mission` undisturbed, then disturbed.
 pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure> {
     if options.signal.contains(&KillSignal::Starve) && !options.at_messages {
         let error = anyhow!("--signal starve: expected --at-messages, found kills at random moments");
@@ -101,7 +101,7 @@ pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure>
     Ok(if good { Outcome::Success } else { Outcome::Short })
 }
 
-/// Kills at moments drawn by lot; the schedule is what came of it.
+/// Kills at random moments; the schedule records what happened.
 fn by_lot(
     mission: &Path,
     options: &ChaosOptions,
@@ -114,7 +114,7 @@ fn by_lot(
     let plan = Plan { steps: world_messages(reference)?, supervisor: run.id(), system: system("chaos") };
     let hits = Injector::new(options, plan).disturb(&mut run).context("watching the run")?;
     let disturbed = report(run);
-    // Of a run that failed there is a recording, too, mostly.
+    // A run that failed usually has a recording, too.
     let is_written = schedule::write_happened(schedule, &out);
     let disturbed = disturbed.map_err(|failure| schedule::told(failure, schedule))?;
     is_written?;
@@ -128,11 +128,11 @@ fn by_lot(
     )
 }
 
-/// A kill, and how long it took until its process had done something new.
+/// A kill, and how long its process took until it had done new work.
 struct Kill {
     process: Process,
     recovered_ms: Option<f64>,
-    /// It got less of the processor, and there is nothing to recover from.
+    /// Its process was starved of the processor, so there is nothing to recover from.
     is_starved: bool,
 }
 
@@ -142,7 +142,7 @@ impl Kill {
         Self { process: hit.process, recovered_ms, is_starved: false }
     }
 
-    /// Whether its process is still to recover.
+    /// Whether its process has yet to recover.
     fn is_open(&self) -> bool {
         self.recovered_ms.is_none() && !self.is_starved
     }
@@ -172,7 +172,7 @@ fn start(
     Ok(command.spawn().context("starting the mission")?)
 }
 
-/// What a run says at its end.
+/// The report that a run prints when it ends.
 fn report(run: Child) -> Result<Value, Failure> {
     let output = run.wait_with_output().context("waiting for the mission")?;
     let object: Value = serde_json::from_slice(&output.stdout).context("the mission's report")?;
@@ -188,7 +188,7 @@ fn recording(report: &Value) -> Result<PathBuf, Failure> {
     Ok(path.into())
 }
 
-/// How much the world does in the whole mission, as its progress counts it.
+/// How much work the world does in the whole mission, as its progress counts it.
 fn world_messages(recording: &Path) -> Result<u32, Failure> {
     let info = info::info(recording).context("the undisturbed recording")?;
     let is_worlds =
@@ -239,7 +239,7 @@ fn judge(
     })
 }
 
-/// Of some times, at least one.
+/// Statistics of some times, at least one.
 fn recovery(mut times: Vec<f64>) -> Recovery {
     times.sort_by(f64::total_cmp);
     let share = |share: f64| times[((times.len() - 1) as f64 * share).ceil() as usize];
@@ -312,7 +312,7 @@ mod tests {
         }
     }
 
-    /// A run that was the same to the byte was called bad for a mission that fails by itself, or that ends early.
+    /// A run that was identical to the byte was once called bad because the mission fails by itself, or ends early.
     #[test]
     fn what_is_the_same_without_kills_is_good() {
         assert!(report().is_good());

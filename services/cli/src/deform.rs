@@ -1,4 +1,4 @@
-//! Writes a drawing of a floor, deformed as people deform what they draw, and says where which place of the floor lies in it.
+//! Writes a drawing of a floor with the distortions of a hand-drawn map, and prints where places of the floor are in it.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::args::{DeformOptions, FloorPlace};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 
-/// So many pieces of furniture that the drawing leaves out are printed.
+/// How many of the omitted pieces of furniture are printed.
 const PRINTED: usize = 12;
 
 /// Draws the floor of `map`.
@@ -33,7 +33,7 @@ pub fn deform(map: &Path, options: &DeformOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// The map and its picture are not drawn over.
+/// Rejects an output that would overwrite the map or its picture.
 fn refuse_to_overwrite(map: &Path, output: &Path) -> anyhow::Result<()> {
     let picture = sketchnav_sim::files::picture_of(map);
     let inputs = [Some(map), picture.as_deref()].into_iter().flatten();
@@ -49,22 +49,22 @@ fn encoded(drawing: &DeformedDrawing, path: &Path) -> Result<Vec<u8>, Failure> {
     }
 }
 
-/// A place of the floor, and where it lies in the drawing.
+/// A place of the floor, and where it is in the drawing.
 #[derive(Serialize)]
 struct Drawn {
-    /// Metres of the floor.
+    /// Position on the floor, metres.
     at_m: [f64; 2],
     /// Column and row of the drawing; `None` in a room that was forgotten.
     at_px: Option<[f64; 2]>,
-    /// How a heading at the place is drawn, degrees.
+    /// The heading at the place as drawn, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     heading_deg: Option<f64>,
-    /// What the drawing leaves out and the place lies in, by the box around it.
+    /// The omitted piece of furniture whose bounding box contains the place.
     #[serde(skip_serializing_if = "Option::is_none")]
     within: Option<String>,
 }
 
-/// Where a place lies that the user has asked for.
+/// Where a place that the user has asked for is in the drawing.
 fn asked(floor: &Floor, drawing: &DeformedDrawing, place: &FloorPlace) -> anyhow::Result<Drawn> {
     let [x, y] = place.at_m;
     if floor.region_at(&Point::<World>::new(x, y)).is_none() {
@@ -101,7 +101,7 @@ fn extent(floor: &Floor) -> [[f64; 2]; 2] {
     })
 }
 
-/// The middles of the rooms.
+/// The centres of the rooms.
 fn rooms(floor: &Floor, drawing: &DeformedDrawing) -> Vec<Drawn> {
     let room = |center: &Point<World>| {
         let at = drawing.to_sketch(center);
@@ -195,7 +195,7 @@ fn piece_name(piece: &Furnishing) -> &str {
     if piece.name.is_empty() { "a piece that was taken for furniture" } else { &piece.name }
 }
 
-/// Whether a place, m, lies in the box around a piece.
+/// Whether a place, m, is inside a piece's bounding box.
 fn covers(piece: &Furnishing, at_m: [f64; 2]) -> bool {
     let offsets = [at_m[0] - piece.center.x, at_m[1] - piece.center.y];
     offsets.iter().zip(piece.size_m).all(|(offset, size_m)| offset.abs() <= size_m / 2.0)

@@ -1,4 +1,4 @@
-//! Looks whether this machine can run a system, and says what to do where it cannot: `sketchnav doctor`.
+//! `sketchnav doctor`: checks whether this machine can run a system, and says what to do if it cannot.
 //!
 //! Changes nothing but files of its own, which it removes.
 
@@ -10,15 +10,15 @@ use serde::Serialize;
 use crate::failure::{Failure, Outcome};
 use crate::output::out;
 
-/// How a check ended.
+/// The result of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Level {
-    /// As it should be.
+    /// Everything is in order.
     Fine,
     /// A system runs, but not as well as it could.
     Warning,
-    /// No system can run, or what it measures is wrong.
+    /// No system can run, or its measurements are wrong.
     Error,
 }
 
@@ -32,26 +32,26 @@ impl Level {
     }
 }
 
-/// What a check has found.
+/// A finding of a check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// What was looked at.
+    /// What was checked.
     check: &'static str,
     level: Level,
-    /// What there is.
+    /// What was found.
     found: String,
-    /// What to do; nothing where all is well.
+    /// What to do; `None` if everything is in order.
     #[serde(skip_serializing_if = "Option::is_none")]
     advice: Option<String>,
 }
 
 impl Finding {
-    /// All is well.
+    /// A finding that everything is in order.
     pub fn fine(check: &'static str, found: impl Into<String>) -> Self {
         Self { check, level: Level::Fine, found: found.into(), advice: None }
     }
 
-    /// All is not well; `advice` says what to do.
+    /// A finding of a problem; `advice` says what to do.
     pub fn of(
         check: &'static str,
         level: Level,
@@ -62,7 +62,7 @@ impl Finding {
     }
 }
 
-/// Makes every check and prints what was found: exit code 1 where there is an error.
+/// Runs all checks and prints the findings; exit code 1 if there is an error.
 pub fn doctor(json: bool) -> Result<Outcome, Failure> {
     let findings: Vec<_> = checks::all().collect();
     let worst = findings.iter().map(|finding| finding.level).max().unwrap_or(Level::Fine);

@@ -1,4 +1,4 @@
-//! What is doubted about the files of a mission before a robot is driven by them.
+//! Doubts about a mission's files, before a robot is driven by them.
 
 use anyhow::anyhow;
 use sketchnav_files::Files;
@@ -9,10 +9,10 @@ use sketchnav_stage::doubts::Doubts;
 use crate::failure::{Failure, OrInput};
 use crate::output::say;
 
-/// What the navigator of a run doubts about its files; nothing where its sketcher is somebody else's.
+/// The navigator's doubts about the files of a run; none if the sketcher is not started by this program.
 ///
 /// # Errors
-/// As the sketcher says, where a file cannot be read or nothing could be right in it.
+/// The sketcher's error, if a file cannot be read or is entirely wrong.
 pub fn of(run: &RunConfig, files: &dyn Files) -> Result<Doubts, Failure> {
     let navigator = sketchnav_navigators::of(&run.mission).or_input()?;
     let Some(doubts) = navigator.doubts.filter(|_| !run.without.contains(&Process::Sketcher)) else {
@@ -22,7 +22,7 @@ pub fn of(run: &RunConfig, files: &dyn Files) -> Result<Doubts, Failure> {
     found.map_err(|error| anyhow!("{}: {error}", Process::Sketcher)).or_input()
 }
 
-/// Says them on standard error.
+/// Prints them to standard error.
 pub fn tell(doubts: &Doubts) {
     doubts.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     doubts.left_out.iter().for_each(|what| say!("left out: {what}"));

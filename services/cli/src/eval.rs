@@ -1,4 +1,4 @@
-//! Experiments: runs a suite, prints its table.
+//! Experiments: runs a suite and prints its table.
 
 pub mod all;
 pub mod machine;
@@ -68,7 +68,7 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
         None => drive_each(&jobs, options)?.concat(),
     };
     let wall = began.elapsed();
-    // What was driven is told in any case; it may have taken hours.
+    // What was driven is printed in any case; it may have taken hours.
     let check = options.check_processes.map(|count| processes::check(&jobs, count));
     let checked = check.as_ref().and_then(|check| check.as_ref().ok());
     let driven = Driven { suite: &suite, methods: &methods, jobs: &jobs, outcomes: &outcomes };
@@ -88,14 +88,14 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     Ok(if is_same { Outcome::Success } else { Outcome::Short })
 }
 
-/// Names the folder of the data where `--data` does not.
+/// The variable that names the folder of the data if `--data` does not.
 const DATA_VARIABLE: &str = "SKETCHNAV_DATA";
-/// Where in a checkout the missions lie.
+/// The folder of the missions in a checkout.
 const MISSIONS: &str = "sim/missions";
 
 fn folders(options: &EvalOptions) -> anyhow::Result<Folders> {
     let data = options.data.clone().or_else(|| std::env::var_os(DATA_VARIABLE).map(PathBuf::from));
-    // Trials go to other processes, too, by the paths of their files.
+    // Trials go to other processes, too, with the paths of their files.
     let data = data.map(std::path::absolute).transpose().context("the folder of the data")?;
     Ok(Folders { suite: "", project: project(options.project.as_deref())?, data })
 }
@@ -116,12 +116,12 @@ fn project(named: Option<&Path>) -> anyhow::Result<PathBuf> {
     here.ancestors().find(has_missions).map(Path::to_path_buf).with_context(missing)
 }
 
-/// What the suite cannot read is the user's to mend.
+/// Data that a suite cannot read are the user's to correct.
 fn classify(error: EvalError) -> Failure {
     Failure::Input(error.into())
 }
 
-/// Keeps the trials that the user wants.
+/// Selects the trials that the user wants.
 fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
     let drawings = suite.drawings();
     if let Some(unknown) = options.drawings.iter().find(|wanted| !drawings.contains(wanted)) {
@@ -140,7 +140,7 @@ fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The methods that the user wants, the first of the suite's kind of navigator where the user names none.
+/// The methods that the user wants; by default the first of the suite's kind of navigator.
 fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> {
     let Some(first) = suite.trials.first() else { return Ok(options.methods.clone()) };
     let known = sketchnav_navigators::of(&first.mission)?.methods;
@@ -154,7 +154,7 @@ fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> 
     if !suite.methods.is_empty() {
         return Ok(suite.methods.clone());
     }
-    // Where all trials are driven by one method, whatever is asked for, its name stands over the table.
+    // If all trials are driven by one method, whatever is asked for, its name is above the table.
     let own = first.method.as_deref();
     let own = own.filter(|own| suite.trials.iter().all(|trial| trial.method.as_deref() == Some(own)));
     Ok(own.or(known.first().copied()).map(str::to_owned).into_iter().collect())
@@ -215,7 +215,7 @@ struct Driven<'a> {
     outcomes: &'a [Ended],
 }
 
-/// The pictures and the report that the user wants.
+/// Writes the pictures and the report that the user wants.
 fn write_files(driven: &Driven<'_>, options: &EvalOptions) -> anyhow::Result<()> {
     let drawn = options.pictures.as_ref().map_or(Ok(()), |folder| draw(driven.jobs, folder));
     let reported = options.output.as_ref().map_or(Ok(()), |path| report(driven, path));
@@ -230,7 +230,7 @@ fn progress_bar(length: usize, quiet: bool) -> ProgressBar {
     ProgressBar::new(length as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Drives each once more, to draw it: the same bits, and no log is kept of thousands of trials.
+/// Drives each job once more to draw it; the drive is identical, so no log of thousands of trials has to be kept.
 fn draw(jobs: &[Job<'_>], folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     for job in jobs {
@@ -257,11 +257,11 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Options that say where the outcomes come from, each with its value. The page of a merged experiment is the same as
-/// that of one machine.
+/// Options, each with a value, that say where the outcomes come from. They are omitted, so that the page of a merged
+/// experiment equals that of one machine.
 const WHERE_FROM: [&str; 2] = ["--merge", "--accept"];
 
-/// As it was typed, except for where the program lies and where the outcomes come from.
+/// The command line as it was typed, without the program's path and the options for where the outcomes come from.
 fn command_line() -> String {
     let mut is_value = false;
     let is_shown = |word: &String| {
@@ -300,7 +300,7 @@ fn print(driven: &Driven<'_>, options: &EvalOptions, wall: Duration) -> anyhow::
     if options.verbose {
         print_failures(outcomes)?;
     }
-    // The time is the one thing that no two runs agree on.
+    // The time is the only thing on which two runs do not agree.
     say!("{:.0} s by the clock", wall.as_secs_f64());
     out!("{} tasks", outcomes.len())
 }

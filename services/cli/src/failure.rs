@@ -1,4 +1,4 @@
-//! How the command ends: the exit codes and what is printed with them.
+//! How a command ends: the exit codes and what is printed with them.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -10,25 +10,25 @@ use sketchnav_supervisor::INCOMPLETE;
 use crate::args::Cli;
 use crate::output::{self, out};
 
-/// Why a command did not do what it was asked to.
+/// Why a command failed.
 #[derive(Debug)]
 pub enum Failure {
     /// Bad input or usage: exit 2.
     Input(anyhow::Error),
-    /// A tool that has the exit codes of MCAP's own did not succeed: exit 1.
+    /// A tool with the exit codes of MCAP's own tool failed: exit 1.
     Plain(anyhow::Error),
     /// Anything else: exit 3.
     Other(anyhow::Error),
-    /// As `Other`, and the command has printed all the same what it could: exit 3.
+    /// As `Other`, but the command has nevertheless printed what it could: exit 3.
     Reported(anyhow::Error),
-    /// The recorder's: its recording is incomplete: exit 4.
+    /// The recording is incomplete: exit 4.
     Incomplete(anyhow::Error),
 }
 
-/// What a command comes to.
+/// The outcome of a command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// Done; every task reached; no difference: exit 0.
+    /// Done, every task reached, no difference: exit 0.
     Success,
     /// Done, but some task was not reached, or the recordings differ: exit 1.
     Short,
@@ -56,8 +56,8 @@ impl<T, E: Into<anyhow::Error>> OrInput<T> for Result<T, E> {
     }
 }
 
-/// Prints a failure and gives the exit code. With `json` standard output gets an object too, so that a
-/// program always finds one there.
+/// Prints a failure and returns the exit code. With `json`, standard output gets an object too, so that a program
+/// always finds one there.
 pub fn exit_code(result: Result<Outcome, Failure>, json: bool) -> ExitCode {
     match result {
         Ok(Outcome::Success) => ExitCode::from(0),
@@ -78,36 +78,36 @@ fn report(error: &anyhow::Error, code: u8, json: bool) -> ExitCode {
     }
     let story = story(error);
     if json {
-        // Where standard output is what failed, standard error alone tells.
+        // If it is standard output that failed, only standard error shows it.
         let _ = out!("{}", serde_json::json!({ "error": story, "exit": code }));
     }
     output::aside(on_lines(&story));
     ExitCode::from(code)
 }
 
-/// What of an error has several lines of its own: the place in a TOML or YAML file, and what a process printed.
+/// The parts of an error that have several lines: the position in a TOML or YAML file, and what a process printed.
 const LINES_FOLLOW: [&str; 4] =
     ["TOML parse error at line ", "\n --> <input>:", "\n  --> <input>:", "; its last words:\n"];
 
-/// An error as it is printed. Before the place in a file there are names, which keep to their line; after it nothing
-/// begins at the left, so that no line looks like another message.
+/// Formats an error for printing. Names before the position in a file are kept on one line; later lines are indented,
+/// so that none looks like another message.
 fn on_lines(story: &str) -> String {
     let follow = LINES_FOLLOW.iter().filter_map(|mark| story.find(mark)).min();
     let (first, lines) = story.split_at(follow.unwrap_or(story.len()));
     format!("error: {}{}", OneLine(first), lines.replace('\n', "\n  "))
 }
 
-/// Prints what is wrong with the command line, or the help that was asked for, and gives the exit code.
+/// Prints an error of the command line, or the help that was asked for, and returns the exit code.
 pub fn refuse_usage(error: &clap::Error) -> ExitCode {
     match tame(std::env::args_os()) {
-        // In colours, which are all that is left of escapes; where nobody reads it, nobody misses it.
+        // In colours, the only escapes that are left. If the output is not read, nothing is lost.
         Some(tame) => drop(tame.print()),
         None => output::aside(error.render()),
     }
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
-/// What is wrong with these words, said of the words as they are shown: some may be names of files, which are anybody's.
+/// The error of these words, made from their escaped forms: some may be file names, which can contain anything.
 fn tame(words: impl Iterator<Item = OsString>) -> Option<clap::Error> {
     Cli::try_parse_from(words.map(|word| one_line(word.to_string_lossy()))).err()
 }
@@ -126,7 +126,7 @@ mod tests {
 
     use super::*;
 
-    /// The error that rejected an escape sequence was the one that sent it to the terminal.
+    /// The error that rejected an escape sequence once sent it to the terminal itself.
     #[test]
     fn no_error_steers_the_terminal_or_begins_a_line() {
         let name = "a\u{1b}[31m\u{202e}\nerror: forged\u{9b}";
@@ -135,7 +135,7 @@ mod tests {
             output_of(&error),
             "error: a\\u001b[31m\\u202e\\nerror: forged\\u009b: expected a mission"
         );
-        // The line of the file that it is about stays below it, and says what it says.
+        // The quoted line of the file is kept on a line of its own below it, with its content.
         let toml = toml::from_str::<toml::Table>("a = 1\nb\u{1b}[2J = = 2\n").unwrap_err();
         let told = output_of(&anyhow::Error::from(toml).context("m\n.toml"));
         assert!(told.starts_with("error: m\\n.toml: TOML parse error at line 2"), "{told}");
@@ -146,7 +146,7 @@ mod tests {
         assert!(!told.contains("\\n"), "{told}");
     }
 
-    /// A name of a file that a pattern of the shell found among others.
+    /// A file name that a shell pattern matched among others.
     #[test]
     fn a_rejected_word_of_the_command_line_is_shown_as_it_is() {
         let words = ["sketchnav", "inf\u{1b}[31m\u{202e}o\n"].map(OsString::from);
@@ -158,7 +158,7 @@ mod tests {
         shown::lines(on_lines(&story(error)))
     }
 
-    /// A missing file was reported three times over: "m.toml: cannot be read: No such file …: cannot be …".
+    /// A missing file was once reported three times over: "m.toml: cannot be read: No such file …: cannot be …".
     #[test]
     fn a_cause_is_told_once() {
         let missing = sketchnav_sim::mission_file::load("/nowhere/m.toml".as_ref()).unwrap_err();

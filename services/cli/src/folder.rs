@@ -1,14 +1,14 @@
-//! The folder of a run: a new one each time, so that no run overwrites another's recording.
+//! The folder of a run, a new one each time, so that no run overwrites another's recording.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 
-/// Most runs of one mission in one folder.
+/// Maximum number of runs of one mission in one folder.
 const MAX_RUNS: u32 = 9999;
 
-/// Makes `out/name-001`, or the first number that is free.
+/// Creates `out/name-001`, or the first free number.
 pub fn create(out: &Path, name: &str) -> anyhow::Result<PathBuf> {
     std::fs::create_dir_all(out)
         .with_context(|| format!("{}: expected a folder to write to", out.display()))?;
@@ -25,7 +25,7 @@ pub fn create(out: &Path, name: &str) -> anyhow::Result<PathBuf> {
     anyhow::bail!("{}: expected fewer than {MAX_RUNS} runs of {name}", out.display())
 }
 
-/// The mission's name as a file name and as the name of a system: lower case, digits and hyphens.
+/// The mission's name as a file name and as a system's name: lower case, digits and hyphens.
 pub fn plain_name(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
     let name: String = name.chars().map(plain).take(24).collect();

@@ -1,4 +1,4 @@
-//! Draws the pipeline: a lane for each process, a row for each channel in the order of an instant.
+//! Draws the pipeline: a lane per process, a row per channel in the order of an instant.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -17,11 +17,11 @@ use crate::{channels as table, systems};
 
 const LANE_PX: f64 = 118.0;
 const ROW_PX: f64 = 30.0;
-/// Left of the lanes: the channels' names and types.
+/// Width left of the lanes, for the channels' names and types.
 const LEFT_PX: f64 = 292.0;
-/// Right of them: the figures.
+/// Width right of them, for the figures.
 const RIGHT_PX: f64 = 170.0;
-/// Of that the bandwidth.
+/// Part of that for the bandwidth.
 const BAND_PX: f64 = 76.0;
 const TOP_PX: f64 = 104.0;
 const FONT: &str = "font-family=\"Helvetica, Arial, sans-serif\"";
@@ -129,7 +129,7 @@ fn lane(svg: &mut String, x: f64, bottom: f64, word: &str) {
     text(svg, [x, top + 18.0], 13.5, "middle", INK, word);
 }
 
-/// A channel: name, type, writer, readers and rate.
+/// Draws a channel: name, type, writer, readers and rate.
 fn row(
     svg: &mut String,
     y: f64,
@@ -177,7 +177,7 @@ fn row(
     }
 }
 
-/// The head of an arrow that ends at `x`.
+/// Draws the head of an arrow that ends at `x`.
 fn arrow(svg: &mut String, x: f64, y: f64, from_left: bool, color: &str) {
     let back = if from_left { x - 9.0 } else { x + 9.0 };
     let _ =

@@ -1,4 +1,4 @@
-//! What `sketchnav run` and `sketchnav pad` share: from options to a configured run and its processes.
+//! Shared by `sketchnav run` and `sketchnav pad`: from options to a configured run and its processes.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -19,11 +19,11 @@ use crate::folder::plain_name;
 use crate::link::Link;
 use crate::output::say;
 
-/// Reads a mission and its robot, and checks what its navigator demands of them. A method that is named on the command
-/// line goes before the mission's.
+/// Reads a mission and its robot, and checks the requirements of its navigator. A method given on the command line
+/// takes precedence over the mission's.
 ///
 /// # Errors
-/// The file, the key, and what was expected there.
+/// Names the file, the key, and what was expected there.
 pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Failure> {
     let (mut mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
     if let Some(method) = &options.method {
@@ -33,7 +33,7 @@ pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Fa
     Ok((mission, robot))
 }
 
-/// What the mission's navigator demands, of the world too.
+/// Checks the requirements of the mission's navigator, including those on the world.
 fn check(mission: &Mission, robot: &Robot) -> Result<(), Box<dyn Error + Send + Sync>> {
     let navigator = sketchnav_navigators::of(mission)?;
     (navigator.check)(mission, robot)?;
@@ -46,7 +46,7 @@ fn check(mission: &Mission, robot: &Robot) -> Result<(), Box<dyn Error + Send + 
 /// A run of `mission` with `robot`, recorded in `folder`.
 ///
 /// # Errors
-/// Where the folder's path is not in UTF-8.
+/// If the folder's path is not UTF-8.
 pub fn configure(
     options: &SystemOptions,
     folder: &Path,
@@ -81,14 +81,14 @@ pub fn configure(
 /// Reads a plan of faults for a run of this kind of navigator.
 ///
 /// # Errors
-/// The file, the fault and the key, and what was expected there.
+/// Names the file, the fault and the key, and what was expected there.
 pub fn fault_plan(path: &Path, kind: &str) -> anyhow::Result<FaultPlan> {
     let named = || path.display().to_string();
     let text = sketchnav_files::read_to_string(path, FAULT_PLAN).with_context(named)?;
     FaultPlan::parse(&text, kind).with_context(named)
 }
 
-/// How the processes of `run` are started, those that are left to the user left out; with a page, its own too.
+/// The command lines of the processes of `run`, except for those left to the user; with a page, also that of the pad.
 ///
 /// # Errors
 /// As [`ProcessLine::serve`].
@@ -101,21 +101,21 @@ pub fn lines(run: &RunConfig, link: Option<&Link>) -> Result<Vec<ProcessLine>, S
     services.chain(link.map(|link| link.line(&run.system))).collect()
 }
 
-/// How long processes may do without a sign of life.
+/// How long processes may go without a sign of life.
 pub fn grace(options: &SystemOptions) -> Grace {
     Grace { stopped: Duration::from_secs_f64(options.stopped_limit), ..Grace::default() }
 }
 
-/// Takes away the folder of a run that never began.
+/// Removes the folder of a run that never began.
 pub fn discard(folder: &Path) {
-    // What cannot be removed is in nobody's way: the next run gets a folder of its own.
+    // A folder that cannot be removed does no harm: the next run gets a folder of its own.
     let _ = std::fs::remove_dir_all(folder);
 }
 
-/// Whether the user can mend what went wrong.
+/// Whether the error is one that the user can correct.
 pub fn classify(error: SystemError) -> Failure {
     match &error {
-        // What a service says of its input is for the user; that a process said it is not.
+        // What a service reports about its input concerns the user; that it was a service's process does not.
         SystemError::Died(death) if error.is_bad_input() => {
             let words = death.last_lines.trim_start_matches("error: ");
             Failure::Input(anyhow!("{}: {words}", death.process))
@@ -149,7 +149,7 @@ mod tests {
         configure(&options(words), Path::new("out"), mission, robot, (Pace::Lockstep, Pad::Absent)).unwrap()
     }
 
-    /// What its recording is judged as.
+    /// The method as which its recording is judged.
     fn judged(run: &RunConfig) -> String {
         let file = tempfile::NamedTempFile::new().unwrap();
         Writer::create(file.reopen().unwrap(), run).unwrap().finish().unwrap();
@@ -158,7 +158,7 @@ mod tests {
         serde_json::to_value(judged).unwrap()["method"].as_str().unwrap().to_owned()
     }
 
-    /// The recordings of all kinds but one said that they had no method.
+    /// The recordings of all kinds but one were once reported to have no method.
     #[test]
     fn the_method_of_a_run_is_known_whatever_its_navigator() {
         let mut kinds = BTreeSet::new();
@@ -169,7 +169,7 @@ mod tests {
             let navigator = sketchnav_navigators::of(&run.mission).unwrap();
             assert_eq!(Some(&run.method.as_str()), navigator.methods.first(), "{mission}");
             assert_eq!(judged(&run), run.method, "{mission}");
-            // As earlier versions wrote it.
+            // As written by earlier versions.
             assert_eq!(judged(&RunConfig { method: String::new(), ..run.clone() }), run.method, "{mission}");
             kinds.insert(navigator.kind);
         }

@@ -1,10 +1,10 @@
-//! `sketchnav` drives a robot by what a person can tell it without surveying anything: a drawing, a route past things,
-//! directions. This crate is the command line; the parts stand on their own, as libraries.
+//! `sketchnav` drives a robot by what a person can say about a place without surveying it: a drawing, a route past
+//! landmarks, directions. This crate is the command line; the parts are libraries of their own.
 //!
 //! | to | take |
 //! |---|---|
 //! | write a navigator | [`sketchnav_stage`], with an example of a [`Stage`](sketchnav_stage::Stage); [`Navigator`]; [`main_with`] makes a program of it |
-//! | see who sends what to whom | [`sketchnav_schemas::channels`], the pipeline as one table; messages in [`sketchnav_schemas::message`] |
+//! | see which process sends what to which | [`sketchnav_schemas::channels`], the pipeline as one table; messages in [`sketchnav_schemas::message`] |
 //! | drive a mission in a test, without processes | [`sketchnav_rehearsal`] |
 //! | read, repair or compare recordings | [`sketchnav_recordings`] |
 //! | compute qualitative relations of objects | [`sketchnav_qualitative`]: no robot in it |
@@ -17,7 +17,7 @@
 //!
 //! # A mission in one process
 //!
-//! The same stages as in the processes, and the same messages, byte for byte. An
+//! The same stages and the same messages, byte for byte, as with processes. An
 //! [`Onlooker`](sketchnav_rehearsal::Onlooker) sees them all, and may end the mission.
 //!
 //! ```
@@ -84,12 +84,12 @@
 //! # Ok::<(), sketchnav_qualitative::Error>(())
 //! ```
 //!
-//! # A program with a navigator of one's own
+//! # A program with your own navigator
 //!
-//! A `main` that calls [`main_with`] is all of `sketchnav`, and knows one's own navigators, too.
-//! `docs/write-a-navigator.md` goes through `tests/stranger/wall_follower.rs`, which is such a program.
+//! A `main` that calls [`main_with`] is a complete `sketchnav` with your own navigators added.
+//! `docs/write-a-navigator.md` explains `tests/stranger/wall_follower.rs`, which is such a program.
 
-// What is printed goes through `output`, which escapes what could steer a terminal.
+// All printing goes through `output`, which escapes what could steer a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
@@ -138,14 +138,14 @@ use args::{Cli, Command};
 use failure::{Failure, Outcome, exit_code};
 use recordings::whole::Whole;
 
-/// What this project's own program does: reads the command line and obeys it.
+/// The program itself: reads the command line and runs the command.
 pub fn main() -> ExitCode {
     main_with(&[])
 }
 
-/// The same with navigators of one's own.
+/// As [`main`], with navigators of your own.
 pub fn main_with(navigators: &'static [Navigator]) -> ExitCode {
-    // Before anything that takes much of it.
+    // Before anything that uses much of it.
     if let Err(error) = sketchnav_runtime::provide_stack() {
         return exit_code(Err(Failure::Other(error.into())), false);
     }
@@ -159,21 +159,21 @@ pub fn main_with(navigators: &'static [Navigator]) -> ExitCode {
     }
 }
 
-/// The command line, and whether a program reads what is printed.
+/// The command line, and whether a program reads the output.
 fn parse() -> clap::error::Result<(Cli, bool)> {
     let matches = Cli::command().try_get_matches()?;
     let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut Cli::command()))?;
     Ok((cli, args::wants_json(&matches)))
 }
 
-/// Ignores SIGXFSZ, which would end the process without a message. A write beyond `ulimit -f` then fails with an error, as
-/// on a full disk. Processes that this program starts ignore the signal too.
+/// Ignores SIGXFSZ, which would end the process without a message. A write beyond `ulimit -f` then fails with an error,
+/// as on a full disk. Processes started by this program ignore the signal too.
 fn ignore_file_size_signal() {
-    // SAFETY: no handler runs. The call fails for invalid signals only.
+    // SAFETY: no handler runs. The call can only fail for invalid signals.
     let _ = unsafe { signal(Signal::SIGXFSZ, SigHandler::SigIgn) };
 }
 
-/// The command line, for those who document or complete it.
+/// The command line, for documentation and completions.
 pub fn command_line() -> clap::Command {
     Cli::command()
 }

@@ -13,20 +13,20 @@ use sketchnav_supervisor::{Error as SystemError, ProcessLine};
 
 use crate::args::PadSite;
 
-/// Longest that the page may take to answer a look whether it is there.
+/// Longest that the page may take to answer when checked for.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The link to a page, and what its process has to know.
+/// The link to a page, and what its process has to be given.
 pub struct Link {
     site: PadSite,
     token: Token,
 }
 
 impl Link {
-    /// Port 0 becomes one that is free; a token is made where neither the command line nor the environment has one.
+    /// Port 0 becomes a free port; a token is made up if neither the command line nor the environment has one.
     ///
     /// # Errors
-    /// Where no port is free, or the token of the environment is none.
+    /// If no port is free, or the token in the environment is invalid.
     pub fn new(site: &PadSite, token: Option<Token>) -> anyhow::Result<Self> {
         let mut site = site.clone();
         if site.port == 0 {
@@ -38,7 +38,7 @@ impl Link {
         Ok(Self { site, token: given.unwrap_or_else(Token::random) })
     }
 
-    /// How the pad's process is started.
+    /// The command line of the pad's process.
     ///
     /// # Errors
     /// As [`ProcessLine::serve`].
@@ -58,7 +58,7 @@ impl Link {
         TcpStream::connect_timeout(&SocketAddr::new(host, self.site.port), LOOK).is_ok()
     }
 
-    /// What to print: the link; where other devices reach the page as a picture, too.
+    /// The text to print: the link and, if other devices can reach the page, a QR code of it.
     pub fn text(&self) -> String {
         let url = self.url();
         let code = (!self.site.bind.is_loopback()).then(|| QrCode::new(&url).ok()).flatten();
@@ -80,8 +80,8 @@ fn loopback(unspecified: IpAddr) -> IpAddr {
     }
 }
 
-/// The address by which others reach this machine: that of the way out, towards an address for documentation
-/// (RFC 5737, RFC 3849). Nothing is sent.
+/// The address at which other machines reach this one: that of the route to an address reserved for documentation (RFC
+/// 5737, RFC 3849). Nothing is sent.
 fn own_address(unspecified: IpAddr) -> IpAddr {
     let outside = match unspecified {
         IpAddr::V4(_) => "192.0.2.1:9",
@@ -102,7 +102,8 @@ mod tests {
         PadSite { port: 0, bind: bind.parse().unwrap(), hosts: vec!["robot.local".into()], save: ".".into() }
     }
 
-    /// Everybody on the machine reaches a loopback address: a link to it had no token, and another user drove the robot.
+    /// All users of the machine can reach a loopback address: a link to it once had no
+    /// token, and another user drove the robot.
     #[test]
     fn every_link_has_a_token_that_nobody_guesses() {
         for bind in ["127.0.0.1", "::1", "0.0.0.0"] {

@@ -1,4 +1,4 @@
-//! What goes on on the channels of a running system: rates, sizes, and who is connected.
+//! The activity on the channels of a running system: rates, sizes, and the connected processes.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -11,48 +11,48 @@ use sketchnav_schemas::codes::Process;
 
 use crate::failure::{Failure, OrInput};
 
-/// How often to look: a channel's buffer holds what comes meanwhile.
+/// How often to poll; a channel's buffer holds what arrives in between.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// Rates are those of this time.
+/// The time over which rates are measured.
 const LOOK_FOR: Duration = Duration::from_secs(1);
-/// Before it: writers look up from their work within a quarter of a second, and hand over their histories then.
+/// The time before that: writers look up from their work within a quarter of a second, and then hand over their histories.
 const WARM_UP: Duration = Duration::from_millis(300);
 
-/// A channel now.
+/// The figures of a channel.
 #[derive(Debug, Serialize)]
 pub struct Figures {
     /// The channel's name.
     pub channel: &'static str,
-    /// Messages a second, by the wall clock.
+    /// Messages per second, by the wall clock.
     pub rate_hz: f64,
-    /// Bytes of shared memory a second.
+    /// Bytes of shared memory per second.
     pub bytes_per_second: f64,
-    /// Messages that were sent so far; `None` on the channel of many writers.
+    /// Messages that were sent so far; `None` for the channel with many writers.
     pub sent: Option<u64>,
-    /// Those of them that its history holds.
+    /// The number of messages in its history.
     pub kept: Option<u64>,
-    /// Who has it open to write.
+    /// The processes that have it open for writing.
     pub writers: Vec<Connected>,
-    /// Who has it open to read.
+    /// The processes that have it open for reading.
     pub readers: Vec<Connected>,
 }
 
 /// A process that has a channel open.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Connected {
-    /// Its name; an observer's has its process id, and the dead are called so.
+    /// Its name; that of an observer includes its process id, and dead processes are marked as such.
     pub process: String,
-    /// Its process id; `None` where it is dead.
+    /// Its process id; `None` if it is dead.
     pub pid: Option<u32>,
 }
 
-/// Looks at the channels of a system for a second.
+/// Measures the channels of a system for a second.
 pub fn measure(system: System) -> Result<(String, Vec<Figures>), Failure> {
     let kind = system.run_config().or_input()?.mission.navigator_kind().to_owned();
     let name = system.name().to_owned();
     let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
     let specs: Vec<_> = channels::of_kind(&kind).collect();
-    // Who is connected is asked before this observer is.
+    // The connected processes are listed before this observer connects.
     let peers = specs.iter().map(|spec| node.peers(spec)).collect::<Result<Vec<_>, _>>();
     let peers = peers.context("listing the connected processes")?;
     let mut counted = open(&node, &specs)?;
@@ -66,7 +66,7 @@ pub fn measure(system: System) -> Result<(String, Vec<Figures>), Failure> {
     Ok((kind, all.collect::<anyhow::Result<_>>()?))
 }
 
-/// Counts what comes; how long it took.
+/// Counts what arrives; returns how long that took.
 fn look_for(node: &Node, counted: &mut [Counted], time: Duration) -> anyhow::Result<Duration> {
     let began = Instant::now();
     while began.elapsed() < time && node.nap(LOOK_EVERY) != Wake::Terminate {

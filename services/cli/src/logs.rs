@@ -1,4 +1,4 @@
-//! Prints what the processes of a running system have written, and goes on as they write.
+//! Prints the output of a running system's processes, and follows it.
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
@@ -16,14 +16,14 @@ use crate::failure::{Failure, Outcome};
 use crate::output::live;
 use crate::systems;
 
-/// How often to look for more.
+/// How often to look for more output.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// A line that is longer comes in pieces, bytes.
+/// A longer line is printed in pieces, bytes.
 const MAX_LINE: usize = 64 << 10;
-/// No more of a log is read for its last lines, bytes.
+/// How much of a log is searched for its last lines, bytes.
 const MAX_TAIL: u64 = 4 << 20;
 
-/// Prints the last lines of each process, then, where that is asked for, what comes.
+/// Prints the last lines of each process, and then new ones if asked to.
 pub fn logs(options: &LogsOptions) -> Result<Outcome, Failure> {
     let system = systems::find(options.system.as_deref())?;
     let wanted = |process: &Process| options.processes.is_empty() || options.processes.contains(process);
@@ -39,10 +39,10 @@ pub fn logs(options: &LogsOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// Prints what comes until the system ends.
+/// Prints new lines until the system ends.
 fn follow(system: &System, logs: &mut [Log], options: &LogsOptions) -> anyhow::Result<()> {
     loop {
-        // What is written before the end is read after it.
+        // What is written before the end is still read below.
         let has_ended = System::open(system.name()).is_err();
         for log in &mut *logs {
             log.read().with_context(|| log.path.display().to_string())?;
@@ -59,9 +59,9 @@ fn follow(system: &System, logs: &mut [Log], options: &LogsOptions) -> anyhow::R
 struct Log {
     process: Process,
     path: PathBuf,
-    /// Open from the moment when it is there: it may go before its last lines are read.
+    /// Opened as soon as it exists, since it may be removed before its last lines are read.
     file: Option<File>,
-    /// What was read and not yet printed.
+    /// What was read but not yet printed.
     rest: Vec<u8>,
 }
 
@@ -73,7 +73,7 @@ impl Log {
     fn open(&mut self) -> std::io::Result<Option<&mut File>> {
         if self.file.is_none() {
             self.file = match File::open(&self.path) {
-                // One that has not been started has none.
+                // A process that has not been started has no log.
                 Err(error) if error.kind() == ErrorKind::NotFound => None,
                 opened => Some(opened?),
             };
@@ -93,7 +93,7 @@ impl Log {
         Ok(())
     }
 
-    /// Reads what there is.
+    /// Reads everything new.
     fn read(&mut self) -> std::io::Result<()> {
         let mut rest = std::mem::take(&mut self.rest);
         let read = match self.open()? {
@@ -104,7 +104,7 @@ impl Log {
         read
     }
 
-    /// Prints the lines that are whole.
+    /// Prints the complete lines.
     fn print(&mut self, options: &LogsOptions) -> anyhow::Result<()> {
         while let Some(line) = self.next_line() {
             if options.grep.as_ref().is_some_and(|pattern| !pattern.is_match(&line)) {

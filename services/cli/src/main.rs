@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-/// Counts what each step allocates, for `health`.
+/// Counts the allocations of each step for `health`.
 #[global_allocator]
 static ALLOCATOR: sketchnav_runtime::CountingAllocator = sketchnav_runtime::CountingAllocator;
 

@@ -1,4 +1,4 @@
-//! Completions of shells and manual pages, out of the command line's own description.
+//! Shell completions and manual pages, generated from the description of the command line.
 
 use std::path::Path;
 

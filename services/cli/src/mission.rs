@@ -1,4 +1,4 @@
-//! Runs a mission: starts its system, shows how it goes, reports.
+//! Runs a mission: starts its system, shows its progress, reports the result.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -28,30 +28,30 @@ use crate::report;
 use crate::view::Beside;
 use crate::warnings;
 
-/// How often the progress line changes.
+/// How often the progress line is updated.
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// The demo: its files are part of the program.
+/// The demo, whose files are embedded in the program.
 const DEMO: [(&str, &[u8]); 3] = [
     ("building-a.toml", include_bytes!("../../../sim/missions/building/building-a.toml")),
     ("building.floor.toml", include_bytes!("../../../sim/missions/building/building.floor.toml")),
     ("sketch-a.svg", include_bytes!("../../../sim/missions/building/sketch-a.svg")),
 ];
 
-/// The word that stands for the demo where a mission's file is expected.
+/// The word that stands for the demo in place of a mission's file.
 const DEMO_WORD: &str = "demo";
 
-/// Whether the demo is meant; a file of that name goes before it.
+/// Whether the demo is meant; an existing file of that name takes precedence.
 pub fn is_demo(mission: &Path) -> bool {
     mission == Path::new(DEMO_WORD) && !mission.exists()
 }
 
-/// The demo's mission as it is in the program.
+/// The demo's mission as embedded in the program.
 pub fn demo_mission() -> anyhow::Result<Mission> {
     Ok(Mission::parse(std::str::from_utf8(DEMO[0].1)?)?)
 }
 
-/// Writes the demo's files beside its results, to be changed and run again, and runs it.
+/// Writes the demo's files beside its results, where they can be changed and run again, and runs it.
 pub fn demo(options: &RunOptions) -> Result<Outcome, Failure> {
     let folder = create(&options.system.out, "demo").or_input()?;
     let (mission, robot) = load_demo(&folder, &options.system).inspect_err(|_| discard(&folder))?;
@@ -74,14 +74,14 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     run_in(&folder, mission, robot, options)
 }
 
-/// Goes on with the mission whose recording lies in `folder` and whose supervisor was killed.
+/// Continues the mission whose recording is in `folder` and whose supervisor was killed.
 pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     let (system, run) = match System::resume(folder) {
         Err(error @ RuntimeError::NothingToResume { .. }) => return make_up_for(folder, options, error),
         resumed => resumed.map_err(|error| classify(error.into()))?,
     };
     let began = Instant::now();
-    // The open pages know the token that they had.
+    // The open pages know the previous token.
     let token = options.token.clone().or_else(|| token::kept(&system));
     let (link, view) = (link(&run, options, token)?, Beside::prepare(options.foxglove)?);
     let lines = lines(&run, link.as_ref()).map_err(classify)?;
@@ -93,8 +93,8 @@ pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     follow(supervisor, began, &run, options, (folder, Origin::Resumed))
 }
 
-/// Makes the table and the pictures of a run whose supervisor was killed when everything else was done. Says of another
-/// one what there is of it.
+/// Completes a run whose supervisor was killed when everything else was done, by making the table and the pictures. For
+/// any other run, the error says what exists of it.
 fn make_up_for(folder: &Path, options: &RunOptions, nothing: RuntimeError) -> Result<Outcome, Failure> {
     let Ok(recording) = only_one_in(folder) else { return Err(classify(nothing.into())) };
     let name = recording.display();
@@ -144,14 +144,14 @@ fn drive(
     follow(supervisor, began, run, options, (folder, Origin::New))
 }
 
-/// Whether a run's folder held anything before it.
+/// Whether a run's folder existed before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Origin {
     New,
     Resumed,
 }
 
-/// Follows the mission to its end and reports.
+/// Follows the mission to its end and reports the result.
 fn follow(
     mut supervisor: Supervisor,
     began: Instant,
@@ -176,7 +176,7 @@ fn follow(
     };
     let report = match report::Report::new(run, &supervisor, wall, folder, warnings) {
         Ok(report) => report,
-        // What the processes say about their end is nearer to the cause: a full disk, say.
+        // The errors that processes report when they end are closer to the cause, for example a full disk.
         Err(failure) => {
             let failure = ended.err().map_or(failure, classify);
             return Err(if options.json { without_recording(&supervisor, failure)? } else { failure });
@@ -195,7 +195,7 @@ fn follow(
     }
 }
 
-/// Prints an object with the error and the tasks as the planner reported them: no recording can be judged.
+/// Prints an object with the error and the tasks as reported by the planner, since there is no recording to judge.
 fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failure, Failure> {
     let (Failure::Input(error)
     | Failure::Plain(error)
@@ -216,7 +216,7 @@ fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failur
     Ok(Failure::Reported(error))
 }
 
-/// Where the run has a page.
+/// The link to the page, if the run has one.
 fn link(run: &RunConfig, options: &RunOptions, token: Option<Token>) -> Result<Option<Link>, Failure> {
     if run.pad.is_absent() {
         return Ok(None);
@@ -224,7 +224,7 @@ fn link(run: &RunConfig, options: &RunOptions, token: Option<Token>) -> Result<O
     Link::new(&options.site, token).or_input().map(Some)
 }
 
-/// Shows how the mission goes until its end.
+/// Shows the mission's progress until it ends.
 fn watch(
     supervisor: &mut Supervisor,
     run: &RunConfig,
@@ -269,7 +269,7 @@ fn progress_line(run: &RunConfig, quiet: bool) -> ProgressBar {
         .with_prefix(one_line(&run.mission.name))
 }
 
-/// Above the progress line; where there is no terminal, on standard error.
+/// Prints above the progress line or, without a terminal, to standard error.
 fn tell(line: &ProgressBar, quiet: bool, text: &str) {
     match (quiet, line.is_hidden()) {
         (true, _) => {}

@@ -1,23 +1,23 @@
-//! Notifies a service manager (sd_notify(3)): ready, still alive, about to end.
+//! Notifies a service manager (sd_notify(3)): ready, still alive, stopping.
 //!
-//! Without a manager (`NOTIFY_SOCKET`) there is nothing to tell, and nothing is done. A failed notification is dropped:
-//! the manager notices by itself.
+//! Without a manager (`NOTIFY_SOCKET`), nothing is done. Failed notifications are dropped, since the manager notices
+//! their absence by itself.
 
 use std::env;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::{Duration, Instant};
 
-/// The manager that has started this process.
+/// The manager that started this process.
 pub struct Manager {
     socket: Option<(UnixDatagram, SocketAddr)>,
-    /// How often it wants to hear that this process lives.
+    /// How often it expects a sign of life.
     ping_every: Option<Duration>,
     pinged: Instant,
 }
 
 impl Manager {
-    /// The one that the environment names.
+    /// The manager named by the environment.
     pub fn of_environment() -> Self {
         let variable = |name: &str| env::var(name).ok();
         let is_for_us = variable("WATCHDOG_PID").is_none_or(|pid| pid == std::process::id().to_string());
@@ -25,7 +25,7 @@ impl Manager {
         Self::new(variable("NOTIFY_SOCKET").as_deref(), limit.as_deref())
     }
 
-    /// `limit_us`: the longest that it waits for a sign of life, microseconds; half of it is when to give one.
+    /// `limit_us`: the longest that the manager waits for a sign of life, microseconds; one is sent after half of that.
     fn new(socket: Option<&str>, limit_us: Option<&str>) -> Self {
         let address = socket.and_then(address);
         let socket = address.and_then(|address| Some((UnixDatagram::unbound().ok()?, address)));
@@ -37,12 +37,12 @@ impl Manager {
         }
     }
 
-    /// The service does its work from now on; `status`: a line for people.
+    /// Reports that the service is doing its work from now on; `status`: a line for people.
     pub fn ready(&self, status: &str) {
         self.tell(&format!("READY=1\nSTATUS={status}"));
     }
 
-    /// A sign of life, where one is due.
+    /// Sends a sign of life if one is due.
     pub fn ping_if_due(&mut self) {
         if self.ping_every.is_some_and(|period| self.pinged.elapsed() >= period) {
             self.pinged = Instant::now();
@@ -50,20 +50,20 @@ impl Manager {
         }
     }
 
-    /// The service is about to end.
+    /// Reports that the service is about to end.
     pub fn stopping(&self) {
         self.tell("STOPPING=1");
     }
 
     fn tell(&self, text: &str) {
         if let Some((socket, address)) = &self.socket {
-            // A manager that has gone does not want to know.
+            // If the manager is gone, the message is not needed.
             let _ = socket.send_to_addr(text.as_bytes(), address);
         }
     }
 }
 
-/// A path, or an abstract name behind an `@`.
+/// A path, or an abstract name preceded by `@`.
 fn address(name: &str) -> Option<SocketAddr> {
     match name.strip_prefix('@') {
         Some(name) => SocketAddr::from_abstract_name(name).ok(),

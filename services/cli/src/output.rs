@@ -1,7 +1,7 @@
-//! Prints without panicking: the reader of our output may have gone, and the disk behind it may be full.
+//! Prints without panicking: the reader of our output may be gone, or the disk that it is written to may be full.
 //!
-//! The only place that writes to standard output and standard error, and the only way there is through
-//! [`sketchnav_schemas::shown`]: what came from outside, such as a name of a file or of a task, cannot steer the terminal.
+//! Only this module writes to standard output and standard error, and only through [`sketchnav_schemas::shown`], so
+//! that text from outside, such as the name of a file or of a task, cannot steer the terminal.
 
 use std::fmt::{Arguments, Display};
 use std::io::{self, Write};
@@ -9,16 +9,17 @@ use std::io::{self, Write};
 pub(crate) use sketchnav_schemas::say;
 use sketchnav_schemas::shown::{Lines, OneLine};
 
-/// A line of a result on standard output. Where its reader has gone nobody misses it, and what the command comes to
-/// stays what it is: its exit code says so.
+/// Prints a line of a result to standard output. If its reader is gone, nothing is lost, and the command's outcome and
+/// exit code remain the same.
 ///
 /// # Errors
-/// Where it cannot be written: a full disk, say.
+/// If it cannot be written, for example to a full disk.
 pub fn line(text: Arguments<'_>) -> anyhow::Result<()> {
     heard(print(OneLine(text)))
 }
 
-/// Several lines of a result: a table, say. Whoever makes them has put no name into them that could break a line.
+/// Prints several lines of a result, for example a table. The caller ensures that they
+/// contain no name that could break a line.
 ///
 /// # Errors
 /// As [`line`].
@@ -26,15 +27,15 @@ pub fn lines(text: impl Display) -> anyhow::Result<()> {
     heard(print(Lines(text)))
 }
 
-/// A line of an output that goes on for as long as it is read.
+/// Prints a line of an output that continues for as long as it is read.
 ///
 /// # Errors
-/// Where nobody takes it; see [`is_unheard`].
+/// If it is not read any more (see [`is_unheard`]), or cannot be written.
 pub fn live_line(text: Arguments<'_>) -> anyhow::Result<()> {
     print(OneLine(text))
 }
 
-/// Several lines on standard error; they are dropped where they cannot be written.
+/// Prints several lines to standard error; dropped if they cannot be written.
 pub fn aside(text: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{}", Lines(text));
 }
@@ -52,18 +53,18 @@ fn heard(written: anyhow::Result<()>) -> anyhow::Result<()> {
     }
 }
 
-/// Whether the error is that the reader of our output has gone, as `head` does when it has enough.
+/// Whether the error means that the reader of our output is gone, as `head` is when it has enough.
 pub fn is_unheard(error: &anyhow::Error) -> bool {
     let pipe = |cause: &io::Error| cause.kind() == io::ErrorKind::BrokenPipe;
     error.chain().any(|cause| cause.downcast_ref::<io::Error>().is_some_and(pipe))
 }
 
-/// Prints a line on standard output, as `println!` does, and says where that fails.
+/// Prints a line to standard output, as `println!` does, and returns an error if that fails.
 macro_rules! out {
     ($($text:tt)*) => { $crate::output::line(format_args!($($text)*)) };
 }
 
-/// Prints a line on standard output, and says when it is not read any more.
+/// Prints a line to standard output, and returns an error when it is not read any more.
 macro_rules! live {
     ($($text:tt)*) => { $crate::output::live_line(format_args!($($text)*)) };
 }

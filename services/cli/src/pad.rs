@@ -1,4 +1,4 @@
-//! `sketchnav pad`: a whole system in real time for what people draw.
+//! `sketchnav pad`: a whole system in real time, driven by what people draw.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -22,7 +22,7 @@ use crate::output::{self, say};
 /// How often to look for deaths and for the end.
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// Serves the page and drives by what comes from it, until a person ends it.
+/// Serves the page and drives by what is drawn there, until a person ends it.
 pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     let link = Link::new(&options.site, options.token.clone()).or_input()?;
     let (folder, mission, robot) = place(options)?;
@@ -52,7 +52,7 @@ pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Incomplete)
 }
 
-/// Where the results go, the world and the robot.
+/// The folder of the results, the world and the robot.
 fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
     match options.mission.as_ref().filter(|path| !is_demo(path)) {
         Some(path) => {
@@ -69,7 +69,7 @@ fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
     }
 }
 
-/// Checks that the mission's navigator goes by what people draw.
+/// Checks that the mission's navigator drives by what people draw.
 fn check_kind(mission: &Mission) -> anyhow::Result<()> {
     let navigator = sketchnav_navigators::of(mission)?;
     let drawn = sketchnav_navigators::all().filter(|navigator| navigator.drawn.is_some());
@@ -84,7 +84,7 @@ fn check_kind(mission: &Mission) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The mission's world, robot and true start; what it says about a drawing is left out.
+/// The run with the mission's world, robot and true start; what the mission says about a drawing is left out.
 fn run_config(
     options: &PadOptions,
     folder: &Path,
@@ -103,17 +103,17 @@ fn run_config(
     configure(&options.system, folder, mission, robot, (options.speed, Pad::Draws))
 }
 
-/// Until a person ends it.
+/// Waits until a person ends it.
 fn watch(supervisor: &mut Supervisor, link: &Link) -> Result<(), SystemError> {
     let (mut is_told, mut mourned) = (false, 0);
     let mut manager = Manager::of_environment();
     while supervisor.poll(REFRESH)? != Progress::Interrupted {
         manager.ping_if_due();
         if !is_told && link.is_up() {
-            // Who does not read it may know it.
+            // If it is not read, the link may be known already.
             let _ = output::lines(link.text());
             is_told = true;
-            // The link has the token, which is nobody else's.
+            // Without the link, since it contains the secret token.
             manager.ready("serving the page");
         }
         for death in &supervisor.survived()[mourned..] {

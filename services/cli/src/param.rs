@@ -1,7 +1,7 @@
-//! `sketchnav param`: the parameters of a running system as they are in force, the defaults too.
+//! `sketchnav param`: the parameters in force in a running system, including the defaults.
 //!
-//! They are read. A stage takes its parameters when it starts, and its successor after a death takes the same, so that what a
-//! recording says of them is true of every message in it.
+//! They are read-only. A stage takes its parameters when it starts, and its successor after a death takes the same, so
+//! that those in a recording hold for every message in it.
 
 use anyhow::{Context, anyhow};
 use sketchnav_runtime::System;
@@ -12,7 +12,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::systems;
 
-/// Prints one, or all.
+/// Prints one parameter, or all.
 pub fn param(what: &Param) -> Result<Outcome, Failure> {
     match what {
         Param::List { options } => list(options),
@@ -53,7 +53,7 @@ fn get(key: &str, options: &ParamOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// The names of the process that is meant, or of all.
+/// The names of the parameters of the process that is meant, or all names.
 fn nearest(key: &str, all: &[(String, &toml::Value)]) -> String {
     let process = key.split('.').next().unwrap_or_default();
     let of = |process: &str| {

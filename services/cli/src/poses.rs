@@ -1,4 +1,4 @@
-//! Where things were, of a recording of others: every topic whose messages say where something is.
+//! Positions of objects in recordings that this project did not write, from every topic whose messages contain one.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use sketchnav_recordings::dynamic::Decoder;
 use sketchnav_recordings::reader::{RawMessage, Selection, Topic};
 use sketchnav_recordings::{Recording, RecordingError};
 
-/// Types that say where something is, and where in them that stands.
+/// Types that contain a position, and the path to it.
 const TYPES: [(&str, &[&str]); 4] = [
     ("nav_msgs/Odometry", &["pose", "pose"]),
     ("geometry_msgs/PoseWithCovarianceStamped", &["pose", "pose"]),
@@ -15,37 +15,37 @@ const TYPES: [(&str, &[&str]); 4] = [
     ("geometry_msgs/PointStamped", &["point"]),
 ];
 
-/// Where something was at one time.
+/// The position of an object at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     pub time_s: f64,
-    /// Metres, in the topic's frame.
+    /// Position in the topic's frame, metres.
     pub at_m: [f64; 2],
-    /// `None` where the message says no direction.
+    /// `None` if the message contains no direction.
     pub heading_rad: Option<f64>,
 }
 
-/// Something whose places a topic tells.
+/// An object whose positions are in a topic.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Way {
-    /// The topic without its slash.
+    /// The topic without its leading slash.
     pub name: String,
     pub frame: String,
-    /// In the order of time, each time once.
+    /// The positions in the order of time, each time once.
     pub places: Vec<Place>,
-    /// Messages that were left out: without finite numbers, or of a time that another one has.
+    /// Messages that were left out: without finite numbers, or with the time of another one.
     pub left_out: usize,
 }
 
-/// The types that are understood, for errors.
+/// The supported types, for errors.
 pub fn types() -> String {
     TYPES.map(|(name, _)| name).join(", ")
 }
 
-/// Reads the ways of all topics that tell one, by name.
+/// Reads the positions of all topics that contain some, ordered by name.
 ///
 /// # Errors
-/// The recording, or a message that does not fit its definition.
+/// The recording cannot be read, or a message does not fit its definition.
 pub fn read(recording: &Recording) -> Result<Vec<Way>, RecordingError> {
     let topics: Vec<_> = recording.topics()?.into_iter().filter(|topic| path_in(topic).is_some()).collect();
     let mut ways: BTreeMap<_, Way> = BTreeMap::new();
@@ -66,7 +66,7 @@ pub fn read(recording: &Recording) -> Result<Vec<Way>, RecordingError> {
 }
 
 fn path_in(topic: &Topic) -> Option<&'static [&'static str]> {
-    // ROS 1 has no `msg` in its names; that its messages are not read is said by whoever reads them.
+    // ROS 1 type names contain no `msg`; that its messages are not read is reported when they are.
     let kind = topic.ros2_type.replacen("/msg/", "/", 1);
     TYPES.iter().find(|(name, _)| *name == kind).map(|(_, path)| *path)
 }
@@ -93,21 +93,21 @@ impl Way {
     }
 }
 
-/// The time that the message says, or, where it says none, when it was recorded.
+/// The time in the message or, if it contains none, the time at which it was recorded.
 fn time_s(message: &Value, recorded_ns: u64) -> f64 {
     let stamp = &message["header"]["stamp"];
     let said = stamp["sec"].as_f64().zip(stamp["nanosec"].as_f64()).map(|(s, ns)| s + ns / 1e9);
     said.filter(|s| *s > 0.0).unwrap_or(recorded_ns as f64 / 1e9)
 }
 
-/// Of a point, or a pose with one.
+/// The position of a point, or of a pose that contains one.
 fn place(pose: &Value, time_s: f64) -> Option<Place> {
     let point = pose.get("position").unwrap_or(pose);
     let at_m = [point["x"].as_f64()?, point["y"].as_f64()?];
     Some(Place { time_s, at_m, heading_rad: heading_rad(&pose["orientation"]) })
 }
 
-/// The yaw of a quaternion; none of one that is zero, which says no direction.
+/// The yaw of a quaternion; `None` for one that is zero, which has no direction.
 fn heading_rad(turn: &Value) -> Option<f64> {
     let [x, y, z, w] = ["x", "y", "z", "w"].map(|name| turn[name].as_f64());
     let (x, y, z, w) = (x?, y?, z?, w?);

@@ -1,4 +1,4 @@
-//! The tools for recordings, a subcommand each.
+//! The tools for recordings, one subcommand each.
 
 mod account;
 pub mod args;
@@ -22,7 +22,7 @@ use crate::output::say;
 use args::Tool;
 use whole::Whole;
 
-/// Does what the subcommand says.
+/// Runs the subcommand.
 pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
     match tool {
         Tool::Replay { file, options } => with(&file, |whole| replay::replay(whole.path(), &options)),
@@ -47,13 +47,13 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
     }
 }
 
-/// Works with the recording that a person means by a path, which is what a failure names.
+/// Works with the recording that a path refers to; failures name that path.
 fn with(file: &Path, work: impl FnOnce(&Whole) -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
     let whole = Whole::of(file)?;
     whole.known(work(&whole))
 }
 
-/// The same of several.
+/// The same with several recordings.
 fn with_all(
     files: &[PathBuf],
     work: impl FnOnce(&[Whole]) -> Result<Outcome, Failure>,
@@ -62,7 +62,7 @@ fn with_all(
     wholes.iter().fold(work(&wholes), |result, whole| whole.known(result))
 }
 
-/// Refuses to write over what is read.
+/// Rejects an output that would overwrite an input.
 fn refuse_to_overwrite<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     output: &Path,
@@ -70,7 +70,7 @@ fn refuse_to_overwrite<'a>(
     sketchnav_files::draft::refuse_to_overwrite(inputs.into_iter().map(PathBuf::as_path), output).or_input()
 }
 
-/// Refuses to write something else over a recording: a slip of the hand.
+/// Rejects an output of another kind that would overwrite a recording, which is probably a mistake.
 fn refuse_a_recording(output: &Path, force: bool) -> Result<(), Failure> {
     let is_recording = || output.is_file() && (whole::is_packed(output) || copy::profile(output).is_ok());
     if force || !is_recording() {
@@ -83,7 +83,7 @@ fn refuse_a_recording(output: &Path, force: bool) -> Result<(), Failure> {
     )))
 }
 
-/// The names of those of the recordings that `info` calls cut off.
+/// The names of those recordings that are cut off according to `info`.
 pub fn cut_off<'a>(
     recordings: impl IntoIterator<Item = &'a Recording>,
 ) -> Result<Vec<String>, RecordingError> {
@@ -96,7 +96,7 @@ pub fn cut_off<'a>(
     Ok(names)
 }
 
-/// Warns that the recording is cut off, so that it covers a part of the run only.
+/// Warns that the recording is cut off, so that it covers only part of the run.
 pub fn tell_cut_off(name: impl std::fmt::Display) {
     say!("notice: {name} is cut off; what is there is whole");
 }
@@ -112,7 +112,7 @@ mod tests {
 
     use crate::args::Cli;
 
-    /// A folder with these recordings, and what a command says of it.
+    /// A folder with these recordings, in which to run commands.
     struct Place(tempfile::TempDir);
 
     impl Place {
@@ -122,7 +122,7 @@ mod tests {
             place
         }
 
-        /// The error, or nothing.
+        /// The error of a command, or an empty text.
         fn run(&self, line: &str) -> String {
             let ends = [".mcap", ".html", ".zstd", "parts.d"];
             let here = |word: &str| match ends.iter().any(|end| word.ends_with(end)) {
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!(place.run("echo text --file x.mcap --field a"), "");
     }
 
-    /// A page took the place of a recording that stood under a name like the one that was meant.
+    /// A page once replaced a recording whose name resembled the intended one.
     #[test]
     fn no_page_takes_the_place_of_another_recording_unless_told_so() {
         let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);
@@ -229,7 +229,7 @@ mod tests {
         assert_eq!(place.run("report x.mcap -o other.mcap"), "", "a page may be written again");
     }
 
-    /// `report` of a packed file wrote the page over it.
+    /// `report` of a packed file once wrote the page over it.
     #[test]
     fn no_page_takes_the_place_of_what_it_shows() {
         let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);

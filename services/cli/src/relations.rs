@@ -1,4 +1,4 @@
-//! Relations between objects over time: of a table of positions, or of the bodies of a recording.
+//! Relations between objects over time, from a table of positions or from the bodies of a recording.
 
 mod association;
 mod bodies;
@@ -18,22 +18,22 @@ use crate::output::{self, out, say};
 use association::Meetings;
 use calculi::Word;
 
-/// What to compute of which objects.
+/// The options of `relations`.
 #[derive(Debug, Clone, Args)]
 pub struct RelationsOptions {
     /// The calculus.
     #[arg(long, value_enum)]
     pub calculus: Word,
-    /// The objects, in the order of the relation's arguments, separated by commas. Left out: every two of them.
+    /// The objects, in the order of the relation's arguments, separated by commas. Default: all combinations.
     #[arg(long, value_delimiter = ',', value_name = "A,B")]
     pub between: Vec<String>,
-    /// Motion up to this distance between two samples is none, metres (qtc-b, qtc-c, qtc-bc, mos).
+    /// Ignore motion up to this distance between two samples, metres (qtc-b, qtc-c, qtc-bc, mos).
     #[arg(long, value_name = "METRES", conflicts_with = "quantisation_mps")]
     pub quantisation_m: Option<f64>,
-    /// Motion up to this speed is none, metres a second.
+    /// Ignore motion up to this speed, metres per second.
     #[arg(long, value_name = "M/S")]
     pub quantisation_mps: Option<f64>,
-    /// Distance up to which qtc-bc has the sides, metres.
+    /// Distance up to which qtc-bc includes the sides, metres.
     #[arg(long, value_name = "METRES", default_value_t = sketchnav_qualitative::qtc::PERSONAL_SPACE_M)]
     pub near_m: f64,
     /// Labels and upper bounds for argd, separated by commas.
@@ -44,26 +44,26 @@ pub struct RelationsOptions {
         default_value = "near=3.0,medium=3.5,far=4.0"
     )]
     pub thresholds: Vec<String>,
-    /// Sides that differ by up to this are equal, metres (rcc, rectangle).
+    /// Treat sides that differ by up to this as equal, metres (rcc, rectangle).
     #[arg(long, value_name = "METRES", default_value_t = 0.0)]
     pub tolerance_m: f64,
-    /// Take stamps that are up to this far apart for the same time, seconds. The object with the fewest samples says the
-    /// times, and of the others the nearest sample counts. By default stamps must be equal.
+    /// Treat stamps that differ by up to this as equal, seconds. The times are those of the object with the fewest
+    /// samples; of each other object the nearest sample is used. By default stamps must be equal.
     #[arg(long, value_name = "SECONDS", value_parser = parse_tolerance)]
     pub tolerance: Option<f64>,
-    /// Objects that are not seen for longer than this are not followed across the pause, seconds.
+    /// Do not follow objects across gaps in their samples longer than this, seconds.
     #[arg(long, value_name = "SECONDS")]
     pub max_gap_s: Option<f64>,
-    /// A line for each sample, also where the relation goes on.
+    /// Print a line for each sample, even if the relation stays the same.
     #[arg(long)]
     pub every_sample: bool,
-    /// Leave out what motion must have passed between two samples.
+    /// Leave out relations that motion must have passed through between two samples.
     #[arg(long)]
     pub observed_only: bool,
-    /// One JSON object instead of a table.
+    /// Print one JSON object instead of a table.
     #[arg(long, conflicts_with = "csv")]
     pub json: bool,
-    /// Comma-separated values instead of a table.
+    /// Print comma-separated values instead of a table.
     #[arg(long)]
     pub csv: bool,
 }
@@ -76,11 +76,11 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
 /// An object at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Body {
-    /// Metres.
+    /// Position, metres.
     at: [f64; 2],
-    /// Radians; `None`: the direction of its motion.
+    /// Heading, radians; `None` for the direction of its motion.
     heading_rad: Option<f64>,
-    /// Length along x and width along y of the box around it, metres.
+    /// Length along x and width along y of its bounding box, metres.
     size_m: Option<[f64; 2]>,
 }
 
@@ -88,7 +88,7 @@ struct Body {
 #[derive(Debug, Clone, PartialEq)]
 struct Track {
     name: String,
-    /// Seconds, rising.
+    /// With times in seconds, ascending.
     samples: Vec<(f64, Body)>,
 }
 
@@ -97,18 +97,18 @@ struct Track {
 struct Series {
     between: Vec<String>,
     relations: Vec<Held>,
-    /// Why there are none, or fewer than the samples let expect.
+    /// Why there are no relations, or fewer than the samples would suggest.
     #[serde(skip_serializing_if = "Option::is_none")]
     note: Option<String>,
 }
 
-/// What held from when to when.
+/// A relation, and the period for which it held.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Held {
     from_s: f64,
     to_s: f64,
     relation: String,
-    /// How it follows the one before, in a word.
+    /// How it follows the previous one, in a word.
     change: String,
 }
 
@@ -152,7 +152,7 @@ fn of_tracks(tracks: &[&Track], options: &RelationsOptions) -> anyhow::Result<Se
     Ok(Series { between, relations, note })
 }
 
-/// Why there are no relations, or what most samples are missing.
+/// Why there are no relations, or what most samples lack.
 fn note(meetings: &Meetings, is_empty: bool, options: &RelationsOptions) -> Option<String> {
     let Meetings { together, rarest, samples, .. } = meetings;
     let times = match options.tolerance {
@@ -183,7 +183,7 @@ impl Series {
     }
 }
 
-/// The objects that the user names; else every two of them (each one, each three) as the calculus takes them.
+/// The objects that the user names; otherwise all combinations of as many objects as the calculus takes.
 fn choose<'a>(tracks: &'a [Track], options: &RelationsOptions) -> anyhow::Result<Vec<Vec<&'a Track>>> {
     let count = options.calculus.arguments();
     if options.between.is_empty() {
@@ -204,7 +204,7 @@ fn choose<'a>(tracks: &'a [Track], options: &RelationsOptions) -> anyhow::Result
     Ok(vec![named])
 }
 
-/// Every `count` of them, in their order.
+/// All combinations of `count` of them, in their order.
 fn combinations(tracks: &[Track], count: usize) -> Vec<Vec<&Track>> {
     if count == 0 {
         return vec![Vec::new()];

@@ -1,4 +1,4 @@
-//! What a run came to: read from its recording, judged, drawn, printed.
+//! The result of a run: read from its recording, judged, drawn and printed.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -26,7 +26,7 @@ use crate::failure::{Failure, OrInput};
 use crate::output::{self, out};
 use crate::recordings::whole::Whole;
 
-/// A run's figures; `--json` prints just this.
+/// A run's figures; `--json` prints exactly this.
 #[derive(Debug, Serialize)]
 pub struct Report {
     mission: String,
@@ -35,20 +35,20 @@ pub struct Report {
     verdict: Verdict,
     #[serde(flatten)]
     doubts: Doubts,
-    /// How the method drove instead, and why, where it did.
+    /// How the method drove instead, and why, if it did.
     #[serde(skip_serializing_if = "Option::is_none")]
     driven: Option<&'static str>,
-    /// Unknown of a run whose supervisor was killed at its end.
+    /// `None` for a run whose supervisor was killed at its end.
     wall_seconds: Option<f64>,
     real_time_factor: Option<f64>,
     lost_messages: u64,
-    /// The recorded messages that every reader rejects as invalid, by topic and reason.
+    /// The recorded messages that all readers reject as invalid, by topic and reason.
     rejected: Rejections,
     /// The planned faults that did not happen.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     outstanding_faults: Vec<OutstandingFault>,
     recording: String,
-    /// What the recording lacks, and why, where its files could not be written.
+    /// What the recording lacks, and why, if its files could not be written.
     #[serde(skip_serializing_if = "Option::is_none")]
     incomplete: Option<String>,
     pictures: Vec<PathBuf>,
@@ -58,15 +58,15 @@ pub struct Report {
     processes: Vec<ProcessFigures>,
 }
 
-/// A planned fault that did not happen: its message never came.
+/// A planned fault that did not happen, because its message was never sent.
 #[derive(Debug, Serialize)]
 struct OutstandingFault {
-    /// In the plan, from 1.
+    /// Its number in the plan, from 1.
     number: usize,
     words: String,
 }
 
-/// What a process said about itself at its end.
+/// What a process reported about itself when it ended.
 #[derive(Debug, Serialize)]
 struct ProcessFigures {
     process: &'static str,
@@ -93,7 +93,8 @@ impl Report {
         Ok(report)
     }
 
-    /// The same of a run whose supervisor was killed when it had ended, by its recording alone; `None` where it had not.
+    /// The same for a run whose supervisor was killed after the mission had ended, from its
+    /// recording only; `None` if it had not ended.
     pub fn of_ended(recording: &Path, folder: &Path) -> Result<Option<Self>, Failure> {
         let whole = Whole::of(recording)?;
         let file = Recording::open(whole.path()).or_input()?;
@@ -126,7 +127,7 @@ impl Report {
         }
         let mut pictures = Vec::new();
         let drawn = draw((run, files), &log, &verdict, folder, &mut pictures);
-        // Who did not run has said nothing: mostly the pad.
+        // A process that did not run has no report; usually that is the pad.
         let processes = channels::SERVICES.into_iter().chain(channels::EXTRAS);
         let processes: Vec<_> = processes.filter_map(|process| figures(process, supervisor?)).collect();
         let lost: u64 = processes.iter().map(|p| p.lost_messages).sum();
@@ -135,13 +136,13 @@ impl Report {
         Ok(Self {
             mission: run.mission.name.clone(),
             seed: run.seed,
-            // Whoever has driven by it has heard why it cannot be read.
+            // If it cannot be read, that was reported before the drive.
             doubts: doubts::of(run, files).unwrap_or_default(),
             driven: log.driven(),
             wall_seconds,
             real_time_factor: wall_seconds.map(|wall_seconds| verdict.sim_seconds / wall_seconds),
             verdict,
-            // The recorder counts its own losses too; a file that lacks more has lost them on disk.
+            // The recorder counts its own losses too; if the file lacks more, these were lost on disk.
             lost_messages: lost.max(info.missing).max(incomplete.as_ref().map_or(0, |gap| gap.missing)),
             rejected: log.rejected,
             outstanding_faults: outstanding
@@ -161,7 +162,7 @@ impl Report {
         self.verdict.success
     }
 
-    /// What the recording lacks; `None` where it has everything.
+    /// What the recording lacks; `None` if it has everything.
     pub fn incomplete(&self) -> Option<&str> {
         self.incomplete.as_deref()
     }
@@ -207,7 +208,7 @@ impl Report {
         Ok(())
     }
 
-    /// What was rejected: in the recording by its reason, and by processes where the recording has none of it.
+    /// The rejected messages: those of the recording with reasons or, if it has none, those counted by processes.
     fn rejections(&self) -> Vec<String> {
         let recorded: Vec<_> = self.rejected.list().iter().map(Rejected::to_string).collect();
         if !recorded.is_empty() {
@@ -244,7 +245,7 @@ struct Gap {
 }
 
 impl Gap {
-    /// None where there was room again in time.
+    /// `None` if there was room again in time.
     fn of(failure: Option<&RecordingFailure>, info: &Info) -> Option<Self> {
         let failure = failure?;
         let missing = failure.missing.max(info.missing);

@@ -50,7 +50,7 @@ fn settings(site: PadSite) -> Result<Settings, PadError> {
     Ok(Settings { bind, port, hosts, token: token::given()?, folder: save })
 }
 
-/// A mission, a drawing or a parameter that a service refuses is the user's to mend.
+/// A mission, a drawing or a parameter that a service rejects is the user's to correct.
 fn classify(error: anyhow::Error) -> Failure {
     let is_input = error.chain().any(|cause| {
         cause.is::<sketchnav_sim::SimError>()

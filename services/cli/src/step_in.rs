@@ -1,6 +1,6 @@
-//! Steps in by hand: starts a process of a running system anew, gives an order.
+//! Interventions by hand: restarts a process of a running system, or gives an order.
 //!
-//! Both stand on `faults`, so the recording has what a person did.
+//! Both appear on `faults`, so that the recording shows what a person did.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -22,7 +22,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::systems;
 
-/// How often to look.
+/// How often to check.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// Ends a process and waits for its successor.
@@ -59,7 +59,7 @@ fn pid_of(system: &System, process: Process) -> anyhow::Result<Option<u32>> {
     Ok(processes.into_iter().find(|(name, _)| name == process.word()).map(|(_, pid)| pid))
 }
 
-/// The one that has taken the place of the process `before`.
+/// The process that has replaced the process `before`.
 fn successor(system: &System, process: Process, before: u32, patience: Duration) -> anyhow::Result<u32> {
     let limit = Instant::now() + patience;
     loop {
@@ -87,7 +87,7 @@ pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
     let here = options.at.map(|at| here(&node, &run, at, options.heading)).transpose()?;
     let ordered = Ordered { order: options.order, task, here };
     let mut orders = node.reader(MISSION).context("the channel of orders")?;
-    // What was ordered before comes first.
+    // Skips earlier orders.
     let mut last = newest(&node)?;
     node.system().order(ordered, "send").context("ordering")?;
     let limit = Instant::now() + options.timeout;
@@ -117,7 +117,7 @@ fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
     given.order == ordered.order.code() && given.task == ordered.task && given.here() == ordered.here
 }
 
-/// The task that the order is about, from 0; an order to resume has the number of a state in its place.
+/// The index of the task that the order is about, from 0; an order to resume has the number of a state in its place.
 fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, Failure> {
     let (order, tasks) = (options.order, run.mission.task.len() as u32);
     if let Some(state) = options.state {
@@ -141,7 +141,7 @@ fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, 
     Ok(task)
 }
 
-/// The order `here` has a place, no other one has, and its mission has a drawing.
+/// Checks that the order `here` has a position and a mission with a drawing, and that no other order has a position.
 fn check_place(options: &SendOptions, run: &RunConfig) -> Result<(), Failure> {
     let kind = run.mission.navigator_kind();
     match (options.order, options.at) {
@@ -158,7 +158,7 @@ fn check_place(options: &SendOptions, run: &RunConfig) -> Result<(), Failure> {
     }
 }
 
-/// A place of the drawing that holds now, in the sketch.
+/// A position in the current drawing, converted to the sketch.
 fn here(node: &Node, run: &RunConfig, at: [f64; 2], yaw_rad: Option<f64>) -> Result<Here, Failure> {
     let (size_px, scale) = drawing(node, run)?;
     let here = Here { at: Point::new(at[0] * scale, size_px[1] - at[1] * scale), yaw_rad };
@@ -170,8 +170,8 @@ fn here(node: &Node, run: &RunConfig, at: [f64; 2], yaw_rad: Option<f64>) -> Res
     Err(Failure::Input(anyhow!("--at: {expected}, found {},{}", at[0], at[1])))
 }
 
-/// Width and height of the sketch, and its pixels an image pixel: of the last drawing that was taken over where people
-/// draw, else of the mission's.
+/// Width and height of the sketch, and its pixels per image pixel: from the last drawing that was accepted if people
+/// draw, otherwise from the mission's.
 fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
     if let Some(Canvas { size_px, scale }) = canvas(run)? {
         return Ok((size_px, scale));
@@ -185,7 +185,7 @@ fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
     Ok(([answer.sketch_width_px, answer.sketch_height_px].map(f64::from), answer.scale))
 }
 
-/// The drawing of a run's mission in which its robot believes to be somewhere.
+/// The drawing in which the robot of a run's mission estimates its position, if there is one.
 fn canvas(run: &RunConfig) -> Result<Option<Canvas>, Failure> {
     let navigator = sketchnav_navigators::of(&run.mission).or_input()?;
     let Some(find) = navigator.canvas else { return Ok(None) };
@@ -193,7 +193,7 @@ fn canvas(run: &RunConfig) -> Result<Option<Canvas>, Failure> {
     find(run, &read_from(&*files)).map_err(|error| anyhow!("{error}")).or_input()
 }
 
-/// The number of the last order so far.
+/// The number of the newest order.
 fn newest(node: &Node) -> anyhow::Result<u64> {
     let sent = SendTimes::open(node, MISSION.spec).context("the channel of orders")?;
     Ok(sent.newest())

@@ -1,4 +1,4 @@
-//! What runs on this machine.
+//! The systems on this machine.
 
 use std::path::Path;
 
@@ -29,7 +29,7 @@ struct Member {
 /// Lists the systems of this user and their processes.
 pub fn ps(json: bool) -> Result<Outcome, Failure> {
     let systems = System::list().context("looking for systems")?;
-    // A system that ends while we look is not there any more.
+    // A system that ends in the meantime is left out.
     let rows: Vec<_> = systems.iter().filter_map(|system| row(system).ok()).collect();
     if json {
         out!("{}", serde_json::to_string(&rows).context("the list as JSON")?)?;
@@ -40,14 +40,14 @@ pub fn ps(json: bool) -> Result<Outcome, Failure> {
     } else {
         output::lines(table(&rows))?;
     }
-    // One that is being made has no description yet.
+    // A system that is being created has no description yet.
     let dead = System::list_dead().context("looking for dead systems")?;
     let dead = dead.iter().filter_map(|system| Some((system, system.run_config().ok()?)));
     dead.into_iter().try_for_each(|(system, run)| out!("{}", how_to_go_on(system.name(), &run)))?;
     Ok(Outcome::Success)
 }
 
-/// What becomes of a system whose supervisor was killed.
+/// How to continue a system whose supervisor was killed.
 fn how_to_go_on(name: &str, run: &RunConfig) -> String {
     let folder = run.recording.as_deref().and_then(|recording| Path::new(recording).parent());
     match folder {
@@ -103,7 +103,7 @@ fn table(rows: &[Row]) -> Table {
     table
 }
 
-/// The system of that name; without a name, the only one that runs.
+/// The system of that name; without a name, the only one that is running.
 pub fn find(name: Option<&str>) -> Result<System, Failure> {
     if let Some(name) = name {
         return System::open(name).map_err(|error| Failure::Input(error.into()));

@@ -1,4 +1,4 @@
-//! Looks at the channels of a running system without disturbing it, and at the topics of recordings.
+//! Reads the channels of a running system without disturbing it, and the topics of recordings.
 
 mod echo;
 mod field;
@@ -21,28 +21,28 @@ use crate::systems;
 pub use echo::echo;
 pub use rate::hz;
 
-/// How often to look: messages wake no observer.
+/// How often to look for messages, since they do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
-/// How often to see whether the system still runs, and to print a rate.
+/// How often to check whether the system still runs, and to print a rate.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// What is done with the messages of a channel.
+/// Processes the messages of a channel.
 trait Listener {
-    /// Whether the channel's history, which comes all at once, counts.
+    /// Whether the channel's history, which arrives all at once, counts.
     const HISTORY: bool;
-    /// Called once, before the first message, with the channels that are listened to.
+    /// Called once, before the first message, with the channels that are read.
     fn begin(&mut self, node: &Node, specs: &[&'static ChannelSpec]) -> Result<(), Failure>;
     fn hear(&mut self, spec: &'static ChannelSpec, sample: &RawSample) -> Result<(), Failure>;
-    /// Called once a second, with the messages of a channel that were lost so far.
+    /// Called once a second, with the number of messages of a channel that have been lost so far.
     fn tick(&mut self, spec: &'static ChannelSpec, lost: u64) -> Result<(), Failure>;
 }
 
-/// How much is to be heard.
+/// How many messages to read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Amount {
-    /// So many messages, as they come.
+    /// This many, as they arrive.
     Messages(u64),
-    /// One: the newest that there is, or the first.
+    /// One: the newest one, or the first one to arrive.
     Newest,
 }
 
@@ -53,7 +53,7 @@ impl Amount {
     }
 }
 
-/// Hands on what comes until that is enough, the system is gone or the user has enough.
+/// Passes on what arrives until that is enough, the system is gone or the user ends it.
 fn follow<L: Listener>(tap: &Tap, amount: Amount, listener: &mut L) -> Result<Outcome, Failure> {
     let named = tap.channel.as_deref().map(known).transpose()?;
     let system = systems::find(tap.system.as_deref())?;
@@ -75,11 +75,11 @@ fn known(name: &str) -> Result<&'static ChannelSpec, Failure> {
         }
         false => anyhow!("channel {name:?}: expected one of {}", channels::names()),
     };
-    // As ROS and recordings call it, too.
+    // With the slash that ROS and recordings use, too.
     channels::find(name.strip_prefix('/').unwrap_or(name)).ok_or_else(unknown).or_input()
 }
 
-/// The topics that are meant, of those that a recording has: channels of ours, and whatever others have recorded.
+/// The selected topics of a recording: channels of ours, and whatever others have recorded.
 fn recorded(recording: &Recording, tap: &Tap) -> Result<Vec<String>, Failure> {
     let plain = |name: &str| name.trim_start_matches('/').to_owned();
     let named = tap.channel.as_deref().map(plain);
@@ -120,10 +120,10 @@ fn chosen(
     }
 }
 
-/// A channel that is listened to.
+/// A channel that is read.
 struct Tapped {
     reader: RawReader,
-    /// Whether what comes is to be heard: the history may not.
+    /// Whether messages count; those of the history may not.
     counts: bool,
 }
 
@@ -159,7 +159,7 @@ fn listen<L: Listener>(
     }
 }
 
-/// Takes what has come, no more than is wanted.
+/// Takes what has arrived, but no more than wanted.
 fn hear<L: Listener>(tapped: &mut Tapped, amount: &mut Amount, listener: &mut L) -> Result<(), Failure> {
     let mut came = false;
     let spec = tapped.reader.spec();

@@ -18,7 +18,7 @@ use crate::recordings::whole::{self, Whole};
 /// Compares two recordings.
 pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
     let opened = [a, b].map(Recording::open).into_iter().collect::<Result<Vec<_>, _>>().or_input()?;
-    // Only channels of ours are compared: of others' recordings none would be.
+    // Only channels of ours are compared; in recordings of others there would be none.
     opened.iter().try_for_each(Recording::must_be_ours).or_input()?;
     let difference = sketchnav_recordings::diff::diff(a, b).or_input()?;
     let cut_off = recordings::cut_off(&opened).or_input()?;
@@ -39,10 +39,10 @@ pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
     Ok(if difference.is_none() { Outcome::Success } else { Outcome::Short })
 }
 
-/// Most faults of a recording that are printed for people.
+/// Maximum number of faults of a recording that are printed for people.
 const MAX_FAULTS: usize = 60;
 
-/// What there is to tell of a recording.
+/// The information about a recording.
 #[derive(Serialize)]
 struct Told {
     #[serde(flatten)]
@@ -52,7 +52,7 @@ struct Told {
 
 fn look(file: &Path) -> Result<Told, RecordingError> {
     let info = sketchnav_recordings::info::info(file)?;
-    // Others may have a topic of that name.
+    // In recordings of others, a topic of that name may be something else.
     let spec = FAULTS.spec;
     let is_faults = |topic: &&TopicInfo| spec.is_topic(&topic.topic) && topic.ros2_type == spec.message.ros2;
     let none = info.topics.iter().find(is_faults).is_none_or(|topic| topic.messages == 0);
@@ -60,7 +60,7 @@ fn look(file: &Path) -> Result<Told, RecordingError> {
     Ok(Told { info, faults })
 }
 
-/// The same of a file that may stand for others, or be packed.
+/// The same for a path that may refer to several files, or to a packed one.
 fn look_at(path: &Path, whole: &Whole) -> Result<Told, Failure> {
     let mut told = look(whole.path()).or_input()?;
     told.info.path = path.display().to_string();
@@ -72,7 +72,7 @@ fn look_at(path: &Path, whole: &Whole) -> Result<Told, Failure> {
     Ok(told)
 }
 
-/// Prints what a recording holds, or every recording of a folder.
+/// Prints the content of a recording, or of every recording of a folder.
 pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     if !path.is_dir() {
         let told = look_at(path, &Whole::of(path)?)?;

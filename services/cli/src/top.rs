@@ -1,4 +1,4 @@
-//! A terminal view of a running system: `sketchnav top`.
+//! `sketchnav top`: a terminal view of a running system.
 
 mod gather;
 mod view;
@@ -18,12 +18,12 @@ use crate::output::{self, out};
 use crate::systems;
 use gather::{Gatherer, Row, Snapshot};
 
-/// How often to look: messages wake no observer.
+/// How often to look for messages, since they do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// How often the figures change; rates are those of this time.
+/// How often the figures are updated; rates are measured over this time.
 const REFRESH: Duration = Duration::from_secs(1);
 
-/// Shows a system until the user has seen enough or it ends; or once.
+/// Shows a system until the user quits or it ends; or once.
 pub fn top(options: &TopOptions) -> Result<Outcome, Failure> {
     let system = systems::find(options.system.as_deref())?;
     let mut gatherer = Gatherer::join(system).context("joining the system").or_input()?;
@@ -48,7 +48,7 @@ fn terminal() -> anyhow::Result<DefaultTerminal> {
     ratatui::try_init().context(advice)
 }
 
-/// Looks on for as long as rates need.
+/// Observes for as long as rates need.
 fn observe(gatherer: &mut Gatherer) -> anyhow::Result<Snapshot> {
     gatherer.snapshot()?;
     let began = Instant::now();
@@ -58,7 +58,7 @@ fn observe(gatherer: &mut Gatherer) -> anyhow::Result<Snapshot> {
     gatherer.snapshot()
 }
 
-/// What is on the screen.
+/// The state of the screen.
 struct Screen {
     gatherer: Gatherer,
     snapshot: Snapshot,
@@ -73,7 +73,7 @@ impl Screen {
         Ok(Self { gatherer, snapshot, taken: Instant::now(), chosen: 0, said: String::new() })
     }
 
-    /// Until somebody has seen enough; the last words.
+    /// Runs until the user quits; returns a final message.
     fn run(&mut self, terminal: &mut DefaultTerminal) -> anyhow::Result<String> {
         let name = self.snapshot.system.clone();
         loop {
@@ -102,7 +102,7 @@ impl Screen {
         Ok(())
     }
 
-    /// Does what the key says; whether it says that it is enough.
+    /// Handles a key; returns whether it quits.
     fn press(&mut self, key: KeyEvent) -> bool {
         let last = self.snapshot.processes.len().saturating_sub(1);
         match key.code {

@@ -1,7 +1,8 @@
-//! Shows a running system or a recording in Foxglove and Lichtblick: `sketchnav view`, and beside a mission `run --foxglove`.
+//! Shows a running system or a recording in Foxglove and Lichtblick: `sketchnav view`
+//! and, beside a mission, `run --foxglove`.
 //!
-//! The view is a process of its own, an observer: a mission neither waits for it nor ends with it. It is there where the
-//! program was built with the feature `foxglove`.
+//! The view is a process of its own, an observer: a mission neither waits for it nor ends with it. It is available if
+//! the program was built with the feature `foxglove`.
 
 #[cfg_attr(not(feature = "foxglove"), path = "view/absent.rs")]
 mod shown;
@@ -23,9 +24,9 @@ use crate::failure::{Failure, Outcome};
 use crate::output::say;
 use crate::systems;
 
-/// Longest that a view may take to end beside a mission that has ended.
+/// Longest that a view may take to end after its mission has ended.
 const GOODBYE: Duration = Duration::from_secs(2);
-/// How often to look whether it has.
+/// How often to check whether it has.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
 /// What to show.
@@ -34,7 +35,7 @@ enum Target<'a> {
     File(&'a Path),
 }
 
-/// Serves until a person has seen enough, or the system ends.
+/// Serves until the user ends it, or the system ends.
 pub fn view(options: &ViewOptions) -> Result<Outcome, Failure> {
     let port = shown::port(options.port)?;
     match target(options)? {
@@ -62,25 +63,25 @@ fn system<'a>(name: Option<&str>, options: &ViewOptions) -> Result<Target<'a>, F
     systems::find(name).map(Target::System)
 }
 
-/// A view that is to run beside a mission.
+/// A view that will run beside a mission.
 pub struct Beside {
     port: shown::Port,
 }
 
 impl Beside {
-    /// Looks whether the port is free, before anything begins.
+    /// Checks that the port is free, before anything else begins.
     pub fn prepare(port: Option<u16>) -> Result<Option<Self>, Failure> {
         port.map(|number| Ok(Self { port: shown::port(number)? })).transpose()
     }
 
-    /// Starts it, and says where it is.
+    /// Starts it, and prints its address.
     pub fn start(self, system: &str) -> anyhow::Result<Running> {
         let program = std::env::current_exe().context("path of this program")?;
         let mut command = Command::new(program);
         command.args(["view", "--system", system, "--port", &self.port.number().to_string()]);
-        // Its link is told here; a Ctrl-C is for the mission, which ends it.
+        // Its link is printed here; a Ctrl-C is for the mission, which ends it.
         command.stdin(Stdio::null()).stdout(Stdio::null()).process_group(0);
-        // SAFETY: between fork and exec the closure makes one system call and nothing else.
+        // SAFETY: between fork and exec the closure only makes one system call.
         unsafe { command.pre_exec(|| Ok(set_pdeathsig(Signal::SIGKILL)?)) };
         let child = command.spawn().context("starting the live view")?;
         say!("the live view: {}", self.port.url());
@@ -88,7 +89,7 @@ impl Beside {
     }
 }
 
-/// A view beside a mission; dropped, it is ended.
+/// A view beside a mission; dropping it ends it.
 pub struct Running(Child);
 
 impl Drop for Running {
@@ -98,7 +99,7 @@ impl Drop for Running {
         while matches!(self.0.try_wait(), Ok(None)) && Instant::now() < limit {
             sleep(LOOK_EVERY);
         }
-        // Where it has ended these do nothing.
+        // If it has ended, these do nothing.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

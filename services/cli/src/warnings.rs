@@ -1,4 +1,4 @@
-//! What `run` says of the plan that a navigator makes before the start.
+//! Warnings of `run` about the plan that a navigator makes before the start.
 
 use std::time::Duration;
 
@@ -10,11 +10,11 @@ use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
 use crate::output::say;
 
-/// How often it looks whether the navigator has planned.
+/// How often to check whether the navigator has planned.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Waits until the navigator of a run has planned what it plans before the start, and says what it doubts about that,
-/// unless it is to be quiet; adds it to `warnings`. Answers how the run has ended, if it has meanwhile.
+/// Waits until the navigator of a run has made its plan, prints its doubts about that unless `quiet`, and adds them to
+/// `warnings`. Returns how the run has ended, if it has in the meantime.
 ///
 /// # Errors
 /// As [`Supervisor::poll`].
@@ -41,10 +41,10 @@ pub fn hear(
     }
 }
 
-/// What was doubted about the plan of a run that is recorded.
+/// The doubts about the plan of a recorded run.
 ///
 /// # Errors
-/// Fails where the recording cannot be read.
+/// If the recording cannot be read.
 pub fn of_recording(recording: &Recording, run: &RunConfig) -> anyhow::Result<Vec<String>> {
     let planned = sketchnav_navigators::of(&run.mission).ok().and_then(|navigator| navigator.planned);
     let Some(planned) = planned else { return Ok(Vec::new()) };

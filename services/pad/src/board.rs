@@ -1,4 +1,4 @@
-//! What the bridge has for the server, and the server for the bridge: the newest of everything, and calls.
+//! What bridge and server exchange: the newest state from the bridge, and calls from the server.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -9,92 +9,92 @@ use tokio::sync::{oneshot, watch};
 
 use crate::protocol::{Hello, HereBody, PathRequest, Refusal, SketchRequest, SketchType, Step};
 
-/// Calls that wait for the bridge.
+/// Maximum number of calls that wait for the bridge.
 const MAX_CALLS: usize = 256;
 
-/// What a request comes to: what the answer has beside `ok`.
+/// The result of a request: the members of the answer besides `ok`, or why it is refused.
 pub type Answer = Result<Value, Refusal>;
 
-/// Something that the server wants of the bridge.
+/// A call of the server to the bridge.
 #[derive(Debug)]
 pub enum Call {
-    /// A page has connected; its session, new or the one that it names.
+    /// A page has connected.
     Join {
-        /// The session that it had.
+        /// The session that it had before.
         named: Option<String>,
-        /// One that it may have.
+        /// A new session for it to use otherwise.
         fresh: String,
-        /// Its session.
+        /// Gets its session.
         reply: oneshot::Sender<Result<String, Refusal>>,
     },
-    /// A page asks whether it would be let in.
+    /// A page asks whether it would be admitted.
     Seat {
-        /// The session that it had.
+        /// The session that it had before.
         named: Option<String>,
-        /// Whether it would.
+        /// Gets whether it would be.
         reply: oneshot::Sender<Result<(), Refusal>>,
     },
-    /// Something has come from the session.
+    /// Something has arrived from the session.
     Heard(String),
-    /// A page wants something.
+    /// A page makes a request.
     Ask {
-        /// Who.
+        /// The page's session.
         session: String,
-        /// What.
+        /// The request.
         request: Request,
-        /// What came of it.
+        /// Gets the answer.
         reply: oneshot::Sender<Answer>,
     },
-    /// A monitor asks for the figures of the system.
+    /// A monitoring system asks for the figures of the system.
     Metrics(oneshot::Sender<String>),
-    /// The walls of the drawing with this number were painted.
+    /// The walls of the drawing with this number have been painted.
     Walls(u64, Vec<u8>),
 }
 
-/// What a page wants.
+/// A page's request.
 #[derive(Debug)]
 pub enum Request {
-    /// A sketch is to be taken over; with the page's own name for the sending.
+    /// Takes a sketch over, with the name that the page has given to the sending.
     Sketch(SketchRequest, Option<String>),
-    /// A path, likewise.
+    /// Takes a path over, likewise.
     Path(PathRequest, Option<String>),
-    /// The robot is to do something.
+    /// Gives the robot an order.
     Order(Step),
-    /// The robot is somewhere.
+    /// Says where the robot is.
     Here(HereBody),
-    /// The wheel.
+    /// Takes the wheel.
     Wheel,
-    /// Another limit for the link, seconds.
+    /// Sets another limit for the link, seconds.
     Limit(f64),
-    /// A mission file of this name.
+    /// Saves a mission file of this name.
     Mission(String),
 }
 
-/// What every page sees.
+/// What all pages see.
 #[derive(Debug, Clone, Default)]
 pub struct Picture {
     /// The feed's JSON without its braces.
     pub body: String,
-    /// Who has the wheel.
+    /// The session that has the wheel.
     pub driver: Option<String>,
     /// Whether the wheel can be taken.
     pub wheel: bool,
-    /// What who drives may do.
+    /// What the driver may do.
     pub driver_may: Vec<Step>,
     /// What the others may do.
     pub watcher_may: Vec<Step>,
 }
 
-/// What a page gets when it comes, and again when that changes.
+/// What a page gets when it connects, and again when that changes.
 #[derive(Debug, Clone)]
 pub struct Welcome {
-    /// But for the session and who drives.
+    /// All but the session and whether it drives.
     pub hello: Hello,
-    /// Who has the wheel.
+    /// The session that has the wheel.
     pub driver: Option<String>,
 }
 
-/// A picture that can be fetched.
+/// An image that pages can fetch.
 #[derive(Debug, Clone)]
 pub struct Image {
     /// Its type.
@@ -103,7 +103,7 @@ pub struct Image {
     pub bytes: Bytes,
 }
 
-/// Where the bridge puts what the server gives to the pages.
+/// Where the bridge puts what the server sends to the pages.
 #[derive(Debug)]
 pub struct Board {
     /// The newest feed.
@@ -128,28 +128,29 @@ impl Default for Board {
 }
 
 impl Board {
-    /// Who has the wheel.
+    /// The session that has the wheel.
     pub fn driver(&self) -> Option<String> {
         self.welcome.borrow().as_ref()?.driver.clone()
     }
 
-    /// Whether the session has it.
+    /// Whether the session has the wheel.
     pub fn drives(&self, session: &str) -> bool {
         self.driver().as_deref() == Some(session)
     }
 }
 
-/// What a lock holds. A thread that panicked with it left it whole, since it is replaced in one piece.
+/// A copy of the image. If a thread panicked while holding the lock, the image is still
+/// intact, since it is replaced as a whole.
 pub fn image(place: &Mutex<Option<Image>>) -> Option<Image> {
     place.lock().unwrap_or_else(PoisonError::into_inner).clone()
 }
 
-/// Puts a picture in its place.
+/// Replaces an image.
 pub fn put_image(place: &Mutex<Option<Image>>, image: Option<Image>) {
     *place.lock().unwrap_or_else(PoisonError::into_inner) = image;
 }
 
-/// The server's end of the bridge: for every thread.
+/// The server's end of the bridge, for use by any thread.
 #[derive(Clone)]
 pub struct Caller {
     calls: SyncSender<Call>,
@@ -157,7 +158,7 @@ pub struct Caller {
     aborts: Aborts,
     /// Wakes the bridge.
     wake: Arc<dyn Fn() + Send + Sync>,
-    /// What there is to see.
+    /// What pages can see.
     pub board: Arc<Board>,
 }
 
@@ -168,14 +169,14 @@ pub struct Calls {
     aborts: Aborts,
 }
 
-/// Sessions of connections that have ended: as few as there were connections, so that none is ever lost.
+/// Sessions of connections that have ended. There are no more of them than connections, so none is ever dropped.
 type Leaves = Arc<Mutex<Vec<String>>>;
 
-/// Those who want to hear what became of their abort; `None` where nobody wants the robot to stop.
+/// Where to send the result of an abort; `None` if no abort was requested.
 type Aborts = Arc<Mutex<Option<Vec<oneshot::Sender<Answer>>>>>;
 
 impl Caller {
-    /// Both ends.
+    /// Creates both ends.
     pub fn new(wake: impl Fn() + Send + Sync + 'static) -> (Self, Calls) {
         let (sender, calls) = sync_channel(MAX_CALLS);
         let (leaves, aborts, board) = (Leaves::default(), Aborts::default(), Arc::default());
@@ -187,7 +188,7 @@ impl Caller {
     /// Calls the bridge.
     ///
     /// # Errors
-    /// [`Refusal::TooOften`] where too many wait already, [`Refusal::Absent`] where it has ended.
+    /// [`Refusal::TooOften`] if too many calls are waiting already, [`Refusal::Absent`] if the bridge has ended.
     pub fn call(&self, call: Call) -> Result<(), Refusal> {
         self.calls.try_send(call).map_err(|error| match error {
             TrySendError::Full(_) => Refusal::TooOften,
@@ -197,18 +198,18 @@ impl Caller {
         Ok(())
     }
 
-    /// A connection of the session has ended.
+    /// Notes that a connection of the session has ended.
     pub fn leave(&self, session: String) {
         self.leaves.lock().unwrap_or_else(PoisonError::into_inner).push(session);
         (self.wake)();
     }
 
-    /// Stops the robot, ahead of all that waits; what becomes of it is for who wants to hear it.
+    /// Stops the robot, ahead of everything that waits. The result may be received or ignored.
     pub fn abort(&self) -> oneshot::Receiver<Answer> {
         let (reply, answer) = oneshot::channel();
         let mut aborts = self.aborts.lock().unwrap_or_else(PoisonError::into_inner);
         let waiting = aborts.get_or_insert_default();
-        // Who has gone, or has said it over a WebSocket, waits for nothing.
+        // A sender that is gone, or that used a WebSocket, does not wait for a result.
         waiting.retain(|reply| !reply.is_closed());
         waiting.push(reply);
         drop(aborts);
@@ -219,7 +220,7 @@ impl Caller {
     /// Asks the bridge and waits for its answer.
     ///
     /// # Errors
-    /// As the bridge says, or as [`Caller::call`].
+    /// The bridge's refusal, or as [`Caller::call`].
     pub async fn ask(&self, session: String, request: Request) -> Answer {
         let (reply, answer) = oneshot::channel();
         self.call(Call::Ask { session, request, reply })?;
@@ -228,17 +229,17 @@ impl Caller {
 }
 
 impl Calls {
-    /// Who wants the robot to stop; `None` where nobody does.
+    /// Where to send the result of an abort; `None` if no abort was requested.
     pub fn take_aborts(&self) -> Option<Vec<oneshot::Sender<Answer>>> {
         self.aborts.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// The sessions of connections that have ended since the last time.
+    /// The sessions of connections that have ended since the last call.
     pub fn take_leaves(&self) -> Vec<String> {
         std::mem::take(&mut *self.leaves.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The calls that wait; those that come while they are answered are left for the next time.
+    /// The waiting calls; those that arrive while these are answered are left for the next time.
     pub fn waiting(&self) -> impl Iterator<Item = Call> {
         self.calls.try_iter().take(MAX_CALLS)
     }

@@ -1,7 +1,7 @@
-//! The pad's thread that owns the node: forwards what the pages want, and sends them what there is to see.
+//! The pad's thread that owns the node: forwards the pages' requests, and sends them what they display.
 //!
-//! What it sends is in its checkpoint before it is sent. A drawing that the sketcher has not answered when this
-//! process dies is sent again by its successor, with the same number. An abort goes before everything that waits.
+//! Everything it sends is in its checkpoint first. A drawing that the sketcher has not answered when this process dies
+//! is sent again by its successor, with the same number. An abort takes precedence over everything that waits.
 
 mod lookout;
 mod receive;
@@ -38,7 +38,7 @@ use sendings::Sendings;
 
 /// Longest sleep between two looks at the channels, the calls and the clock.
 const NAP: Duration = Duration::from_millis(50);
-/// The form of [`State`].
+/// The format of [`State`].
 const CHECKPOINT: &str = "pad 3";
 
 /// What a successor needs to know.
@@ -79,7 +79,7 @@ pub fn run(
 
 struct Bridge<'a> {
     run: &'a RunConfig,
-    /// What becomes of what people draw.
+    /// How the navigator uses what people draw.
     drawn: Option<Drawn>,
     folder: PathBuf,
     caller: Caller,
@@ -88,24 +88,24 @@ struct Bridge<'a> {
     drawings: Writer<Drawing>,
     orders: Writer<MissionCommand>,
     inbox: Inbox,
-    /// What there is to see.
+    /// What pages see of the run.
     watch: Watch,
     machine: Machine,
     sessions: Sessions,
-    /// Who waits for the sketcher's answer.
+    /// Where to send the sketcher's answer.
     reply: Option<oneshot::Sender<Answer>>,
     sendings: Sendings,
-    /// Names of the mission files that were saved: these may be saved again.
+    /// Names of the mission files that were saved, which may be overwritten.
     saved: BTreeSet<String>,
     ends: Ends,
     services: Services,
     metrics: Metrics,
     trail: Trail,
     stamp_ns: u64,
-    /// The number of the walls that are on the board, and of the drawing that is being painted.
+    /// The number of the walls that are on the board, and of the drawing whose walls are being painted.
     walls: u64,
     painting: u64,
-    /// When the last feed went out, and whether there is anything new since.
+    /// When the last feed was sent, and whether there is anything new since then.
     fed: Duration,
     is_new: bool,
 }
@@ -159,7 +159,7 @@ impl<'a> Bridge<'a> {
         Ok(bridge)
     }
 
-    /// Goes on where the predecessor stood.
+    /// Resumes from where the predecessor stood.
     fn resume(&mut self, state: State) -> anyhow::Result<()> {
         let now = self.began.elapsed();
         let seq = state.machine.drawing_seq;
@@ -176,8 +176,8 @@ impl<'a> Bridge<'a> {
         Ok(())
     }
 
-    /// Nothing is known of what was drawn, and people have to send it again. It goes on behind the last drawing that
-    /// was answered, and behind one that may not have been.
+    /// Starts without knowing what was drawn, so that people have to send it again. The numbers continue after the last
+    /// drawing that was answered, and after one that may not have been.
     fn begin_behind(&mut self, node: &Node) -> anyhow::Result<()> {
         let mut last = 0;
         self.inbox.understood.take_kept(node, |answer| last = answer.header.source_seq)?;
@@ -199,7 +199,7 @@ impl<'a> Bridge<'a> {
         Ok(self.checkpoints.write(&state)?)
     }
 
-    /// Does once all that there is to do.
+    /// Does everything that is due, once.
     fn pass(&mut self, calls: &Calls) -> anyhow::Result<()> {
         self.abort_if_asked(calls)?;
         self.receive()?;
@@ -225,7 +225,7 @@ impl<'a> Bridge<'a> {
         }
         let answer = ordered.map(|_| json!({}));
         for reply in waiting {
-            // Who has gone does not want to know.
+            // A sender that is gone ignores the result.
             let _ = reply.send(answer.clone());
         }
         Ok(())
@@ -246,11 +246,11 @@ impl<'a> Bridge<'a> {
         Ok(())
     }
 
-    /// Hears what the navigator says of itself.
+    /// Takes in what the navigator's lookout reports.
     fn look(&mut self) -> anyhow::Result<()> {
         self.is_new |= self.watch.receive()?;
         self.machine.on_lookout(self.watch.is_ready(), self.watch.question().is_some());
-        // Where people draw, the walls on the board are those of the drawing that they sent last.
+        // If people draw, the walls on the board are those of the drawing that they sent last.
         if let Some(walls) = self.watch.take_walls().filter(|_| !self.run.pad.draws())
             && let Some(picture) = walls::png(&walls)
         {
@@ -272,7 +272,7 @@ impl<'a> Bridge<'a> {
                     self.is_new = true;
                 }
                 News::Understood(answer) => {
-                    // The sketch that it is about was sent before it.
+                    // The sketch that the answer is about was sent before it.
                     self.look()?;
                     let said = self.machine.on_understood(&answer).map(|said| said.map(|()| facts(&answer)));
                     if let Some(said) = &said {
@@ -290,7 +290,7 @@ impl<'a> Bridge<'a> {
         Ok(())
     }
 
-    /// The sketcher has answered what is pending.
+    /// Handles the sketcher's answer to what is pending.
     fn on_answer(&mut self, said: Answer) {
         if said.is_ok() {
             self.ends.clear();
@@ -302,10 +302,10 @@ impl<'a> Bridge<'a> {
         self.is_new = true;
     }
 
-    /// Answers who waits for the sketcher; nobody does after a restart.
+    /// Passes the answer to the request that waits for the sketcher; after a restart none does.
     fn tell(&mut self, answer: Answer) {
         if let Some(reply) = self.reply.take() {
-            // Who has gone does not want to know.
+            // A sender that is gone ignores the answer.
             let _ = reply.send(answer);
         }
     }
@@ -323,7 +323,7 @@ impl<'a> Bridge<'a> {
                     self.welcome();
                 }
                 if let Err(Ok(session)) = reply.send(joined) {
-                    // Who wanted in has gone again.
+                    // The page is gone again.
                     self.sessions.leave(&session);
                 }
             }
@@ -331,7 +331,7 @@ impl<'a> Bridge<'a> {
                 let _ = reply.send(self.sessions.check_seat(named.as_deref()));
             }
             Call::Heard(session) => self.sessions.hear(&session, now),
-            // A monitor that has gone does not want to know.
+            // A monitoring system that is gone ignores the figures.
             Call::Metrics(reply) => {
                 let _ = reply.send(self.metrics.text(&self.services.views(), self.stamp_ns));
             }
@@ -353,7 +353,7 @@ impl<'a> Bridge<'a> {
         Ok(())
     }
 
-    /// What a request comes to; `None` where the sketcher is to say.
+    /// Handles a request; `None` if the sketcher has to answer.
     fn ask(&mut self, session: &str, request: Request, now: Duration) -> anyhow::Result<Option<Answer>> {
         let drives = self.sessions.drives(session);
         let done = |result: Result<(), Refusal>| result.map(|()| json!({}));
@@ -380,7 +380,7 @@ impl<'a> Bridge<'a> {
                     if order == Order::Start {
                         self.ends.clear();
                     }
-                    // Who does not know of the order would refuse an abort.
+                    // A successor that did not know of the order would refuse an abort.
                     self.checkpoint()?;
                     self.send_order(order)?;
                     Ok(json!({}))
@@ -408,7 +408,7 @@ impl<'a> Bridge<'a> {
         Ok(Some(answer))
     }
 
-    /// Sends what the machine has just taken over, to the checkpoint first.
+    /// Sends what the machine has just taken over, after writing the checkpoint.
     fn submit(&mut self, name: Option<String>) -> anyhow::Result<Option<Answer>> {
         self.sendings.pending = name;
         self.checkpoint()?;
@@ -465,7 +465,7 @@ fn facts(answer: &Understood) -> Value {
     })
 }
 
-/// An answer's JSON: `ok` and what else there is.
+/// An answer as JSON: `ok` and the other members.
 pub fn ok(facts: Value) -> Value {
     let mut answer = json!({ "ok": true });
     if let (Value::Object(answer), Value::Object(facts)) = (&mut answer, facts) {
@@ -478,7 +478,7 @@ pub fn ok(facts: Value) -> Value {
 mod tests {
     use super::*;
 
-    /// A state that cannot be read again is a state that is lost.
+    /// A state that cannot be read again would be lost.
     #[test]
     fn a_successor_reads_what_its_predecessor_has_written() {
         let mut sendings = Sendings { pending: Some("first".into()), answered: None };

@@ -1,19 +1,19 @@
-//! Connections that have not said yet whose they are, and which of them has to go when there are too many.
+//! Connections whose session is not known yet, and which of them is closed when there are too many.
 //!
-//! A connection belongs to a stranger until a request on it has named a session, or a page has joined by it. From then
-//! on the session's own bounds hold. Strangers are few. When there is one too many, the address with the most
-//! connections loses its oldest one. A client that opens connections and says nothing pushes out only its own. A
-//! client with something to say has said it before that.
+//! A connection is a stranger's until a request on it has named a session, or a page has joined through it. From then
+//! on the session's own limits apply. There is only room for few strangers. When there is one too many, the oldest
+//! connection of the address that has the most is closed. So a client that opens connections and sends nothing
+//! displaces only its own, and a client that sends its request promptly is done before that.
 //!
-//! Pure: by `T` a connection learns that it has to go.
+//! Pure: `T` is what notifies a connection that it is closed.
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv6Addr};
 
-/// Most connections of strangers at the same time.
+/// Maximum number of strangers' connections at a time.
 pub const MAX_STRANGERS: usize = 64;
 
-/// The connections of strangers, in the order in which they came.
+/// The strangers' connections, in order of arrival.
 #[derive(Debug)]
 pub struct Doors<T> {
     next: u64,
@@ -27,7 +27,7 @@ impl<T> Default for Doors<T> {
 }
 
 impl<T> Doors<T> {
-    /// A connection has come: its number, and who has to go for it.
+    /// Adds a connection; returns its number, and the connection that has to be closed for it.
     pub fn enter(&mut self, from: IpAddr, bell: T) -> (u64, Option<T>) {
         let id = self.next;
         self.next += 1;
@@ -37,7 +37,7 @@ impl<T> Doors<T> {
         (id, goes.and_then(|id| self.strangers.remove(&id)).map(|(_, bell)| bell))
     }
 
-    /// A connection has ended, or is no stranger's any more.
+    /// Removes a connection that has ended or whose session is known now.
     pub fn leave(&mut self, id: u64) -> Option<T> {
         self.strangers.remove(&id).map(|(_, bell)| bell)
     }
@@ -52,8 +52,8 @@ impl<T> Doors<T> {
     }
 }
 
-/// Where a connection comes from: an address of version 4, or a network of version 6. One device may have as many
-/// addresses of its network as it likes.
+/// The origin of a connection: an IPv4 address, or an IPv6 network, because one device may have as many addresses of
+/// its network as it likes.
 fn origin(from: IpAddr) -> IpAddr {
     match from.to_canonical() {
         IpAddr::V6(address) if !address.is_loopback() => {
@@ -99,8 +99,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// However many come from however many places: they stay few, and who comes is not the one who goes where
-        /// anybody else has more.
+        /// However many connections arrive from however many places, they stay few, and a newcomer is not closed if
+        /// another address has more.
         #[test]
         fn strangers_stay_few(comers in prop::collection::vec((0..6_u8, any::<bool>()), 0..400)) {
             let mut doors = Doors::default();

@@ -1,6 +1,6 @@
-//! What there is to see, as pages get it: in canvas pixels, y down.
+//! What pages display, in canvas pixels, y down.
 //!
-//! Pure: what a lookout draws goes in, one JSON object comes out. Numbers are rounded, so that a feed stays small on a
+//! Pure: takes what a lookout draws and returns one JSON object. Numbers are rounded, so that a feed stays small on a
 //! slow link.
 
 mod services;
@@ -23,30 +23,30 @@ use crate::machine::State;
 /// Side of the canvas around a robot that has no drawing, pixels.
 pub const SIDE_PX: u32 = 1000;
 
-/// Joins the sheet that a lookout draws on and the canvas.
+/// Maps the sheet that a lookout draws on to the canvas.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum View {
     /// A drawing.
     Drawing {
-        /// Its height, its pixels.
+        /// Its height, pixels of the drawing.
         height_px: f64,
-        /// Its pixels a pixel of the canvas.
+        /// Pixels of the drawing per pixel of the canvas.
         scale: f64,
     },
-    /// The robot in the middle, looking up.
+    /// The robot in the middle, facing up.
     Robot {
-        /// Pixels of the canvas a metre.
+        /// Pixels of the canvas per metre.
         px_per_m: f64,
     },
 }
 
 impl View {
-    /// Around a robot.
+    /// The surroundings of a robot.
     pub fn around(robot: &Robot) -> Self {
         Self::Robot { px_per_m: f64::from(SIDE_PX) / 2.0 / Around::robot(robot).reach_m }
     }
 
-    /// A place of the sheet on the canvas, tenths of a pixel.
+    /// A point of the sheet on the canvas, rounded to tenths of a pixel.
     pub fn point(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let middle = f64::from(SIDE_PX) / 2.0;
         match self {
@@ -56,7 +56,7 @@ impl View {
         .map(tenth)
     }
 
-    /// Places of the sheet on the canvas.
+    /// Points of the sheet on the canvas.
     pub fn points(&self, places: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
         places.into_iter().map(|place| self.point(place)).collect()
     }
@@ -66,7 +66,7 @@ impl View {
         shapes.into_iter().map(|shape| shape.placed(|place| self.point(place))).collect()
     }
 
-    /// A place of the canvas in the drawing; `None` where there is none.
+    /// A point of the canvas in the drawing; `None` if there is no drawing.
     pub fn place(&self, [column, row]: [f64; 2]) -> Option<Point<Sketch>> {
         match self {
             Self::Drawing { height_px, scale } => Some(Point::new(column * scale, height_px - row * scale)),
@@ -91,72 +91,72 @@ fn thousandth(v: f64) -> f64 {
     (v * 1000.0).round() / 1000.0
 }
 
-/// What is the same for every page.
+/// What is the same for all pages.
 #[derive(Debug, Clone, Serialize)]
 pub struct Feed {
     /// Simulation time, milliseconds.
     pub t_ms: u64,
-    /// Where people are.
+    /// The state of the mission as people see it.
     pub state: State,
     /// Whether the navigation is ready.
     pub ready: bool,
-    /// Whether anybody has the wheel and can be heard.
+    /// Whether there is a driver whose page can be heard.
     pub driver: bool,
-    /// Number of the walls that `/api/walls.png` has.
+    /// Number of the walls at `/api/walls.png`.
     pub walls: u64,
-    /// The current task; null where there is none.
+    /// The current task; null if there is none.
     pub task: Option<TaskView>,
-    /// How fast the robot believes to move, m/s.
+    /// The robot's estimated speed, m/s.
     pub speed_mps: f64,
-    /// Where it believes to be; null where it does not know.
+    /// The robot's estimated pose; null if it is unknown.
     pub pose: Option<PoseView>,
-    /// A sample of the particles: guesses of that.
+    /// A sample of the particles: guesses of the robot's position.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub particles: Option<Vec<[f64; 2]>>,
     /// What its navigator shows.
     pub scene: Vec<Shape>,
-    /// What lies below that; it stays until the next.
+    /// What is drawn below that; it remains until the next one arrives.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lasting: Option<Vec<Shape>>,
-    /// What the robot is about, in its navigator's words.
+    /// What the robot is doing, in its navigator's words.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub words: Vec<String>,
-    /// What it asks a person, while it waits for the answer.
+    /// The question that a person is asked, while the robot waits for the answer.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub question: Option<QuestionView>,
-    /// The newest point of the way that it came.
+    /// The newest point of the robot's trail.
     pub trail: Option<[f64; 2]>,
     /// What people should know.
     pub warnings: Vec<Warning>,
-    /// How the processes are.
+    /// The state of the processes.
     pub services: Vec<services::ServiceView>,
 }
 
-/// How a task stands.
+/// The state of a task.
 #[derive(Debug, Clone, Serialize)]
 pub struct TaskView {
-    /// From 0.
+    /// The index, from 0.
     pub index: u32,
-    /// How many there are.
+    /// The number of tasks.
     pub count: u32,
-    /// For people.
+    /// The name.
     pub name: String,
     /// A word of [`TaskState`].
     pub state: &'static str,
     /// Why, in words.
     pub reason: String,
-    /// Since it began, seconds of simulation time.
+    /// Simulation time since it began, seconds.
     pub time_s: f64,
-    /// Driven since then, metres.
+    /// Distance driven since then, metres.
     pub path_m: f64,
-    /// Still to go, metres.
+    /// Distance left, metres.
     pub remaining_m: f64,
     /// Tasks reached so far.
     pub reached: u32,
 }
 
 impl TaskView {
-    /// Of a status; `None` where there are no tasks.
+    /// The view of a status; `None` if there are no tasks.
     pub fn new(status: &MissionStatus) -> Option<Self> {
         (status.task_count > 0).then(|| Self {
             index: status.task,
@@ -172,7 +172,7 @@ impl TaskView {
     }
 }
 
-/// Where the robot believes to be.
+/// The robot's estimated pose.
 #[derive(Debug, Clone, Serialize)]
 pub struct PoseView {
     /// Column.
@@ -181,18 +181,18 @@ pub struct PoseView {
     pub y: f64,
     /// Counter-clockwise from "to the right", radians.
     pub heading_rad: f64,
-    /// Semi-axes of two standard deviations and the first one's direction, as `heading_rad`.
+    /// Semi-axes at two standard deviations, and the first one's direction, as `heading_rad`.
     pub ellipse: [f64; 3],
-    /// The robot's radius.
+    /// The robot's radius, pixels of the canvas.
     pub radius_px: f64,
     /// A word of [`Tracking`].
     pub tracking: &'static str,
-    /// Share of the particles that count.
+    /// Effective share of the particles.
     pub effective: f64,
 }
 
 impl PoseView {
-    /// Of a robot in a drawing.
+    /// The pose of a robot in a drawing.
     pub fn new(robot: &Whereabouts, view: &View) -> Self {
         let [x, y] = view.point(robot.at);
         let [major, minor, angle] = robot.ellipse;
@@ -207,7 +207,7 @@ impl PoseView {
         }
     }
 
-    /// Of a robot in the middle of the canvas.
+    /// The pose of a robot in the middle of the canvas.
     pub fn in_the_middle(robot: &Robot, view: &View) -> Self {
         let [x, y] = view.point([0.0; 2]);
         Self {
@@ -222,12 +222,12 @@ impl PoseView {
     }
 }
 
-/// What a person is asked: where in the drawing the robot is.
+/// The question that a person is asked: where in the drawing the robot is.
 #[derive(Debug, Clone, Serialize)]
 pub struct QuestionView {
-    /// For people.
+    /// The text.
     pub text: String,
-    /// Where it may be, the likeliest first; none where anywhere is possible.
+    /// Where it may be, the likeliest first; empty if anywhere is possible.
     pub places: Vec<PossibleView>,
 }
 
@@ -241,7 +241,7 @@ pub struct PossibleView {
 }
 
 impl QuestionView {
-    /// Of the places that a person is asked about.
+    /// The places that a person is asked about.
     pub fn new(places: &[[f64; 2]], view: &View) -> Self {
         let place = |(name, at): (char, &[f64; 2])| PossibleView { name, at: view.point(*at) };
         let places: Vec<_> = ('A'..='Z').zip(places).map(place).collect();

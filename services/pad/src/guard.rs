@@ -1,9 +1,11 @@
-//! Who may ask, and how often: the page's own origin, the token, buckets for each session.
+//! Which requests are accepted, and how often: checks the page's own origin and the
+//! token, and keeps buckets for each session.
 //!
-//! Pure: time is the caller's. A pad is guarded twice. The token of its link keeps out whoever has not been given the link:
-//! on a loopback address, too, every user of the machine can connect. The name under which the pad is called keeps out other
-//! pages: they cannot make a browser send the pad's own origin, nor a name of their own for the pad's address. So the name is
-//! a number, of an address on which the pad listens, `localhost`, or a host name that the user has allowed.
+//! Pure: the caller passes the time. A pad is guarded twice. The token in its link keeps out people who have not been
+//! given the link; even on a loopback address, every user of the machine can connect. The host name in the request
+//! keeps out other pages: they cannot make a browser send the pad's own origin, nor a host name of their own for the
+//! pad's address. So the host must be a numeric address on which the pad listens,
+//! `localhost`, or a name that the user has allowed.
 
 use std::collections::BTreeMap;
 use std::fmt::{Debug, Formatter};
@@ -17,24 +19,24 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 use crate::protocol::Refusal;
 
-/// Requests that a session may make at once, and each second after that: uploads, all others.
+/// Requests that a session may make at once, and per second after that: for uploads, and for all others.
 const UPLOADS: [f64; 2] = [8.0, 1.0];
 const OTHERS: [f64; 2] = [20.0, 5.0];
-/// Requests of a session that may be under way at the same time: a browser opens six connections.
+/// Requests of a session that may be in progress at the same time: a browser opens six connections.
 const AT_ONCE: usize = 6;
-/// Most sessions with buckets.
+/// Maximum number of sessions with buckets.
 const MAX_SESSIONS: usize = 64;
 
-/// Shorter tokens can be guessed.
+/// Shorter tokens could be guessed.
 const MIN_TOKEN: usize = 16;
 const MAX_TOKEN: usize = 64;
 
-/// What the link to a page has, and every request of the page has to know: letters and digits. Not shown by `Debug`.
+/// The secret in the link to a page, which every request must contain: letters and digits. Not shown by `Debug`.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Token(String);
 
 impl Token {
-    /// A new one that nobody guesses.
+    /// A new token that cannot be guessed.
     pub fn random() -> Self {
         Self(format!("{:032x}", rand::rng().random::<u128>()))
     }
@@ -62,11 +64,10 @@ impl Debug for Token {
     }
 }
 
-/// The value of a header that may be there once; `None` where it is not there.
+/// The value of a header that may occur once; `None` if it is missing.
 ///
 /// # Errors
-/// [`Refusal::Forbidden`] where it is there more than once, or has other characters than those of ASCII: whoever reads it
-/// next may take it for another one.
+/// [`Refusal::Forbidden`] if it occurs more than once or is not ASCII, because another program might read a different value.
 pub fn only<'a>(name: &str, values: impl IntoIterator<Item = &'a [u8]>) -> Result<Option<&'a str>, Refusal> {
     let refused =
         |found: &str| Refusal::Forbidden(format!("{name}: expected one header of ASCII, found {found}"));
@@ -80,7 +81,7 @@ pub fn only<'a>(name: &str, values: impl IntoIterator<Item = &'a [u8]>) -> Resul
     text.map(Some).ok_or_else(|| refused("other characters"))
 }
 
-/// Checks where a request comes from.
+/// Checks the origin of requests.
 #[derive(Debug, Clone)]
 pub struct Guard {
     address: SocketAddr,
@@ -89,12 +90,12 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// For a pad that listens here, and that people also call by the host names `hosts`, which have no port.
+    /// For a pad that listens on `address`, and that people also reach by the host names `hosts`, given without a port.
     pub fn new(address: SocketAddr, hosts: Vec<String>, token: Token) -> Self {
         Self { address, hosts, token }
     }
 
-    /// Checks the headers `host` and `origin`. A program that is no browser may leave the origin out.
+    /// Checks the headers `host` and `origin`. A program that is not a browser may omit the origin.
     ///
     /// # Errors
     /// [`Refusal::Forbidden`] with what was expected.
@@ -114,10 +115,10 @@ impl Guard {
         }
     }
 
-    /// A name of somebody else's that leads here (DNS rebinding) is no number, and nobody has allowed it.
+    /// A foreign name that resolves to this address (DNS rebinding) is neither numeric nor allowed.
     fn is_own_name(&self, host: &str) -> bool {
         let Some(name) = without_port(host, self.address.port()) else { return false };
-        // A dot at the end is the root of all names.
+        // A trailing dot stands for the root of all names.
         let host = name.strip_suffix('.').unwrap_or(name);
         if self.hosts.iter().any(|own| own.eq_ignore_ascii_case(host)) {
             return true;
@@ -142,7 +143,7 @@ impl Guard {
         self.hosts.iter().fold(numbers, |names, host| format!("{names} or {host}:{port}"))
     }
 
-    /// Checks the token, in a time that does not tell how much of it is right.
+    /// Checks the token; the time this takes does not reveal how much of it is right.
     ///
     /// # Errors
     /// [`Refusal::Token`].
@@ -155,28 +156,28 @@ impl Guard {
     }
 }
 
-/// What stands before the port; a browser leaves out that of HTTP.
+/// The part before the port; a browser omits the default port of HTTP.
 fn without_port(host: &str, port: u16) -> Option<&str> {
     let name = host.strip_suffix(&port.to_string()).and_then(|name| name.strip_suffix(':'));
     name.or((port == 80).then_some(host))
 }
 
-/// Looks at every byte, wherever the first difference is.
+/// Compares every byte, wherever the first difference is.
 fn is_same(a: &[u8], b: &[u8]) -> bool {
     let differs = a.iter().zip(b).fold(0, |differs, (a, b)| std::hint::black_box(differs | (a ^ b)));
     a.len() == b.len() && differs == 0
 }
 
-/// What a request is, for the bucket that it is taken from.
+/// The kind of a request, which selects its bucket.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Load {
-    /// A drawing, a path, a mission file.
+    /// A drawing, a path or a mission file.
     Upload,
-    /// All others.
+    /// Any other request.
     Other,
 }
 
-/// What may come at once, refilled as time goes by.
+/// A token bucket: a number of requests that may come at once, refilled over time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bucket {
     left: f64,
@@ -184,12 +185,12 @@ pub(crate) struct Bucket {
 }
 
 impl Bucket {
-    /// All of it.
+    /// A full bucket.
     pub(crate) fn full([most, _]: [f64; 2], now: Duration) -> Self {
         Self { left: most, at: now }
     }
 
-    /// Takes one, where there is one left.
+    /// Takes one, if there is one left.
     pub(crate) fn take(&mut self, [most, each_s]: [f64; 2], now: Duration) -> bool {
         let since = now.saturating_sub(self.at).as_secs_f64();
         (self.left, self.at) = (most.min(self.left + since * each_s), now);
@@ -199,7 +200,7 @@ impl Bucket {
     }
 }
 
-/// How often each session has asked, and how much of it is under way.
+/// How often each session has made requests, and how many of them are in progress.
 #[derive(Debug, Default)]
 pub struct Rates {
     sessions: BTreeMap<String, Rate>,
@@ -213,7 +214,7 @@ struct Rate {
 }
 
 impl Rates {
-    /// A connection of the session has come. Where there are too many sessions, one without a connection goes, but
+    /// Counts a new connection of the session. If there are too many sessions, one without a connection is dropped, but
     /// never the driver's.
     pub fn enter(&mut self, session: &str, driver: Option<&str>, now: Duration) {
         if self.sessions.len() >= MAX_SESSIONS && !self.sessions.contains_key(session) {
@@ -233,17 +234,17 @@ impl Rates {
         self.sessions.entry(session.to_owned()).or_insert_with(fresh).connections += 1;
     }
 
-    /// A connection of the session has ended.
+    /// Counts the end of a connection of the session.
     pub fn leave(&mut self, session: &str) {
         if let Some(rate) = self.sessions.get_mut(session) {
             rate.connections = rate.connections.saturating_sub(1);
         }
     }
 
-    /// Takes a request from the session's bucket, and a place for as long as it lasts.
+    /// Takes a request from the session's bucket, and a place for its duration.
     ///
     /// # Errors
-    /// [`Refusal::Forbidden`] for a session that is none, [`Refusal::TooOften`], [`Refusal::AtOnce`].
+    /// [`Refusal::Forbidden`] for an unknown session, [`Refusal::TooOften`], [`Refusal::AtOnce`].
     pub fn take(
         &mut self,
         session: Option<&str>,
@@ -292,8 +293,8 @@ mod tests {
         assert!(!check(Some("127.0.0.1:8000"), None) && !check(None, None));
     }
 
-    /// With `--bind 0.0.0.0` any name was accepted. A page of `evil.example`, whose name leads to the pad's address,
-    /// was of the pad's own origin for the browser.
+    /// With `--bind 0.0.0.0` any host name was once accepted, so a page of `evil.example`, whose name resolves to the
+    /// pad's address, had the pad's own origin for the browser.
     #[test]
     fn on_every_address_the_pad_is_called_by_a_number() {
         for (address, own, others) in [
@@ -333,7 +334,7 @@ mod tests {
         );
     }
 
-    /// A pad that is called `robot.local` by everybody in the house refused them all.
+    /// A pad that all people in the house called `robot.local` once refused them all.
     #[test]
     fn a_name_that_the_user_allows_is_the_pads_own_and_no_other_is() {
         for address in ["0.0.0.0:7004", "192.0.2.1:7004", "127.0.0.1:7004"] {
@@ -388,7 +389,7 @@ mod tests {
         }
     }
 
-    /// An origin of other characters counted as none, which is allowed, and of two hosts the first was read.
+    /// An origin with other characters once counted as missing, which is allowed, and of two hosts the first was read.
     #[test]
     fn a_header_that_can_be_read_in_two_ways_is_refused() {
         assert_eq!(only("host", []), Ok(None));

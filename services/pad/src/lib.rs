@@ -1,18 +1,19 @@
 //! The pad: the page on which people draw a map and a path, send them, watch the robot and stop it (Boniardi et al.
-//! 2016, IV). One process serves the page and connects it with the channels.
+//! 2016, section IV). One process serves the page and connects it to the channels.
 //!
 //! ```text
 //! page ⇄ HTTP, WebSocket ⇄ server (thread, tokio) ─calls→ bridge (thread, owns the node) ⇄ channels
 //!                                                ←board─
 //! ```
-//! - [`protocol`]: what page and server say, and what of it is bounded;
-//! - [`machine`]: which step is allowed. [`sessions`]: who has the wheel, and whether they can be heard. [`guard`]:
-//!   who may ask, and how often. `doors`: which connections stay. [`feed`]: what there is to see. These are pure;
+//! - [`protocol`]: the messages between page and server, and their limits;
+//! - [`machine`]: which step is allowed. [`sessions`]: which page has the wheel, and whether it can be heard.
+//!   [`guard`]: which requests are accepted, and how often. `doors`: which connections stay open. [`feed`]: what pages
+//!   display. These are pure;
 //! - `server`, `bridge`: the threads around them. The server never touches a channel, the bridge never a socket.
 //!
-//! The page computes nothing of the robot's, and nothing here reads the truth.
+//! The page computes nothing about the robot, and nothing here reads the truth.
 
-// `say!` prints: it escapes what could steer a terminal.
+// `say!` prints, and escapes what could steer a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod board;
@@ -43,38 +44,38 @@ use board::Caller;
 use guard::{Guard, Token};
 use token::TOKEN_VARIABLE;
 
-/// Where the pad serves, and for whom.
+/// Where the pad listens, and which requests it accepts.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Address to listen on.
     pub bind: IpAddr,
     /// Port to listen on.
     pub port: u16,
-    /// Host names, without a port, by which people call the pad beside its address in numbers.
+    /// Host names, without a port, by which people reach the pad besides its numeric address.
     pub hosts: Vec<String>,
-    /// What a request has to know.
+    /// The token that every request must contain.
     pub token: Token,
-    /// Where mission files are written.
+    /// The folder for mission files.
     pub folder: PathBuf,
 }
 
-/// What the pad cannot begin with.
+/// Why the pad cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum PadError {
-    /// Anybody on this machine could drive.
+    /// The token is unusable: any user of this machine could drive.
     #[error("{TOKEN_VARIABLE} in the environment: {0}, found {1}")]
     Token(String, &'static str),
     /// The server cannot listen on the address.
     #[error("{address}: cannot listen there: {source}; choose another address: --port, --bind")]
     Address {
-        /// Which.
+        /// The address.
         address: SocketAddr,
         /// Why not.
         source: std::io::Error,
     },
 }
 
-/// Runs the pad of a mission of `navigator` in `node`'s system until it is asked to end.
+/// Runs the pad for a mission of `navigator` in `node`'s system until it is asked to end.
 ///
 /// # Errors
 /// [`PadError`]; a channel that fails.

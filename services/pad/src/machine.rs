@@ -1,8 +1,8 @@
-//! The steps of Boniardi et al. 2016, figure 4: draw a map, send it, draw a path, send it, execute, abort, restore or start
-//! again. Which of them is allowed, for whom, and what the navigation has made of the last one.
+//! The steps of Boniardi et al. 2016, figure 4: draw a map, send it, draw a path, send it, execute, abort, restore or
+//! start again. Decides which of them are allowed, for which page, and what the navigation has made of the last one.
 //!
-//! Pure: what happens goes in, what is to be sent comes out; times are since the pad's start, by the caller's
-//! clock. What the planner says counts from the step on that can have known of the last order.
+//! Pure: takes what happens and returns what is to be sent; times are since the pad's start, by the caller's clock.
+//! After an order, the planner's statuses only count once they can take the order into account.
 
 use std::time::Duration;
 
@@ -12,59 +12,59 @@ use sketchnav_schemas::message::{MissionStatus, Understood};
 
 use crate::protocol::{PathRequest, Refusal, SketchRequest, SketchType, Step};
 
-/// Statuses after an order, or after new tasks, that may still be about what was before. One was on its way; the other
-/// is to be on the safe side.
+/// The number of statuses after an order, or after new tasks, that may still refer to the time before. One may have
+/// been in transit; the other is a safety margin.
 const SETTLING: u32 = 2;
-/// A planner that has said nothing for so long does not answer.
+/// A planner without a status for this long counts as not answering.
 const STALE: Duration = Duration::from_millis(1500);
-/// Longest that the sketcher may take for a drawing.
+/// Longest that the sketcher may take to read a drawing.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Where people are.
+/// The state of the mission as people see it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum State {
-    /// Nothing was sent yet.
+    /// Nothing has been sent yet.
     NoSketch,
-    /// The sketch was sent.
+    /// A sketch has been sent.
     Sketch,
-    /// The path was sent.
+    /// A path has been sent.
     Path,
     /// The robot drives, or is about to.
     Driving,
-    /// A page has aborted.
+    /// A page has aborted the mission.
     Aborted,
-    /// The robot waits for who drives.
+    /// The robot waits for the driver.
     Paused,
     /// All tasks have ended.
     Ended,
 }
 
-/// A drawing that the sketcher has taken over.
+/// A drawing that the sketcher has accepted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AcceptedSketch {
-    /// What it is.
+    /// Its type.
     pub kind: SketchType,
-    /// As it was sent.
+    /// The content as it was sent.
     pub bytes: Vec<u8>,
     /// Width and height of the canvas, image pixels.
     pub canvas: [u32; 2],
-    /// Width and height of the grid.
+    /// Width and height of the grid, pixels.
     pub size_px: [u32; 2],
-    /// Pixels of the grid an image pixel.
+    /// Pixels of the grid per image pixel.
     pub scale: f64,
 }
 
-/// What is marked in it.
+/// A path that is marked in the drawing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Path {
-    /// As it was sent.
+    /// The body as it was sent.
     pub body: String,
-    /// As the sketcher has it, JSON.
+    /// The marks as the sketcher reads them, JSON.
     pub marks: Vec<u8>,
-    /// The marks that placed the robot, JSON: these or earlier ones.
+    /// The marks that placed the robot, these or earlier ones, JSON.
     pub placing: Vec<u8>,
-    /// The sketch that the robot was placed in.
+    /// The sketch in which the robot was placed.
     pub sketch_seq: u64,
 }
 
@@ -73,39 +73,39 @@ pub struct Path {
 pub struct Pending {
     /// Its number on the channel.
     pub seq: u64,
-    /// What it is.
+    /// The drawing.
     pub what: Submission,
-    /// When it was sent; not for a successor.
+    /// When it was sent; restarted by a successor.
     #[serde(skip)]
     pub since: Duration,
-    /// Whether its sender was told that the sketcher does not answer. It may answer yet.
+    /// Whether its sender has been notified that the sketcher does not answer. An answer may still arrive.
     #[serde(default)]
     pub late: bool,
 }
 
-/// Something that goes to the sketcher.
+/// Something that is sent to the sketcher.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Submission {
     /// A drawing.
     Sketch {
-        /// What it is.
+        /// Its type.
         kind: SketchType,
-        /// As it was sent.
+        /// The content as it was sent.
         bytes: Vec<u8>,
-        /// Its canvas, where it says one.
+        /// Its canvas, if it says one.
         canvas: Option<[u32; 2]>,
     },
-    /// What is marked in it.
+    /// A path that is marked in the drawing.
     Path {
-        /// As it was sent.
+        /// The body as it was sent.
         body: String,
-        /// As the sketcher reads it, JSON.
+        /// The marks as the sketcher reads them, JSON.
         marks: Vec<u8>,
     },
 }
 
 impl Submission {
-    /// What the channel says of it.
+    /// The kind in the channel's message.
     pub fn kind(&self) -> DrawingKind {
         match self {
             Self::Sketch { .. } => DrawingKind::Sketch,
@@ -113,7 +113,7 @@ impl Submission {
         }
     }
 
-    /// What goes behind the message.
+    /// The bytes that follow the message.
     pub fn bytes(&self) -> &[u8] {
         match self {
             Self::Sketch { bytes, .. } | Self::Path { marks: bytes, .. } => bytes,
@@ -124,32 +124,32 @@ impl Submission {
 /// What a successor needs to know.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
-    /// The last drawing that was sent; 0 before the first.
+    /// The number of the last drawing that was sent; 0 before the first.
     pub drawing_seq: u64,
-    /// The sketch that holds.
+    /// The current sketch.
     pub sketch: Option<AcceptedSketch>,
-    /// The path that holds.
+    /// The current path.
     pub path: Option<Path>,
-    /// What has no answer yet.
+    /// The drawing that has no answer yet.
     pub pending: Option<Pending>,
-    /// Whether a page has ordered the path to be driven.
+    /// Whether a page has ordered the robot to drive the path.
     pub ordered: bool,
 }
 
-/// What the machine knows.
+/// The state of the machine.
 #[derive(Debug)]
 pub struct Machine {
     draws: bool,
     memory: Memory,
     status: Option<MissionStatus>,
     status_at: Duration,
-    /// Whether the robot knows where it is, where it needs to.
+    /// Whether the robot knows where it is, if it needs to.
     is_located: bool,
     /// Whether the robot asks where it is.
     is_asking: bool,
-    /// Statuses that may still be about what was before.
+    /// The number of statuses to come that may still refer to the time before the last order.
     settling: u32,
-    /// The state until they have come.
+    /// The state until they have arrived.
     assumed: Option<State>,
 }
 
@@ -169,7 +169,7 @@ impl Machine {
         }
     }
 
-    /// Goes on for a predecessor.
+    /// Resumes from a predecessor's memory.
     pub fn resume(&mut self, mut memory: Memory, now: Duration) {
         if let Some(pending) = &mut memory.pending {
             pending.since = now;
@@ -177,19 +177,19 @@ impl Machine {
         self.memory = memory;
     }
 
-    /// Goes on for a predecessor that has left nothing but the number of its last drawing. Somebody may have ordered
-    /// the robot to drive.
+    /// Starts after a predecessor of which only the number of its last drawing is known. A
+    /// page may have ordered the robot to drive.
     pub fn begin_behind(&mut self, drawing_seq: u64) {
         self.memory.drawing_seq = drawing_seq;
         self.memory.ordered = true;
     }
 
-    /// For a checkpoint.
+    /// The state for a checkpoint.
     pub fn memory(&self) -> &Memory {
         &self.memory
     }
 
-    /// The planner has said how the mission stands.
+    /// Takes a status of the planner.
     pub fn on_status(&mut self, status: &MissionStatus, now: Duration) {
         self.status_at = now;
         self.settling = self.settling.saturating_sub(1);
@@ -199,23 +199,22 @@ impl Machine {
         }
     }
 
-    /// The navigator has said something of itself: whether the robot knows where it is, where it needs to, and whether it
-    /// asks a person.
+    /// Takes the lookout's report: whether the robot knows where it is, if it needs to, and whether it asks a person.
     pub fn on_lookout(&mut self, is_located: bool, is_asking: bool) {
         (self.is_located, self.is_asking) = (is_located, is_asking);
     }
 
-    /// Whether the robot waits until a person says where it is.
+    /// Whether the robot waits for a person to say where it is.
     pub fn asks(&self) -> bool {
         self.is_asking && self.state() == State::Paused
     }
 
-    /// The planner's last word that counts.
+    /// The planner's last status that counts.
     pub fn status(&self) -> Option<&MissionStatus> {
         self.status.as_ref().filter(|_| self.assumed.is_none())
     }
 
-    /// Where people are. A robot that drives does so even where nobody knows any more what it was sent.
+    /// The state as people see it. A robot that is driving counts as driving even if it is no longer known what it was sent.
     pub fn state(&self) -> State {
         let state = self.assumed.unwrap_or_else(|| self.told());
         match (&self.memory.sketch, &self.memory.path) {
@@ -226,8 +225,8 @@ impl Machine {
         }
     }
 
-    /// As the planner says. A planner that waits, or has said nothing yet, is about to drive where it is ordered to.
-    /// The order comes from a page, or from the supervisor where the mission is from a file.
+    /// The state according to the planner. If it waits, or has sent nothing yet, and has been ordered to drive, it is
+    /// about to drive. The order comes from a page, or from the supervisor if the mission is from a file.
     fn told(&self) -> State {
         let state = self.status.and_then(|status| TaskState::from_code(status.state));
         let is_ordered = self.memory.ordered || !self.draws;
@@ -241,14 +240,14 @@ impl Machine {
         }
     }
 
-    /// Whether the navigation answers and, where there is a path, knows where the robot is.
+    /// Whether the navigation answers and, if there is a path, knows where the robot is.
     pub fn is_ready(&self, now: Duration) -> bool {
         let answers = self.status_at > Duration::ZERO && now.saturating_sub(self.status_at) < STALE;
         let needs_pose = !self.draws || self.memory.path.is_some();
         answers && (!needs_pose || self.is_located) && self.settling == 0
     }
 
-    /// What a page may do; `drives`: whether it has the wheel.
+    /// The steps that a page may take; `drives`: whether it has the wheel.
     pub fn allowed(&self, drives: bool, now: Duration) -> Vec<Step> {
         let steps =
             [Step::Sketch, Step::Path, Step::Execute, Step::Abort, Step::Restore, Step::Again, Step::Here];
@@ -258,9 +257,9 @@ impl Machine {
     /// Whether a step is allowed.
     ///
     /// # Errors
-    /// [`Refusal`] with what it takes.
+    /// [`Refusal`] with what is required.
     pub fn check(&self, step: Step, drives: bool, now: Duration) -> Result<(), Refusal> {
-        // Who sees that something goes wrong stops the robot, whoever has the wheel.
+        // Anyone who sees that something goes wrong may stop the robot, even without the wheel.
         if step == Step::Abort {
             let words = || not_now("the robot drives", self.state());
             return if self.may_be_under_way() { Ok(()) } else { Err(words()) };
@@ -279,12 +278,12 @@ impl Machine {
         Ok(())
     }
 
-    /// Whether there is something to abort, as far as anybody can know. An abort too many changes nothing; one that is
+    /// Whether there may be something to abort. A superfluous abort changes nothing, but one that is
     /// not passed on lets the robot drive off.
     fn may_be_under_way(&self) -> bool {
         match self.state() {
             State::Driving | State::Paused => true,
-            // Somebody has ordered it to go on since, and the planner has not said so yet.
+            // It has been ordered to go on since, and the planner has not confirmed that yet.
             State::Aborted => self.memory.ordered,
             State::NoSketch | State::Sketch | State::Path | State::Ended => false,
         }
@@ -316,7 +315,7 @@ impl Machine {
         if holds { Ok(()) } else { Err(not_now(expected, state)) }
     }
 
-    /// A drawing is to be sent.
+    /// Submits a drawing; returns its number.
     ///
     /// # Errors
     /// As [`Machine::check`].
@@ -331,7 +330,7 @@ impl Machine {
         Ok(self.submit(Submission::Sketch { kind, bytes, canvas }, now))
     }
 
-    /// What is marked in it is to be sent.
+    /// Submits what is marked in the drawing; returns its number.
     ///
     /// # Errors
     /// As [`Machine::check`].
@@ -348,7 +347,7 @@ impl Machine {
         seq
     }
 
-    /// The sketcher has answered; `None` where that is no answer to what is pending.
+    /// Takes the sketcher's answer; `None` if it does not answer what is pending.
     pub fn on_understood(&mut self, answer: &Understood) -> Option<Result<(), Refusal>> {
         let pending = self.memory.pending.take_if(|pending| pending.seq == answer.header.source_seq)?;
         if answer.accepted == 0 {
@@ -374,15 +373,15 @@ impl Machine {
         Some(Ok(()))
     }
 
-    /// Gives up waiting for a sketcher that does not answer; whether it has. Another drawing may be sent from then on,
-    /// and if an answer comes before that, it counts.
+    /// Gives up waiting for a sketcher that does not answer; returns whether it has just done so. From then on another
+    /// drawing may be sent; if an answer arrives before that, it counts.
     pub fn has_waited_too_long(&mut self, now: Duration) -> bool {
         let pending = self.memory.pending.as_mut().filter(|pending| !pending.late);
         let late = pending.filter(|pending| now.saturating_sub(pending.since) > PATIENCE);
         late.map(|pending| pending.late = true).is_some()
     }
 
-    /// Somebody orders something that is no drawing; what to tell the planner.
+    /// Takes an order of a page; returns the order to send to the planner.
     ///
     /// # Errors
     /// As [`Machine::check`].
@@ -402,7 +401,7 @@ impl Machine {
         Ok(order)
     }
 
-    /// The driver cannot be heard any more: what to tell the planner. A mission from a file needs nobody.
+    /// Returns the order for the planner when the driver can no longer be heard. A mission from a file needs no driver.
     pub fn on_silence(&mut self) -> Option<Order> {
         (self.draws && self.state() == State::Driving).then(|| {
             self.assume(State::Paused);

@@ -1,7 +1,7 @@
-//! What Prometheus reads at `/metrics`: figures of the processes and the channels, in its text format (version 0.0.4).
+//! What Prometheus reads at `/metrics`: figures of the processes and channels in its text format (version 0.0.4).
 //!
-//! Made on request, of what is known anyway. Nothing is measured for it. Rates are for Prometheus to take: `rate()` of a
-//! counter.
+//! The text is generated on request from what is known anyway; nothing is measured for it. Rates are left to
+//! Prometheus: `rate()` of a counter.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -13,7 +13,7 @@ use sketchnav_schemas::message::Health;
 
 use crate::feed::ServiceView;
 
-/// The type of the text.
+/// The content type of the text.
 pub const CONTENT_TYPE: &str = "text/plain; version=0.0.4; charset=utf-8";
 
 /// The figures of a system.
@@ -22,7 +22,7 @@ pub struct Metrics {
     health: BTreeMap<u32, Health>,
 }
 
-/// A figure of a process: its name without the prefix, whether it only grows, what it is, and its value.
+/// A figure of a process: its name without the prefix, whether it is a counter, its description, and its value.
 type Figure = (&'static str, bool, &'static str, fn(&Health) -> f64);
 
 const FIGURES: [Figure; 7] = [
@@ -44,10 +44,10 @@ const FIGURES: [Figure; 7] = [
 ];
 
 impl Metrics {
-    /// Of the channels that runs of this kind of navigator have.
+    /// The figures of runs of this kind of navigator.
     ///
     /// # Errors
-    /// Where a channel cannot be looked at.
+    /// If a channel cannot be inspected.
     pub fn open(node: &Node, kind: &str) -> anyhow::Result<Self> {
         let of_one_writer = channels::of_kind(kind).filter(|spec| spec.writer.is_some());
         let open = |spec| Ok((spec, SendTimes::open(node, spec)?));
@@ -55,12 +55,12 @@ impl Metrics {
         Ok(Self { channels, health: BTreeMap::new() })
     }
 
-    /// A process has reported its health.
+    /// Takes a health report of a process.
     pub fn on_health(&mut self, health: &Health) {
         self.health.insert(health.process, *health);
     }
 
-    /// The text. `services`: which processes work, and how often they were started again; `stamp_ns`: simulation time.
+    /// The text. `services`: which processes are up, and how often they were restarted; `stamp_ns`: simulation time.
     pub fn text(&self, services: &[ServiceView], stamp_ns: u64) -> String {
         let sent = self.channels.iter().map(|(spec, times)| (spec.name, times.newest()));
         render(&self.health, services, &sent.collect::<Vec<_>>(), stamp_ns)
@@ -91,7 +91,7 @@ fn render(
     text
 }
 
-/// A family of samples with their labels; left out where there is none.
+/// A family of samples with their labels; omitted if there are none.
 fn family(
     text: &mut String,
     name: &str,
@@ -143,7 +143,8 @@ mod tests {
         }
     }
 
-    /// The format wants HELP and TYPE once, before the samples of their family, and `_total` at the end of a counter.
+    /// The format requires HELP and TYPE once, before the samples of their family, and
+    /// `_total` at the end of a counter's name.
     #[test]
     fn each_family_is_declared_once_before_its_samples() {
         let text = text();

@@ -1,7 +1,7 @@
-//! A mission file out of what was drawn: `sketchnav run` drives it again, without a page.
+//! Saves what was drawn as a mission file, which `sketchnav run` can drive again without a page.
 //!
-//! The folder is the user's, and mostly the one in which the missions lie that they have written by hand. A file in
-//! it that the pad has not written is never replaced.
+//! The folder is the user's, and usually the one with the missions that they have written by hand. A file in it that
+//! the pad has not written is never replaced.
 
 use std::collections::BTreeSet;
 use std::fs::Permissions;
@@ -25,16 +25,16 @@ const MAX_NAME: usize = 48;
 pub struct Written {
     /// Its name, in the pad's folder.
     pub name: String,
-    /// What it holds; null for a picture.
+    /// Its content; null for a picture.
     pub text: Option<String>,
 }
 
-/// Writes `name.toml` and the drawing beside it into `folder`, both or neither where a file is in the way. `mission`
-/// says in which world and with which robot; its paths are absolute. `drawn` is its navigator's. `own`: the names in the folder that the pad has
-/// written, which may be replaced; these come to them.
+/// Writes `name.toml` and the drawing beside it into `folder`, or neither if a file is in the way. `mission` gives the
+/// world and the robot; its paths are absolute. `drawn` belongs to its navigator. `own`: the names of files in the
+/// folder that the pad has written and may replace; the new ones are added.
 ///
 /// # Errors
-/// [`Refusal::Malformed`] for a name that is none, [`Refusal::Taken`], [`Refusal::File`].
+/// [`Refusal::Malformed`] for an invalid name, [`Refusal::Taken`], [`Refusal::File`].
 pub fn write(
     folder: &Path,
     name: &str,
@@ -57,7 +57,7 @@ pub fn write(
     Ok(vec![Written { name: file, text: Some(toml) }, Written { name: drawing, text: strokes }])
 }
 
-/// The name as a file's: letters, digits, hyphens.
+/// The name as a file name: letters, digits, hyphens.
 fn stem(name: &str) -> Result<String, Refusal> {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
     let stem: String = name.chars().map(plain).collect();
@@ -87,12 +87,12 @@ fn text(
 }
 
 fn check_free(path: &Path, is_own: bool) -> Result<(), Refusal> {
-    // A link that leads nowhere is somebody's, too.
+    // A dangling link counts as taken, too.
     let is_taken = !is_own && path.symlink_metadata().is_ok();
     if is_taken { Err(Refusal::Taken(path.into())) } else { Ok(()) }
 }
 
-/// Under its own name once it is whole. A file that has come there since somebody looked is not replaced either.
+/// Puts a complete file in its place. A file that has appeared there since the check is not replaced either.
 fn put(folder: &Path, name: &str, bytes: &[u8], own: &mut BTreeSet<String>) -> Result<(), Refusal> {
     let path = folder.join(name);
     let failed = |error: std::io::Error| match error.kind() {
@@ -108,14 +108,14 @@ fn put(folder: &Path, name: &str, bytes: &[u8], own: &mut BTreeSet<String>) -> R
     Ok(())
 }
 
-/// As any other new file: what the user's mask leaves of it.
+/// The mode of any other new file, before the user's mask.
 const MODE: u32 = 0o666;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// A navigator that keeps the mission as it is.
+    /// A navigator that leaves the mission unchanged.
     const DRAWN: Drawn = Drawn { walls: |_, _| None, keep: |_, _| Ok(()) };
 
     fn mission() -> Mission {
@@ -144,8 +144,9 @@ mod tests {
 
     const ROUTE: &str = r#"{"route":[[100,300],[100,200],[300,100]]}"#;
 
-    /// The pad once took any name that a page gave. In a folder where it was started with `--mission my-floor.toml`,
-    /// saving "My floor" replaced that hand-written mission. Saving "package" replaced a `package.json` beside it.
+    /// The pad once accepted any name from a page. In a folder where it had been started with
+    /// `--mission my-floor.toml`, saving "My floor" replaced that hand-written mission, and saving "package" replaced a
+    /// `package.json` beside it.
     #[test]
     fn what_the_pad_has_not_written_is_never_replaced() {
         let folder = tempfile::tempdir().unwrap();
@@ -169,7 +170,7 @@ mod tests {
             assert!(words.contains(in_the_way) && words.contains("another name"), "{words}");
         }
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "nothing is written beside them");
-        // By another name it is saved, and by that name as often as one likes.
+        // Under another name it can be saved, and under that name as often as one likes.
         save("My floor 2", "first").unwrap();
         save("My floor 2", "second").unwrap();
         assert_eq!(read("my-floor-2.json"), "second");

@@ -1,8 +1,8 @@
-//! The page's files, as they were when the program was built.
+//! The page's files, embedded when the program was built.
 
 macro_rules! files {
     ($($name:literal: $kind:ident),* $(,)?) => {
-        /// Name, `content-type` and bytes of every file.
+        /// Name, `content-type` and bytes of each file.
         const FILES: &[(&str, &str, &[u8])] = &[$(($name, $kind, include_bytes!(concat!("../page/", $name))),)*];
     };
 }

@@ -1,52 +1,53 @@
-//! What the page and the server say to each other.
+//! The protocol between page and server.
 //!
 //! All coordinates are pixels of the canvas, column and row from the top left. Headings are counter-clockwise from "to
-//! the right" as one looks at it: (cos h, −sin h) is the direction on the page. The server turns the robot's frame (y
-//! up, other scale) round; the page never does.
+//! the right" as seen on the page: (cos h, −sin h) is the direction. The server converts from the robot's frame (y up,
+//! other scale); the page never does.
 //!
 //! # HTTP
-//! Every `POST` has the header `x-sketchnav-session` (from the last `hello`). Everything below has the token of the link that
-//! the pad printed: as the header `x-sketchnav-token` or, behind the question mark, as `token=…`. The answer is 200
-//! `{"ok":true,…}`, or `{"error":"words"}` with a status of [`Refusal::status`]. `GET` of any other path is a file of
-//! the page, or 404.
+//! Every `POST` has the header `x-sketchnav-session` (from the last `hello`). Every request below contains the token of
+//! the link that the pad printed, either in the header `x-sketchnav-token` or as `token=…` in the query. The answer is
+//! 200 `{"ok":true,…}`, or `{"error":"words"}` with a status of [`Refusal::status`]. `GET` of any other path returns a
+//! file of the page, or 404.
 //!
 //! | request | body | answer beside `ok` |
 //! |---|---|---|
-//! | `POST /api/sketch` | strokes in JSON, as its navigator reads them (what only the page needs is under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; of the sketch `wall_direction_rad`, `width_px`, `height_px`; `doubts`: why the drawing may not lead anywhere, in words |
+//! | `POST /api/sketch` | strokes in JSON, as the navigator reads them (members that only the page needs are under `pad`), or `content-type: image/png`, `image/jpeg`: a photo | `seq`; the sketch's `wall_direction_rad`, `width_px`, `height_px`; `doubts`: why the drawing may not lead anywhere, in words |
 //! | `POST /api/path` | `{"route":[[x,y],…]}` or `{"goals":[[x,y] or {"name","at"},…]}`, either with `"start":{"at","heading_deg"}` | the same |
 //! | `POST /api/order` | `{"order":"execute"}`, `abort`, `restore`, `again` | |
-//! | `POST /api/here` | `{"at":[x,y]}`, perhaps with `"heading_deg":90`: where the robot is, while it asks | |
-//! | `POST /api/wheel` | nothing: takes the wheel when nobody has it, or its holder cannot be heard | |
+//! | `POST /api/here` | `{"at":[x,y]}`, optionally with `"heading_deg":90`: where the robot is, while it asks | |
+//! | `POST /api/wheel` | empty: takes the wheel if no page has it, or its holder cannot be heard | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
-//! | `POST /api/mission` | `{"name":"…"}`: writes a mission file and the drawing into the pad's folder, where no file is in the way that the pad has not written (409) | `files`: of the mission and of the drawing `name` and `text` (null for a photo) |
-//! | `GET /api/seat` | `?session=…`: whether a page would be let in now (503: not) | |
+//! | `POST /api/mission` | `{"name":"…"}`: writes a mission file and the drawing into the pad's folder, unless a file that the pad has not written is in the way (409) | `files`: `name` and `text` (null for a photo) of the mission and of the drawing |
+//! | `GET /api/seat` | `?session=…`: whether a page would be admitted now (503: not) | |
 //! | `GET /api/walls.png` | | a picture: the walls as the robot understands them, gray with alpha, as large as the sketch; 404 before there are any |
-//! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 where it is none |
+//! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 if it is not a photo |
 //!
-//! Sketches, paths, places, limits and missions are taken from the session that drives alone, and no other's are read. Of
-//! orders, anybody may give one, `abort`, however often. It goes before all else. It is answered when it was passed on
-//! to the planner, or refused (409) where nothing is under way. A connection is one request. Its head comes within 10
-//! s, its body within 10 s (a drawing's or a path's within 60 s), or it is refused (408). A session makes few at the
-//! same time, and not too often (429). Connections that say nothing are few, too (503): see `doors`.
+//! Sketches, paths, places, limits and missions are only accepted from the session that drives; those of other sessions
+//! are not even read. The order `abort` may be given by any session, at any rate, and takes precedence over everything
+//! else. It is answered once it has been passed on to the planner, or refused (409) if nothing is in progress. A
+//! connection carries one request. Its head must arrive within 10 s and its body within 10 s (that of a drawing or a
+//! path within 60 s), or it is refused (408). A session's requests are limited in number at a time and in rate (429).
+//! Connections that send nothing are limited, too (503): see `doors`.
 //!
-//! A sketch or a path may have a header `x-sketchnav-sending`, a name that the page makes for it. A page that hears no
-//! answer, because the link breaks or the server dies, sends the drawing again by the same name. It is taken over
-//! once. What is still being read is waited for, what was answered is answered again.
+//! A sketch or a path may have a header `x-sketchnav-sending`, a name that the page makes up for it. A page that gets
+//! no answer, because the link breaks or the server dies, sends the drawing again under the same name. It is processed
+//! only once: if it is still being read, the answer is awaited; if it has been answered, the answer is repeated.
 //!
-//! The first path of a sketch places the robot at its first point, looking along it, or at its `start`, which goals
-//! need then. A later one leaves the robot where it is, unless it has a `start`.
+//! The first path of a sketch places the robot at its first point, facing along it, or at its `start`, which is
+//! required with goals. A later path leaves the robot where it is, unless it has a `start`.
 //!
 //! # WebSocket
-//! `GET /ws?token=…&session=…`; `session` is that of the last `hello`, so that who comes back keeps the wheel.
-//! Everything is text, one JSON object each; what the page says has at most 1024 bytes.
+//! `GET /ws?token=…&session=…`; `session` is that of the last `hello`, so that a page that reconnects keeps the wheel.
+//! All messages are text, one JSON object each; those of the page have at most 1024 bytes.
 //!
-//! - `{"hello":{…}}`: [`Hello`], again whenever something in it changes but the trail, which grows in the feed;
-//! - `{"feed":{"n":…,…}}` is what there is to see ([`Feed`](crate::feed::Feed)). For this page it adds `drives`,
-//!   `wheel` (whether it can be taken) and `allowed` (the steps that are open to it). The page answers `{"seen":n}`
-//!   when it has drawn it. No more than two are on the way unseen (a page that says nothing gets one a second). So a
-//!   slow page gets the newest picture, never a queue;
+//! - `{"hello":{…}}`: [`Hello`], again whenever anything in it changes but the trail, which grows in the feed;
+//! - `{"feed":{"n":…,…}}` is what the page displays ([`Feed`](crate::feed::Feed)), with additional members for this
+//!   page: `drives`, `wheel` (whether it can be taken) and `allowed` (the steps that it may take). The page answers
+//!   `{"seen":n}` when it has drawn it. No more than two feeds are in transit unseen (a page that answers nothing gets
+//!   one a second), so a slow page gets the newest picture, never a queue;
 //! - `{"ping":t}` is answered by `{"pong":t}`, any number;
-//! - `{"abort":true}`: as the order; the feed shows what becomes of it.
+//! - `{"abort":true}`: the same as the order; its result is shown by the feed.
 
 use std::path::PathBuf;
 
@@ -55,36 +56,36 @@ use sketchnav_schemas::message::MAX_ROUTE_POINTS;
 use sketchnav_schemas::message::{MAX_DRAWING_BYTES, MAX_DRAWN_POINTS, MAX_TASKS};
 use sketchnav_stage::drawn::{GoalMark, Marks, StartMark};
 
-/// Most strokes of a drawing.
+/// Maximum number of strokes of a drawing.
 pub const MAX_STROKES: usize = 4096;
 /// Longest path request, bytes.
 pub const MAX_PATH_BYTES: usize = 1 << 20;
-/// Longest of all other requests, bytes.
+/// Longest other request, bytes.
 pub const MAX_SMALL_BYTES: usize = 4096;
-/// How long the link to the driver may be lost before the mission pauses, seconds: from, to.
+/// How long the link to the driver may be lost before the mission pauses, seconds: least, most.
 pub const LINK_LIMIT_S: [f64; 2] = [1.0, 60.0];
-/// The default of that.
+/// The default of that limit, seconds.
 pub const DEFAULT_LINK_LIMIT_S: f64 = 3.0;
 
-/// Why a request is not done, in words for the page.
+/// Why a request is refused, in words for the page.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Refusal {
-    /// It is not what the protocol says.
+    /// It does not follow the protocol.
     #[error("{0}")]
     Malformed(String),
     /// The token is missing or wrong.
     #[error("expected the token of the link that the pad printed, found {0}")]
     Token(&'static str),
-    /// It comes from another page, by another name, or from no session.
+    /// It comes from another page, is addressed to another host name, or has no session.
     #[error("{0}")]
     Forbidden(String),
-    /// Not in this state.
+    /// It is not allowed in this state.
     #[error("{0}")]
     NotNow(String),
-    /// It does not come to an end.
+    /// It takes too long to arrive.
     #[error("{0}")]
     Slow(String),
-    /// Larger than it may be.
+    /// It is larger than allowed.
     #[error("expected at most {limit}, found {found}")]
     TooLarge {
         /// What is allowed.
@@ -92,19 +93,19 @@ pub enum Refusal {
         /// What it is.
         found: String,
     },
-    /// The drawing cannot be used; the sketcher's words.
+    /// The drawing is unusable, in the sketcher's words.
     #[error("{0}")]
     Drawing(String),
-    /// More often than it may be.
+    /// Requests come too often.
     #[error("too many requests: wait a moment and send it again")]
     TooOften,
-    /// More at the same time than there may be.
+    /// Too many requests at the same time.
     #[error("expected at most {0} requests of a page at the same time, found one more")]
     AtOnce(usize),
     /// The navigation does not answer.
     #[error("{0}")]
     Absent(String),
-    /// A file is in the way that the pad has not written.
+    /// A file that the pad has not written is in the way.
     #[error(
         "{}: expected no file, or one that this pad has saved; found another, which stays as it is: \
          choose another name",
@@ -133,40 +134,40 @@ impl Refusal {
         }
     }
 
-    /// That a request is no JSON of the kind.
+    /// A request that is not JSON of the expected form.
     pub fn malformed(what: &str, error: impl std::fmt::Display) -> Self {
         Self::Malformed(format!("{what}: {error}"))
     }
 
-    /// That only who drives may ask for it.
+    /// A request that only the driver may make.
     pub fn watches() -> Self {
         Self::Forbidden("another page drives; this one watches".into())
     }
 
-    /// That there is nobody to ask any more.
+    /// The bridge has ended.
     pub fn ending() -> Self {
         Self::Absent("the pad is ending".into())
     }
 
-    /// That something is larger than it may be.
+    /// A request that is larger than allowed.
     pub fn too_large(limit: usize, unit: &str, found: impl std::fmt::Display) -> Self {
         Self::TooLarge { limit: format!("{limit} {unit}"), found: found.to_string() }
     }
 }
 
-/// What a drawing that was sent is.
+/// The type of a drawing that was sent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SketchType {
     /// Strokes in JSON.
     Strokes,
-    /// A picture.
+    /// A PNG image.
     Png,
-    /// A picture.
+    /// A JPEG image.
     Jpeg,
 }
 
 impl SketchType {
-    /// By the `content-type` of a request.
+    /// The type according to the `content-type` of a request.
     pub fn of(content_type: Option<&str>) -> Result<Self, Refusal> {
         match content_type.and_then(|text| text.split(';').next()).map(str::trim) {
             Some("application/json") => Ok(Self::Strokes),
@@ -180,7 +181,7 @@ impl SketchType {
         }
     }
 
-    /// As a `content-type`.
+    /// The type as a `content-type`.
     pub fn content_type(self) -> &'static str {
         match self {
             Self::Strokes => "application/json",
@@ -189,7 +190,7 @@ impl SketchType {
         }
     }
 
-    /// As a file name's extension.
+    /// The type as a file name's extension.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Strokes => "json",
@@ -199,18 +200,18 @@ impl SketchType {
     }
 }
 
-/// A drawing that may be sent on: its counts are bounded; the sketcher says whether it can be used.
+/// A drawing that may be passed on: its counts are within their limits; the sketcher says whether it is usable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SketchRequest {
-    /// What it is.
+    /// Its type.
     pub kind: SketchType,
-    /// As it came.
+    /// The content as it was sent.
     pub bytes: Vec<u8>,
-    /// Its canvas, where it says one; a picture's is its own size.
+    /// Its canvas, if it says one; that of a picture is its own size.
     pub canvas: Option<[u32; 2]>,
 }
 
-/// As much of a strokes file as is counted.
+/// The part of a strokes file that is counted.
 #[derive(Deserialize)]
 struct Counted {
     canvas: [u32; 2],
@@ -230,7 +231,7 @@ struct CountedObstacle {
 }
 
 impl SketchRequest {
-    /// Checks what is bounded.
+    /// Checks the limits.
     ///
     /// # Errors
     /// [`Refusal::TooLarge`] with what and how many; [`Refusal::Malformed`].
@@ -261,12 +262,12 @@ fn counted(bytes: &[u8]) -> Result<[u32; 2], Refusal> {
     Ok(page.canvas)
 }
 
-/// A path or goals that may be sent on.
+/// A path or goals that may be passed on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PathRequest {
-    /// As it came, for other pages.
+    /// The body as it was sent, for other pages.
     pub body: String,
-    /// As the sketcher reads it.
+    /// The marks as the sketcher reads them.
     pub marks: Marks,
 }
 
@@ -287,7 +288,7 @@ enum Goal {
 }
 
 impl PathRequest {
-    /// Checks what is bounded.
+    /// Checks the limits.
     ///
     /// # Errors
     /// [`Refusal::TooLarge`] with what and how many; [`Refusal::Malformed`].
@@ -319,7 +320,7 @@ impl PathRequest {
     }
 }
 
-/// What a person orders.
+/// A step that a person takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Step {
@@ -331,9 +332,9 @@ pub enum Step {
     Execute,
     /// Stop.
     Abort,
-    /// Go on.
+    /// Continue.
     Restore,
-    /// Begin with the first task once more.
+    /// Start again with the first task.
     Again,
     /// Say where the robot is: [`HereBody`].
     Here,
@@ -353,7 +354,7 @@ pub struct OrderBody {
 pub struct HereBody {
     /// Where in the drawing the robot is.
     pub at: [f64; 2],
-    /// Its heading, where it is known.
+    /// Its heading, if known.
     pub heading_deg: Option<f64>,
 }
 
@@ -369,24 +370,24 @@ pub struct LimitBody {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MissionBody {
-    /// For people, and for the file's name.
+    /// The name for people, from which the file name is derived.
     pub name: String,
 }
 
 /// Reads a small request.
 ///
 /// # Errors
-/// [`Refusal::Malformed`] with where.
+/// [`Refusal::Malformed`] with the position.
 pub fn parse<'a, T: Deserialize<'a>>(what: &str, bytes: &'a [u8]) -> Result<T, Refusal> {
     serde_json::from_slice(bytes).map_err(|error| Refusal::malformed(what, error))
 }
 
-/// What the page says on the WebSocket.
+/// A message of the page on the WebSocket.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Said {
-    /// It wants an answer with the same number.
+    /// Asks for an answer with the same number.
     Ping(f64),
-    /// It has drawn the feed of this number.
+    /// Confirms that it has drawn the feed of this number.
     Seen(u64),
     /// Stop the robot.
     Abort,
@@ -401,7 +402,7 @@ struct SaidBody {
 }
 
 impl Said {
-    /// Reads a text; `None` where it is nothing of the protocol.
+    /// Parses a message; `None` if it does not belong to the protocol.
     pub fn parse(text: &str) -> Option<Self> {
         match serde_json::from_str(text).ok()? {
             SaidBody { abort: Some(true), .. } => Some(Self::Abort),
@@ -412,14 +413,14 @@ impl Said {
     }
 }
 
-/// Who a page is and what there is already.
+/// Identifies the page and describes what exists already.
 #[derive(Debug, Clone, Serialize)]
 pub struct Hello {
     /// The page's session.
     pub session: String,
     /// Whether it drives.
     pub drives: bool,
-    /// `draws`, or `watches` where the drawing and the tasks come from a mission file.
+    /// `draws`, or `watches` if the drawing and the tasks come from a mission file.
     pub mode: &'static str,
     /// Width and height of the canvas.
     pub canvas: [u32; 2],
@@ -427,22 +428,22 @@ pub struct Hello {
     pub mission: String,
     /// The robot's radius, metres.
     pub robot_radius_m: f64,
-    /// What is bounded.
+    /// The limits.
     pub limits: Limits,
-    /// The drawing that holds, JSON as it was sent; for a photo `{"canvas":…,"image":"/api/drawing"}`.
+    /// The current drawing, JSON as it was sent; for a photo `{"canvas":…,"image":"/api/drawing"}`.
     #[serde(skip)]
     pub drawing: Option<String>,
-    /// The path that holds, JSON as it was sent.
+    /// The current path, JSON as it was sent.
     #[serde(skip)]
     pub path: Option<String>,
-    /// Number of the walls that `/api/walls.png` has; 0 where there are none yet.
+    /// Number of the walls at `/api/walls.png`; 0 if there are none yet.
     pub walls: u64,
     /// Where the robot has been since it was placed.
     pub trail: Vec<[f64; 2]>,
 }
 
 impl Hello {
-    /// The whole text, `{"hello":{…}}`.
+    /// The whole message, `{"hello":{…}}`.
     pub fn text(&self) -> String {
         let facts = serde_json::to_string(self).unwrap_or_default();
         let facts = facts.strip_suffix('}').unwrap_or_default();
@@ -452,27 +453,27 @@ impl Hello {
     }
 }
 
-/// What is bounded.
+/// The limits that a page has to observe.
 #[derive(Debug, Clone, Serialize)]
 pub struct Limits {
-    /// Of a drawing.
+    /// Size of a drawing.
     pub bytes: usize,
-    /// Of all strokes and obstacles.
+    /// Points of all strokes and obstacles together.
     pub points: usize,
-    /// Strokes and obstacles.
+    /// Number of strokes and obstacles.
     pub strokes: usize,
-    /// In order.
+    /// Number of goals.
     pub goals: usize,
-    /// Of a route.
+    /// Points of a route.
     pub path_points: usize,
-    /// How long the link may be lost before the mission pauses.
+    /// How long the link may be lost before the mission pauses, seconds.
     pub link_limit_s: f64,
-    /// From, to.
+    /// The range of that, seconds: least, most.
     pub link_limit_range_s: [f64; 2],
 }
 
 impl Limits {
-    /// The limits, with what somebody has set.
+    /// The limits, with the given link limit.
     pub fn new(link_limit_s: f64) -> Self {
         Self {
             bytes: MAX_DRAWING_BYTES,

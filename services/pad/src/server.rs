@@ -1,4 +1,4 @@
-//! The HTTP side: checks who asks, bounds what comes in, and hands it to the bridge.
+//! The HTTP side: checks requests and their limits, and passes them to the bridge.
 
 mod listen;
 mod socket;
@@ -33,9 +33,9 @@ use crate::protocol::{
 };
 use sketchnav_schemas::message::MAX_DRAWING_BYTES;
 
-/// Drawings that are taken in at the same time, all of them the driver's.
+/// Drawings that are received at the same time, all of them the driver's.
 const MAX_UPLOADS: usize = 2;
-/// Longest that the body of a request may take to come: a drawing's, any other's.
+/// Longest that the body of a request may take to arrive: a drawing's, any other's.
 const DRAWING_WITHIN: Duration = Duration::from_secs(60);
 const BODY_WITHIN: Duration = Duration::from_secs(10);
 /// Longest message of a page on its WebSocket, bytes.
@@ -45,7 +45,7 @@ const TOKEN: HeaderName = HeaderName::from_static("x-sketchnav-token");
 const SENDING: HeaderName = HeaderName::from_static("x-sketchnav-sending");
 /// Longest name of a sending, bytes.
 const MAX_SENDING: usize = 64;
-/// What the page may load and talk to: this server alone.
+/// What the page may load and connect to: only this server.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
      connect-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
@@ -71,7 +71,7 @@ impl IntoResponse for Refusal {
 /// Serves until `end` is notified; in a thread of its own.
 ///
 /// # Errors
-/// Where the listener fails.
+/// If the listener fails.
 pub fn serve(listener: StdListener, guard: Guard, caller: Caller, end: Arc<Notify>) -> std::io::Result<()> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build()?;
     let desk = Desk::new(guard, caller);
@@ -86,7 +86,7 @@ pub fn serve(listener: StdListener, guard: Guard, caller: Caller, end: Arc<Notif
 }
 
 fn router(desk: Desk) -> Router {
-    // Whatever does or shows anything wants the token; the files of the page do not.
+    // Everything that acts or reveals something requires the token; the page's own files do not.
     let api = Router::new()
         .route("/api/sketch", post(sketch))
         .route("/api/path", post(path))
@@ -104,7 +104,7 @@ fn router(desk: Desk) -> Router {
     api.fallback(asset).layer(middleware::from_fn_with_state(desk.clone(), check_origin)).with_state(desk)
 }
 
-/// A header that is there once; one that can be read in two ways is none.
+/// The value of a header that occurs once; one that can be read in two ways counts as missing.
 fn text<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Option<&'a str> {
     only(headers, name).ok().flatten()
 }
@@ -113,11 +113,11 @@ fn only<'a>(headers: &'a HeaderMap, name: &HeaderName) -> Result<Option<&'a str>
     guard::only(name.as_str(), headers.get_all(name).iter().map(HeaderValue::as_bytes))
 }
 
-/// Whether the request is the page's own, or that of a program that is no browser.
+/// Checks that the request comes from the page itself, or from a program that is not a browser.
 fn origin_of(guard: &Guard, request: &Request) -> Result<(), Refusal> {
     let headers = request.headers();
     let (host, origin) = (only(headers, &header::HOST)?, only(headers, &header::ORIGIN)?);
-    // The target may name a host, too (RFC 9112, 3.2.2), and it has to be the same.
+    // The target may name a host, too (RFC 9112, 3.2.2), which has to be the same.
     match request.uri().authority() {
         Some(target) if host != Some(target.as_str()) => {
             Err(Refusal::Forbidden(format!("host: expected that of the target, {target}, found {host:?}")))
@@ -147,7 +147,7 @@ async fn check_origin(State(desk): State<Desk>, request: Request, next: Next) ->
     response
 }
 
-/// What may stand behind the question mark.
+/// The query parameters.
 #[derive(Deserialize)]
 struct Asked {
     token: Option<String>,
@@ -167,7 +167,7 @@ async fn check_token(
     }
 }
 
-/// A request of a known session, while it lasts.
+/// An accepted request of a known session, for its duration.
 struct Admitted {
     session: String,
     _place: OwnedSemaphorePermit,
@@ -183,7 +183,7 @@ impl Desk {
         self.rates.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whose request it is, where the session may make one now. The connection is no stranger's any more.
+    /// Accepts a request if its session may make one now. The connection is then no longer a stranger's.
     fn admit(&self, visit: &Visit, load: Load) -> Result<Admitted, Refusal> {
         let (session, place) =
             self.rates().take(text(&visit.headers, &SESSION), load, self.began.elapsed())?;
@@ -191,7 +191,7 @@ impl Desk {
         Ok(Admitted { session, _place: place })
     }
 
-    /// As [`Desk::admit`] for what only who drives may send: nobody else's is even read.
+    /// As [`Desk::admit`], for requests that only the driver may make; those of other sessions are not even read.
     fn admit_driver(&self, visit: &Visit, load: Load) -> Result<Admitted, Refusal> {
         let admitted = self.admit(visit, load)?;
         match self.caller.board.drives(&admitted.session) {
@@ -220,7 +220,7 @@ impl<S: Sync> FromRequestParts<S> for Visit {
 }
 
 impl Visit {
-    /// The page's own name for what it sends.
+    /// The page's own name for this sending.
     fn sending(&self) -> Result<Option<String>, Refusal> {
         let Some(name) = self.headers.get(SENDING) else { return Ok(None) };
         let name = name.to_str().ok().filter(|name| (1..=MAX_SENDING).contains(&name.len()));
@@ -228,7 +228,7 @@ impl Visit {
         name.map(|name| Some(name.to_owned())).ok_or_else(|| Refusal::Malformed(words()))
     }
 
-    /// The connection is no stranger's any more.
+    /// The connection is no longer a stranger's.
     fn leave_lobby(&self) {
         if let Some(place) = &self.place {
             place.leave();
@@ -236,7 +236,7 @@ impl Visit {
     }
 }
 
-/// The whole body, where it is no longer than it may be.
+/// The whole body, if it is within `limit`.
 async fn body(visit: &Visit, body: Body, limit: usize, within: Duration) -> Result<Bytes, Refusal> {
     let told = text(&visit.headers, &header::CONTENT_LENGTH).and_then(|length| length.parse::<usize>().ok());
     if let Some(length) = told.filter(|length| *length > limit) {
@@ -281,7 +281,7 @@ async fn path(State(desk): State<Desk>, visit: Visit, content: Body) -> Response
     respond(reply.await)
 }
 
-/// Parses in another thread: an abort does not wait for it.
+/// Parses in another thread, so that an abort does not have to wait for it.
 async fn aside<T: Send + 'static>(
     work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
 ) -> Result<T, Refusal> {
@@ -295,7 +295,7 @@ async fn order(State(desk): State<Desk>, visit: Visit, content: Body) -> Respons
         let bytes = body(&visit, content, MAX_SMALL_BYTES, BODY_WITHIN).await?;
         let OrderBody { order } = parse("the order", &bytes)?;
         if order == Step::Abort && !matches!(admitted, Err(Refusal::Forbidden(_))) {
-            // However often it is asked for.
+            // Not limited in rate.
             return desk.caller.abort().await.unwrap_or_else(|_| Err(Refusal::ending())).map(ok);
         }
         desk.ask(admitted?, Wish::Order(order)).await
@@ -337,7 +337,7 @@ async fn mission(State(desk): State<Desk>, visit: Visit, content: Body) -> Respo
     respond(reply.await)
 }
 
-/// Whether a page would be let in: a browser does not tell a page why its WebSocket was refused.
+/// Whether a page would be admitted, since browsers do not report to a page why its WebSocket was refused.
 async fn seat(State(desk): State<Desk>, Query(asked): Query<Asked>) -> Response {
     let (reply, answer) = oneshot::channel();
     let reply = async {
@@ -412,7 +412,7 @@ async fn connect(
     })
 }
 
-/// A session's connection, until it ends, however it does.
+/// A session's connection, until it ends in whatever way.
 struct Seat {
     session: String,
     desk: Desk,
@@ -453,7 +453,7 @@ mod tests {
 
     const HOST: (HeaderName, &[u8]) = (header::HOST, b"127.0.0.1:7004");
 
-    /// On a loopback address there was no token, and another user of the machine took the wheel.
+    /// On a loopback address there once was no token, and another user of the machine took the wheel.
     #[test]
     fn whatever_does_or_shows_anything_wants_the_token_also_on_loopback() {
         let posts = ["sketch", "path", "order", "here", "wheel", "limit", "mission"];
@@ -474,13 +474,13 @@ mod tests {
             assert_ne!(status(method, path, &[HOST, right]), 401, "{path}");
             assert_ne!(status(method, &format!("{path}?token={TOKEN_TEXT}"), &[HOST]), 401, "{path}");
         }
-        // The page is the program's, and the same for everybody.
+        // The page belongs to the program, and is the same for all.
         for path in ["/", "/app.js", "/style.css"] {
             assert_eq!(status("GET", path, &[HOST]), 200, "{path}");
         }
     }
 
-    /// An origin that was not ASCII counted as none, and of two hosts the first was read.
+    /// An origin that was not ASCII once counted as missing, and of two hosts the first was read.
     #[test]
     fn a_host_or_an_origin_that_can_be_read_in_two_ways_is_refused() {
         let own = (header::ORIGIN, b"http://127.0.0.1:7004".as_slice());

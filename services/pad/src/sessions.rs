@@ -1,18 +1,18 @@
-//! Who is there, who has the wheel, and whether the driver can be heard.
+//! Which pages are there, which has the wheel, and whether the driver can be heard.
 //!
-//! A session is a page, over all of its connections: one that comes back is the same. Times are since the
-//! pad's start, by the caller's clock.
+//! A session is a page across all of its connections: one that reconnects is the same. Times are since the pad's start,
+//! by the caller's clock.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
 
 use crate::protocol::{DEFAULT_LINK_LIMIT_S, LINK_LIMIT_S, Refusal};
 
-/// Most pages that are open at the same time; who drives finds room beside them.
+/// Maximum number of pages that are open at the same time; there is always room for the driver's besides.
 const MAX_CONNECTED: usize = 16;
-/// Most connections of one page: those that it has lost are noticed late.
+/// Maximum number of connections of one page, since lost ones are noticed late.
 const MAX_CONNECTIONS: u32 = 8;
-/// Most pages that are remembered after they have gone.
+/// Maximum number of pages that are remembered after they have disconnected.
 const MAX_REMEMBERED: usize = 32;
 
 #[derive(Debug)]
@@ -27,7 +27,7 @@ pub struct Sessions {
     known: BTreeMap<String, Session>,
     driver: Option<String>,
     limit: Duration,
-    /// Whether the driver's silence was reported.
+    /// Whether the driver's current silence has been reported.
     is_told: bool,
 }
 
@@ -39,20 +39,20 @@ impl Default for Sessions {
 }
 
 impl Sessions {
-    /// Goes on for a predecessor: its driver has to be heard again within the limit.
+    /// Resumes from a predecessor: its driver has to be heard again within the limit.
     pub fn resume(&mut self, driver: Option<String>, link_limit_s: f64, now: Duration) {
         if let Some(id) = &driver {
             self.known.insert(id.clone(), Session { connections: 0, heard: now });
         }
         self.driver = driver;
-        // What was set once was within its bounds.
+        // A limit that was set once is within its range.
         let _ = self.set_limit(link_limit_s);
     }
 
-    /// Whether a page that names a session would be let in.
+    /// Checks whether a page that names this session would be admitted.
     ///
     /// # Errors
-    /// [`Refusal::Absent`] where there are too many already, or too many of its own.
+    /// [`Refusal::Absent`] if there are too many pages already, or too many connections of this one.
     pub fn check_seat(&self, named: Option<&str>) -> Result<(), Refusal> {
         let known = named.and_then(|id| self.known.get(id));
         let own = known.map_or(0, |session| session.connections);
@@ -70,7 +70,8 @@ impl Sessions {
         Ok(())
     }
 
-    /// A page has connected: the session that it names, where that is known, or `fresh`. The first gets the wheel.
+    /// Adds a connection of a page; returns the session that it names, if that is known, or
+    /// `fresh`. The first page gets the wheel.
     ///
     /// # Errors
     /// As [`Sessions::check_seat`].
@@ -88,14 +89,14 @@ impl Sessions {
         Ok(id)
     }
 
-    /// A connection of the session has ended.
+    /// Notes that a connection of the session has ended.
     pub fn leave(&mut self, id: &str) {
         if let Some(session) = self.known.get_mut(id) {
             session.connections = session.connections.saturating_sub(1);
         }
     }
 
-    /// Something has come from the session.
+    /// Notes that something has arrived from the session.
     pub fn hear(&mut self, id: &str, now: Duration) {
         if let Some(session) = self.known.get_mut(id) {
             session.heard = now;
@@ -113,23 +114,23 @@ impl Sessions {
         self.driver.as_deref() == Some(id)
     }
 
-    /// Who has the wheel.
+    /// The session that has the wheel.
     pub fn driver(&self) -> Option<&str> {
         self.driver.as_deref()
     }
 
-    /// For how long the driver was not heard.
+    /// How long the driver has not been heard.
     pub fn silence(&self, now: Duration) -> Option<Duration> {
         let driver = self.known.get(self.driver.as_ref()?)?;
         Some(now.saturating_sub(driver.heard))
     }
 
-    /// Whether the driver was not heard for longer than the limit.
+    /// Whether the driver has not been heard for longer than the limit.
     pub fn is_unattended(&self, now: Duration) -> bool {
         self.silence(now).is_some_and(|silence| silence > self.limit)
     }
 
-    /// As [`Sessions::is_unattended`], once for each silence.
+    /// As [`Sessions::is_unattended`], but true only once per silence.
     pub fn has_fallen_silent(&mut self, now: Duration) -> bool {
         let has = self.is_unattended(now) && !self.is_told;
         self.is_told |= has;
@@ -139,7 +140,7 @@ impl Sessions {
     /// Gives the session the wheel.
     ///
     /// # Errors
-    /// [`Refusal::Forbidden`] where somebody who can be heard has it.
+    /// [`Refusal::Forbidden`] if another page has it and can be heard.
     pub fn take_wheel(&mut self, id: &str, now: Duration) -> Result<(), Refusal> {
         if self.driver.is_some() && !self.drives(id) && !self.is_unattended(now) {
             return Err(Refusal::Forbidden("another page drives: it can be heard".into()));
@@ -156,7 +157,7 @@ impl Sessions {
     /// Sets how long the driver may be silent, seconds.
     ///
     /// # Errors
-    /// [`Refusal::Malformed`] where that is not within [`LINK_LIMIT_S`].
+    /// [`Refusal::Malformed`] if that is not within [`LINK_LIMIT_S`].
     pub fn set_limit(&mut self, limit_s: f64) -> Result<(), Refusal> {
         let [least, most] = LINK_LIMIT_S;
         if !(least..=most).contains(&limit_s) {
@@ -172,7 +173,7 @@ impl Sessions {
         self.is_told = false;
     }
 
-    /// Forgets pages that have gone, the longest unheard first; never the driver.
+    /// Forgets pages that have disconnected, starting with the one unheard for longest; never the driver's.
     fn forget_some(&mut self) {
         while self.known.len() > MAX_REMEMBERED {
             let gone = self.known.iter().filter(|(id, s)| s.connections == 0 && !self.drives(id));

@@ -1,8 +1,8 @@
-//! Where the token of a pad comes from, and where a later one finds it.
+//! Where the token of a pad comes from, and where a later pad finds it.
 //!
-//! The environment of a process is its user's alone to read; a command line is everybody's. The system's folder is its
-//! user's, too. There the pad leaves the token, so that a mission that is gone on with (`run --resume`) has the link that its
-//! open pages know.
+//! Only its user can read the environment of a process, whereas all users can read its command line. The system's
+//! folder is private to its user, too. The pad stores the token there, so that a resumed mission (`run --resume`) keeps
+//! the link that its open pages know.
 
 use std::env::{VarError, var};
 use std::fs::{self, File};
@@ -15,15 +15,15 @@ use sketchnav_runtime::System;
 use crate::PadError;
 use crate::guard::Token;
 
-/// The environment's variable that holds the token.
+/// The environment variable that holds the token.
 pub const TOKEN_VARIABLE: &str = "SKETCHNAV_PAD_TOKEN";
-/// The file of the system's folder that holds it.
+/// The file in the system's folder that holds it.
 const FILE: &str = "pad-token";
 
-/// The token that the environment has; `None` where it has none.
+/// The token in the environment; `None` if there is none.
 ///
 /// # Errors
-/// [`PadError::Token`] where it is none that a pad may have.
+/// [`PadError::Token`] if it is not a valid token.
 pub fn of_environment() -> Result<Option<Token>, PadError> {
     match var(TOKEN_VARIABLE) {
         Ok(text) => text.parse().map(Some).map_err(|expected| PadError::Token(expected, "others")),
@@ -32,15 +32,15 @@ pub fn of_environment() -> Result<Option<Token>, PadError> {
     }
 }
 
-/// The token that the process of a pad has to be given.
+/// The token that a pad's process must be given.
 ///
 /// # Errors
-/// [`PadError::Token`] where it is given none.
+/// [`PadError::Token`] if it is given none.
 pub fn given() -> Result<Token, PadError> {
     of_environment()?.ok_or_else(|| PadError::Token("expected the token of the page".into(), "none"))
 }
 
-/// Leaves the token to those who go on with the system.
+/// Stores the token for those who resume the system.
 pub(crate) fn keep(system: &System, token: &Token) -> anyhow::Result<()> {
     let (path, new) = (system.folder().join(FILE), system.folder().join("pad-token.new"));
     let keep = || {
@@ -55,7 +55,7 @@ pub(crate) fn keep(system: &System, token: &Token) -> anyhow::Result<()> {
     keep().with_context(|| path.display().to_string())
 }
 
-/// The token of the pad that the system had before; `None` where it had none.
+/// The token of the system's previous pad; `None` if it had none.
 pub fn kept(system: &System) -> Option<Token> {
     fs::read_to_string(system.folder().join(FILE)).ok()?.parse().ok()
 }

@@ -9,7 +9,7 @@ use sketchnav_stage::lookout::Walls;
 const SOLID: [u8; 2] = [0, 255];
 const CLEAR: [u8; 2] = [0, 0];
 
-/// A picture of walls: black, all else transparent. `None` where the cells are no grid of this size.
+/// An image of walls: black, all else transparent. `None` if the cells do not form a grid of this size.
 pub fn png(Walls { size_px: [width_px, height_px], cells }: &Walls) -> Option<Vec<u8>> {
     let (width_px, height_px) = (*width_px, *height_px);
     let row = width_px as usize;

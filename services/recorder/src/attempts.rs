@@ -1,8 +1,8 @@
-//! When a recording that failed is tried again: after pauses that grow while the disk stays full.
+//! When to try a failed recording again: after pauses that grow while the disk stays full.
 
 use std::time::{Duration, Instant};
 
-/// First pause before a recording that failed is tried again; each further one is twice as long.
+/// The pause before a failed recording is tried again; it doubles with each further attempt.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(16);
 
@@ -18,7 +18,7 @@ impl Attempts {
         Self { next: None, pause: FIRST_PAUSE }
     }
 
-    /// Whether it is time for an attempt, now that the recording has failed.
+    /// Whether another attempt is due, the recording having failed.
     pub(crate) fn is_due(&mut self, now: Instant) -> bool {
         if now < *self.next.get_or_insert(now + self.pause) {
             return false;
@@ -27,7 +27,7 @@ impl Attempts {
         true
     }
 
-    /// The recording goes on, and is on the device: the next failure is another one.
+    /// The recording continues and has reached the device: the next failure is a new one.
     pub(crate) fn succeeded(&mut self) {
         *self = Self::new();
     }
@@ -39,7 +39,7 @@ mod tests {
 
     const LOOK: Duration = Duration::from_millis(5);
 
-    /// After how many seconds the next attempt is made.
+    /// The time until the next attempt, seconds.
     fn next(attempts: &mut Attempts, now: &mut Instant) -> f64 {
         let begin = *now;
         while !attempts.is_due(*now) {
@@ -48,8 +48,8 @@ mod tests {
         (*now - begin).as_secs_f64()
     }
 
-    /// A disk that was full for long once made the recorder slow for ever. It came back to a second full disk later
-    /// than the channels can hold.
+    /// A disk that had been full for long once made the recorder slow for good: when the disk filled up again, it came
+    /// back later than the channels can bridge.
     #[test]
     fn pauses_grow_while_the_disk_is_full_and_begin_anew_when_it_was_not() {
         let (mut attempts, mut now) = (Attempts::new(), Instant::now());

@@ -1,9 +1,9 @@
-//! What the recorder does with messages: writes them down, counts, says what is safe.
+//! What the recorder does with messages: writes them to the file, counts them, and says up to which tick the file is safe.
 //!
-//! Takes the messages in passes. A pass drains the ticks first, then every other channel in the order of the table. So
-//! at its end everything that was sent before its last tick is written. When the disk is full it goes on without
-//! writing. So the robot drives on, and the world in lockstep, which waits for the recorder, is not stopped. When
-//! there is room again, another core takes over. Never opens a file, reads a clock or prints.
+//! Messages are taken in passes. A pass drains the ticks first, then every other channel in the order of the table, so
+//! that at its end everything sent before its last tick is written. When the disk is full, the core continues without
+//! writing, so that the robot drives on and a lockstep world, which waits for the recorder, is not stopped. When there
+//! is room again, another core takes over. The core never opens a file, reads a clock or prints.
 
 use std::io::Write;
 
@@ -15,44 +15,43 @@ use sketchnav_schemas::erased;
 use sketchnav_schemas::message::{Header, Recorded};
 use sketchnav_schemas::run::RunConfig;
 
-/// The last numbers of the recorded channels, in the order of the table; zeros behind.
+/// The last numbers of the recorded channels, in the order of the table, padded with zeros.
 pub type Positions = [u64; MAX_CHANNELS];
 
 /// The recorder's state.
 pub struct Core<W: Write> {
-    /// `None` from the moment that it failed.
+    /// `None` once it has failed.
     writer: Option<Writer<W>>,
     report: Report,
     newest_tick: Header,
     acknowledged_tick: u64,
 }
 
-/// What became of the messages so far.
+/// Counts of the messages so far.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Report {
     /// Messages in the file, transforms included.
     pub messages: u64,
-    /// Messages that their numbers show to be missing.
+    /// Messages that are missing according to their numbers.
     pub missing: u64,
-    /// Messages that were refused as malformed.
+    /// Messages that were rejected as malformed.
     pub refused: u64,
-    /// Messages that came after the file had failed.
+    /// Messages that arrived after the file had failed.
     pub unrecorded: u64,
-    /// Why the file failed; `None` where it did not.
+    /// Why the file failed; `None` if it did not.
     pub failure: Option<String>,
 }
 
 impl<W: Write> Core<W> {
-    /// Begins the recording of `run` in `sink`, which should be buffered; `files` are those that the run is
-    /// made of.
+    /// Begins the recording of `run` in `sink`, which should be buffered; `files` are the files that belong to the run.
     ///
     /// # Errors
-    /// [`RecordingError`] where not even the beginning can be written.
+    /// [`RecordingError`] if not even the beginning can be written.
     pub fn new(sink: W, run: &RunConfig, files: &[Attachment]) -> Result<Self, RecordingError> {
         Self::at(sink, run, files, 0)
     }
 
-    /// The same of a file that begins at this time of the run, nanoseconds.
+    /// As [`Core::new`], for a file that begins at this time of the run, nanoseconds.
     ///
     /// # Errors
     /// As [`Core::new`].
@@ -62,7 +61,7 @@ impl<W: Write> Core<W> {
         Ok(Self { writer, report: Report::default(), newest_tick, acknowledged_tick: 0 })
     }
 
-    /// A recorder that cannot write, for the reason `failure`, and counts what it does not write.
+    /// A recorder that cannot write because of `failure`, and counts what it does not write.
     pub fn failed(failure: String) -> Self {
         let newest_tick = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
         let report = Report { failure: Some(failure), ..Report::default() };
@@ -74,8 +73,9 @@ impl<W: Write> Core<W> {
         self.writer.is_none()
     }
 
-    /// Goes on after an earlier part of the recording. That part holds everything up to `positions`, the last number
-    /// of each recorded channel in the order of the table. The tick `acknowledged_tick` was acknowledged to the world.
+    /// Continues after an earlier part of the recording, which holds everything up to `positions`, the last number of
+    /// each recorded channel in the order of the table. The tick
+    /// `acknowledged_tick` has been acknowledged to the world.
     pub fn resume_after(&mut self, positions: &Positions, acknowledged_tick: u64) {
         if let Some(writer) = &mut self.writer {
             writer.resume_after(*positions);
@@ -83,15 +83,15 @@ impl<W: Write> Core<W> {
         (self.newest_tick.seq, self.acknowledged_tick) = (acknowledged_tick, acknowledged_tick);
     }
 
-    /// Takes what a next file is to begin with: the last message of each latched channel.
+    /// Takes what the next file is to begin with: the last message of each latched channel.
     pub fn take_latched(&mut self) -> Vec<Option<Latched>> {
         self.writer.as_mut().map(Writer::take_latched).unwrap_or_default()
     }
 
-    /// Begins with what was latched in the file before.
+    /// Begins the file with what was latched in the one before.
     ///
     /// # Errors
-    /// The sink has failed, which is said once.
+    /// The sink has failed; reported once.
     pub fn repeat(&mut self, latched: Vec<Option<Latched>>, stamp_ns: u64) -> Result<(), RecordingError> {
         match self.writer.as_mut().map_or(Ok(()), |writer| writer.repeat(latched, stamp_ns)) {
             Ok(()) => Ok(()),
@@ -99,7 +99,7 @@ impl<W: Write> Core<W> {
         }
     }
 
-    /// Has the recording say how often its recorder was killed and started again.
+    /// Stores in the recording how often its recorder was killed and restarted.
     pub fn survived(&mut self, restarts: u32) {
         if let Some(writer) = &mut self.writer {
             writer.survived(restarts);
@@ -116,11 +116,11 @@ impl<W: Write> Core<W> {
         positions
     }
 
-    /// Writes a message down.
+    /// Writes a message to the file.
     ///
     /// # Errors
-    /// A malformed message; or the sink has failed, which is said once: later messages are counted
-    /// and dropped. In either case the recorder goes on.
+    /// The message is malformed; or the sink has failed, which is reported once: later messages are counted and
+    /// dropped. In either case the recorder continues.
     pub fn record(
         &mut self,
         spec: &'static ChannelSpec,
@@ -147,11 +147,11 @@ impl<W: Write> Core<W> {
         }
     }
 
-    /// Ends a pass over all channels. Gives what to tell the world, where so many ticks came since the
-    /// last time that it is due: they are flushed then.
+    /// Ends a pass over all channels. If enough ticks came since the last acknowledgement, flushes the file and returns
+    /// the next one for the world.
     ///
     /// # Errors
-    /// The sink has failed, which is said once.
+    /// The sink has failed; reported once.
     pub fn end_pass(&mut self) -> Result<Option<Recorded>, RecordingError> {
         let newest = self.newest_tick;
         if newest.seq < self.acknowledged_tick + RECORDED_EVERY {
@@ -163,10 +163,10 @@ impl<W: Write> Core<W> {
         Ok(Some(Recorded { header, message_count: self.report().messages }))
     }
 
-    /// Makes everything so far survive a kill.
+    /// Makes everything so far safe from a kill.
     ///
     /// # Errors
-    /// The sink has failed, which is said once.
+    /// The sink has failed; reported once.
     pub fn flush(&mut self) -> Result<(), RecordingError> {
         match self.writer.as_mut().map_or(Ok(()), Writer::flush) {
             Ok(()) => Ok(()),
@@ -174,7 +174,7 @@ impl<W: Write> Core<W> {
         }
     }
 
-    /// Lets go of the sink: it may be mended when this returns.
+    /// Drops the sink, which may be repaired when this returns.
     fn fail(&mut self, error: RecordingError) -> RecordingError {
         self.report = self.report();
         self.report.failure = Some(error.to_string());
@@ -182,7 +182,7 @@ impl<W: Write> Core<W> {
         error
     }
 
-    /// How it stands.
+    /// The counts so far.
     pub fn report(&self) -> Report {
         let mut report = self.report.clone();
         if let Some(writer) = &self.writer {
@@ -192,7 +192,7 @@ impl<W: Write> Core<W> {
         report
     }
 
-    /// Ends the recording; the sink, flushed, where it has not failed.
+    /// Ends the recording; returns the flushed sink, unless it has failed.
     pub fn finish(mut self) -> (Report, Option<W>) {
         let mut report = self.report();
         let Some(writer) = self.writer.take() else { return (report, None) };

@@ -1,11 +1,11 @@
-//! The file of a recording: begun without harm to an earlier one, cut back to what is whole when the
+//! The file of a recording: created without overwriting an earlier one, and truncated to its complete part when the
 //! disk is full.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Seek};
 use std::path::{Path, PathBuf};
 
-/// The other handle on the file that the recording is written to.
+/// A second handle of the file that the recording is written to.
 pub struct Disk {
     /// Shares the writing handle's position.
     file: File,
@@ -13,10 +13,10 @@ pub struct Disk {
 }
 
 impl Disk {
-    /// Begins the file at `path`, which must not be there, in a folder that is made if it is missing.
+    /// Creates the file at `path`, which must not exist; its folder is created if missing.
     ///
     /// # Errors
-    /// As the system says.
+    /// Any error of the system.
     pub fn create(path: &Path) -> io::Result<(Self, BufWriter<File>)> {
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder)?;
@@ -26,52 +26,52 @@ impl Disk {
         Ok((Self { file, whole_bytes: 0 }, sink))
     }
 
-    /// Notes that everything written so far is whole: call it after a flush.
+    /// Marks everything written so far as complete; to be called after a flush.
     ///
     /// # Errors
-    /// As the system says.
+    /// Any error of the system.
     pub fn mark_whole(&mut self) -> io::Result<()> {
         self.whole_bytes = self.file.stream_position()?;
         Ok(())
     }
 
-    /// How much is whole.
+    /// How much of the file is complete, bytes.
     pub fn whole_bytes(&self) -> u64 {
         self.whole_bytes
     }
 
-    /// Hands everything that is whole to the device, in case the power fails.
+    /// Hands everything complete to the device, in case the power fails.
     ///
     /// # Errors
-    /// As the system says.
+    /// Any error of the system.
     pub fn sync(&self) -> io::Result<()> {
         self.file.sync_data()
     }
 
-    /// Cuts off what was being written when the disk was full.
+    /// Truncates what was being written when the disk was full.
     ///
     /// # Errors
-    /// As the system says.
+    /// Any error of the system.
     pub fn cut_back(&self) -> io::Result<()> {
         self.file.set_len(self.whole_bytes)
     }
 }
 
-/// Makes room at `path`: a recording of an earlier run that is there is kept as `NAME.1.mcap` and so on.
+/// Makes room at `path`: an existing recording of an earlier run is renamed to `NAME.1.mcap` and so on.
 ///
 /// # Errors
-/// As the system says.
+/// Any error of the system.
 pub fn set_aside(path: &Path) -> io::Result<()> {
     match std::fs::metadata(path) {
         Ok(there) if there.is_file() => std::fs::rename(path, free_name(path)),
-        // A folder or a device is no recording.
+        // A folder or a device is not a recording.
         Ok(_) => Err(io::Error::other("expected the name of a file, found something else")),
         Err(_) => Ok(()),
     }
 }
 
-/// The file of a recording's part. The first one is the recording itself, `NAME.mcap`; successors of a killed recorder
-/// write `NAME.part2.mcap` and so on.
+/// The file of a part of a recording. The first one is the recording itself, `NAME.mcap`; successors of a killed
+/// recorder write `NAME.part2.mcap` and so on.
 pub fn part(path: &Path, number: u32) -> PathBuf {
     if number == 1 { path.to_path_buf() } else { path.with_extension(format!("part{number}.mcap")) }
 }

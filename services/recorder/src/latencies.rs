@@ -1,19 +1,19 @@
-//! How long each stage takes for each tick, on a channel of its own. So what a person sees of it is in the recording,
-//! beside the health.
+//! Reports how long each stage takes for each tick on a channel of its own, so that the figures that people see are in
+//! the recording, beside the health.
 
 use sketchnav_runtime::{Node, Result, SendTimes, Sent, Writer};
 use sketchnav_schemas::channels::{COMMAND, LATENCY, Role, TICK, of_role};
 use sketchnav_schemas::message::{Header, Latency};
 
-/// Reads when ticks, situations and commands were sent, and reports the delays.
+/// Reads when ticks, situations and commands were sent, and publishes the delays.
 pub(crate) struct Latencies {
     ticks: SendTimes,
-    /// None where the navigator has no such channel.
+    /// `None` if the navigator has no such channel.
     situations: Option<SendTimes>,
     commands: SendTimes,
-    /// The last command that was looked at.
+    /// The last command that was examined.
     command: u64,
-    /// The last tick that was reported, also by a predecessor.
+    /// The last tick that was reported, by this process or a predecessor.
     tick: u64,
     writer: Writer<Latency>,
 }
@@ -34,7 +34,7 @@ impl Latencies {
         })
     }
 
-    /// Reports every command since the last time. Those too long ago to be looked up are left out.
+    /// Reports every command since the last call, except for those too old to be looked up.
     pub(crate) fn tell(&mut self) -> Result<()> {
         let newest = self.commands.newest();
         let oldest = newest.saturating_sub(COMMAND.spec.history() as u64) + 1;
@@ -58,7 +58,7 @@ impl Latencies {
     }
 }
 
-/// `None` where the clock says that an effect was before its cause: a dead writer's number was given anew.
+/// `None` if by the clock an effect came before its cause: a dead writer's number was used again.
 fn of(tick: &Sent, situation: &Sent, command: &Sent) -> Option<Latency> {
     let header = Header { seq: 0, source_seq: tick.header.seq, ..tick.header };
     let situation_ns = situation.at_ns.checked_sub(tick.at_ns)?;

@@ -1,17 +1,18 @@
-//! The process that writes every channel to a file: a thin shell around [`core::Core`].
+//! The process that writes all channels to a file; a thin shell around [`core::Core`].
 //!
 //! Messages do not wake it: every few milliseconds it drains all channels, in the order of the table. In lockstep it
-//! acknowledges to the world what is safe in the file. So the world never runs further ahead than the channels can hold.
+//! acknowledges to the world up to which tick the file is safe, so that the world never runs
+//! further ahead than the channels can hold.
 //!
-//! A full disk does not stop the robot. The recorder reports it, and goes on in a next part when there is room again,
+//! A full disk does not stop the robot. The recorder reports it and, when there is room again, continues in a new part
 //! with what the channels still have. It counts what is missing.
 //!
-//! When it is killed, its successor goes on in a next part, with what came after the last checkpoint, out of the
-//! channels' histories. At the end the parts become one file.
+//! When it is killed, its successor continues in a new part with what came after the last checkpoint, taken from the
+//! channels' histories. At the end the parts are joined into one file.
 //!
-//! Where the run asks for files of a size or a length, the parts are those files and stay (`series.rs`).
+//! If the run asks for files of a certain size or length, the parts are those files and are kept (`series.rs`).
 
-// `say!` prints: it escapes what could steer a terminal.
+// `say!` prints, and escapes what could steer a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod attempts;
@@ -41,11 +42,11 @@ use crate::core::{Core, Positions, Report};
 use crate::disk::{Disk, part, set_aside};
 use crate::latencies::Latencies;
 
-/// Sleep between two looks at the channels.
+/// How long to sleep between two passes.
 const NAP: Duration = Duration::from_millis(5);
 /// How often what is written is flushed and handed to the device, at least.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
-/// The form of [`State`].
+/// The format of [`State`].
 const CHECKPOINT: &str = "recorder 6";
 
 /// The recording lacks messages, or is in parts, because its files could not be written.
@@ -61,24 +62,24 @@ pub struct Incomplete {
 /// What a successor needs to know.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct State {
-    /// The numbers of this recording's parts, from 1; the last one is being written. Files of such names that were there
-    /// before are somebody else's: their numbers are left out.
+    /// The numbers of this recording's parts, from 1; the last one is being written. Numbers whose files existed before
+    /// belong to other recordings and are skipped.
     parts: Vec<u32>,
-    /// How often the recorder was killed and started again.
+    /// How often the recorder was killed and restarted.
     restarts: u32,
-    /// What is safe in this part and the ones before it.
+    /// The last numbers that are safe in this part and those before it.
     positions: Positions,
     acknowledged_tick: u64,
     /// The simulated time of that tick, nanoseconds.
     acknowledged_ns: u64,
-    /// When the file began.
+    /// When the file began, simulated time, nanoseconds.
     began_ns: u64,
 }
 
-/// Records all channels of `node`'s system until it is asked to end; then what was sent by then, too.
+/// Records all channels of `node`'s system until it is asked to end, including everything that was sent by then.
 ///
 /// # Errors
-/// The run names no recording, its file cannot be created, or a channel fails. At the end [`Incomplete`].
+/// The run names no recording, its file cannot be created, or a channel fails; at the end [`Incomplete`].
 pub fn run(node: &Node) -> anyhow::Result<()> {
     let mut recorder = Recorder::open(node)?;
     while node.nap(NAP) != Wake::Terminate {
@@ -96,12 +97,12 @@ pub struct Recorder<'a> {
     checkpoints: Checkpoints<State>,
     state: State,
     core: FileCore,
-    /// `None` where not even the file's beginning could be written.
+    /// `None` if not even the file's beginning could be written.
     disk: Option<Disk>,
-    /// When to try again, where the disk is full.
+    /// When to try again if the disk is full.
     attempts: Attempts,
     inputs: Vec<Input>,
-    /// Where the world waits for it.
+    /// Present if the world waits for the recorder.
     acknowledgements: Option<Writer<Recorded>>,
     latencies: Latencies,
     health: HealthReporter,
@@ -110,7 +111,7 @@ pub struct Recorder<'a> {
 }
 
 impl<'a> Recorder<'a> {
-    /// Begins the recording that the node's run names, or its next part, and reads all channels.
+    /// Begins the recording that the node's run names, or its next part, and opens all channels.
     ///
     /// # Errors
     /// As [`run`].
@@ -123,7 +124,7 @@ impl<'a> Recorder<'a> {
         let is_successor = !state.parts.is_empty();
         let (mut core, disk) = match begin_part(&run, &mut checkpoints, &mut state) {
             Ok((core, disk)) => (core, Some(disk)),
-            // The robot drives; its recorder, killed while the disk was full, is no reason to stop it.
+            // The robot is driving; that its recorder was killed while the disk was full is no reason to stop it.
             Err(error) if is_successor => (Core::failed(format!("{error:#}")), None),
             Err(error) => return Err(error),
         };
@@ -167,10 +168,10 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Drains every channel once, and acknowledges to the world where that is due.
+    /// Drains every channel once, and sends the world an acknowledgement if one is due.
     ///
     /// # Errors
-    /// A channel fails. A message that is refused and a disk that is full are printed.
+    /// A channel fails. Rejected messages and a full disk are only printed.
     pub fn pass(&mut self) -> anyhow::Result<()> {
         let step = Step::begin();
         self.latencies.tell()?;
@@ -189,7 +190,7 @@ impl<'a> Recorder<'a> {
         Ok(self.health.report_if_due(self.stamp_ns)?)
     }
 
-    /// Goes on in a next part, where the disk has room again.
+    /// Continues in a new part if the disk has room again.
     fn begin_again_if_due(&mut self) -> anyhow::Result<()> {
         if self.attempts.is_due(Instant::now()) { self.begin_again() } else { Ok(()) }
     }
@@ -210,8 +211,8 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Goes on in a next file, where the run is to have several and this one is full. Everything up to here is safe, and
-    /// the world was told so.
+    /// Continues in the next file if the run asks for several and this one is full. Everything up to here is safe, and
+    /// has been acknowledged to the world.
     fn cut_if_due(&mut self) -> anyhow::Result<()> {
         let bytes = self.disk.as_ref().map_or(0, Disk::whole_bytes);
         let is_full = self.run.split.is_full(bytes, self.stamp_ns.saturating_sub(self.state.began_ns));
@@ -231,7 +232,7 @@ impl<'a> Recorder<'a> {
         self.begin_next(latched)
     }
 
-    /// Begins the next file with what is latched.
+    /// Begins the next file with the latched messages.
     fn begin_next(&mut self, latched: Vec<Option<Latched>>) -> anyhow::Result<()> {
         self.state.began_ns = self.stamp_ns;
         match begin_part(&self.run, &mut self.checkpoints, &mut self.state) {
@@ -249,7 +250,7 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Says that the recording failed between two files; another attempt is made as after any failure.
+    /// Reports that the recording failed between two files; it is tried again as after any failure.
     fn fail(&mut self, failure: String) {
         let words = format!("{failure}; the mission goes on, the recording so far stays readable");
         self.node.report_fault(FaultKind::RecordingFailed, 0, &words);
@@ -267,7 +268,7 @@ impl<'a> Recorder<'a> {
         self.health.report(self.stamp_ns)?;
         self.latencies.tell()?;
         if self.core.has_failed() {
-            // There may be room by now, and the channels still have something.
+            // There may be room by now, and the channels still have some messages.
             self.begin_again()?;
         }
         self.take_all(|_| true)?;
@@ -282,8 +283,8 @@ impl<'a> Recorder<'a> {
         tell(self.node, &report)
     }
 
-    /// Takes what the channels' histories hold and nobody has handed over. A recorder that began late, in a mission of a
-    /// few instants, finds writers that have ended before they met it.
+    /// Takes from the channels' histories what no writer has delivered. A recorder that starts late, in a mission of a
+    /// few instants, finds writers that ended before they connected to it.
     fn take_what_was_kept(&mut self) -> anyhow::Result<()> {
         for input in &mut self.inputs {
             let (spec, core, mut complaints) = (input.reader.spec(), &mut self.core, Vec::new());
@@ -300,8 +301,8 @@ impl<'a> Recorder<'a> {
         self.take_all(|input| !(has_failed && input.waits_for_room(node)))
     }
 
-    /// Takes all that has come on the channels that are `wanted`. Ticks come first, so that everything that was sent
-    /// before the last of them is taken after it.
+    /// Takes everything that has arrived on the `wanted` channels. Ticks are taken first, so that everything that was
+    /// sent before the last of them is taken after it.
     fn take_all(&mut self, mut wanted: impl FnMut(&mut Input) -> bool) -> anyhow::Result<()> {
         for is_tick in [true, false] {
             let turn = self.inputs.iter_mut().filter(|input| input.is_tick() == is_tick);
@@ -315,7 +316,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn acknowledge(&mut self, recorded: &Recorded) -> anyhow::Result<()> {
-        // Before the world is told, who then lets the channels forget.
+        // Before the acknowledgement, which lets the channels forget these messages.
         self.state.acknowledged_tick = recorded.header.source_seq;
         self.state.acknowledged_ns = recorded.header.stamp_ns;
         if let Some(disk) = self.disk.as_mut().filter(|_| !self.core.has_failed()) {
@@ -350,7 +351,7 @@ impl<'a> Recorder<'a> {
     }
 }
 
-/// Takes all that has come on a channel.
+/// Takes everything that has arrived on a channel.
 fn take_all(
     input: &mut Input,
     node: &Node,
@@ -365,7 +366,7 @@ fn take_all(
     Ok(())
 }
 
-/// Says what went wrong; a file that failed is cut back to what is whole.
+/// Reports an error; a file that failed is truncated to its complete part.
 fn complain(node: &Node, disk: Option<&Disk>, error: &RecordingError) {
     if error.is_one_message() {
         node.count_refused();
@@ -379,7 +380,7 @@ fn complain(node: &Node, disk: Option<&Disk>, error: &RecordingError) {
     }
 }
 
-/// Says how it ended, to the supervisor too where something is missing: nobody else knows how much.
+/// Prints how the recording ended, and reports it to the supervisor if messages are missing: no other process knows how many.
 fn tell(node: &Node, report: &Report) -> anyhow::Result<()> {
     let Report { messages, refused, .. } = report;
     let missing = report.missing + report.unrecorded;
@@ -401,7 +402,7 @@ fn file(run: &RunConfig, path: &Path, number: u32) -> PathBuf {
     }
 }
 
-/// Where to go on. Where no checkpoint can be used, behind the parts that are there of this run, with whatever the
+/// Where to continue. If no checkpoint can be used, that is after the existing parts of this run, with whatever the
 /// channels still have.
 fn resume(run: &RunConfig, path: &Path, found: Found<State>) -> std::io::Result<State> {
     let is_lost = found.is_lost();
@@ -423,8 +424,8 @@ fn is_of(run: &RunConfig, file: &Path) -> bool {
     found == RunConfig { files_of: None, method, ..run.clone() }
 }
 
-/// Begins the next part, under the first name behind the last one that nobody has. The checkpoint knows of the part
-/// before it is there: a successor finds every part that holds something.
+/// Begins the next part, under the first free name after the last one. The part is in the checkpoint before its file
+/// exists, so that a successor finds every part that contains something.
 fn begin_part(
     run: &RunConfig,
     checkpoints: &mut Checkpoints<State>,
@@ -444,7 +445,7 @@ fn begin_part(
         }
         state.parts.pop();
         checkpoints.write(state)?;
-        // Somebody else may have taken the name since.
+        // Another process may have taken the name since.
         if file.symlink_metadata().is_err() {
             return begun;
         }
@@ -452,14 +453,14 @@ fn begin_part(
     anyhow::bail!("{}: expected a free name for a part", path.display())
 }
 
-/// Begins a file that is not there; where that fails, it is not there either.
+/// Begins a file that does not exist; if that fails, no file is left.
 fn begin(run: &RunConfig, path: &Path, state: &State) -> anyhow::Result<(FileCore, Disk)> {
     let name = || path.display().to_string();
     let created = Disk::create(path);
     let created = created.with_context(|| format!("{}: the recording cannot be created", name()))?;
     let begun = begin_in(created, run, state).with_context(name);
     if begun.is_err() {
-        // What there is of it holds no message.
+        // The incomplete file contains no message.
         let _ = std::fs::remove_file(path);
     }
     begun
@@ -476,7 +477,7 @@ fn begin_in(
     Ok((core, disk))
 }
 
-/// Hands the last part to the device and makes one recording of all: one file, or one series of files.
+/// Hands the last part to the device and makes one recording of all parts: one file, or one series of files.
 fn make_whole(
     run: &RunConfig,
     state: &State,
@@ -496,13 +497,13 @@ fn make_whole(
     join(run, state, &parts, report).with_context(|| format!("its parts {names} cannot be joined"))
 }
 
-/// Makes one file of the parts. A kill in the middle leaves all of them to be joined once more.
+/// Joins the parts into one file. A kill in the middle leaves all parts, to be joined again.
 fn join(run: &RunConfig, state: &State, parts: &[PathBuf], report: &mut Report) -> anyhow::Result<()> {
     let path = path(run)?;
     let whole = path.with_extension("joined.mcap");
     let joined = join_as(&whole, run, state, parts, report);
     if joined.is_err() {
-        // The parts are there; half a copy of them is in the way.
+        // The parts still exist; a partial copy of them is in the way.
         let _ = std::fs::remove_file(&whole);
     }
     joined?;
@@ -535,12 +536,12 @@ fn join_as(
 /// A channel that is recorded.
 struct Input {
     reader: RawReader,
-    /// Whether its messages wait for a file that can be written.
+    /// Whether its messages stay in the channel until a file can be written.
     is_waiting: bool,
 }
 
 impl Input {
-    /// Every channel of the run that is recorded, in the order of the table.
+    /// All recorded channels of the run, in the order of the table.
     fn all(node: &Node, kind: &str) -> sketchnav_runtime::Result<Vec<Self>> {
         let recorded = channels::of_kind(kind).filter(|spec| spec.is_recorded());
         recorded.map(|spec| Ok(Self { reader: node.raw_reader(spec)?, is_waiting: false })).collect()
@@ -550,7 +551,7 @@ impl Input {
         self.reader.spec().role == Role::Tick
     }
 
-    /// Takes the next message, where one has come, and what the core said to it.
+    /// Takes the next message, if one has arrived, and returns the core's result.
     fn record_next(
         &mut self,
         core: &mut FileCore,
@@ -559,10 +560,10 @@ impl Input {
         Ok(sample.map(|sample| core.record(self.reader.spec(), sample.message(), sample.cells())))
     }
 
-    /// Whether its messages are to stay in the channel while the file has failed, as nothing else keeps them: those
-    /// with cells. From the moment that the file fails, the reader is opened anew. So the history comes again: the
-    /// newest messages may have been in what was cut off. If that fails, the old reader still
-    /// has the messages that come from now on.
+    /// Whether its messages stay in the channel while the file has failed. That is so for messages with cells, which
+    /// are stored nowhere else. When the file fails, the reader is opened again to get the history once more, because
+    /// the newest messages may have been in the part that was truncated. If opening fails, the old reader still has the
+    /// messages from now on.
     fn waits_for_room(&mut self, node: &Node) -> bool {
         if self.reader.spec().max_cells == 0 {
             return false;
@@ -576,9 +577,9 @@ impl Input {
         true
     }
 
-    /// Goes on after the message `position`, first with what is kept of the channel; what the core complains about.
-    /// Messages with cells wait in the channel. After a recorder's death there is nothing there yet. The history comes
-    /// when its writer has seen the new reader; a writer that has died too sends its last message once more.
+    /// Resumes after the message `position`, with what the channel's history has first; returns the core's errors.
+    /// Messages with cells wait in the channel. Right after a recorder's death none are there yet: they come once the
+    /// writer has noticed the new reader, and a writer that has died too sends its last message again.
     fn catch_up(
         &mut self,
         node: &Node,

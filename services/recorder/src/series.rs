@@ -1,5 +1,5 @@
-//! The end of a recording that was cut into files: what kills have cut off gets its end, and `metadata.yaml` says what files
-//! there are, so that the folder is one of rosbag2.
+//! The end of a recording that was cut into files: files that a kill has cut off are completed, and `metadata.yaml`
+//! lists all files, so that the folder is a rosbag2 bag.
 
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind};
@@ -14,10 +14,10 @@ use sketchnav_recordings::{Recording, RecordingError, rosbag2};
 
 use crate::core::Report;
 
-/// The file that names the files of a folder of rosbag2.
+/// The file that lists the files of a rosbag2 folder.
 const METADATA: &str = "metadata.yaml";
 
-/// Closes the recording `path`, which has these files, and counts what is in it.
+/// Closes the recording `path`, which consists of these files, and counts their messages.
 pub(crate) fn close(path: &Path, files: Vec<PathBuf>, report: &mut Report) -> anyhow::Result<()> {
     let files = with_messages(files)?;
     for (file, next) in files.iter().zip(files.iter().skip(1).map(Some).chain([None])) {
@@ -38,13 +38,13 @@ pub(crate) fn close(path: &Path, files: Vec<PathBuf>, report: &mut Report) -> an
     Ok(())
 }
 
-/// Takes away files that a kill left before they held anything.
+/// Removes files that a kill left before they contained anything.
 fn with_messages(files: Vec<PathBuf>) -> anyhow::Result<Vec<PathBuf>> {
     let mut kept = Vec::new();
     for file in files {
         match Recording::open(&file) {
             Err(RecordingError::Damaged { source: Damage::Empty, .. }) => std::fs::remove_file(&file)?,
-            // The checkpoint knew of it before it was there.
+            // It was in the checkpoint before it existed.
             Err(RecordingError::File { source, .. }) if source.kind() == ErrorKind::NotFound => {}
             _ => kept.push(file),
         }

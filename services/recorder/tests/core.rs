@@ -1,4 +1,4 @@
-//! The recorder's core without files and processes.
+//! The recorder's core, without files and processes.
 
 use std::io::{self, Write};
 
@@ -66,7 +66,7 @@ fn missing_and_malformed_messages_are_counted() {
     assert!(sink.unwrap().starts_with(b"\x89MCAP0\r\n"));
 }
 
-/// A disk with so much room left.
+/// A disk with this much room left.
 struct Disk {
     room: usize,
 }
@@ -85,8 +85,8 @@ impl Write for Disk {
     }
 }
 
-/// A robot must not stop because a disk is full: the failure is said once, and the world in lockstep
-/// goes on being told.
+/// A full disk must not stop a robot: the failure is reported once, and the world in
+/// lockstep still gets its acknowledgements.
 #[test]
 fn a_full_disk_is_said_once_and_stops_nobody() {
     let mut core = Core::new(Disk { room: 20_000 }, &run(), &[]).unwrap();

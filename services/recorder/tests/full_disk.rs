@@ -1,4 +1,4 @@
-//! The file cannot grow for a while: what the channels still hold is recorded afterwards, the rest counted.
+//! The file cannot grow for a while: what the channels still hold is recorded afterwards, and the rest is counted.
 
 mod support;
 
@@ -16,11 +16,11 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_sketch::messages::{SKETCH, SketchMap};
 use support::{TestSystem, header, run};
 
-/// Longest that the recorder may take to go on.
+/// Longest that the recorder may take to continue.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// A disk without room for more than is on it: no file of this process grows, and none can be made in the recording's
-/// folder, which lies elsewhere meanwhile. A file has its name.
+/// A disk without room for anything more: no file of this process grows, and none can be created in the recording's
+/// folder, which is elsewhere meanwhile and whose name is taken by a file.
 struct FullDisk {
     folder: PathBuf,
     elsewhere: PathBuf,
@@ -29,7 +29,7 @@ struct FullDisk {
 
 impl FullDisk {
     fn fill(recording: &Path) -> Self {
-        // The kernel has a word for it, which ends who does not know it.
+        // The kernel sends a signal for that, which ends a process that does not handle it.
         SigSet::from(Signal::SIGXFSZ).thread_block().unwrap();
         let most = getrlimit(Resource::RLIMIT_FSIZE).unwrap();
         setrlimit(Resource::RLIMIT_FSIZE, recording.metadata().unwrap().len(), most.1).unwrap();
@@ -40,7 +40,7 @@ impl FullDisk {
         Self { folder, elsewhere, most }
     }
 
-    /// Files may grow again; still none can be made.
+    /// Files may grow again; still none can be created.
     fn let_grow(&self) {
         setrlimit(Resource::RLIMIT_FSIZE, self.most.0, self.most.1).unwrap();
     }
@@ -60,10 +60,10 @@ fn draw(sketches: &mut Writer<SketchMap>) {
     sketch.send().unwrap();
 }
 
-/// Records a run in which a sketch is drawn, a second one just before the disk is full, and so many while it is. Gives
-/// the numbers of the sketches in the recording, and how many messages it reports as missing. The run may end as soon as
-/// there is room again, before the recorder has looked. A foreign file has the name of the next part, which was taken for
-/// a part of the recording, joined with it and removed.
+/// Records a run in which a sketch is drawn, a second one just before the disk is full, and `drawn_meanwhile` while it
+/// is. Returns the numbers of the sketches in the recording, and how many messages it reports as missing. The run may
+/// end as soon as there is room again, before the recorder has noticed. A foreign file has the name of the next part;
+/// such a file was once taken for a part of the recording, joined with it and removed.
 fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
@@ -75,7 +75,7 @@ fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
     let mut ticks = world.writer(TICK).unwrap();
     let mut sketches = sketcher.writer(SKETCH).unwrap();
     let mut recorder = Recorder::open(&recorder_node).unwrap();
-    // Somebody else's, under the name that the next part would have.
+    // A foreign file, under the name that the next part would have.
     let foreign = path.with_extension("part2.mcap");
     std::fs::write(&foreign, "precious").unwrap();
     let mut seq = 0;
@@ -83,7 +83,7 @@ fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
         for _ in 0..20 {
             seq += 1;
             ticks.send(|message| message.header = header(seq)).unwrap();
-            // Serves readers that have come.
+            // Serves readers that have joined.
             sketcher.nap(Duration::ZERO);
             recorder.pass().unwrap();
         }
@@ -116,8 +116,8 @@ fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
     (drawn, found.missing)
 }
 
-/// The recorder took sketches out of their channel while it could not write them, and went on behind them. The
-/// recording of a run on the pad had a route and estimates in a drawing that was not there. By its numbers nothing was
+/// The recorder once took sketches out of their channel while it could not write them, and continued after them. The
+/// recording of a run on the pad then had a route and estimates in a drawing that it lacked. By the numbers nothing was
 /// missing, since people do not draw the same drawing twice.
 #[test]
 fn what_is_drawn_while_the_disk_is_full_is_recorded_when_there_is_room() {

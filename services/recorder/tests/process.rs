@@ -1,4 +1,4 @@
-//! The recorder in a system of its own, beside a world that is played by the test.
+//! The recorder in a system of its own, with the test as the world.
 
 mod support;
 
@@ -42,7 +42,7 @@ fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
         told.push(message.header.source_seq);
     }
     assert_eq!(told, [16, 32]);
-    (41..=45).for_each(step); // sent, and not looked at before the end
+    (41..=45).for_each(step); // sent, and not read before the end
     recorder.end().unwrap();
 
     let info = info(&path).unwrap();
@@ -56,8 +56,8 @@ fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
     system.remove();
 }
 
-/// On a busy machine a mission of twelve instants was over before its recorder had met the writers. The recording
-/// lacked the odometry and the status, and counted nothing as missing.
+/// On a busy machine, a mission of twelve instants was once over before its recorder had connected to the writers. The
+/// recording lacked the odometry and the status, and counted nothing as missing.
 #[test]
 fn a_recorder_that_comes_late_takes_what_writers_have_left() {
     let folder = tempfile::tempdir().unwrap();

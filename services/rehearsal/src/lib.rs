@@ -1,10 +1,9 @@
 //! A mission in one process: the world and the stages of a navigator, called in turn.
 //!
-//! It sends the very messages that the processes send in lockstep, byte for byte and channel by channel (health apart).
-//! An [`Onlooker`] sees them all. No shared memory, no thread; the clock is looked at to tell how long a stage took, and
-//! nothing depends on it. What a person says ([`Onlooker::here`]) counts from the next instant on, while processes may
-//! hear it at any. [`rerun`] has one of the processes do once more what a recording says
-//! that it did.
+//! It sends the very messages that the processes send in lockstep, byte for byte and channel by channel (except for
+//! health), and an [`Onlooker`] sees them all. It has no shared memory and no thread; the clock is only read to measure
+//! how long a stage took. A person's answer ([`Onlooker::here`]) counts from the next instant on, whereas processes may
+//! hear it at any. [`rerun`] executes one of the processes again on what a recording holds.
 
 mod parts;
 pub mod rerun;
@@ -24,7 +23,7 @@ pub use sketchnav_stage::Tap;
 
 use parts::{Part, World};
 
-/// Why a rehearsal cannot begin, or go on.
+/// Why a rehearsal cannot begin or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum RehearsalError {
     /// The world or the robot's start in it.
@@ -33,20 +32,20 @@ pub enum RehearsalError {
     /// The mission's navigator.
     #[error(transparent)]
     Navigator(#[from] UnknownNavigator),
-    /// A stage: its parameters, its drawing, a message.
+    /// A stage: its parameters, its drawing, or a message.
     #[error("{0}")]
     Stage(#[source] StageError),
 }
 
 /// Watches a mission. It may say where the robot is and may end the mission; by default it does neither.
 pub trait Onlooker: Tap {
-    /// Whether it has seen enough: asked after each instant, `true` ends the mission there.
+    /// Whether it has seen enough; asked after each instant. `true` ends the mission there.
     fn has_enough(&self) -> bool {
         false
     }
 
-    /// The answer of a person: where the robot is, pixels, frame `Sketch`, and its heading, radians. Asked after each
-    /// instant but the last.
+    /// A person's answer to where the robot is: its position, pixels, frame `Sketch`, and heading, radians. Asked after
+    /// each instant but the last.
     fn here(&mut self) -> Option<Here> {
         None
     }
@@ -57,7 +56,7 @@ pub trait Onlooker: Tap {
 pub struct Spent {
     /// The simulation.
     pub world: Duration,
-    /// Reading what a person gives.
+    /// Reading what a person provides.
     pub sketcher: Duration,
     /// All steps of the localizer.
     pub localizer: Duration,
@@ -65,7 +64,7 @@ pub struct Spent {
     pub planner: Duration,
 }
 
-/// A mission under way.
+/// A mission in progress.
 pub struct Rehearsal {
     kind: String,
     world: World,
@@ -73,20 +72,20 @@ pub struct Rehearsal {
     localizer: Part,
     planner: Part,
     supervisor: InProcess,
-    /// Instants that the stages think about a step.
+    /// How many instants the stages take for a step.
     thinking_scans: u32,
 }
 
 impl Rehearsal {
-    /// Reads what the run's mission names.
+    /// Reads the files that the run's mission names.
     ///
     /// # Errors
-    /// [`RehearsalError`] with the file, the key or the place.
+    /// [`RehearsalError`] with the file, the key or the position.
     pub fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
         Self::by(run, &read_file)
     }
 
-    /// By a drawing that is in no file: `bytes` stand for the file that the mission names.
+    /// With a drawing that is not in a file: `bytes` are used in place of the file that the mission names.
     ///
     /// # Errors
     /// As [`Rehearsal::new`].
@@ -111,17 +110,17 @@ impl Rehearsal {
         })
     }
 
-    /// As in real time on a slow machine: the stages need so many instants for a step. Meanwhile the world goes on by
-    /// the command before, and nobody takes the readings of that time. 0 is lockstep.
+    /// Simulates real time on a slow machine: the stages take this many instants for a step. Meanwhile the world goes
+    /// on with the previous command, and the readings of that time are not used. 0 is lockstep.
     #[must_use]
     pub fn thinking_for(self, thinking_scans: u32) -> Self {
         Self { thinking_scans, ..self }
     }
 
-    /// Drives the mission to its end, or until the onlooker has seen enough; returns how long that took.
+    /// Drives the mission to its end, or until the onlooker has seen enough; returns how long its parts took.
     ///
     /// # Errors
-    /// [`RehearsalError::Stage`] where the drawing or the tasks do not suit the stages.
+    /// [`RehearsalError::Stage`] if the drawing or the tasks do not suit the stages.
     pub fn run(mut self, onlooker: &mut impl Onlooker) -> Result<Spent, RehearsalError> {
         self.drive(onlooker).map_err(RehearsalError::Stage)?;
         let Self { world, sketcher, localizer, planner, .. } = &self;
@@ -151,7 +150,7 @@ impl Rehearsal {
         }
     }
 
-    /// What a person gives, and the order to start.
+    /// Passes on what a person provides, and the order to start.
     fn begin(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { sketcher, localizer, planner, supervisor, kind, .. } = self;
         for part in [&mut *sketcher, localizer, planner] {
@@ -169,7 +168,7 @@ impl Rehearsal {
         planner.hear(MISSION.spec, &order, tap)
     }
 
-    /// Somebody who looks on says where the robot is; it counts from the next instant on.
+    /// Passes on the onlooker's answer to where the robot is; it counts from the next instant on.
     fn tell(&mut self, here: Here, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { world, localizer, planner, supervisor, .. } = self;
         let order = parts::order(supervisor, world.stamp_ns(), (Order::Here, Some(here)), tap)?;

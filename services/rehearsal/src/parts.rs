@@ -1,4 +1,4 @@
-//! The processes of a mission without processes: each with what it computes and the messages that it made.
+//! The processes of a mission without processes: each one's computation and the messages that it has sent.
 
 use std::time::{Duration, Instant as Clock};
 
@@ -15,12 +15,12 @@ use sketchnav_stage::{
 
 use crate::RehearsalError;
 
-/// The world: its simulation, and what it says of an instant.
+/// The world: its simulation, and the messages of an instant.
 pub(crate) struct World {
     simulation: sim::World,
     pub(crate) memory: InProcess,
     tick: u64,
-    /// How long it took so far.
+    /// How long it has taken so far.
     pub(crate) spent: Duration,
 }
 
@@ -31,7 +31,7 @@ impl World {
         Ok(Self { simulation, memory, tick: 0, spent: Duration::ZERO })
     }
 
-    /// Goes on to the next instant, by a command or by the one before.
+    /// Advances to the next instant with the given command, or with the previous one.
     pub(crate) fn step(&mut self, command: Option<&VelocityCommand>) {
         let began = Clock::now();
         self.simulation.step(command);
@@ -46,7 +46,7 @@ impl World {
         self.tick
     }
 
-    /// Says what the instant has: touches, the truth, the readings, the tick.
+    /// Sends the messages of the instant: contacts, truth, readings, tick.
     pub(crate) fn observe(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
         let began = Clock::now();
         let Self { simulation, memory, .. } = self;
@@ -61,7 +61,7 @@ impl World {
     }
 }
 
-/// The number of the newest message of each sensor, for a tick; 0 where there is none.
+/// The number of the newest message of each sensor, for a tick; 0 if there is none.
 fn newest_readings(memory: &InProcess) -> [u64; MAX_SENSORS] {
     let mut newest = [0; MAX_SENSORS];
     for (newest, sensor) in newest.iter_mut().zip(channels::sensors()) {
@@ -70,7 +70,7 @@ fn newest_readings(memory: &InProcess) -> [u64; MAX_SENSORS] {
     newest
 }
 
-/// Takes what the simulation says.
+/// Sends the simulation's messages.
 struct Said<'a> {
     sink: &'a mut dyn Sink,
     /// The tick of the instant.
@@ -90,12 +90,12 @@ impl Senses for Said<'_> {
     }
 }
 
-/// A navigator's process: its stage, and what it said.
+/// A navigator's process: its stage, and the messages that it has sent.
 pub(crate) struct Part {
     access: Access,
     stage: Box<dyn Hosted>,
     pub(crate) memory: InProcess,
-    /// How long the stage took so far.
+    /// How long the stage has taken so far.
     pub(crate) spent: Duration,
 }
 
@@ -118,7 +118,7 @@ impl Part {
         self.stage.is_ready()
     }
 
-    /// Hears an instruction, or hears a request and says what there is to say.
+    /// Hears an instruction; or hears a request and sends the answer.
     pub(crate) fn hear(
         &mut self,
         spec: &'static ChannelSpec,
@@ -141,7 +141,7 @@ impl Part {
         said
     }
 
-    /// The step of an instant.
+    /// Takes the step of an instant.
     pub(crate) fn step(
         &mut self,
         (tick, stamp_ns): (u64, u64),
@@ -157,7 +157,7 @@ impl Part {
     }
 }
 
-/// The order that the supervisor gives.
+/// Sends an order in place of the supervisor.
 pub(crate) fn order(
     memory: &mut InProcess,
     stamp_ns: u64,

@@ -1,10 +1,10 @@
-//! One service's core, executed once more on the inputs that a recording holds.
+//! Executes the core of one service again on the inputs that a recording holds.
 //!
 //! The inputs come in the order of time, those of one instant in the order of a step. A process takes its inputs by
 //! their stamps, so this is the order in which it saw them.
 //!
-//! In real time two things are not recorded, and cannot be executed again. One is which command had come when the
-//! world went on. The other is between which two estimates an order came to the planner.
+//! In real time two things are not recorded and cannot be executed again: which command had arrived when the world went
+//! on, and between which two estimates an order reached the planner.
 
 mod subject;
 
@@ -31,25 +31,25 @@ use subject::Subject;
 /// Why a service cannot be executed again.
 #[derive(Debug, thiserror::Error)]
 pub enum RerunError {
-    /// The recording.
+    /// The recording cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// What the service works with.
+    /// The service's files or parameters are unusable.
     #[error(transparent)]
     Core(#[from] RehearsalError),
-    /// A process that has no core to execute.
+    /// The process has no core to execute.
     #[error("{process}: expected world, sketcher, localizer or planner")]
     Process {
         /// The process.
         process: Process,
     },
-    /// The world in real time.
+    /// The process is the world, and the recording is in real time.
     #[error(
         "expected a recording in lockstep for the world, found one in real time: it does not say which command had come \
          by which step"
     )]
     RealTime,
-    /// A run in which people took part.
+    /// People took part in the run.
     #[error(
         "{process}: expected the sketcher, or a recording without people. In this run people took part, and the steps at \
          which their drawings and orders came are not recorded. Run the mission without them, as the page saved it where \
@@ -61,24 +61,24 @@ pub enum RerunError {
     },
 }
 
-/// What came of it.
+/// The result of executing a service again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rerun {
-    /// The first difference, where there is one; side A is the recording.
+    /// The first difference, if there is one; side A is the recording.
     pub difference: Option<Difference>,
     /// Messages that are the same.
     pub same: u64,
-    /// Messages that the service sent.
+    /// Messages that the service sent now.
     pub sent: u64,
     /// Messages of the service that the recording has.
     pub recorded: u64,
-    /// Simulated time that was executed, seconds.
+    /// The simulated time that was executed, seconds.
     pub simulated_s: f64,
-    /// The messages that it rejected as invalid.
+    /// The messages that the service rejected as invalid.
     pub rejected: Rejections,
-    /// How long the core took, without reading, encoding, comparing and writing.
+    /// How long the core took, excluding reading, encoding, comparing and writing.
     pub core: Duration,
-    /// How long all of it took.
+    /// How long everything took.
     pub wall: Duration,
 }
 
@@ -88,7 +88,7 @@ pub fn outputs(process: Process, kind: &str) -> impl Iterator<Item = &'static Ch
 }
 
 /// Executes `process` of the recorded run, which may have other parameters than the recording's, and compares what it
-/// sends with what is recorded. With `copy` everything goes there: what is recorded of the others, and what
+/// sends with what is recorded. `copy` gets everything: the recorded messages of the other processes, and those that
 /// this one sends now.
 ///
 /// # Errors
@@ -104,8 +104,8 @@ pub fn rerun<W: std::io::Write>(
     if process == Process::World && run.pace != Pace::Lockstep {
         return Err(RerunError::RealTime);
     }
-    // Who only watches may give orders, too. What the sketcher does depends on none, what the localizer does on `here`.
-    // By hand, without a pad, somebody may say where the robot is.
+    // People who only watch may give orders, too. The sketcher depends on no order, the localizer only on `here`.
+    // Without a pad, a person may still say where the robot is, from the command line.
     let is_told = |order: &MissionCommand| order.here().is_some();
     let depends_on_people = match process {
         Process::Localizer | Process::Planner if has_order(recording, MISSION, is_told)? => true,
@@ -153,7 +153,7 @@ pub fn rerun<W: std::io::Write>(
     })
 }
 
-/// Whether somebody has given such an order.
+/// Whether the recording has such an order.
 fn has_order(
     recording: &Recording,
     channel: Channel<MissionCommand>,
@@ -167,8 +167,8 @@ fn has_order(
     Ok(false)
 }
 
-/// The ticks that the recorded process has answered; `None` where it answered all. In real time it may have
-/// come when some had gone by, or have left some out.
+/// The ticks that the recorded process answered; `None` if it answered all. In real time it may have missed the first
+/// ones, or skipped some.
 fn answered(
     recording: &Recording,
     process: Process,
@@ -180,11 +180,11 @@ fn answered(
     };
     let ticks: Result<BTreeSet<u64>, _> =
         recording.headers(spec)?.map(|header| Ok(header?.source_seq)).collect();
-    // A log that nobody has localized yet has no answers.
+    // A log that has not been localized yet has no answers.
     Ok(Some(ticks?).filter(|ticks| !ticks.is_empty()))
 }
 
-/// Takes what the core sends.
+/// Receives what the core sends.
 struct Sent<'a, W: std::io::Write> {
     comparison: Comparison,
     copy: Option<&'a mut Writer<W>>,
@@ -193,7 +193,7 @@ struct Sent<'a, W: std::io::Write> {
     failure: Option<RecordingError>,
 }
 
-/// A topic of what is sent, with memory for the ROS 2 form of its messages.
+/// A topic of the sent messages, with a buffer for their ROS 2 form.
 struct SentTopic {
     spec: &'static ChannelSpec,
     topic: Arc<Topic>,
@@ -212,7 +212,7 @@ impl SentTopic {
         Self { spec, topic: Arc::new(topic), spare: spec.message.spare() }
     }
 
-    /// The one of a channel among `topics`.
+    /// The topic of a channel among `topics`, added if missing.
     fn of<'a>(topics: &'a mut Vec<Self>, spec: &'static ChannelSpec) -> &'a mut Self {
         let index = topics.iter().position(|topic| topic.spec == spec).unwrap_or_else(|| {
             topics.push(Self::new(spec));

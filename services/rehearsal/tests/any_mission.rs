@@ -1,5 +1,4 @@
-//! Whatever mission is taken can be driven for an instant, or is refused: nothing panics. `fuzz/` has the same as a
-//! target.
+//! Any mission can be driven for an instant or is rejected, and nothing panics. `fuzz/` has the same as a target.
 
 use std::path::Path;
 
@@ -41,7 +40,7 @@ time_limit_s = 60.0
 there = { center = [1.0, 1.0], radius_m = 1.0 }
 "#;
 
-/// Sees enough with the first message.
+/// Has seen enough with the first message.
 struct Once;
 
 impl Tap for Once {
@@ -54,7 +53,7 @@ impl Onlooker for Once {
     }
 }
 
-/// Drives for an instant; whether there was anything to drive.
+/// Drives for an instant; returns whether there was anything to drive.
 fn drives(text: &str) -> bool {
     let Ok(mut mission) = Mission::parse(text) else { return false };
     let floor =

@@ -1,4 +1,4 @@
-//! A navigator that asks for the truth, which the table grants to no process: it fails at once.
+//! A navigator that asks for the truth, which the table grants to no process, fails at once.
 
 use std::path::Path;
 
@@ -80,7 +80,7 @@ impl Tap for Nobody {
 
 impl Onlooker for Nobody {}
 
-/// The memory of the world is at hand in one process: it once gave the truth to whoever asked.
+/// In one process the memory of the world is at hand, and it once gave the truth to any stage that asked.
 #[test]
 fn a_navigator_that_asks_for_the_truth_fails_at_once() {
     sketchnav_navigators::register(&[NAVIGATOR]).unwrap();

@@ -1,4 +1,4 @@
-//! Somebody who looks on says where the robot is: localizer and planner hear it before the next instant.
+//! An onlooker says where the robot is: localizer and planner hear it before the next instant.
 
 use std::path::Path;
 
@@ -10,17 +10,17 @@ use sketchnav_schemas::message::{Here, MissionCommand, MissionStatus};
 use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
 
-/// Most instants of a drive.
+/// Maximum number of instants of a drive.
 const MOST: usize = 200;
 
-/// Says once where the robot is, when the moment has come.
+/// Says where the robot is, once, when the moment has come.
 struct Witness {
     is_time: fn(&Self) -> bool,
     at: fn(&Self) -> Point<Sketch>,
     estimates: Vec<PoseEstimate>,
     status: Vec<MissionStatus>,
     orders: Vec<MissionCommand>,
-    /// Instants before it was said.
+    /// The number of instants before it was said.
     told: Option<usize>,
 }
 

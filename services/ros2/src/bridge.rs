@@ -1,6 +1,6 @@
-//! The bridge as a process: reads channels as an observer, publishes them, hands on orders.
+//! The bridge as a process: reads channels as an observer, publishes their messages, and passes on orders.
 //!
-//! It sends what comes while it runs. Of what came before, subscribers get the newest message of each latched channel.
+//! It publishes what is sent while it runs. Of earlier messages, subscribers get the newest one of each latched channel.
 
 use std::time::{Duration, Instant};
 
@@ -17,21 +17,21 @@ use crate::participant::{Intake, Outlet, Participant};
 use crate::topics::{Delivery, Source, Topic};
 use crate::{BridgeError, Settings, Summary};
 
-/// How often to look: messages wake no observer.
+/// How often to look for messages, since they do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
-/// How often to tell of the processes, and to see whether the system still runs.
+/// How often to publish the state of the processes, and to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 /// The topic of orders.
 pub const ORDER_TOPIC: &str = "order";
 /// Its type.
 const ORDER_TYPE: &str = "std_msgs/msg/String";
-/// Orders that wait.
+/// Maximum number of orders that wait.
 const ORDER_DEPTH: usize = 10;
 
-/// Publishes `topics` until the system has gone or the process is to end.
+/// Publishes `topics` until the system is gone or the process is asked to end.
 ///
 /// # Errors
-/// [`BridgeError`] where the domain or a channel cannot be opened, or nothing can be sent any more.
+/// [`BridgeError`] if the domain or a channel cannot be opened, or sending is no longer possible.
 pub fn run(
     node: &Node,
     run: &RunConfig,
@@ -78,7 +78,7 @@ struct Bridge {
     clock: Option<Outlet>,
     transforms: Option<Outlet>,
     transform: transforms::Form,
-    /// Published once, latched; held so that late subscribers get it.
+    /// Published once, latched; kept open so that late subscribers get it.
     _mount: Option<Outlet>,
     diagnostics: Option<(Diagnostics, Outlet)>,
     stamp_ns: u64,
@@ -122,7 +122,7 @@ impl Bridge {
         Ok(Self { system, inlets, clock, transforms, transform, _mount: mount, diagnostics, stamp_ns: 0 })
     }
 
-    /// Publishes what has come.
+    /// Publishes what has arrived.
     fn look(&mut self, now: Duration) -> Result<(), BridgeError> {
         let mut inlets = std::mem::take(&mut self.inlets);
         for inlet in &mut inlets {
@@ -135,11 +135,11 @@ impl Bridge {
         Ok(())
     }
 
-    /// What else is told by a message.
+    /// Publishes what is derived from a message.
     fn derive(&mut self, inlet: &Inlet, sample: &RawSample, now: Duration) -> Result<(), BridgeError> {
         let (spec, message) = (inlet.reader.spec(), sample.message());
         if let Some((diagnostics, _)) = &mut self.diagnostics {
-            // What came before counts too: a process may be dead since.
+            // Earlier messages count too: a process may have died before the bridge started.
             if let Some(health) = HEALTH.message(spec, message) {
                 diagnostics.on_health(health, now);
             } else if let Some(fault) = FAULTS.message(spec, message) {
@@ -195,12 +195,12 @@ impl Inlet {
         Ok(Self { reader, seen, spare: spec.message.spare(), outlet })
     }
 
-    /// Whether the message has come since the bridge is there.
+    /// Whether the message was sent after the bridge started.
     fn is_new(&self, sample: &RawSample) -> bool {
         self.reader.spec().writer.is_none() || sample.header().seq > self.seen
     }
 
-    /// A message that ROS 2 cannot say is left out, as it is in a recording.
+    /// A message that has no ROS 2 form is left out, as it is in a recording.
     fn publish(&mut self, sample: &RawSample) -> Result<(), BridgeError> {
         let is_new = self.is_new(sample);
         let Some(outlet) = self.outlet.as_mut().filter(|_| is_new) else { return Ok(()) };
@@ -234,7 +234,7 @@ impl Orders {
         Ok(Self { intake, task_count: run.mission.task.len() as u32, allowance: Allowance::default() })
     }
 
-    /// Has the supervisor give the orders that have come.
+    /// Has the supervisor give the orders that have arrived.
     fn hand_on(&mut self, system: &System, now: Duration) -> Result<(), BridgeError> {
         while let Some(text) = self.intake.take() {
             let order = match self.allowance.take(now) {

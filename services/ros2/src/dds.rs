@@ -18,17 +18,17 @@ use crate::{BridgeError, Settings};
 /// A ROS 2 node.
 pub struct Participant {
     node: Node,
-    /// With a slash before it; the slash alone where there is none.
+    /// The namespace with a leading slash; only the slash if there is none.
     namespace: String,
-    /// Goes last: the node lives in it.
+    /// Dropped last, because the node needs it.
     _context: Context,
 }
 
 impl Participant {
-    /// Joins a domain as the node `name`. Without interfaces all of the host's are used.
+    /// Joins a domain as the node `name`. Without `interfaces`, all of the host's are used.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`] where its sockets cannot be opened.
+    /// [`BridgeError::Middleware`] if its sockets cannot be opened.
     pub fn join(settings: &Settings, interfaces: &[IpAddr], name: &str) -> Result<Self, BridgeError> {
         let failed = BridgeError::middleware(format!("joining domain {}", settings.domain));
         let mut builder = DomainParticipantBuilder::new(settings.domain);
@@ -44,10 +44,10 @@ impl Participant {
         Ok(Self { node, namespace, _context: context })
     }
 
-    /// Opens a topic to publish it.
+    /// Opens a topic for publishing.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`], where ROS 2 knows no such name too.
+    /// [`BridgeError::Middleware`], also if the name is not allowed in ROS 2.
     pub fn publisher(
         &mut self,
         name: &str,
@@ -61,7 +61,7 @@ impl Participant {
         Ok(Outgoing(publisher))
     }
 
-    /// Opens a topic to hear it.
+    /// Subscribes to a topic.
     ///
     /// # Errors
     /// As [`Participant::publisher`].
@@ -92,7 +92,7 @@ fn type_name(kind: &str) -> MessageTypeName {
 }
 
 fn quality(delivery: Delivery) -> QosProfile {
-    // A slow subscriber must not stop the others.
+    // A slow subscriber must not hold up the others.
     let reliable = Reliability::Reliable { when_full: WhenFull::Fail };
     let (reliability, durability) = match delivery {
         Delivery::Sensor => (Reliability::BestEffort, Durability::Volatile),
@@ -126,7 +126,7 @@ impl<F: DeserializeOwned + 'static> Receiver<F> for Incoming<F> {
     }
 }
 
-/// A message in CDR. Its serialization is what stands behind the encapsulation header, byte for byte.
+/// A message in CDR, serialized as the bytes that follow the encapsulation header.
 struct Cdr(Vec<u8>);
 
 impl Serialize for Cdr {
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
     use crate::participant::dds_type_name;
 
-    /// What goes out must be what a recording holds: nothing is aligned or counted a second time.
+    /// What is sent must be what a recording holds: nothing is aligned or counted a second time.
     #[test]
     fn bytes_of_cdr_are_serialized_as_they_are() {
         let mut cdr = Vec::new();

@@ -1,6 +1,6 @@
-//! What `/diagnostics` says: one status for each process, from `health` and `faults`.
+//! The content of `/diagnostics`: one status per process, from `health` and `faults`.
 //!
-//! Time comes as an argument. The levels are those of `diagnostic_msgs/msg/DiagnosticStatus`.
+//! Time is passed as an argument. The levels are those of `diagnostic_msgs/msg/DiagnosticStatus`.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -10,24 +10,24 @@ use sketchnav_schemas::message::{Fault, Health};
 
 use crate::forms::{DiagnosticArray, DiagnosticStatus, KeyValue, time};
 
-/// A process reports its health once a second. After so long without a report its figures are stale.
+/// How long after its last report the figures of a process are stale; it reports its health once a second.
 const STALE_AFTER: Duration = Duration::from_secs(5);
 
-/// How bad it is.
+/// The severity of a status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Level {
     /// Nothing is wrong.
     Ok = 0,
-    /// Something is, and the process goes on.
+    /// Something is wrong, and the process continues.
     Warn = 1,
     /// The process does not do its work.
     Error = 2,
-    /// Nothing has been heard of it.
+    /// The process has not reported.
     Stale = 3,
 }
 
-/// What is known of the processes of a system.
+/// The known state of a system's processes.
 #[derive(Debug, Default)]
 pub struct Diagnostics {
     processes: BTreeMap<u32, Member>,
@@ -37,15 +37,15 @@ pub struct Diagnostics {
 struct Member {
     health: Option<Health>,
     heard: Duration,
-    /// Lost and refused messages when the report before was made.
+    /// Lost and refused messages at the time of the previous report.
     told: (u64, u64),
-    /// What is wrong now.
+    /// The current problem.
     trouble: Option<(Level, String)>,
     restarts: u32,
 }
 
 impl Diagnostics {
-    /// Takes a report of health that came at `now`.
+    /// Takes a health report that arrived at `now`.
     pub fn on_health(&mut self, health: &Health, now: Duration) {
         let member = self.processes.entry(health.process).or_default();
         let is_another = member.health.is_none_or(|before| before.pid != health.pid);
@@ -79,7 +79,7 @@ impl Diagnostics {
         }
     }
 
-    /// What there is to say at `now`. `stamp_ns`: simulation time, ns.
+    /// The report at `now`. `stamp_ns`: simulation time, ns.
     pub fn report(&mut self, system: &str, stamp_ns: u64, now: Duration) -> DiagnosticArray {
         let mut array = DiagnosticArray::default();
         array.header.stamp = time(stamp_ns);

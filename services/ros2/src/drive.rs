@@ -1,6 +1,6 @@
 //! A ROS 2 robot in the world's place: `/scan` and `/odom` become the sensors' channels and the tick, commands become `/cmd_vel`.
 //!
-//! An instant ends with each scan. The robot stands still when no command has come for half a second, and at the end.
+//! An instant ends with each scan. The robot stands still if no command has arrived for half a second, and at the end.
 
 use std::time::{Duration, Instant};
 
@@ -15,20 +15,20 @@ use crate::readings::{self, OdometryForm, ReadingError, ScanForm, Thinning, Time
 use crate::topics::Delivery;
 use crate::{BridgeError, Settings, Summary};
 
-/// How often to look: what ROS 2 sends wakes nobody.
+/// How often to look for messages, since those of ROS 2 wake no process.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
-/// How often to see whether the system still runs.
+/// How often to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
-/// Who was not told anything new for so long stands still.
+/// How long the robot moves without a new command before it is stopped.
 const COMMAND_LIMIT: Duration = Duration::from_millis(500);
-/// How long the last message may take on its way.
+/// How long the last message may take to be sent.
 const FAREWELL: Duration = Duration::from_millis(100);
 const STANDSTILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
 
-/// Drives the robot until its mission is over, the system has gone or the process is to end.
+/// Drives the robot until its mission is over, the system is gone or the process is asked to end.
 ///
 /// # Errors
-/// [`BridgeError`] where the domain or a channel cannot be opened, or nothing can be sent any more.
+/// [`BridgeError`] if the domain or a channel cannot be opened, or sending is no longer possible.
 pub fn drive(node: &Node, run: &RunConfig, settings: &Settings) -> Result<Summary, BridgeError> {
     let mut driver = Driver::open(node, run, settings)?;
     let mut looked = Instant::now();
@@ -63,16 +63,16 @@ struct Driver<'a> {
     health: HealthReporter,
     time: Timebase,
     thinning: Thinning,
-    /// The newest reading of the odometry that was not sent.
+    /// The newest odometry reading that was not sent.
     held: Option<Odometry>,
     has_odometry: bool,
-    /// What answers a tick of the driver before this one is over.
+    /// The last tick of an earlier driver: commands that answer it or older ones are ignored.
     ticks_before: u64,
     stamp_ns: u64,
     commanded: Instant,
     is_moving: bool,
     refused: u64,
-    /// After it is dropped nothing is heard any more.
+    /// Once it is dropped, nothing is received any more.
     _participant: Participant,
 }
 
@@ -86,7 +86,7 @@ impl<'a> Driver<'a> {
             participant.publisher("cmd_vel", "geometry_msgs/msg/Twist", Delivery::Reliable { depth: 1 })?;
         let (mut scan, mut reading, mut tick) =
             (node.writer(SCAN)?, node.writer(ODOMETRY)?, node.writer(TICK)?);
-        // Where a driver has died, this one goes on: its numbers and its clock do.
+        // If an earlier driver has died, its numbers and its clock are continued.
         scan.resume_behind_history();
         reading.resume_behind_history();
         tick.resume_behind_history();
@@ -115,7 +115,7 @@ impl<'a> Driver<'a> {
         })
     }
 
-    /// Hands on what the robot has measured.
+    /// Passes on what the robot has measured.
     fn sense(&mut self) -> Result<(), BridgeError> {
         while let Some(form) = self.odometry.take() {
             let stamp_ns = self.time.of(&form.header.stamp);
@@ -149,7 +149,7 @@ impl<'a> Driver<'a> {
         Ok(())
     }
 
-    /// A scan ends an instant. Before the first odometry nobody knows where it was taken.
+    /// A scan ends an instant. Before the first odometry its position is unknown, and it is left out.
     fn on_scan(&mut self, scan: &LaserScan) -> Result<(), BridgeError> {
         if !self.has_odometry {
             return Ok(());
@@ -168,7 +168,7 @@ impl<'a> Driver<'a> {
         Ok(())
     }
 
-    /// What the robot must not be told goes on standard error: the first of each hundred.
+    /// Counts a reading that must not be passed on, and prints the first of each hundred to standard error.
     fn refuse(&mut self, topic: &str, error: &ReadingError) {
         if self.refused.is_multiple_of(100) {
             sketchnav_schemas::say!("/{topic}: left out ({} so far): {error}", self.refused + 1);
@@ -177,7 +177,7 @@ impl<'a> Driver<'a> {
         self.node.count_refused();
     }
 
-    /// Passes commands on; whether that was the last one.
+    /// Passes commands on; returns whether that was the last one.
     fn command(&mut self) -> Result<bool, BridgeError> {
         let mut newest = None;
         while let Some(command) = self.commands.receive_valid()? {
@@ -205,7 +205,7 @@ impl<'a> Driver<'a> {
 
     fn end(mut self) -> Result<Summary, BridgeError> {
         self.tell(STANDSTILL)?;
-        // It is sent from another thread, and nobody can be asked whether it has gone.
+        // It is sent by another thread, which cannot report that it has been sent.
         std::thread::sleep(FAREWELL);
         self.health.report(self.stamp_ns)?;
         let (sent, unsent) = self.wheels.counts();

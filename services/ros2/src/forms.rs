@@ -1,4 +1,4 @@
-//! The standard ROS 2 messages that no recording has: the clock, diagnostics, and what orders come in.
+//! Standard ROS 2 messages that no recording contains: the clock, diagnostics, and the text of orders.
 
 use ros2_interfaces_jazzy_serde::{builtin_interfaces::msg::Time, std_msgs::msg::Header};
 use serde::{Deserialize, Serialize};
@@ -15,22 +15,22 @@ pub struct Clock {
 /// `diagnostic_msgs/msg/DiagnosticArray`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct DiagnosticArray {
-    /// When.
+    /// When it was made.
     pub header: Header,
-    /// Of whom.
+    /// One status per process.
     pub status: Vec<DiagnosticStatus>,
 }
 
 /// `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct DiagnosticStatus {
-    /// How bad it is: the number of a [`crate::diagnostics::Level`].
+    /// The severity: the number of a [`crate::diagnostics::Level`].
     pub level: u8,
-    /// Who.
+    /// The name of the process.
     pub name: String,
-    /// What there is to say.
+    /// A description.
     pub message: String,
-    /// Of what robot.
+    /// The robot.
     pub hardware_id: String,
     /// Figures.
     pub values: Vec<KeyValue>,
@@ -39,7 +39,7 @@ pub struct DiagnosticStatus {
 /// `diagnostic_msgs/msg/KeyValue`.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeyValue {
-    /// What the figure is.
+    /// The name of the figure.
     pub key: String,
     /// The figure.
     pub value: String,
@@ -52,7 +52,7 @@ pub struct Text {
     pub data: String,
 }
 
-/// A simulation time as ROS 2 says it. Times beyond 2³¹ s stand at the last one.
+/// A simulation time in ROS 2 form. Times beyond 2³¹ s are clamped to the last one.
 pub fn time(stamp_ns: u64) -> Time {
     let sec = i32::try_from(stamp_ns / NS_PER_S).unwrap_or(i32::MAX);
     Time { sec, nanosec: (stamp_ns % NS_PER_S) as u32 }

@@ -1,12 +1,13 @@
 //! A bridge to ROS 2 on other hosts: an observer that publishes a running system's channels by DDS or Zenoh.
 //!
-//! Each topic carries, under the name and the type that a recording has, the very bytes that a recording holds.
-//! `/clock`, `/tf`, `/tf_static` and `/diagnostics` come besides. Orders are taken from `/order` where the settings say so,
-//! and go the way of `sketchnav send`: the supervisor gives them. [`drive`] is the other way round: a ROS 2 robot is the world.
+//! Each topic has the name and the type under which it is recorded, and carries the very bytes that a recording holds.
+//! `/clock`, `/tf`, `/tf_static` and `/diagnostics` are published in addition. If the settings allow it, orders are
+//! taken from `/order` and treated like those of `sketchnav send`: the supervisor gives them. [`drive`] works the other
+//! way round: a ROS 2 robot is the world.
 //!
-//! [`topics`], [`diagnostics`], [`orders`] and [`readings`] are pure. [`run`] writes no channel.
+//! [`topics`], [`diagnostics`], [`orders`] and [`readings`] are pure. [`run`] writes to no channel.
 
-// `say!` prints: it escapes what could steer a terminal.
+// `say!` prints, and escapes what could steer a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 #[cfg(not(any(feature = "dds", feature = "zenoh")))]
@@ -37,37 +38,37 @@ pub use drive::drive;
 pub struct Settings {
     /// The domain, 0 to 232.
     pub domain: u16,
-    /// What carries the messages.
+    /// The middleware that carries the messages.
     pub middleware: Middleware,
     /// The namespace of all topics and the node, without slashes around it; empty for none.
     pub namespace: String,
-    /// Whether orders are taken.
+    /// Whether orders are accepted.
     pub takes_orders: bool,
 }
 
 impl Settings {
-    /// The whole name of a topic.
+    /// The full name of a topic.
     pub fn topic(&self, name: &str) -> String {
         let slash = if self.namespace.is_empty() { "" } else { "/" };
         format!("{slash}{}/{name}", self.namespace)
     }
 }
 
-/// What carries the messages. Nodes hear each other only where it is the same.
+/// The middleware that carries the messages. Only nodes with the same one can communicate.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Middleware {
-    /// DDS, as rmw_fastrtps and rmw_cyclonedds have it.
+    /// DDS, compatible with rmw_fastrtps and rmw_cyclonedds.
     #[cfg(feature = "dds")]
     Dds {
-        /// The addresses of the interfaces to use; without any, all.
+        /// The addresses of the interfaces to use; empty for all.
         interfaces: Vec<IpAddr>,
     },
-    /// Zenoh, as rmw_zenoh has it.
+    /// Zenoh, compatible with rmw_zenoh.
     #[cfg(feature = "zenoh")]
     Zenoh {
         /// The routers to connect to, as `tcp/localhost:7447`.
         routers: Vec<String>,
-        /// Where to listen as a router; without any it is none.
+        /// The endpoints to listen on as a router; empty for a client.
         listen: Vec<String>,
     },
 }
@@ -77,33 +78,33 @@ pub enum Middleware {
 pub struct Summary {
     /// Messages that were sent.
     pub sent: u64,
-    /// Messages for which there was no room: a subscriber was too slow.
+    /// Messages that were dropped because a subscriber was too slow.
     pub unsent: u64,
     /// Messages that the bridge itself was too slow for.
     pub lost: u64,
 }
 
-/// What may go wrong.
+/// Why a bridge failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BridgeError {
-    /// DDS or Zenoh says no.
+    /// DDS or Zenoh reported an error.
     #[error("{doing}: {cause}")]
     Middleware {
         /// What was to be done.
         doing: String,
-        /// What it says.
+        /// Its error.
         cause: String,
     },
-    /// The system's channels.
+    /// The system's channels failed.
     #[error(transparent)]
     Runtime(#[from] sketchnav_runtime::Error),
-    /// A derived message that ROS 2 cannot say.
+    /// A derived message has no ROS 2 form.
     #[error("a derived message: {0}")]
     Form(#[from] sketchnav_schemas::ros2::Ros2Error),
 }
 
 impl BridgeError {
-    /// An error of what carries the messages, while `doing` something.
+    /// Wraps an error of the middleware that occurred while `doing` something.
     fn middleware(doing: String) -> impl Fn(&dyn Display) -> Self {
         move |cause| Self::Middleware { doing: doing.clone(), cause: cause.to_string() }
     }

@@ -1,26 +1,26 @@
-//! Orders that come in from ROS 2: a word, and the task where the order names one.
+//! Orders from ROS 2: a word, followed by the task if the order names one.
 //!
-//! Who sends them is anybody in the domain. So they are bounded in number, and what is none is answered on standard error.
+//! Any node in the domain may send them. So their number is bounded, and invalid ones are reported on standard error.
 
 use std::time::Duration;
 
 use sketchnav_schemas::codes::Order;
 
-/// Most orders a second; a person gives fewer.
+/// Most orders per second; a person gives fewer.
 const MAX_A_SECOND: u32 = 10;
-/// Longest text that is shown again, characters.
+/// Longest part of a text that is printed, characters.
 const MAX_SHOWN: usize = 40;
 
-/// Why a text is no order.
+/// Why an order was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum OrderError {
-    /// Another word.
+    /// An unknown word.
     #[error("{found:?}: expected {}", words())]
     Word {
         /// The text.
         found: String,
     },
-    /// A number that no task of the mission has.
+    /// A number that is not that of a task of the mission.
     #[error("{found:?}: expected a task from 1 to {count}")]
     Task {
         /// The text.
@@ -28,7 +28,7 @@ pub enum OrderError {
         /// How many tasks there are.
         count: u32,
     },
-    /// More than anybody means.
+    /// Too many orders in a second.
     #[error("expected at most {MAX_A_SECOND} orders a second, the others are dropped")]
     Flood,
 }
@@ -38,12 +38,13 @@ fn words() -> String {
     format!("one of {}, with the number of a task behind it where it names one", words.join(", "))
 }
 
-/// Whether a word says all of an order. That the robot is somewhere needs a place of the sketch.
+/// Whether an order consists of its word only. `here` does not: it needs a position in the sketch.
 fn is_word(order: &Order) -> bool {
     *order != Order::Here
 }
 
-/// Reads an order such as `pause` or `goal 3`, for a mission of so many tasks. Tasks count from 1 there, from 0 here.
+/// Reads an order such as `pause` or `goal 3`, for a mission with `task_count` tasks. In the text tasks count from 1,
+/// in the result from 0.
 ///
 /// # Errors
 /// [`OrderError`] with what was found.
@@ -64,7 +65,7 @@ pub fn parse(text: &str, task_count: u32) -> Result<(Order, u32), OrderError> {
     }
 }
 
-/// How many orders have come in a second.
+/// Counts the orders in a second.
 #[derive(Debug, Default)]
 pub struct Allowance {
     second: u64,
@@ -72,10 +73,10 @@ pub struct Allowance {
 }
 
 impl Allowance {
-    /// Takes an order that comes at `now`.
+    /// Takes an order that arrived at `now`.
     ///
     /// # Errors
-    /// [`OrderError::Flood`] for the first one too many of a second; `Ok(false)` for those behind it.
+    /// [`OrderError::Flood`] for the first one too many in a second; `Ok(false)` for those after it.
     pub fn take(&mut self, now: Duration) -> Result<bool, OrderError> {
         if self.second != now.as_secs() {
             (self.second, self.taken) = (now.as_secs(), 0);
@@ -113,7 +114,7 @@ mod tests {
         }
     }
 
-    /// A text of a megabyte was to be shown whole.
+    /// A text of a megabyte was once printed in full.
     #[test]
     fn a_long_text_is_shown_in_part() {
         let error = parse(&"ü".repeat(1 << 20), 9).unwrap_err();

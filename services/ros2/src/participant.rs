@@ -1,7 +1,7 @@
-//! The participant: a ROS 2 node with its publishers and subscriptions, whatever carries the messages.
+//! The participant: a ROS 2 node with its publishers and subscriptions, for any middleware.
 //!
-//! Messages leave here as the CDR that a recording holds. What carries them is [`dds`](crate::dds) or
-//! [`rmw_zenoh`](crate::rmw_zenoh), each behind its cargo feature.
+//! Messages are sent as the CDR that a recording holds. They are carried by [`dds`](crate::dds) or
+//! [`rmw_zenoh`](crate::rmw_zenoh), each of which has a cargo feature.
 
 use serde::de::DeserializeOwned;
 
@@ -26,7 +26,7 @@ impl Participant {
     /// Joins as the node of the system `name`.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`] where nothing can be reached or opened.
+    /// [`BridgeError::Middleware`] if nothing can be reached or opened.
     pub fn join(settings: &Settings, name: &str) -> Result<Self, BridgeError> {
         let node = node_name(name);
         match &settings.middleware {
@@ -41,10 +41,10 @@ impl Participant {
         }
     }
 
-    /// Opens a topic to publish it: its name without a slash before it, its type as `package/msg/Type`.
+    /// Opens a topic for publishing, given its name without a leading slash, and its type as `package/msg/Type`.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`], where ROS 2 knows no such name too.
+    /// [`BridgeError::Middleware`], also if the name is not allowed in ROS 2.
     pub fn publisher(&mut self, name: &str, kind: &str, delivery: Delivery) -> Result<Outlet, BridgeError> {
         let sender: Box<dyn Sender> = match self {
             #[cfg(feature = "dds")]
@@ -55,7 +55,7 @@ impl Participant {
         Ok(Outlet { name: name.to_owned(), sender, sent: 0, unsent: 0 })
     }
 
-    /// Opens a topic to hear it.
+    /// Subscribes to a topic.
     ///
     /// # Errors
     /// As [`Participant::publisher`].
@@ -75,33 +75,33 @@ impl Participant {
     }
 }
 
-/// A system's name as that of a node: letters, digits and underscores.
+/// The node name for a system's name: letters, digits and underscores.
 fn node_name(system: &str) -> String {
     format!("sketchnav_{}", system.replace(|c: char| !c.is_ascii_alphanumeric(), "_"))
 }
 
-/// The full name of a topic's type as DDS and Zenoh have it, of `package/msg/Type`: `package::msg::dds_::Type_`.
+/// The full name of the type `package/msg/Type` in DDS and Zenoh: `package::msg::dds_::Type_`.
 #[cfg(any(feature = "zenoh", test))]
 pub fn dds_type_name(kind: &str) -> String {
     let (package, name) = kind.split_once("/msg/").unwrap_or(("", kind));
     format!("{package}::msg::dds_::{name}_")
 }
 
-/// What carries messages away.
+/// Sends the messages of a topic.
 pub trait Sender {
-    /// Sends a message in CDR with its encapsulation; whether there was room for it.
+    /// Sends a message in CDR with its encapsulation header; returns whether there was room for it.
     ///
     /// # Errors
-    /// A text where nothing can be sent any more.
+    /// A text if sending is no longer possible.
     fn send(&mut self, cdr: Vec<u8>) -> Result<bool, String>;
 }
 
-/// What brings messages.
+/// Receives the messages of a topic.
 pub trait Receiver<F> {
-    /// The next message that waits.
+    /// The next message in the queue.
     ///
     /// # Errors
-    /// A text where the next one is no message of the type.
+    /// A text if the next one is not a message of the type.
     fn take(&mut self) -> Result<Option<F>, String>;
 }
 
@@ -114,10 +114,10 @@ pub struct Outlet {
 }
 
 impl Outlet {
-    /// Publishes a message in CDR with its encapsulation. One for which there is no room is counted as not sent.
+    /// Publishes a message in CDR with its encapsulation header. One for which there is no room is counted as not sent.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`] where nothing can be sent any more.
+    /// [`BridgeError::Middleware`] if sending is no longer possible.
     pub fn publish(&mut self, cdr: Vec<u8>) -> Result<(), BridgeError> {
         match self.sender.send(cdr) {
             Ok(true) => self.sent += 1,
@@ -127,20 +127,20 @@ impl Outlet {
         Ok(())
     }
 
-    /// Messages that were sent, and those for which there was no room.
+    /// The number of messages that were sent, and of those for which there was no room.
     pub fn counts(&self) -> (u64, u64) {
         (self.sent, self.unsent)
     }
 }
 
-/// A topic that is heard.
+/// A topic that is subscribed to.
 pub struct Intake<F> {
     name: String,
     receiver: Box<dyn Receiver<F>>,
 }
 
 impl<F> Intake<F> {
-    /// The next message. Anybody may send anything: what is no message of the type is reported on standard error.
+    /// The next message. Any node may send anything: what is not a message of the type is reported on standard error.
     pub fn take(&mut self) -> Option<F> {
         self.receiver.take().unwrap_or_else(|error| {
             sketchnav_schemas::say!("/{}: {error}", self.name);

@@ -1,6 +1,6 @@
-//! A ROS 2 robot's readings as messages: its scans, its odometry, its time.
+//! Converts a ROS 2 robot's readings to messages: its scans, its odometry, its time.
 //!
-//! What a robot says is checked here: an error says what was expected and what was found. Ranges follow REP 117.
+//! Readings are checked here; an error says what was expected and what was found. Ranges follow REP 117.
 
 use ros2_interfaces_jazzy_serde::builtin_interfaces::msg::Time;
 use sketchnav_schemas::message::{Header, LaserScan, MAX_BEAMS, Message, Odometry};
@@ -11,31 +11,31 @@ pub type ScanForm = <LaserScan as Ros2>::Form;
 /// `nav_msgs/msg/Odometry`.
 pub type OdometryForm = <Odometry as Ros2>::Form;
 
-/// Why a reading is left out.
+/// Why a reading was rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadingError {
-    /// It has no place in a message.
+    /// It does not fit into a message.
     #[error(transparent)]
     Form(#[from] Ros2Error),
-    /// A number that no sensor says.
+    /// A number that no sensor can measure.
     #[error(
         "expected finite numbers, range_min below range_max and ranges as REP 117 has them, found others"
     )]
     Scan,
-    /// A pose that cannot be.
+    /// An impossible pose.
     #[error("expected a finite pose with a heading, and a finite velocity, found others")]
     Odometry,
-    /// A stamp that is not behind the one before.
+    /// A stamp that is not later than the previous one.
     #[error("expected a stamp behind that of the reading before, found {found_ns} ns for {before_ns} ns")]
     Stamp {
-        /// This one's.
+        /// This stamp, nanoseconds.
         found_ns: u64,
-        /// That one's.
+        /// The previous stamp, nanoseconds.
         before_ns: u64,
     },
 }
 
-/// The robot's stamps as simulation time: the first reading comes at the time where the mission is.
+/// Converts the robot's stamps to simulation time; the first reading gets the current time of the mission.
 #[derive(Debug, Clone, Copy)]
 pub struct Timebase {
     begin_ns: u64,
@@ -43,12 +43,12 @@ pub struct Timebase {
 }
 
 impl Timebase {
-    /// Begins at a simulation time, ns.
+    /// Starts at a simulation time, ns.
     pub fn at(begin_ns: u64) -> Self {
         Self { begin_ns, first_ns: None }
     }
 
-    /// The simulation time of a stamp, ns; not before the beginning.
+    /// The simulation time of a stamp, ns, and never before the start.
     pub fn of(&mut self, stamp: &Time) -> u64 {
         let found = i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
         let first = *self.first_ns.get_or_insert(found);
@@ -57,7 +57,7 @@ impl Timebase {
     }
 }
 
-/// A scan. One with more beams than a message holds is thinned evenly.
+/// Converts a scan. One with more beams than a message holds is thinned evenly.
 ///
 /// # Errors
 /// [`ReadingError`].
@@ -75,7 +75,7 @@ pub fn scan(mut form: ScanForm, stamp_ns: u64) -> Result<LaserScan, ReadingError
     if scan.is_valid() { Ok(scan) } else { Err(ReadingError::Scan) }
 }
 
-/// A reading of the odometry. Of a heading that is tilted, the turn about the vertical counts.
+/// Converts an odometry reading. Of a tilted orientation, only the rotation about the vertical axis counts.
 ///
 /// # Errors
 /// [`ReadingError`].
@@ -89,7 +89,7 @@ pub fn odometry(mut form: OdometryForm, stamp_ns: u64) -> Result<Odometry, Readi
     if odometry.is_valid() { Ok(odometry) } else { Err(ReadingError::Odometry) }
 }
 
-/// Which readings of the odometry are sent: no more between two ticks than the channel holds for a late reader.
+/// Selects the odometry readings that are sent: between two ticks, no more than the channel holds for a late reader.
 #[derive(Debug)]
 pub struct Thinning {
     gap_ns: u64,
@@ -99,13 +99,13 @@ pub struct Thinning {
 }
 
 impl Thinning {
-    /// For ticks of a period, ns, and so many messages a tick.
+    /// For ticks with a period of `period_ns`, and `per_tick` messages per tick.
     pub fn new(period_ns: u64, per_tick: usize) -> Self {
         let most = per_tick.saturating_sub(1).max(1);
         Self { gap_ns: period_ns / per_tick.max(1) as u64, most, last_ns: None, since_tick: 0 }
     }
 
-    /// Whether a reading of this time is to be sent now; the last one before a tick always is.
+    /// Whether a reading of this time is to be sent now. (The last one before a tick is sent in any case.)
     pub fn takes(&mut self, stamp_ns: u64) -> bool {
         let is_far = self.last_ns.is_none_or(|last| stamp_ns >= last + self.gap_ns);
         let takes = is_far && self.since_tick < self.most;
@@ -115,7 +115,7 @@ impl Thinning {
         takes
     }
 
-    /// A tick was sent.
+    /// Notes that a tick was sent.
     pub fn ticked(&mut self) {
         self.since_tick = 0;
     }

@@ -1,6 +1,6 @@
-//! The participant at a Zenoh router: what ROS 2's rmw_zenoh does, for the nodes that use it.
+//! The participant at a Zenoh router, compatible with nodes that use ROS 2's rmw_zenoh.
 //!
-//! It is a client of a router, or the router itself. Latched topics answer as an advanced publisher of zenoh-ext does.
+//! It is a client of a router, or the router itself. Latched topics behave like an advanced publisher of zenoh-ext.
 
 mod names;
 mod type_hash;
@@ -23,31 +23,31 @@ use crate::participant::{Receiver, Sender, dds_type_name};
 use crate::topics::{self, Delivery};
 use crate::{BridgeError, Settings};
 
-/// Longest message that is taken or passed on, bytes: anybody may send.
+/// Longest message that is accepted or forwarded, bytes: any node may send.
 const MAX_MESSAGE_BYTES: usize = 64 << 20;
 
 /// A ROS 2 node.
 pub struct Participant {
     session: Session,
     node: Node,
-    /// The endpoint that was opened last.
+    /// The number of the endpoint that was opened last.
     endpoint: u32,
     _token: LivelinessToken,
 }
 
-/// A topic that is opened.
+/// An open topic.
 struct Opened {
     key: String,
-    /// What tells others of it.
+    /// Announces it to others.
     token: LivelinessToken,
     identity: [u8; 16],
 }
 
 impl Participant {
-    /// Connects to the routers as the node `name`; with endpoints to listen at it is a router itself.
+    /// Connects to `routers` as the node `name`; with endpoints in `listen` it is a router itself.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`] where there is no router, or where it cannot listen.
+    /// [`BridgeError::Middleware`] if there is no router, or it cannot listen.
     pub fn join(
         settings: &Settings,
         routers: &[String],
@@ -72,10 +72,10 @@ impl Participant {
         Ok(Self { session, node, endpoint: 0, _token: token })
     }
 
-    /// Opens a topic to publish it.
+    /// Opens a topic for publishing.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`], where the type has no definition too.
+    /// [`BridgeError::Middleware`], also if the type has no definition.
     pub fn publisher(
         &mut self,
         name: &str,
@@ -85,7 +85,7 @@ impl Participant {
         let failed = BridgeError::middleware(format!("publishing /{name}"));
         let opened = self.open(End::Publisher, name, kind, delivery).map_err(|cause| failed(&cause))?;
         let is_latched = delivery == Delivery::Latched;
-        // A slow subscriber must not stop the others. What is latched comes seldom, and must arrive.
+        // A slow subscriber must not hold up the others. Latched messages are rare, and must arrive.
         let congestion = if is_latched { CongestionControl::Block } else { CongestionControl::Drop };
         let publisher = self.session.declare_publisher(opened.key.clone()).congestion_control(congestion);
         let publisher = publisher.wait().map_err(|error| failed(&error))?;
@@ -95,7 +95,7 @@ impl Participant {
         Ok(Outgoing { session, publisher, identity, number: 0, newest, _token: opened.token })
     }
 
-    /// Opens a topic to hear it.
+    /// Subscribes to a topic.
     ///
     /// # Errors
     /// As [`Participant::publisher`].
@@ -126,7 +126,7 @@ impl Participant {
     }
 }
 
-/// Clients need a router at once; a router waits for others. Nobody is looked for by multicast, as in rmw_zenoh.
+/// Clients need a router at once; a router waits for others. As in rmw_zenoh, multicast is not used to find them.
 fn config(routers: &[String], listen: &[String]) -> zenoh::Result<Config> {
     let mut config = Config::default();
     let mode = if listen.is_empty() { "client" } else { "router" };
@@ -139,7 +139,7 @@ fn config(routers: &[String], listen: &[String]) -> zenoh::Result<Config> {
     Ok(config)
 }
 
-/// What an error of Zenoh says, without the line of its source.
+/// The text of a Zenoh error, without its source line.
 fn plain(error: &zenoh::Error) -> String {
     let text = error.to_string();
     text.split(" at /").next().unwrap_or(&text).trim_end().to_owned()
@@ -149,14 +149,14 @@ struct Outgoing {
     session: Session,
     publisher: zenoh::pubsub::Publisher<'static>,
     identity: [u8; 16],
-    /// Of the last message.
+    /// The number of the last message.
     number: i64,
     newest: Option<Newest>,
     _token: LivelinessToken,
 }
 
 impl Sender for Outgoing {
-    /// Zenoh does not tell what it drops on a link that is full.
+    /// Always reports room: Zenoh does not report what it drops on a congested link.
     fn send(&mut self, cdr: Vec<u8>) -> Result<bool, String> {
         self.number += 1;
         let stamp = self.session.new_timestamp();
@@ -181,11 +181,11 @@ struct Message {
     stamp: Timestamp,
 }
 
-/// The newest message of a latched topic, for those who come late.
+/// The newest message of a latched topic, for late subscribers.
 struct Newest {
     message: Arc<Mutex<Option<Message>>>,
     _answers: Queryable<()>,
-    /// What tells those who came early that there is something to ask for.
+    /// Lets early subscribers know that there is something to query.
     _token: LivelinessToken,
 }
 

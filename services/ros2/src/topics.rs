@@ -1,4 +1,4 @@
-//! Which topics a run has in ROS 2: one for each recorded channel, and those that are derived from channels.
+//! The ROS 2 topics of a run: one per recorded channel, and those that are derived from channels.
 //!
 //! A channel keeps the name and the type under which it is recorded. Its quality of service follows from its role.
 
@@ -6,22 +6,22 @@ use sketchnav_schemas::channels::{self, ChannelSpec, Role};
 use sketchnav_schemas::ros2::{definitions, transforms};
 use sketchnav_schemas::run::RunConfig;
 
-/// How a topic is delivered. ROS 2 connects a subscriber that asks for no more than this.
+/// How a topic is delivered. ROS 2 connects subscribers that ask for no more than this.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Delivery {
-    /// Best effort: what is lost is not sent again, for a newer reading comes. The profile of sensor data.
+    /// Best effort, the profile of sensor data: a lost message is not sent again, since a newer reading follows.
     Sensor,
-    /// Reliable; so many messages wait for a slow subscriber before the oldest is lost.
+    /// Reliable; `depth` messages wait for a slow subscriber before the oldest is lost.
     Reliable {
-        /// How many.
+        /// The length of the queue, messages.
         depth: usize,
     },
-    /// Reliable and transient local (latched): who comes late gets the newest message.
+    /// Reliable and transient local (latched): a late subscriber gets the newest message.
     Latched,
 }
 
 impl Delivery {
-    /// So many messages are held.
+    /// The length of the queue, messages.
     pub fn depth(self) -> usize {
         match self {
             Self::Sensor => 5,
@@ -31,14 +31,14 @@ impl Delivery {
     }
 }
 
-/// What a topic is made of.
+/// The source of a topic's messages.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Source {
     /// The messages of a channel.
     Channel(&'static ChannelSpec),
     /// The time of each tick.
     Clock,
-    /// Where the robot is in its odometry's frame.
+    /// The robot's pose in its odometry frame.
     Transforms,
     /// Where the laser is mounted.
     Mount,
@@ -49,7 +49,7 @@ pub enum Source {
 /// A topic.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Topic {
-    /// Its name, without the slash before it.
+    /// Its name, without a leading slash.
     pub name: &'static str,
     /// Its ROS 2 type, `package/msg/Type`.
     pub kind: &'static str,
@@ -74,7 +74,8 @@ pub fn of_run(run: &RunConfig) -> Vec<Topic> {
     topics
 }
 
-/// The `ros2msg` schema of `package/msg/Type`: the definition, and behind it those that it uses. Empty for an unknown type.
+/// The `ros2msg` schema of `package/msg/Type`: its definition, followed by those of the types
+/// that it uses. Empty for an unknown type.
 pub fn schema(kind: &str) -> String {
     let channel = channels::all().find(|spec| spec.message.ros2 == kind);
     channel.map_or_else(|| definitions::schema(kind, &[]), |spec| spec.message.schema())

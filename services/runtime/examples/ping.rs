@@ -1,6 +1,6 @@
-//! What a hop costs: the world sends a scan, the planner answers with a command, in two processes, as
-//! in lockstep. Prints the time of a hop (half a round) and what the system takes of `/dev/shm`. Beside it, in the same
-//! run and with the same payloads, two yardsticks: iceoryx2 as it comes, woken by a WaitSet, and a Unix socket.
+//! Measures the cost of a hop: the world sends a scan, and the planner answers with a command, in two processes, as in
+//! lockstep. Prints the time of a hop (half a round trip) and how much of `/dev/shm` the system uses. For comparison,
+//! in the same run and with the same payloads: plain iceoryx2 with a WaitSet, and a Unix socket.
 //!
 //! `cargo run --release -p sketchnav-runtime --example ping`
 
@@ -25,7 +25,7 @@ use sketchnav_schemas::message::{LaserScan, VelocityCommand};
 const ROUNDS: usize = 20_000;
 const WARM_UP: usize = 1_000;
 const LIMIT: Duration = Duration::from_secs(5);
-/// Bytes of the yardsticks' messages: there and back.
+/// Lengths of the comparisons' messages, there and back, bytes.
 const THERE: usize = size_of::<LaserScan>();
 const BACK: usize = size_of::<VelocityCommand>();
 
@@ -40,7 +40,7 @@ fn main() -> Fallible {
         [system] => answer(system),
         _ => {
             measure()?;
-            // In a process of its own: a system's settings are global to a process.
+            // In a process of its own, because a system's settings are global to a process.
             other(&["waitset"])?.wait()?;
             measure_socket()
         }
@@ -111,7 +111,7 @@ fn answer(system: &str) -> Fallible {
     Ok(())
 }
 
-/// What the system's files take, not what they could grow to.
+/// The memory that the system's files use, not the size to which they could grow.
 fn shared_memory_kib(system: &str) -> std::io::Result<u64> {
     use std::os::unix::fs::MetadataExt;
     let mark = format!("sketchnav_{system}_");
@@ -125,7 +125,7 @@ fn shared_memory_kib(system: &str) -> std::io::Result<u64> {
     Ok(blocks / 2)
 }
 
-/// Both directions of iceoryx2 as it comes: messages, and events that say that there is one.
+/// Both directions of plain iceoryx2: messages, and events that announce them.
 struct Raw {
     service: PortFactory<ipc::Service, [u8], ()>,
     publisher: Publisher<ipc::Service, [u8], ()>,
@@ -167,7 +167,7 @@ impl Raw {
 }
 
 impl Raw {
-    /// Sleeps until there is an event, and takes all there are.
+    /// Sleeps until there is an event, and takes all events.
     fn wait(&self, waitset: &WaitSet<ipc::Service>) -> Fallible {
         waitset.wait_and_process_once(|_| CallbackProgression::Continue)?;
         self.listener.try_wait(|_| {})?;
@@ -197,7 +197,7 @@ fn measure_waitset() -> Fallible {
     let waitset = WaitSetBuilder::new().create::<ipc::Service>()?;
     let _guard = waitset.attach_notification(&raw.listener)?;
     let (bytes, mut hops) = ([1; THERE], Vec::with_capacity(ROUNDS));
-    // The other one has to be there before the first message, with its events too, which it opens last.
+    // The other process must be there before the first message, with its events too, which it opens last.
     while raw.notifier.notify()? == 0 || raw.service.dynamic_config().number_of_subscribers() == 0 {}
     for _ in 0..ROUNDS {
         let began = Instant::now();

@@ -1,13 +1,13 @@
-//! Doorbells: how a process sleeps until a message has come, and how the writer wakes it.
+//! Doorbells: how a process sleeps until a message arrives, and how the writer wakes it.
 //!
-//! There is one bell for each process, not one for each channel. A process sleeps in one place, whatever it reads. A
-//! writer wakes exactly those that the table lists as readers. Recorder and observers have no bell rung; they look
+//! There is one bell per process, not one per channel, so a process sleeps in one place whatever it reads. A writer
+//! wakes exactly those processes that the table lists as readers. The recorder and observers have no bell: they poll
 //! every few milliseconds and cost the writers nothing.
 //!
-//! A bell is a word in a page that all processes map, and a futex (`man 2 futex`). Nothing of it can overflow, block
-//! the writer or be left behind by a killed process. Ringing a process that is awake is no system call. iceoryx2's
-//! event service was the alternative. It has a Unix socket each: its path must be short, a stopped process interrupts
-//! its wait, its listener must be cleaned up.
+//! A bell is a word in a page that all processes map, and a futex (`man 2 futex`). It cannot overflow, block the writer
+//! or be left over by a killed process, and ringing a process that is awake takes no system call. The alternative was
+//! iceoryx2's event service, which has a Unix socket per listener: the socket's path must be short, stopping the
+//! process interrupts its wait, and the listener must be cleaned up.
 
 use std::fs::OpenOptions;
 use std::num::NonZeroUsize;
@@ -23,10 +23,10 @@ use crate::{Error, Result};
 
 /// Size of the page, bytes.
 pub(crate) const PAGE: usize = 4096;
-/// One for each process, by its code.
+/// One slot per process, indexed by its code.
 const SLOTS: usize = 16;
 
-// Two processes in one slot would wake and count for each other.
+// Two processes sharing a slot would wake each other and mix their counts.
 const _: () = {
     let mut i = 0;
     while i < Process::ALL.len() {
@@ -35,22 +35,22 @@ const _: () = {
     }
 };
 
-/// One process's words, a cache line of their own.
+/// One process's words, on a cache line of their own.
 #[repr(C, align(64))]
 struct Slot {
-    /// Counts how often it was rung.
+    /// How often the bell was rung.
     bell: AtomicU32,
-    /// Not zero while the process sleeps or is about to.
+    /// Non-zero while the process sleeps or is about to.
     sleeping: AtomicU32,
-    /// Counts the readers that came to the process's channels.
+    /// How many readers have joined the process's channels.
     joined: AtomicU32,
-    /// Counts what the process has done that was not done before.
+    /// How much new work the process has done.
     progress: AtomicU32,
-    /// Counts how often the process has looked up from its work.
+    /// How often the process has looked up from its work.
     beats: AtomicU32,
 }
 
-/// The page of a system. Stays mapped until the process ends: a signal may come at any time.
+/// The page of a system. It stays mapped until the process ends, since a signal may arrive at any time.
 #[derive(Clone, Copy)]
 pub(crate) struct Bells {
     slots: &'static [Slot; SLOTS],
@@ -71,8 +71,8 @@ impl Bells {
         // SAFETY: a new mapping at an address of the kernel's choice touches no memory of ours.
         let page = unsafe { mmap(None, length, access, MapFlags::MAP_SHARED, &file, 0) }
             .map_err(|error| Error::file(path, "mapping")(error.into()))?;
-        // SAFETY: the page is larger than the slots, aligned, zero or written by this very code, and
-        // never unmapped; atomics alone are ever read or written in it.
+        // SAFETY: the page is larger than the slots, aligned, zero or written by this code, and never unmapped; it is
+        // only ever accessed through atomics.
         Ok(Self { slots: unsafe { page.cast::<[Slot; SLOTS]>().as_ref() } })
     }
 
@@ -81,7 +81,7 @@ impl Bells {
         &self.slot(process).bell
     }
 
-    /// What the process's bell shows.
+    /// The count of the process's bell.
     pub(crate) fn rings(&self, process: Process) -> u32 {
         self.slot(process).bell.load(SeqCst)
     }
@@ -90,47 +90,46 @@ impl Bells {
     pub(crate) fn ring(&self, process: Process) {
         let slot = self.slot(process);
         slot.bell.fetch_add(1, SeqCst);
-        // The sleeper announces itself before it looks at the bell for the last time, so one of us
-        // sees the other.
+        // The sleeper announces itself before it looks at the bell for the last time, so at least one side sees the other.
         if slot.sleeping.load(SeqCst) != 0 {
             wake(&slot.bell);
         }
     }
 
-    /// Notifies the writer of a channel that a reader has come, which wants the history.
+    /// Notifies the writer of a channel that a reader has joined and wants the history.
     pub(crate) fn announce_reader(&self, writer: Process) {
         self.slot(writer).joined.fetch_add(1, SeqCst);
         self.ring(writer);
     }
 
-    /// How many readers have come to the process's channels.
+    /// How many readers have joined the process's channels.
     pub(crate) fn readers_joined(&self, process: Process) -> u32 {
         self.slot(process).joined.load(SeqCst)
     }
 
-    /// Counts something new that the process, or its predecessor, has done.
+    /// Counts a piece of new work by the process or its predecessor.
     pub(crate) fn note_progress(&self, process: Process) {
         self.slot(process).progress.fetch_add(1, SeqCst);
     }
 
-    /// How much the process and its predecessors have done.
+    /// How much new work the process and its predecessors have done.
     pub(crate) fn progress(&self, process: Process) -> u32 {
         self.slot(process).progress.load(SeqCst)
     }
 
-    /// Says that the process lives.
+    /// Counts a heartbeat of the process.
     pub(crate) fn beat(&self, process: Process) {
         self.slot(process).beats.fetch_add(1, SeqCst);
     }
 
-    /// A number that changes as long as the process, or its successor, does anything.
+    /// A number that changes as long as the process or its successor does anything.
     pub(crate) fn signs_of_life(&self, process: Process) -> u32 {
         let slot = self.slot(process);
         slot.beats.load(SeqCst).wrapping_add(slot.progress.load(SeqCst))
     }
 
-    /// Sleeps until the process's bell shows another number than `seen`; the number it shows then, or
-    /// `None` when the time is over.
+    /// Sleeps until the count of the process's bell differs from `seen`, and returns
+    /// the new count, or `None` after `timeout`.
     pub(crate) fn wait(&self, process: Process, seen: u32, timeout: Duration) -> Option<u32> {
         let slot = self.slot(process);
         slot.sleeping.store(1, SeqCst);
@@ -144,8 +143,8 @@ impl Bells {
     }
 }
 
-/// Sleeps until `word` no longer holds `value` or the time is over; whether it changed. A signal
-/// that is handled elsewhere (SIGCONT, say) does not end the sleep.
+/// Sleeps until `word` no longer holds `value` or the timeout has passed; returns whether it changed. A signal that is
+/// handled elsewhere (SIGCONT, say) does not end the sleep.
 pub(crate) fn sleep_until_changed(word: &AtomicU32, value: u32, timeout: Duration) -> bool {
     if word.load(SeqCst) != value {
         return true;
@@ -162,7 +161,7 @@ pub(crate) fn sleep_until_changed(word: &AtomicU32, value: u32, timeout: Duratio
     false
 }
 
-/// Sleeps while `word` holds `value`, at most `timeout`. May return early.
+/// Sleeps while `word` holds `value`, for at most `timeout`. May return early.
 fn sleep(word: &AtomicU32, value: u32, timeout: Duration) {
     let timeout = libc::timespec {
         tv_sec: timeout.as_secs().min(i32::MAX as u64) as libc::time_t,
@@ -190,7 +189,7 @@ mod tests {
         (folder, bells)
     }
 
-    /// An observer that came while the system was being made was once ended by SIGBUS.
+    /// An observer that joined while the system was being created was once ended by SIGBUS.
     #[test]
     fn a_page_that_is_not_there_yet_is_an_error() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,8 +1,8 @@
-//! The channels of a system as services of iceoryx2: created by the supervisor, opened by everyone else.
+//! The channels of a system as iceoryx2 services: created by the supervisor, opened by all other processes.
 //!
-//! To iceoryx2 a message is a slice of words of eight bytes: the struct, and behind it its cells. The user header
-//! holds the number of bytes of the cells. Which struct it is an attribute of the service says, by name and
-//! fingerprint of the layout; two builds that disagree cannot meet.
+//! To iceoryx2 a message is a slice of eight-byte words: the struct, followed by its cells. The user header holds the
+//! length of the cells in bytes. An attribute of the service identifies the struct by its name and the fingerprint of
+//! its layout, so two builds that disagree cannot connect.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -20,18 +20,18 @@ use sketchnav_schemas::codes::Process;
 use crate::node::Node;
 use crate::{Error, Result};
 
-/// Observers that read a channel at the same time. They get what is over: the places of the table's readers and of the
-/// recorder are theirs alone.
+/// Observers that may read a channel at the same time. They get the places that are left over; those of the table's
+/// readers and of the recorder are reserved.
 const MAX_OBSERVERS: usize = 5;
-/// Places of observers that come in the same moment.
+/// Places for observers that join at the same moment.
 const SPARE: usize = 2;
 /// Writers of a channel that has many.
 const MAX_WRITERS: usize = 16;
-/// How long an observer clears up behind dead ones.
+/// How long an observer spends clearing up after dead ones.
 const CLEARING: Duration = Duration::from_millis(500);
-/// Processes that have a channel open at the same time.
+/// Processes that may have a channel open at the same time.
 const MAX_NODES: usize = 32;
-/// Samples that a reader holds at the same time. A message with cells is large, and no reader holds an old one.
+/// Samples that a reader may hold at the same time. A message with cells is large, and no reader holds an old one.
 const MAX_HELD: usize = 8;
 const MAX_HELD_WITH_CELLS: usize = 2;
 /// The attribute that names a channel's message type.
@@ -40,17 +40,16 @@ const MESSAGE: &str = "message";
 /// An open channel.
 pub(crate) type Factory = publish_subscribe::PortFactory<ipc::Service, [u64], u64>;
 
-/// Every channel of a run, held open. While this lives, a channel outlives its writer's death.
+/// All channels of a run, held open. While this value lives, a channel survives its writer's death.
 pub struct Channels {
     _held: Vec<Box<dyn Any>>,
 }
 
 impl Channels {
-    /// Creates every channel that the run's kind of navigator has. For the supervisor alone, before it starts the
-    /// processes.
+    /// Creates all channels of the run's kind of navigator. Only the supervisor does so, before it starts the processes.
     ///
     /// # Errors
-    /// [`Error::SharedMemory`] where a channel cannot be created or exists already.
+    /// [`Error::SharedMemory`] if a channel cannot be created or exists already.
     pub fn create(node: &Node) -> Result<Self> {
         let run = node.run_config()?;
         let held = channels::of_kind(run.mission.navigator_kind())
@@ -78,7 +77,7 @@ fn message_type(spec: &ChannelSpec) -> Result<(AttributeKey, AttributeValue)> {
     Ok((key, value))
 }
 
-/// Opens the reading end of a channel. Observers must leave the pipeline its places.
+/// Opens the reading end of a channel. Observers must leave the pipeline's places free.
 ///
 /// # Errors
 /// [`Error::TooManyObservers`].
@@ -89,7 +88,7 @@ pub(crate) fn subscribe(
     let service = open(node, spec)?;
     let reading = || format!("reading channel {:?}", spec.name);
     if node.process() == Process::Observer && observers(&service) >= MAX_OBSERVERS {
-        // One that was killed keeps its place until somebody clears up behind it.
+        // A killed observer keeps its place until it is cleared.
         node.clear_dead(CLEARING);
         if observers(&service) >= MAX_OBSERVERS {
             let system = node.system().name().into();
@@ -109,7 +108,7 @@ fn observers(service: &Factory) -> usize {
     count
 }
 
-/// Why a writer could not be made.
+/// Explains why a writer could not be created.
 pub(crate) fn writer_error(
     node: &Node,
     spec: &'static ChannelSpec,
@@ -136,7 +135,7 @@ fn builder(node: &Node, spec: &ChannelSpec) -> Result<ChannelBuilder> {
     Ok(builder.user_header::<u64>())
 }
 
-/// Safe overflow stays on: with it off, one stopped reader blocks the writer for seconds.
+/// Safe overflow stays on: without it, one stopped reader would block the writer for seconds.
 fn with_limits(builder: ChannelBuilder, spec: &ChannelSpec) -> ChannelBuilder {
     builder
         .enable_safe_overflow(true)
@@ -168,7 +167,7 @@ fn open_error(node: &Node, spec: &'static ChannelSpec, error: PublishSubscribeOp
     }
 }
 
-/// The type name of the message that the channel's creator gave.
+/// The type name of the message as given by the channel's creator.
 fn found_type(node: &Node, spec: &ChannelSpec) -> Option<String> {
     let name = service_name(spec).ok()?;
     let pattern = iceoryx2::service::messaging_pattern::MessagingPattern::PublishSubscribe;
@@ -188,7 +187,7 @@ mod tests {
     use sketchnav_schemas::channels::{ODOMETRY, SCAN};
     use sketchnav_schemas::codes::Process;
 
-    /// What another build says of `scan`.
+    /// The `scan` channel as declared by another build.
     static OTHER_SCAN: ChannelSpec = ChannelSpec {
         name: "scan",
         writer: Some(Process::World),

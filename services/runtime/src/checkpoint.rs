@@ -1,12 +1,12 @@
-//! A process's state, for its successor: two slots in shared memory, written in turn.
+//! A process's state, kept for its successor in two slots of shared memory that are written in turn.
 //!
-//! A slot is `version, number, length, checksum, state`. The number is 0 while the slot is written, so a
-//! kill at any moment leaves the other one whole. Of two good slots the one with the larger number
-//! counts; one that is damaged or of another version is refused, and said to be.
+//! A slot is `version, number, length, checksum, state`. The number is 0 while the slot is being written, so a kill at
+//! any moment leaves the other slot intact. Of two good slots, the one with the larger number counts. A slot that is
+//! damaged or of another version is rejected and reported.
 //!
-//! A checkpoint need not be new, since a core is deterministic. From an older state and the inputs since then, its
+//! A checkpoint need not be recent, because a core is deterministic: from an older state and the inputs since then, the
 //! successor computes the very same outputs. The writers' histories hold several times [`CHECKPOINT_EVERY`] steps, so
-//! that even the older slot will do.
+//! that even the older slot is good enough.
 //!
 //! Writing allocates nothing, unless the state has outgrown its slot.
 
@@ -25,30 +25,30 @@ use crate::node::Node;
 use crate::system::System;
 use crate::{Error, Result};
 
-/// A process whose inputs come by scans writes a checkpoint every so many steps.
+/// A process that is driven by scans writes a checkpoint after this many steps.
 pub const CHECKPOINT_EVERY: u32 = 16;
-/// Length of a slot's head, words.
+/// Length of a slot's header, words.
 const HEAD: usize = 4;
-/// The words of the head. The state's length is in bytes.
+/// Indices of the header's words. The state's length is in bytes.
 const VERSION: usize = 0;
 const NUMBER: usize = 1;
 const LENGTH: usize = 2;
 const CHECKSUM: usize = 3;
-/// Where in a slot's file its number stands, bytes.
+/// Offset of the number in a slot's file, bytes.
 pub(crate) const NUMBER_AT: u64 = (NUMBER * WORD) as u64;
-/// Where its state begins, bytes.
+/// Offset of the state in a slot's file, bytes.
 pub(crate) const STATE_AT: u64 = (HEAD * WORD) as u64;
-/// Room for a small state, words; a slot grows with what it holds.
+/// Room for a small state, words; a slot grows as needed.
 const FIRST_LENGTH: usize = 1 << 13;
-/// Where a state is written before it goes to a slot, words. A planner's fits that remembers as many obstacles as it may; a
-/// larger one makes room for itself, once.
+/// Size of the buffer in which a state is written before it is copied to a slot, words. It fits the state of a planner
+/// that remembers as many obstacles as it may; for a larger state the buffer grows once.
 const FIRST_ROOM: usize = 1 << 15;
 
-/// The two slots of a process, for a state that is written as `T` or as a view of one.
+/// The two slots of a process, for a state that is written as a `T` or as a view of one.
 pub struct Checkpoints<T> {
     version: u64,
     slots: [Mapping; 2],
-    /// The state is written here, then copied into its slot.
+    /// The buffer in which the state is written before it is copied into its slot.
     room: Vec<u64>,
     /// The slot to be written next: never the newest good one.
     next: usize,
@@ -58,25 +58,24 @@ pub struct Checkpoints<T> {
     state: PhantomData<fn() -> T>,
 }
 
-/// What a predecessor has left.
+/// What a predecessor left.
 #[derive(Debug)]
 pub struct Found<T> {
-    /// The newest good checkpoint; `None` where there is none.
+    /// The newest good checkpoint; `None` if there is none.
     pub state: Option<T>,
-    /// Why slots were refused.
+    /// Why slots were rejected.
     pub refused: Vec<Error>,
 }
 
 impl<T> Found<T> {
-    /// Says aloud which slots were refused, and why.
+    /// Reports which slots were rejected, and why.
     pub fn report(&self, node: &Node) {
         for error in &self.refused {
             node.report_fault(FaultKind::StateRefused, 0, &error.to_string());
         }
     }
 
-    /// Whether there was something and nothing of it can be used: the process begins anew, with what
-    /// it knew lost.
+    /// Whether there were checkpoints of which none can be used: the process starts again and has lost its state.
     pub fn is_lost(&self) -> bool {
         self.state.is_none() && !self.refused.is_empty()
     }
@@ -90,11 +89,11 @@ pub(crate) fn slots(system: &System, process: Process) -> Result<[PathBuf; 2]> {
 }
 
 impl<T: DeserializeOwned> Checkpoints<T> {
-    /// Opens the slots of the node's process and reads what its predecessor left. `version` names the
-    /// form of the state. A change of the form changes it.
+    /// Opens the slots of the node's process and reads what its predecessor left. `version` names the format of the
+    /// state and must change with it.
     ///
     /// # Errors
-    /// [`Error::File`] where shared memory is full or cannot be reached.
+    /// [`Error::File`] if shared memory is full or cannot be reached.
     pub fn open(node: &Node, version: &str) -> Result<(Self, Found<T>)> {
         Self::open_with(node, version, |bytes| postcard::from_bytes(bytes))
     }
@@ -106,7 +105,7 @@ impl<T: DeserializeOwned> Checkpoints<T> {
 }
 
 impl<T> Checkpoints<T> {
-    /// The same where `parse` reads the state.
+    /// As [`Checkpoints::open`], with `parse` reading the state.
     pub(crate) fn open_with(
         node: &Node,
         version: &str,
@@ -149,7 +148,7 @@ impl<T> Checkpoints<T> {
         head
     }
 
-    /// The state in a slot; `None` where it is empty, or was being written when the process was killed.
+    /// The state in a slot; `None` if it is empty, or was being written when the process was killed.
     fn read_slot(&self, slot: usize, parse: impl Fn(&[u8]) -> postcard::Result<T>) -> Result<Option<T>> {
         let [version, number, length, found] = self.head(slot);
         if number == 0 {
@@ -177,21 +176,21 @@ impl<T> Checkpoints<T> {
         Error::BadCheckpoint { path: self.slots[slot].path().into(), why }
     }
 
-    /// Marks the newest checkpoint as one that nobody can use; the reason as an error. A successor finds the other
-    /// slot, or nothing that it can use.
+    /// Marks the newest checkpoint as unusable and returns the reason as an error. A successor then finds the other
+    /// slot, or nothing usable.
     pub(crate) fn refuse_newest(&mut self, why: &str) -> Error {
         let newest = 1 - self.next;
         self.slots[newest].words()[VERSION].store(0, SeqCst);
         self.refusal(newest, why.to_owned())
     }
 
-    /// Counts a step; whether a checkpoint is due: after every [`CHECKPOINT_EVERY`].
+    /// Counts a step; returns whether a checkpoint is due, which is the case after every [`CHECKPOINT_EVERY`] steps.
     pub(crate) fn is_due_after_step(&mut self) -> bool {
         self.steps += 1;
         self.steps >= CHECKPOINT_EVERY
     }
 
-    /// Counts a step, and writes a checkpoint after every [`CHECKPOINT_EVERY`].
+    /// Counts a step, and writes a checkpoint after every [`CHECKPOINT_EVERY`] steps.
     ///
     /// # Errors
     /// As [`Checkpoints::write`].
@@ -199,17 +198,16 @@ impl<T> Checkpoints<T> {
         if self.is_due_after_step() { self.write(&state()) } else { Ok(()) }
     }
 
-    /// Writes a checkpoint: `state` is written as a `T` is.
+    /// Writes a checkpoint; `state` must serialize as a `T` does.
     ///
     /// # Errors
-    /// [`Error::File`] where the state has outgrown its slot and shared memory is full. What was there
-    /// before stays.
+    /// [`Error::File`] if the state has outgrown its slot and shared memory is full. The previous content is kept.
     pub fn write(&mut self, state: &impl Serialize) -> Result<()> {
         self.write_with(|room| Ok(postcard::to_slice(state, room)?.len()))
     }
 
-    /// The same where `save` writes the state to the beginning of the room that there is; how many bytes. Where
-    /// there is not room enough it is asked again.
+    /// As [`Checkpoints::write`], with `save` writing the state to the beginning of the given buffer and returning its
+    /// length in bytes. If the buffer is too small, `save` is called again with a larger one.
     pub(crate) fn write_with(
         &mut self,
         save: impl FnMut(&mut [u8]) -> postcard::Result<usize>,
@@ -232,7 +230,7 @@ impl<T> Checkpoints<T> {
         Ok(())
     }
 
-    /// Has the state written to [`Self::room`]; its length in bytes.
+    /// Has `save` write the state to [`Self::room`]; returns its length in bytes.
     fn fill(&mut self, mut save: impl FnMut(&mut [u8]) -> postcard::Result<usize>) -> Result<usize> {
         loop {
             match save(bytemuck::cast_slice_mut(&mut self.room)) {
@@ -315,7 +313,7 @@ mod tests {
         let place = Place::new();
         place.write(4);
         let (checkpoints, _) = place.open("test 1");
-        // As far as `write` comes before the last line but one.
+        // As far as `write` gets before its last line but one.
         checkpoints.slots[0].words()[NUMBER].store(0, SeqCst);
         checkpoints.slots[0].write(HEAD, &[5; 3]);
         let (mut successor, found) = place.open("test 1");
@@ -338,7 +336,7 @@ mod tests {
         }
     }
 
-    /// A state that its stage refuses once made the process end for good, with the mission.
+    /// A state that its stage rejected once ended the process for good, and the mission with it.
     #[test]
     fn what_a_stage_refuses_is_refused_to_its_successor_too() {
         let place = Place::new();

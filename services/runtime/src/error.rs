@@ -1,4 +1,4 @@
-//! What may go wrong at the edge of the runtime.
+//! Errors of the runtime.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use sketchnav_schemas::codes::Process;
 
 use crate::limits;
 
-/// What may go wrong: what was expected, what was found, and where.
+/// What went wrong: what was expected, what was found, and where.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -15,7 +15,7 @@ pub enum Error {
     BadName {
         /// The name.
         found: String,
-        /// The longest name.
+        /// The maximum length, characters.
         max: usize,
     },
     /// A folder and a name that together make paths too long for iceoryx2.
@@ -29,10 +29,10 @@ pub enum Error {
         root: PathBuf,
         /// The system.
         name: String,
-        /// How much is too much.
+        /// By how many characters the path is too long.
         excess: usize,
     },
-    /// The folder of all systems is not the user's own.
+    /// The folder of all systems does not belong to this user only.
     #[error(
         "{}: expected a folder of user {uid} that nobody else may enter (mode 0700, no link), found {found}; \
          remove it or set XDG_RUNTIME_DIR",
@@ -43,7 +43,7 @@ pub enum Error {
         path: PathBuf,
         /// This user.
         uid: u32,
-        /// What is there.
+        /// What was found there.
         found: String,
     },
     /// Another user has put a file or a link among those of a system.
@@ -53,10 +53,10 @@ pub enum Error {
         path: PathBuf,
         /// This user.
         uid: u32,
-        /// What is there.
+        /// What was found there.
         found: String,
     },
-    /// Another process starts or clears a system, and does not come to an end.
+    /// Another process is starting, joining or clearing a system, and does not finish.
     #[error(
         "{}: expected the lock within {seconds} s, found it held by {holder}, which starts, joins or clears a system; \
          let that one go on if it is stopped (kill -CONT), or end it, and try again",
@@ -65,9 +65,9 @@ pub enum Error {
     Guarded {
         /// The lock's file.
         path: PathBuf,
-        /// Who holds it, in words.
+        /// The holder, in words.
         holder: String,
-        /// For how long it was waited for.
+        /// How long the lock was waited for, seconds.
         seconds: u64,
     },
     /// A process of a dead system does not end, or cannot be reached from here.
@@ -79,12 +79,12 @@ pub enum Error {
     StillHeld {
         /// The process's lock file.
         path: PathBuf,
-        /// Who holds it, in words.
+        /// The holder, in words.
         holder: String,
-        /// For how long it was waited for.
+        /// How long the process was waited for, seconds.
         seconds: f64,
     },
-    /// A system of this name lives already.
+    /// A system of this name is running already.
     #[error("system {name:?} is running already (supervisor {pid}); choose another name or end that one")]
     AlreadyRunning {
         /// The system.
@@ -92,17 +92,17 @@ pub enum Error {
         /// Its supervisor's process id, as its file says.
         pid: String,
     },
-    /// No system of this name lives.
+    /// No system of this name is running.
     #[error(
         "system {name:?} is not running (running: {running}); `sketchnav run` starts one, `sketchnav ps` lists them"
     )]
     NotRunning {
         /// The system.
         name: String,
-        /// The systems that live.
+        /// The running systems.
         running: String,
     },
-    /// No dead system belongs to a folder.
+    /// The folder belongs to no dead system.
     #[error(
         "{}: expected the folder of a run whose supervisor was killed, found nothing to go on with. A system \
          that ended by itself leaves nothing. The next one that starts clears what a killed one left",
@@ -118,12 +118,12 @@ pub enum Error {
          or give it more (docker: --shm-size)"
     )]
     NoRoom {
-        /// What a system needs.
+        /// What a system needs, MiB.
         needed_mib: u64,
-        /// What is there.
+        /// What is free, MiB.
         found_mib: u64,
     },
-    /// A process may have too few files open.
+    /// The limit on open files of a process is too low.
     #[error(
         "expected a limit of {needed} open files or more for a process, found {found}: ulimit -n {needed}"
     )]
@@ -133,7 +133,7 @@ pub enum Error {
         /// The hard limit of this process.
         found: u64,
     },
-    /// The stack of the first thread may not grow as far as it has to.
+    /// The limit on the stack of the first thread is too low.
     #[error(
         "expected a limit of {needed_kib} KiB or more on the stack, found {found_kib} KiB: ulimit -s {needed_kib}"
     )]
@@ -143,39 +143,39 @@ pub enum Error {
         /// The hard limit of this process.
         found_kib: u64,
     },
-    /// A process of a system runs twice.
+    /// A process of a system is started a second time.
     #[error("{process} of system {system:?} runs already as process {pid}; end that one first")]
     ProcessRunsAlready {
-        /// Which.
+        /// The process.
         process: Process,
-        /// Where.
+        /// The system.
         system: String,
         /// The process id of the first one, as its file says.
         pid: String,
     },
-    /// The table of channels does not let the process do this.
+    /// The table of channels does not allow this access.
     #[error("{process} may not {verb} channel {channel:?}; the table of channels allows {allowed}")]
     Forbidden {
-        /// Who tried.
+        /// The process that tried.
         process: Process,
         /// `read` or `write`.
         verb: &'static str,
         /// The channel.
         channel: &'static str,
-        /// Who may.
+        /// The processes that may.
         allowed: String,
     },
-    /// The channel has its writer.
+    /// The channel already has its writer.
     #[error("channel {channel:?} of system {system:?} takes one writer and has one already: {owner}")]
     SecondWriter {
         /// The channel.
         channel: &'static str,
-        /// Where.
+        /// The system.
         system: String,
-        /// Who writes it.
+        /// The current writer.
         owner: String,
     },
-    /// As many observers read the channel as may.
+    /// The channel has the maximum number of observers.
     #[error(
         "channel {channel:?} of system {system:?}: {max} observers read it, and no more may; end one of them \
          (echo, hz, top) and try again"
@@ -183,36 +183,36 @@ pub enum Error {
     TooManyObservers {
         /// The channel.
         channel: &'static str,
-        /// Where.
+        /// The system.
         system: String,
-        /// How many there may be.
+        /// The maximum.
         max: usize,
     },
-    /// Two builds disagree about a message.
+    /// Two builds disagree about the layout of a message.
     #[error(
         "channel {channel:?} of system {system:?} carries {found}, this program expects {expected}: run the same build in the whole system"
     )]
     Mismatch {
         /// The channel.
         channel: &'static str,
-        /// Where.
+        /// The system.
         system: String,
         /// The type name of this program.
         expected: String,
         /// The type name of the channel's creator.
         found: String,
     },
-    /// A slice longer than its channel carries.
+    /// Cells longer than the channel allows.
     #[error("channel {channel:?}: expected at most {max} bytes behind a message, found {found}")]
     SliceTooLong {
         /// The channel.
         channel: &'static str,
         /// The longest slice, bytes.
         max: usize,
-        /// What was asked for, bytes.
+        /// The requested length, bytes.
         found: usize,
     },
-    /// A file or folder of the system.
+    /// An operation on a file or folder of the system failed.
     #[error("{}: {doing}: {source}", path.display())]
     File {
         /// The file or folder.
@@ -227,17 +227,17 @@ pub enum Error {
     RunConfig {
         /// The file.
         path: PathBuf,
-        /// What does not fit.
+        /// Why it cannot be parsed.
         source: serde_json::Error,
     },
-    /// A signal that could not be sent.
+    /// A signal could not be sent.
     #[error("{process}: sending process {pid} a signal: {source}")]
     Signal {
-        /// To whom.
+        /// The receiver.
         process: Process,
         /// Its process id.
         pid: u32,
-        /// Why not.
+        /// Why sending failed.
         source: std::io::Error,
     },
     /// A checkpoint that cannot be used.
@@ -248,7 +248,7 @@ pub enum Error {
         /// What was expected and what was found.
         why: String,
     },
-    /// The shared memory layer refused.
+    /// iceoryx2 reported an error.
     #[error("{what}: {cause}")]
     SharedMemory {
         /// What was being done, to which channel.
@@ -259,12 +259,12 @@ pub enum Error {
 }
 
 impl Error {
-    /// Whether another name for the system would help.
+    /// Whether choosing another name for the system would help.
     pub fn is_about_the_name(&self) -> bool {
         matches!(self, Self::BadName { .. } | Self::PathTooLong { .. } | Self::AlreadyRunning { .. })
     }
 
-    /// Whether what was asked for is not there, or taken.
+    /// Whether the system to resume is missing or already running.
     pub fn is_about_what_to_resume(&self) -> bool {
         matches!(self, Self::NothingToResume { .. } | Self::AlreadyRunning { .. })
     }
@@ -282,7 +282,7 @@ impl Error {
     }
 }
 
-/// What iceoryx2's word for an error means to people, and what they can do.
+/// What iceoryx2's name for an error means to people, and what they can do about it.
 fn explained(cause: &str) -> String {
     if let Some(limit) = limits::files_are_used_up() {
         return format!(
@@ -322,7 +322,7 @@ mod tests {
 
     use super::explained;
 
-    /// Once a user saw only `ExceedsMaxSupportedSubscribers` when eight observers had taken all places.
+    /// A user once saw nothing but `ExceedsMaxSupportedSubscribers` when eight observers had taken all places.
     #[test]
     fn what_the_shared_memory_library_says_is_explained() {
         let said = [

@@ -1,9 +1,9 @@
-//! Shared memory whose maker was killed while it made it.
+//! Files in shared memory whose maker was killed while it was creating them.
 //!
-//! iceoryx2 0.10 makes a file that its owner may write and nobody read, gives it its size, fills it and makes it
-//! readable at last. A process that is killed in between leaves one that nobody finishes. Whoever else needs it, a
-//! living writer or the supervisor that clears up behind the dead, is refused. As root, and with the file still empty,
-//! it waits for ever. So such a file is removed when no process has it open.
+//! iceoryx2 0.10 creates a file that its owner may write and no process may read, gives it its size, fills it, and only
+//! then makes it readable. A process that is killed in between leaves a file that will never be finished. Any other
+//! process that needs it, whether a living writer or the supervisor clearing up after the dead, is denied access; as
+//! root, and if the file is still empty, it waits forever. So such a file is removed once no process has it open.
 
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
@@ -17,18 +17,18 @@ use crate::names::Names;
 use crate::shared::{self, Seen};
 use crate::{Error, Result, System, signals};
 
-/// How often the supervisor looks for such files, beside whatever it waits for itself.
+/// How often the supervisor looks for such files, besides whatever else it is waiting for.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// Of a file that is not finished: its owner may write it, and that is all.
+/// Mode of an unfinished file: its owner may write it, and nothing else.
 const UNFINISHED: u32 = 0o200;
 const PERMISSIONS: u32 = 0o777;
 
-/// Making one takes microseconds. (A maker in another container cannot be asked what it has open.)
+/// Creating one takes microseconds. (A maker in another container cannot be asked what it has open.)
 const MAKING: Duration = Duration::from_millis(100);
-/// A supervisor asks for complaints several times a second: one that does not ask for so long hangs in shared memory.
+/// The supervisor asks for complaints several times a second; one that has not asked for this long hangs in shared memory.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Whether its maker has not finished a file.
+/// Whether the file was not finished by its maker.
 pub(crate) fn is_unfinished(file: &Metadata) -> bool {
     file.mode() & PERMISSIONS == UNFINISHED
 }
@@ -37,7 +37,7 @@ pub(crate) fn is_unfinished(file: &Metadata) -> bool {
 #[derive(Debug)]
 pub(crate) struct Ages {
     patience: Duration,
-    /// By device and inode.
+    /// When each was first seen, by device and inode.
     seen: BTreeMap<(u64, u64), Instant>,
 }
 
@@ -48,12 +48,12 @@ impl Default for Ages {
 }
 
 impl Ages {
-    /// A file is unfinished for too long after `patience`.
+    /// A file counts as abandoned when it has been unfinished for `patience`.
     pub(crate) fn with_patience(patience: Duration) -> Self {
         Self { patience, seen: BTreeMap::new() }
     }
 
-    /// Those of `seen` that have been unfinished for longer than it should take. To be asked again and again.
+    /// The files of `seen` that have been unfinished for too long. Must be called repeatedly.
     pub(crate) fn unfinished(&mut self, seen: &[Seen]) -> Vec<Seen> {
         let now = Instant::now();
         let unfinished: Vec<_> = seen.iter().filter(|(_, file)| is_unfinished(file)).cloned().collect();
@@ -64,21 +64,22 @@ impl Ages {
     }
 }
 
-/// Whether the process `pid` has the file open: its maker has, from the first moment on.
+/// Whether the process `pid` has the file open, as its maker does from the first moment on.
 pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
     let opened = fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();
     let mut opened = opened.filter_map(|entry| fs::metadata(entry.path()).ok());
     opened.any(|other| (other.dev(), other.ino()) == (file.dev(), file.ino()))
 }
 
-/// Watches a system's files for as long as it lives: those go that nobody finishes, those of others are complained about.
+/// Watches a system's files for its own lifetime: removes those that will never be
+/// finished, and reports those of other users.
 pub(crate) struct Sweeper {
     stop: mpsc::Sender<()>,
     complaint: Arc<Mutex<Complaint>>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// A file of somebody else's, until the supervisor asks.
+/// A file of another user, pending until the supervisor asks for it.
 #[derive(Debug, Default)]
 enum Complaint {
     #[default]
@@ -104,7 +105,7 @@ impl Complaint {
         }
     }
 
-    /// The error, where nobody has asked for `patience`.
+    /// The error, if it has been pending for longer than `patience`.
     fn overdue(&mut self, patience: Duration) -> Option<Error> {
         let is_overdue = matches!(self, Self::Waits(since, _) if since.elapsed() > patience);
         is_overdue.then(|| self.take()).flatten()
@@ -112,10 +113,10 @@ impl Complaint {
 }
 
 impl Sweeper {
-    /// Begins to watch.
+    /// Starts watching.
     ///
     /// # Errors
-    /// Where the system's folder is gone.
+    /// If the system's folder is gone.
     pub(crate) fn start(system: System) -> Result<Self> {
         let mut names = system.shared()?.names();
         let (stop, stopped) = mpsc::channel();
@@ -137,21 +138,22 @@ impl Sweeper {
         Ok(Self { stop, complaint, thread: Some(thread) })
     }
 
-    /// What it has found, once.
+    /// The first foreign file that was found; returned once.
     pub(crate) fn complaint(&self) -> Option<Error> {
         self.complaint.lock().ok()?.take()
     }
 }
 
-/// Ends the supervisor's process when it does not ask any more. iceoryx2 0.10 waits for ever for whoever makes a file
-/// of the name that it needs itself. The kernel ends the other processes when the supervisor has gone.
+/// Ends the supervisor's process once it no longer asks. If another user has created a file under a name that iceoryx2
+/// 0.10 needs, it waits forever for that file to be finished. When the supervisor is
+/// gone, the kernel ends the other processes.
 fn end_for_good(system: &System, error: &Error) -> ! {
     system.abandon();
     sketchnav_schemas::say!("{error}");
     std::process::exit(signals::FAILED)
 }
 
-/// Looks at each file once. What cannot be taken away or made private now is tried again.
+/// Looks at each file once. A file that cannot be removed or made private now is tried again the next time.
 ///
 /// # Errors
 /// [`Error::ForeignFile`].

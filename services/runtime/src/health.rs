@@ -1,4 +1,4 @@
-//! Health: what a process reports about itself, once a second and at its end.
+//! Health: what a process reports about itself, once a second and when it ends.
 
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -26,7 +26,7 @@ pub struct HealthReporter {
     allocations: u64,
 }
 
-/// A step that has begun.
+/// A step in progress.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
     began: Instant,
@@ -34,14 +34,14 @@ pub struct Step {
 }
 
 impl Step {
-    /// Begins a step: now.
+    /// Begins a step now.
     pub fn begin() -> Self {
         Self { began: Instant::now(), allocations: allocations_of_this_thread() }
     }
 }
 
 impl HealthReporter {
-    /// Opens `health` for the node's process. Its first message is due at once.
+    /// Opens `health` for the node's process. The first message is due at once.
     pub fn new(node: &Node) -> Result<Self> {
         Ok(Self {
             writer: node.writer(HEALTH)?,
@@ -56,7 +56,7 @@ impl HealthReporter {
         })
     }
 
-    /// Counts a step that has ended now: its time and its heap allocations.
+    /// Counts a step that ends now, with its duration and its heap allocations.
     pub fn end(&mut self, step: Step) {
         let took = step.began.elapsed();
         self.steps += 1;
@@ -65,7 +65,7 @@ impl HealthReporter {
         self.allocations += allocations_of_this_thread() - step.allocations;
     }
 
-    /// Publishes where a second has passed since the last time. `stamp_ns`: simulation time, ns.
+    /// Publishes if a second has passed since the last message. `stamp_ns`: simulation time, ns.
     pub fn report_if_due(&mut self, stamp_ns: u64) -> Result<()> {
         match self.reported {
             Some(reported) if reported.elapsed() < PERIOD => Ok(()),
@@ -73,7 +73,7 @@ impl HealthReporter {
         }
     }
 
-    /// Publishes now; also the last thing a process does. `stamp_ns`: simulation time, ns.
+    /// Publishes now; a process also does so last of all. `stamp_ns`: simulation time, ns.
     pub fn report(&mut self, stamp_ns: u64) -> Result<()> {
         self.reported = Some(Instant::now());
         let longest_step = std::mem::take(&mut self.longest_step);

@@ -1,13 +1,13 @@
 //! The last messages of a channel, kept for its writer's successor.
 //!
-//! A dead writer's samples and its history go with it (iceoryx2 0.10). So a writer notes each message here before it
-//! sends it, and its successor sends again what is here. Readers that have had a message drop it by its number; the
-//! others get it. A reader that comes late finds a history. A kill at any moment leaves at most the entry unreadable
-//! that was being written, whose message nobody has.
+//! In iceoryx2 0.10, a dead writer's samples and its history die with it. So a writer stores each message here before
+//! it sends it, and its successor sends the stored messages again. Readers recognize by its number a message that they
+//! already have, and drop it; a reader that joins late finds a history. A kill at any moment leaves at most one
+//! unreadable entry: the one being written, whose message no reader has.
 //!
-//! Readers of the channel never look here. The exception is a recorder that goes on after its predecessor's death. The
-//! writer that could send its missed messages again may be dead or have ended. Beside each message stands when it was
-//! sent, by the clock: in the message itself nothing is that two runs would not agree on.
+//! Readers of the channel never look here, with one exception: a recorder that continues after its predecessor's death,
+//! because the writer that could send the missed messages again may be dead or have ended. Each entry also stores when
+//! its message was sent, by the clock. The message itself contains nothing on which two runs would disagree.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst, fence};
@@ -21,25 +21,25 @@ use crate::Result;
 use crate::mapping::{Mapping, WORD};
 use crate::node::Node;
 
-/// The form of the entries: of another one nothing is read.
+/// The format of the entries; entries of another format are ignored.
 const ENTRIES: u64 = 2;
-/// Words before an entry's message: its number, and when it was sent.
+/// Words before an entry's message: its number, and the time at which it was sent.
 const BEFORE: usize = 2;
 
-/// As many messages as the channel's history holds, each behind its number (0 where an entry is empty) and its time.
-/// Of a message with cells the header alone: its writer's successor makes it again.
+/// As many messages as the channel's history holds, each preceded by its number (0 if the entry is empty) and its time.
+/// Of a message with cells only the header is stored; its writer's successor computes it again.
 pub(crate) struct History {
     mapping: Mapping,
     capacity: u64,
-    /// What is kept of a message, words.
+    /// What is stored of a message, words.
     length: usize,
     last_seq: u64,
 }
 
 impl History {
-    /// Opens what the channel's last writer kept.
+    /// Opens what the channel's last writer stored.
     pub(crate) fn open(node: &Node, spec: &ChannelSpec) -> Result<Self> {
-        // Another build's messages are never taken for this one's.
+        // Another build's messages are never mistaken for this one's.
         let fingerprint = spec.message.fingerprint() ^ ENTRIES;
         let name = format!("history_{}_{:08x}", spec.name, fingerprint as u32);
         let length = if spec.max_cells > 0 { size_of::<Header>() } else { spec.message.size };
@@ -55,17 +55,17 @@ impl History {
         Ok(history)
     }
 
-    /// The number of the newest message, its writer's latest included.
+    /// The number of the newest message in the file, the writer's latest included.
     fn newest(&self) -> u64 {
         (0..self.capacity).map(|i| self.number(i).load(SeqCst)).max().unwrap_or(0)
     }
 
-    /// The number of the newest message; 0 where there is none.
+    /// The number of the newest message; 0 if there is none.
     pub(crate) fn last_seq(&self) -> u64 {
         self.last_seq
     }
 
-    /// Notes a message that has its number, the words of it that are kept.
+    /// Stores the given words of a message that has its number.
     pub(crate) fn keep(&mut self, message: &[u64]) {
         let seq = erased::header(bytemuck::cast_slice(message)).seq;
         let index = self.index(seq);
@@ -79,8 +79,8 @@ impl History {
         self.last_seq = seq;
     }
 
-    /// Hands `take` a copy of each message after `seq`, oldest first. Their writer may be at work: what it writes at
-    /// the same moment is left out.
+    /// Calls `take` with a copy of each message after `seq`, oldest first. The writer may be at work; an entry that it
+    /// writes at the same moment is skipped.
     pub(crate) fn for_each_after(&self, seq: u64, mut take: impl FnMut(&[u64])) {
         let first = self.last_seq.saturating_sub(self.capacity).max(seq) + 1;
         let mut copy = vec![0; self.length];
@@ -91,13 +91,13 @@ impl History {
         }
     }
 
-    /// A copy of the newest message: of one with cells the header.
+    /// A copy of the newest message, or of its header if it has cells.
     pub(crate) fn last(&self) -> Option<Vec<u64>> {
         let mut copy = vec![0; self.length];
         self.read(self.last_seq, &mut copy).then_some(copy)
     }
 
-    /// Copies the message `seq`; whether it is there, before and after.
+    /// Copies the message `seq`; returns whether it was there both before and after the copy.
     fn read(&self, seq: u64, into: &mut [u64]) -> bool {
         let index = self.index(seq);
         let is_there = || seq > 0 && self.number(index).load(SeqCst) == seq;
@@ -117,40 +117,40 @@ impl History {
         self.word(index, 0)
     }
 
-    /// The place of an entry's first word.
+    /// The index of an entry's first word.
     fn entry(&self, index: u64) -> usize {
         index as usize * (BEFORE + self.length)
     }
 
-    /// An entry's words: its number, its time, then the message, which begins with its header's three.
+    /// An entry's words: its number, its time, then the message, which begins with the three words of its header.
     fn word(&self, index: u64, word: usize) -> &AtomicU64 {
         &self.mapping.words()[self.entry(index) + word]
     }
 }
 
-/// Time since some moment before all processes of this boot, nanoseconds; 0 where there is no such clock.
+/// Monotonic time of this boot, common to all processes, nanoseconds; 0 if there is no such clock.
 fn monotonic_ns() -> u64 {
     let now = clock_gettime(ClockId::CLOCK_MONOTONIC);
     now.map_or(0, |now| now.tv_sec() as u64 * 1_000_000_000 + now.tv_nsec() as u64)
 }
 
-/// What was sent on a channel when, as far back as its history goes, while its writer is at work.
+/// When the messages of a channel were sent, as far back as its history goes. Usable while the writer is at work.
 pub struct SendTimes(History);
 
-/// That a message was sent.
+/// A message that was sent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sent {
     /// The message's number, time and cause.
     pub header: Header,
-    /// When, by the clock that all processes of the machine share, nanoseconds.
+    /// When it was sent, by the clock that all processes of the machine share, nanoseconds.
     pub at_ns: u64,
 }
 
 impl SendTimes {
-    /// Of a channel of `node`'s system that has one writer.
+    /// Opens the history of a channel of `node`'s system that has one writer.
     ///
     /// # Errors
-    /// [`crate::Error`] where shared memory fails.
+    /// [`crate::Error`] if shared memory fails.
     pub fn open(node: &Node, spec: &ChannelSpec) -> Result<Self> {
         Ok(Self(History::open(node, spec)?))
     }
@@ -160,7 +160,7 @@ impl SendTimes {
         self.0.newest()
     }
 
-    /// Of the message `seq`; `None` where it is too long ago, or yet to come.
+    /// The message `seq`; `None` if it is no longer stored or not yet sent.
     pub fn of(&self, seq: u64) -> Option<Sent> {
         let index = self.0.index(seq);
         let is_there = || seq > 0 && self.0.number(index).load(SeqCst) == seq;
@@ -172,7 +172,7 @@ impl SendTimes {
         is_there().then_some(Sent { header: Header { seq, stamp_ns, source_seq }, at_ns })
     }
 
-    /// Of the newest message that the tick `source_seq` caused.
+    /// The newest message that the tick `source_seq` caused.
     pub fn caused_by(&self, source_seq: u64) -> Option<Sent> {
         let newest = self.newest();
         let oldest = newest.saturating_sub(self.0.capacity) + 1;
@@ -244,7 +244,7 @@ mod tests {
         assert_eq!((times.caused_by(50), times.caused_by(55)), (Some(sent[2]), None));
     }
 
-    /// Killed between the lines of `keep`: the oldest message is gone, the new one not there.
+    /// A kill between the lines of `keep`: the oldest message is gone, and the new one is not there.
     #[test]
     fn a_message_that_was_being_noted_is_not_there() {
         let folder = tempfile::tempdir().unwrap();

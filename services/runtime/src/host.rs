@@ -1,14 +1,14 @@
-//! Runs a stage of a navigator as a process: its channels, its steps, its checkpoints, its health.
+//! Runs a stage of a navigator as a process: its channels, steps, checkpoints and health.
 //!
-//! The table of channels says what the process reads and writes. Instructions and requests are heard as they come, each
-//! request after the instructions that were sent before it. Instants are taken one after the other, each with all the
-//! readings that its tick names.
+//! The table of channels says what the process reads and writes. Instructions and requests are heard as they arrive,
+//! and each request is heard after the instructions that were sent before it. Instants are processed one after the
+//! other, each with all the readings that its tick names.
 //!
-//! After a kill the successor goes on from the last checkpoint. It hears the instructions that hold, and takes its inputs
-//! since then out of the channels' histories. It sends what was not sent yet.
+//! After a kill the successor resumes from the last checkpoint. It hears the instructions that are in force, takes its
+//! inputs since then from the channels' histories, and sends only what was not sent yet.
 //!
-//! A checkpoint is written after every few steps, before and after each request, and after instructions. The moment at
-//! which a person says something is chance, so a step after it cannot be computed again from a state before it.
+//! A checkpoint is written every few steps, before and after each request, and after instructions. The moment at which
+//! a person's request arrives is chance, so a step after it cannot be computed again from a state before it.
 
 mod inputs;
 mod outputs;
@@ -26,19 +26,19 @@ use crate::{Checkpoints, Error, Found, HealthReporter, Node, RawSample, Step, Wa
 /// Longest sleep between two looks at the channels.
 const NAP: Duration = Duration::from_millis(250);
 
-/// Why a process that hosts a stage ends before it is asked to.
+/// Why a process that hosts a stage ended before it was asked to.
 #[derive(Debug, thiserror::Error)]
 pub enum HostError {
-    /// Shared memory, a channel, a checkpoint.
+    /// Shared memory, a channel or a checkpoint failed.
     #[error(transparent)]
     Runtime(#[from] Error),
-    /// The stage.
+    /// The stage failed.
     #[error("{0}")]
     Stage(#[source] StageError),
 }
 
 impl From<StageError> for HostError {
-    /// A stage hands on what its outbox says: shared memory that fails is not the stage's fault.
+    /// A stage passes on the errors of its outbox: a failure of shared memory is not the stage's fault.
     fn from(error: StageError) -> Self {
         error.downcast().map_or_else(Self::Stage, |error| Self::Runtime(*error))
     }
@@ -73,19 +73,19 @@ pub fn host(node: &Node, stage: &mut dyn Hosted) -> Result<(), HostError> {
     Ok(host.health.report(host.stamp_ns)?)
 }
 
-/// What a checkpoint says before the stage's own state.
+/// What a checkpoint holds before the stage's own state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Head {
     inputs: inputs::Positions,
     outputs: outputs::Positions,
-    /// Where the outputs were before the stage spoke last: a successor has it speak once more.
+    /// The outputs' positions before the stage last spoke; a successor has it speak once more.
     spoken_from: outputs::Positions,
-    /// How often the next request was heard without an end.
+    /// How often hearing the next request was begun without being completed.
     attempts: u32,
     stamp_ns: u64,
 }
 
-/// The same where it lies, to be written.
+/// A borrowed [`Head`], for writing.
 #[derive(Serialize)]
 struct HeadView<'a> {
     inputs: &'a inputs::Positions,
@@ -113,13 +113,13 @@ struct Host<'a> {
     outputs: Outputs,
     health: HealthReporter,
     checkpoints: Checkpoints<Saved>,
-    /// Where the outputs were before the stage spoke last.
+    /// The outputs' positions before the stage last spoke.
     spoken_from: outputs::Positions,
     /// How often a predecessor heard the next request and died.
     attempts: u32,
     /// Time of the last instant.
     stamp_ns: u64,
-    /// The tick that a predecessor answered last.
+    /// The last tick that a predecessor answered.
     answered: u64,
 }
 
@@ -157,8 +157,9 @@ impl Host<'_> {
         Ok(())
     }
 
-    /// Hears what has come: before each request the instructions, for what is asked for was drawn before. A request waits
-    /// until all that a predecessor has answered is computed again: it was asked for later.
+    /// Hears what has arrived. Before each request come the instructions, because the request may refer to what was
+    /// drawn before it. A request waits until everything that a predecessor answered is
+    /// computed again, because it was made later.
     fn hear_all(&mut self) -> Result<(), HostError> {
         loop {
             if self.hear_instructions()? {
@@ -173,7 +174,7 @@ impl Host<'_> {
         }
     }
 
-    /// Whether there were any.
+    /// Hears the instructions that have arrived; returns whether there were any.
     fn hear_instructions(&mut self) -> Result<bool, HostError> {
         let mut is_new = false;
         while let Some((spec, sample)) = self.inputs.next_instruction()? {
@@ -184,7 +185,7 @@ impl Host<'_> {
         Ok(is_new)
     }
 
-    /// A request that has killed the process again and again is counted, so that the stage can refuse it.
+    /// Counts how often a request has killed the process, so that the stage can refuse it.
     fn hear_request(&mut self, index: usize, request: &RawSample) -> Result<(), HostError> {
         let step = Step::begin();
         let header = *request.header();
@@ -196,7 +197,7 @@ impl Host<'_> {
         self.inputs.take_request(index, header.stamp_ns, header.seq);
         self.spoken_from.clone_from(self.outputs.positions());
         self.attempts = 0;
-        // Before what is said to it: whoever has that may forget the request.
+        // Before the answer is sent: a sender that has the answer may forget the request.
         self.write_checkpoint()?;
         self.speak(header.stamp_ns, header.seq, false)?;
         self.health.end(step);
@@ -218,7 +219,7 @@ impl Host<'_> {
         })?)
     }
 
-    /// Goes on where the predecessor stood; false where the end comes first.
+    /// Continues from where the predecessor stood; false if the process is asked to end first.
     fn resume(&mut self, kind: &str, found: Found<Saved>) -> Result<bool, HostError> {
         let is_lost = found.is_lost();
         let head = found.state.as_ref().map(|saved| saved.head.clone());
@@ -245,13 +246,13 @@ impl Host<'_> {
         Ok(true)
     }
 
-    /// A state that the stage refuses is kept from the successor, which then goes on from an older one or begins anew.
+    /// A state that the stage rejects is hidden from the successor, which then resumes from an older one or starts again.
     fn load(&mut self, state: &[u8]) -> Result<(), HostError> {
         let loaded = self.stage.load(state);
         Ok(loaded.map_err(|error| self.checkpoints.refuse_newest(&error.to_string()))?)
     }
 
-    /// Hears the instructions that the state belongs to, or newer ones; false where the end comes first.
+    /// Hears the instructions that the state depends on, or newer ones; false if the process is asked to end first.
     fn await_instructions(&mut self, awaited: &inputs::Positions) -> Result<bool, HostError> {
         loop {
             self.hear_instructions()?;
@@ -265,14 +266,14 @@ impl Host<'_> {
         }
     }
 
-    /// The tick that a predecessor answered last; 0 where there is none.
+    /// The last tick that a predecessor answered; 0 if there is none.
     fn last_answered(&self, kind: &str) -> u64 {
         let last_word = channels::last_word_of(self.node.process(), kind);
         last_word.and_then(|spec| self.outputs.last_sent(spec)).map_or(0, |header| header.source_seq)
     }
 
-    /// No checkpoint can be used: the stage begins anew behind what its predecessor sent. What people asked for
-    /// before is old by now; a robot does not drive off by it.
+    /// No checkpoint can be used: the stage starts again after what its predecessor sent. Earlier requests of people
+    /// are outdated by now, and must not make the robot drive off.
     fn begin_anew(&mut self, kind: &str) -> Result<(), HostError> {
         self.outputs.resume_behind_history();
         let (process, answered) = (self.node.process(), self.last_answered(kind));

@@ -1,8 +1,8 @@
-//! Which process a lock file means, so that no other is taken for it.
+//! Identifies the process that a lock file names, so that no other is mistaken for it.
 //!
-//! A process id alone is no identity. The kernel gives it out again, and in another PID namespace it means another process:
-//! containers may share the folders in which systems live. So beside the id stand the time at which the process started, the
-//! PID namespace and the boot of the machine. A signal goes through a pidfd, which never means another process.
+//! A process id alone identifies nothing: the kernel reuses it, and in another PID namespace it means another process,
+//! while containers may share the folders of systems. So a lock file also holds the process's start time, its PID
+//! namespace and the boot of the machine. Signals are sent through a pidfd, which never refers to another process.
 
 use std::fmt::{Display, Formatter};
 use std::fs;
@@ -17,12 +17,12 @@ use nix::unistd::Pid;
 
 use crate::watch::{ProcessState, stat_field};
 
-/// A process, whatever becomes of its id.
+/// A process, identified even after its id is reused.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identity {
     /// Its id in its own PID namespace.
     pub(crate) pid: u32,
-    /// When it started, in clock ticks since the boot.
+    /// Its start time, clock ticks since the boot.
     started: u64,
     /// The inode of its PID namespace.
     namespace: u64,
@@ -30,16 +30,16 @@ pub(crate) struct Identity {
     boot: String,
 }
 
-/// A process that signals can be sent to.
+/// A process that can be sent signals.
 #[derive(Debug)]
 pub(crate) struct Handle {
     pid: Pid,
-    /// None where the kernel has no pidfd (before Linux 5.3).
+    /// `None` if the kernel has no pidfd (before Linux 5.3).
     pidfd: Option<OwnedFd>,
 }
 
 impl Identity {
-    /// That of this process.
+    /// The identity of this process.
     pub(crate) fn own() -> io::Result<Self> {
         let pid = std::process::id();
         let started = started(pid).ok_or_else(|| io::Error::other("/proc/self/stat has no start time"))?;
@@ -56,10 +56,10 @@ impl Identity {
         Some(Self { pid, started: started.ok()?, namespace: namespace.ok()?, boot: words.next()?.into() })
     }
 
-    /// A way to send it signals, where it is a living process that this one can reach.
+    /// A handle for sending it signals, if it is a living process that this one can reach.
     ///
     /// # Errors
-    /// In words, why it cannot be reached.
+    /// Why it cannot be reached, in words.
     pub(crate) fn handle(&self) -> Result<Handle, String> {
         let own =
             Self::own().map_err(|error| format!("{self}; this process does not know itself: {error}"))?;
@@ -72,7 +72,8 @@ impl Identity {
                 self.pid, self.namespace
             ));
         }
-        // In this order: the descriptor means the process whose start time is read after it was opened.
+        // The order matters: the start time is read after the descriptor is opened, so
+        // it belongs to the descriptor's process.
         let pid = Pid::from_raw(i32::try_from(self.pid).map_err(|_| format!("{self}, which is none"))?);
         let pidfd = match pidfd(self.pid) {
             Ok(pidfd) => Some(pidfd),
@@ -92,13 +93,13 @@ impl Display for Identity {
     }
 }
 
-/// As [`Identity::parse`] reads it.
+/// The text that [`Identity::parse`] reads.
 pub(crate) fn text(identity: &Identity) -> String {
     let Identity { pid, started, namespace, boot } = identity;
     format!("{pid} {started} {namespace} {boot}")
 }
 
-/// The holder of a lock file in words, for an error: its id, and what it does.
+/// The holder of a lock file for an error message: its id, and what it does.
 pub(crate) fn described(text: &str) -> String {
     let Some(identity) = Identity::parse(text) else { return "a process that has not said which".into() };
     match identity.handle() {
@@ -119,15 +120,15 @@ impl Handle {
     }
 }
 
-/// A descriptor of the process that has this id now.
+/// A descriptor of the process that currently has this id.
 fn pidfd(pid: u32) -> nix::Result<OwnedFd> {
     // SAFETY: a system call without pointers.
     let fd = Errno::result(unsafe { libc::syscall(libc::SYS_pidfd_open, pid, 0) })?;
-    // SAFETY: the kernel has just made the descriptor for us alone.
+    // SAFETY: the kernel has just created the descriptor, and only we own it.
     Ok(unsafe { OwnedFd::from_raw_fd(fd as i32) })
 }
 
-/// When the process that has this id now started, in clock ticks since the boot: field 22 of proc_pid_stat(5).
+/// Start time of the process that currently has this id, clock ticks since the boot: field 22 of proc_pid_stat(5).
 fn started(pid: u32) -> Option<u64> {
     stat_field(pid, 22)?.parse().ok()
 }
@@ -151,7 +152,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// What another process with the same id would have written.
+    /// What other processes with the same id would have written.
     pub(crate) fn imposters(identity: &Identity) -> [Identity; 3] {
         [
             Identity { started: identity.started - 1, ..identity.clone() },

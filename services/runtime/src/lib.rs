@@ -1,29 +1,28 @@
 //! Processes and channels over shared memory: the one crate that names iceoryx2.
 //!
-//! - [`System`]: a named system's folder, who lives in it, and how it goes away without a trace.
+//! - [`System`]: a named system's folder, its living processes, and its removal without a trace.
 //! - [`Channels`]: every channel of the table, created and held by the supervisor.
-//! - [`Node`]: a process in a system; opens a [`Writer`] or a [`Reader`] of a channel and waits.
-//! - [`host()`]: runs a stage of a navigator as a process; all of the following is at work in it.
-//! - [`Checkpoints`]: a process's state, for the one that goes on when it was killed.
+//! - [`Node`]: a process in a system; opens a [`Writer`] or [`Reader`] of a channel, and waits.
+//! - [`host()`]: runs a stage of a navigator as a process, using everything below.
+//! - [`Checkpoints`]: a process's state, from which its successor resumes after a kill.
 //! - [`SendTimes`]: when the last messages of a channel were sent, by the clock.
-//! - [`Notices`]: what the supervisor is to tell everybody.
-//! - Faults by plan are at work in the writers (`trap.rs`); without a plan there is nothing.
-//! - [`provide_files`], [`provide_stack`]: what a process needs of its limits;
-//! - [`Room`], [`Peer`]: what a system needs of its machine, and who is connected; for tools.
-//! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process says about itself, and time.
+//! - [`Notices`]: what processes and tools ask the supervisor to publish.
+//! - Planned faults are applied by the writers (`trap.rs`); without a plan there is no overhead.
+//! - [`provide_files`], [`provide_stack`]: raise the process limits that a system needs.
+//! - [`Room`], [`Peer`]: for tools; whether the machine has room for a system, and which processes are connected.
+//! - [`HealthReporter`], [`CountingAllocator`], [`Pacer`]: what a process reports about itself, and pacing against the clock.
 //!
-//! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references
-//! into the same file of `/dev/shm`. Receiving allocates nothing, and sending nothing but iceoryx2's own
-//! handle of a loan.
+//! A message is written once, in shared memory, and read there: [`Loan`] and [`Sample`] are references into the same
+//! file of `/dev/shm`. Receiving allocates nothing, and sending allocates only iceoryx2's own handle of a loan.
 //!
-//! Any process may be killed at any moment. Its writers keep their last messages, and its checkpoint says where in
-//! each channel it stood. Its successor takes what it missed out of the channels' histories, and computes again what
-//! it may have sent already. It sends only what is new: each message exactly once.
+//! Any process may be killed at any moment. Its writers keep their last messages, and its checkpoint holds its position
+//! in each channel. Its successor takes the inputs that it missed from the channels' histories, computes again what may
+//! have been sent already, and sends only what is new: each message exactly once.
 //!
-//! Nothing here knows what a message means, except the tick. No process but the supervisor creates a channel: a
-//! process that dies while it creates one would block it for good (iceoryx2 0.10).
+//! Nothing here knows what a message means, except for the tick. Only the supervisor creates channels: a process that
+//! died while creating one would block it for good (iceoryx2 0.10).
 
-// `say!` prints: it escapes what could steer a terminal.
+// `say!` prints, and escapes what could steer a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod allocations;
@@ -71,5 +70,5 @@ pub use system::System;
 pub use watch::{ProcessState, Watch};
 pub use writer::{Loan, RawLoan, RawWriter, Writer};
 
-/// What a function of this crate returns.
+/// The result type of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;

@@ -1,7 +1,7 @@
-//! Limits of a process (getrlimit(2)) that a system needs more of than some shells give.
+//! Process limits (getrlimit(2)) that a system needs to be higher than some shells set them.
 //!
-//! A soft limit is raised where the hard one allows it, and children inherit that. Where it does not, the process says so at
-//! its start, and not by a failure of whatever comes first to the limit.
+//! A soft limit is raised if the hard one allows it, and children inherit it. If it does not, the process reports that
+//! when it starts, rather than failing at whatever first hits the limit.
 
 use std::fs;
 
@@ -10,19 +10,19 @@ use nix::sys::resource::{Resource, getrlimit, setrlimit};
 
 use crate::{Error, Result};
 
-/// Files that a process has open: twice what the supervisor of the demo has.
+/// Files that a process has open: twice as many as the demo's supervisor.
 pub const NEEDED_FILES: u64 = 256;
-/// What a soft limit on open files usually is.
+/// The usual soft limit on open files.
 const USUAL_FILES: u64 = 1024;
-/// The stack of a process's first thread, bytes: several times what its deepest calls take. (Other threads have their own,
-/// whatever the limit is.)
+/// The stack of a process's first thread, bytes: several times what its deepest calls take. (Other threads have their
+/// own stacks, regardless of the limit.)
 const NEEDED_STACK: u64 = 2 << 20;
-/// What a soft limit on that usually is, bytes.
+/// The usual soft limit on the stack, bytes.
 const USUAL_STACK: u64 = 8 << 20;
-/// Files that a call may have had open when it failed, and that are closed when its error is explained.
+/// Files that a call may have had open when it failed, and that are closed by the time its error is explained.
 const CLOSED_AGAIN: usize = 8;
 
-/// Provides for as many open files as a process of a system needs.
+/// Ensures that this process may have as many files open as a process of a system needs.
 ///
 /// # Errors
 /// [`Error::FewFiles`].
@@ -31,7 +31,7 @@ pub fn provide_files() -> Result<()> {
     provide(Resource::RLIMIT_NOFILE, NEEDED_FILES, USUAL_FILES).map_err(found)
 }
 
-/// Provides for a stack that the first thread of a program does not overflow: the first thing that a program does.
+/// Ensures that the first thread's stack is large enough. To be called before anything else.
 ///
 /// # Errors
 /// [`Error::SmallStack`].
@@ -40,7 +40,7 @@ pub fn provide_stack() -> Result<()> {
     provide(Resource::RLIMIT_STACK, NEEDED_STACK, USUAL_STACK).map_err(found)
 }
 
-/// Whether this process has used up the files that it may have open, or nearly.
+/// The limit on open files, if this process has used it up or nearly so.
 pub(crate) fn files_are_used_up() -> Option<u64> {
     let (soft, _) = getrlimit(Resource::RLIMIT_NOFILE).ok()?;
     let is_used_up = match fs::read_dir("/proc/self/fd") {
@@ -51,7 +51,7 @@ pub(crate) fn files_are_used_up() -> Option<u64> {
 }
 
 fn provide(resource: Resource, needed: u64, usual: u64) -> Result<(), u64> {
-    // Where it cannot be asked for there is none to be told.
+    // If the limit cannot be queried, there is none to report.
     let Ok((soft, hard)) = getrlimit(resource) else { return Ok(()) };
     match raised(soft, hard, needed, usual)? {
         Some(limit) => setrlimit(resource, limit, hard).map_err(|_| soft),
@@ -59,10 +59,10 @@ fn provide(resource: Resource, needed: u64, usual: u64) -> Result<(), u64> {
     }
 }
 
-/// The soft limit to be set, where the one that there is will not do.
+/// The soft limit to set, if the current one is too low.
 ///
 /// # Errors
-/// The hard limit, where it will not do either.
+/// The hard limit, if it is too low as well.
 fn raised(soft: u64, hard: u64, needed: u64, usual: u64) -> Result<Option<u64>, u64> {
     match (soft >= needed, hard >= needed) {
         (true, _) => Ok(None),

@@ -1,7 +1,7 @@
-//! A file that a living process holds: the kernel lets go of it the moment the process dies.
+//! A file locked by a living process; the kernel releases the lock the moment the process dies.
 //!
-//! Open-file-description locks (`F_OFD_SETLK`). Unlike `flock` they can be queried without being taken. Unlike POSIX
-//! locks they do not vanish when the process closes another descriptor of the file.
+//! These are open-file-description locks (`F_OFD_SETLK`). Unlike `flock`, they can be queried without being taken.
+//! Unlike POSIX locks, they do not vanish when the process closes another descriptor of the file.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
@@ -15,17 +15,17 @@ use nix::libc;
 
 use crate::identity::{self, Identity};
 
-/// How often a lock is asked for that another process holds.
+/// How often to try a lock that another process holds.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
-/// The lock, held as long as this lives; the file stays.
+/// A lock, held for the lifetime of this value; the file remains.
 #[derive(Debug)]
 pub(crate) struct Lock {
     file: File,
 }
 
 impl Lock {
-    /// Takes the lock of the file, which is made where it is missing; `None` where another holds it.
+    /// Takes the lock of the file, creating the file if it is missing; `None` if another process holds the lock.
     pub(crate) fn try_take(path: &Path) -> io::Result<Option<Self>> {
         match Self::of(open(path)?) {
             Ok(lock) => Ok(Some(lock)),
@@ -34,10 +34,10 @@ impl Lock {
         }
     }
 
-    /// Takes the lock of a file that is open.
+    /// Takes the lock of an open file.
     ///
     /// # Errors
-    /// [`io::ErrorKind::WouldBlock`] where another holds it.
+    /// [`io::ErrorKind::WouldBlock`] if another process holds it.
     pub(crate) fn of(file: File) -> io::Result<Self> {
         match fcntl(&file, FcntlArg::F_OFD_SETLK(&whole_file())) {
             Ok(_) => Ok(Self { file }),
@@ -46,7 +46,7 @@ impl Lock {
         }
     }
 
-    /// As [`Lock::try_take`], and writes into the file which process this is.
+    /// As [`Lock::try_take`], and writes this process's identity into the file.
     pub(crate) fn try_take_as_this_process(path: &Path) -> io::Result<Option<Self>> {
         let Some(mut lock) = Self::try_take(path)? else { return Ok(None) };
         lock.file.set_len(0)?;
@@ -54,7 +54,7 @@ impl Lock {
         Ok(Some(lock))
     }
 
-    /// The same, after waiting `limit` for its holder to let go; `None` where it does not.
+    /// The same, waiting up to `limit` for the holder to release it; `None` if it does not.
     pub(crate) fn take_within(path: &Path, limit: Duration) -> io::Result<Option<Self>> {
         let end = Instant::now() + limit;
         loop {
@@ -67,7 +67,7 @@ impl Lock {
     }
 }
 
-/// Waits until nobody holds the lock of the file; whether that was so within `limit`.
+/// Waits until no process holds the lock of the file; returns whether that happened within `limit`.
 pub(crate) fn is_free_within(path: &Path, limit: Duration) -> io::Result<bool> {
     let end = Instant::now() + limit;
     while is_held(path)? {
@@ -79,7 +79,7 @@ pub(crate) fn is_free_within(path: &Path, limit: Duration) -> io::Result<bool> {
     Ok(true)
 }
 
-/// Whether the lock of the file is held; that of a missing file is not.
+/// Whether the lock of the file is held; never if the file is missing.
 pub(crate) fn is_held(path: &Path) -> io::Result<bool> {
     let file = match OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(path) {
         Ok(file) => file,
@@ -91,12 +91,12 @@ pub(crate) fn is_held(path: &Path) -> io::Result<bool> {
     Ok(lock.l_type != libc::F_UNLCK as libc::c_short)
 }
 
-/// The process that a lock file names; `None` where it names none.
+/// The process that a lock file names; `None` if it names none.
 pub(crate) fn owner(path: &Path) -> Option<Identity> {
     Identity::parse(&text(path))
 }
 
-/// Who holds a lock file, in words.
+/// The holder of a lock file, in words.
 pub(crate) fn holder(path: &Path) -> String {
     identity::described(&text(path))
 }

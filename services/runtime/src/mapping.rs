@@ -1,9 +1,9 @@
-//! A file in shared memory that one process writes, and that its successor and others read: what survives a kill.
+//! A file in shared memory that one process writes and that its successor and others read. It survives a kill.
 //!
-//! It is an array of atomic words. Another process may write it at any moment, so there is no plain reference into it:
-//! words are copied in and out. What belongs together is marked by its owner, by numbers that are written first and last.
+//! It is an array of atomic words. Another process may write it at any moment, so there is no plain reference into it;
+//! words are copied in and out. The owner marks what belongs together by numbers that it writes first and last.
 //!
-//! Its memory is reserved when it is made, so that a full `/dev/shm` is an error then and no signal later.
+//! Its memory is reserved when it is created, so that a full `/dev/shm` is an error then and not a signal later.
 
 use std::fs::File;
 use std::io::ErrorKind;
@@ -20,7 +20,7 @@ use crate::{Error, Result, shared};
 /// Length of a word, bytes.
 pub(crate) const WORD: usize = size_of::<u64>();
 
-/// A mapped file. All zero where it was not there before.
+/// A mapped file, all zero if it was created by this mapping.
 pub(crate) struct Mapping {
     path: PathBuf,
     file: File,
@@ -30,10 +30,10 @@ pub(crate) struct Mapping {
 }
 
 impl Mapping {
-    /// Opens the file, or makes it, with at least `length` words (more than 0).
+    /// Opens the file with at least `length` words (more than 0), creating it if it is missing.
     ///
     /// # Errors
-    /// [`Error::ForeignFile`] where another user has made it, or it is a link.
+    /// [`Error::ForeignFile`] if another user has created it, or it is a link.
     pub(crate) fn open(path: &Path, length: usize) -> Result<Self> {
         let file = match shared::private(path) {
             Ok(file) => file,
@@ -46,7 +46,7 @@ impl Mapping {
         Ok(Self { path: path.into(), file, start, length })
     }
 
-    /// Makes the file at least so many words long; what it holds stays.
+    /// Makes the file at least `length` words long; its content is kept.
     pub(crate) fn grow(&mut self, length: usize) -> Result<()> {
         if length > self.length {
             let start = map(&self.file, &self.path, length)?;
@@ -60,20 +60,20 @@ impl Mapping {
         &self.path
     }
 
-    /// All of it.
+    /// The words of the file.
     pub(crate) fn words(&self) -> &[AtomicU64] {
-        // SAFETY: `length` words are mapped as long as this lives, from the beginning of a page. Every process that
-        // maps the file accesses it through atomic words alone.
+        // SAFETY: `length` words are mapped for the lifetime of `self`, from the beginning of a page. Every process
+        // that maps the file accesses it only through atomic words.
         unsafe { std::slice::from_raw_parts(self.start.as_ptr(), self.length) }
     }
 
-    /// Copies the words from `first` on, as many as `into` has.
+    /// Copies the words from index `first` on, as many as `into` has.
     pub(crate) fn read(&self, first: usize, into: &mut [u64]) {
         let words = &self.words()[first..first + into.len()];
         into.iter_mut().zip(words).for_each(|(into, word)| *into = word.load(Relaxed));
     }
 
-    /// Copies words to the place from `first` on.
+    /// Copies `from` to the words from index `first` on.
     pub(crate) fn write(&self, first: usize, from: &[u64]) {
         let words = &self.words()[first..first + from.len()];
         words.iter().zip(from).for_each(|(word, from)| word.store(*from, Relaxed));
@@ -81,7 +81,7 @@ impl Mapping {
 
     fn unmap(&mut self) {
         // SAFETY: the mapping is ours, and no reference into it outlives the borrow of `self`. It
-        // cannot fail for a mapping that is there.
+        // cannot fail for a mapping that exists.
         let _ = unsafe { munmap(self.start.cast(), self.length * WORD) };
     }
 }
@@ -92,7 +92,7 @@ impl Drop for Mapping {
     }
 }
 
-/// Reserves the memory for so many words and maps it; a page-aligned address.
+/// Reserves the memory for that many words and maps it; returns a page-aligned address.
 fn map(file: &File, path: &Path, length: usize) -> Result<NonNull<AtomicU64>> {
     let bytes = length * WORD;
     let reserved = posix_fallocate(file, 0, bytes as nix::libc::off_t);

@@ -24,15 +24,15 @@ use crate::{Error, Result, limits, signals};
 /// Why a wait ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wake {
-    /// Something may have arrived: look at every reader. (May be a false alarm.)
+    /// A message may have arrived: look at every reader. (May be a false alarm.)
     Message,
-    /// The time is over.
+    /// The timeout has passed.
     Timeout,
-    /// SIGTERM, SIGINT or SIGHUP asks the process to end; every later wait says so too.
+    /// SIGTERM, SIGINT or SIGHUP asks the process to end; every later wait reports it too.
     Terminate,
 }
 
-/// Wakes a [`Node`] that waits, from any thread of its process.
+/// Wakes a waiting [`Node`] from any thread of its process.
 #[derive(Clone, Copy)]
 pub struct Waker {
     bells: Bells,
@@ -40,13 +40,13 @@ pub struct Waker {
 }
 
 impl Waker {
-    /// Ends the node's wait with [`Wake::Message`], or its next one where it is awake.
+    /// Ends the node's wait with [`Wake::Message`], or its next one if it is awake.
     pub fn wake(&self) {
         self.bells.ring(self.process);
     }
 }
 
-/// A process in a system: opens channels and waits for messages. One a process; for one thread.
+/// A process in a system: opens channels and waits for messages. One per process, for use by one thread.
 pub struct Node {
     writers: RefCell<Vec<OwnWriter>>,
     inner: SharedMemoryNode<ipc::Service>,
@@ -56,22 +56,22 @@ pub struct Node {
     seen_ring: Cell<u32>,
     seen_joined: Cell<u32>,
     counters: Rc<Counters>,
-    /// Says that this process lives, and keeps a second one of its kind out.
+    /// Shows that this process lives, and keeps a second one of its kind out.
     _presence: Option<Lock>,
-    /// The supervisor's. It goes last: the rest may have to wait for what it takes away.
+    /// The supervisor's. It is dropped last: the other fields may have to wait for files that it removes.
     sweeper: Option<Sweeper>,
 }
 
-/// What a process counts over all its readers.
+/// What a process counts across all its readers.
 #[derive(Debug, Default)]
 pub(crate) struct Counters {
     pub(crate) lost: Cell<u64>,
     pub(crate) refused: Cell<u64>,
-    /// Channels and fields whose invalid messages were reported: each once, for there may be thousands.
+    /// Channels and fields whose invalid messages were reported: each only once, since there may be thousands.
     reported: RefCell<Vec<(&'static str, &'static str)>>,
 }
 
-/// Most channels and fields that are reported.
+/// Maximum number of pairs of channel and field that are reported.
 const MAX_REPORTED: usize = 64;
 
 impl Counters {
@@ -79,7 +79,7 @@ impl Counters {
         self.refused.set(self.refused.get() + 1);
     }
 
-    /// Counts an invalid message. The first one of its channel and field is reported with the reason.
+    /// Counts an invalid message. The first one of each channel and field is reported with the reason.
     pub(crate) fn count_invalid(&self, channel: &'static str, seq: u64, why: &Invalid) {
         self.count_refused();
         let kind = (channel, why.field);
@@ -91,7 +91,7 @@ impl Counters {
     }
 }
 
-/// A writer of this node, which learns that a reader has come.
+/// A writer of this node, notified when a reader joins.
 struct OwnWriter {
     port: Weak<dyn UpdateConnections>,
     /// The number of its last message.
@@ -100,30 +100,30 @@ struct OwnWriter {
 }
 
 impl Node {
-    /// Joins the system as `process`: the first thing a process does. From here on SIGTERM, SIGINT and
-    /// SIGHUP end it through [`Node::wait`].
+    /// Joins the system as `process`; a process does this first. From here on SIGTERM, SIGINT
+    /// and SIGHUP end it through [`Node::wait`].
     ///
     /// # Errors
-    /// [`Error::ProcessRunsAlready`] where the system has such a process; [`Error::FewFiles`].
+    /// [`Error::ProcessRunsAlready`] if the system has such a process already; [`Error::FewFiles`].
     pub fn join(system: impl Into<Rc<System>>, process: Process) -> Result<Self> {
         let system = system.into();
-        // An observer opens a few channels, and may get along with less.
+        // An observer opens only a few channels, and may manage with fewer files.
         limits::provide_files()
             .or_else(|error| if process == Process::Observer { Ok(()) } else { Err(error) })?;
-        // An observer comes when it likes, also while the system is being cleared: it is in before, and
-        // asked to end, or it is late, and finds no system.
+        // An observer may join at any time, even while the system is being cleared. Either it is in before that and is
+        // asked to end, or it is too late and finds no system.
         let _guard = (process == Process::Observer).then(|| system.hold()).transpose()?;
         let bells = Bells::map(&system.bells())?;
-        // Before others can see it: who is seen may be asked to end.
+        // Before others can see this process: once seen, it may be asked to end.
         signals::install(bells.word(process));
         let presence = system.enter(process)?;
         let sweeper = (process == Process::Supervisor).then(|| Sweeper::start(system.view())).transpose()?;
         let inner = shared_memory_node(&system, process).or_else(|error| {
-            // What somebody has put in the way is named first.
+            // A foreign file in the way is named first.
             system.shared()?.check()?;
             Err(error)
         })?;
-        // A link among the files is named before anything is opened.
+        // A link among the files is named before any file is opened.
         system.shared()?.check()?;
         system.shared()?.keep_others_out()?;
         Ok(Self {
@@ -154,12 +154,12 @@ impl Node {
         self.process
     }
 
-    /// What the supervisor gave every process.
+    /// The run that the supervisor gave every process.
     pub fn run_config(&self) -> Result<RunConfig> {
         self.system.run_config()
     }
 
-    /// Opens a channel to write it.
+    /// Opens a channel for writing.
     ///
     /// # Errors
     /// [`Error::Forbidden`], [`Error::SecondWriter`], [`Error::Mismatch`].
@@ -167,7 +167,7 @@ impl Node {
         Ok(Writer::new(self.raw_writer(channel.spec)?))
     }
 
-    /// Opens a channel to write it, whatever its message is. Errors as [`Node::writer`].
+    /// Opens a channel for writing, whatever its message type. Errors as [`Node::writer`].
     pub fn raw_writer(&self, spec: &'static ChannelSpec) -> Result<RawWriter> {
         self.check_write(spec)?;
         let writer = RawWriter::open(self, spec)?;
@@ -177,7 +177,7 @@ impl Node {
         Ok(writer)
     }
 
-    /// Opens a channel to read it. What its writer kept comes first.
+    /// Opens a channel for reading. Messages of its history come first.
     ///
     /// # Errors
     /// [`Error::Forbidden`] (`truth` for a navigator), [`Error::Mismatch`].
@@ -185,7 +185,7 @@ impl Node {
         Ok(Reader::new(self.raw_reader(channel.spec)?))
     }
 
-    /// Opens a channel to read it, whatever its message is. Errors as [`Node::reader`].
+    /// Opens a channel for reading, whatever its message type. Errors as [`Node::reader`].
     pub fn raw_reader(&self, spec: &'static ChannelSpec) -> Result<RawReader> {
         self.check_read(spec)?;
         let reader = RawReader::open(self, spec)?;
@@ -194,8 +194,8 @@ impl Node {
         Ok(reader)
     }
 
-    /// Names in a tick the newest message of each sensor that this node has a writer of. A tick is sent last in an
-    /// instant, with this done before: its readers wait for these messages.
+    /// Names in a tick the newest message of each sensor that this node writes. The tick is sent last in an instant,
+    /// after this call, since its readers wait for the messages that it names.
     pub fn name_readings(&self, tick: &mut Tick) {
         for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {
             let writers = self.writers.borrow();
@@ -204,10 +204,10 @@ impl Node {
         }
     }
 
-    /// Sleeps until a message comes on a channel that this process reads, until the time is over, or until the process
-    /// is to end. A message that came since the last wait ends it at once.
+    /// Sleeps until a message arrives on a channel that this process reads, `timeout` has passed, or the process is
+    /// asked to end. A message that arrived since the last wait ends it at once.
     ///
-    /// The recorder and observers are not woken by messages; they wait a few milliseconds and look.
+    /// Messages do not wake the recorder and observers; they wait a few milliseconds and look.
     pub fn wait(&self, timeout: Duration) -> Wake {
         // A request from before is in `seen_ring` already; a later one rings the bell again.
         if signals::end_requested() {
@@ -225,21 +225,21 @@ impl Node {
                 Wake::Message
             }
             None => {
-                // A reader that does not know the bells is served here.
+                // Serves readers that do not know the bells.
                 self.refresh_writers();
                 Wake::Timeout
             }
         }
     }
 
-    /// Sleeps until the time is over or the process is to end, whatever messages come.
+    /// Sleeps until `timeout` has passed or the process is asked to end, whatever messages arrive.
     pub fn nap(&self, timeout: Duration) -> Wake {
         self.serve_new_readers();
         self.bells.beat(self.process);
         if sleep_until_changed(signals::word(), 0, timeout) { Wake::Terminate } else { Wake::Timeout }
     }
 
-    /// Ends this node's wait from another thread of the process.
+    /// A handle that ends this node's wait from another thread of the process.
     pub fn waker(&self) -> Waker {
         Waker { bells: self.bells, process: self.process }
     }
@@ -249,7 +249,7 @@ impl Node {
         signals::end_requested()
     }
 
-    /// How many such signals have come: who sends a second one does not want to wait.
+    /// How many such signals have arrived: a second one means that the sender does not want to wait.
     pub fn end_requests(&self) -> u32 {
         signals::requests()
     }
@@ -259,43 +259,43 @@ impl Node {
         self.counters.lost.get()
     }
 
-    /// Counts a message that the process refused as malformed.
+    /// Counts a message that the process rejected as malformed.
     pub fn count_refused(&self) {
         self.counters.count_refused();
     }
 
-    /// Counts an invalid message; the first one of its channel and field is reported in the process's log.
+    /// Counts an invalid message; the first one of each channel and field is reported in the process's log.
     pub(crate) fn count_invalid(&self, channel: &'static str, seq: u64, why: &Invalid) {
         self.counters.count_invalid(channel, seq, why);
     }
 
-    /// Clears what dead processes of the system left in shared memory: their samples, their places
-    /// as writer or reader. For the supervisor, after it has waited for a dead child.
+    /// Clears what dead processes of the system left in shared memory: their samples, and their places as writer or
+    /// reader. The supervisor calls it after it has waited for a dead child.
     pub fn clear_dead(&self, timeout: Duration) {
         self.inner.blocking_cleanup_dead_nodes(timeout);
     }
 
-    /// Whether all files of the system in shared memory are this user's. For the supervisor, which looks again and again.
+    /// Checks that all files of the system in shared memory are this user's. The supervisor calls it repeatedly.
     ///
     /// # Errors
-    /// [`Error::ForeignFile`], once.
+    /// [`Error::ForeignFile`] for the first foreign file, once.
     pub fn check_shared_memory(&self) -> Result<()> {
         self.sweeper.as_ref().and_then(Sweeper::complaint).map_or(Ok(()), Err)
     }
 
-    /// Counts something that this process has done and none before it: who restarts a process that dies
-    /// looks whether it gets anywhere. Every new message counts by itself.
+    /// Counts something that no process before this one has done: whether a process that keeps dying is restarted
+    /// depends on its progress. Every new message counts automatically.
     pub fn note_progress(&self) {
         self.bells.note_progress(self.process);
     }
 
-    /// How much `process` and those before it have done; counts on over restarts.
+    /// How much new work `process` and its predecessors have done; the count continues across restarts.
     pub fn progress(&self, process: Process) -> u32 {
         self.bells.progress(process)
     }
 
     /// A number that changes as long as `process` does anything. A process looks up from its work at least every
-    /// quarter of a second, unless a step of it takes longer.
+    /// quarter of a second, unless one of its steps takes longer.
     pub fn signs_of_life(&self, process: Process) -> u32 {
         self.bells.signs_of_life(process)
     }
@@ -338,7 +338,7 @@ impl Node {
         }
     }
 
-    /// Hands the history to readers that have come: iceoryx2 does so on the next send alone.
+    /// Hands the history to readers that have joined; iceoryx2 does so only on the next send.
     fn serve_new_readers(&self) {
         let joined = self.bells.readers_joined(self.process);
         if self.seen_joined.replace(joined) != joined {
@@ -357,7 +357,7 @@ impl Node {
     }
 }
 
-/// The system's settings become iceoryx2's global ones, which its clean-up of dead nodes reads.
+/// Makes the system's settings iceoryx2's global ones, since its clean-up of dead nodes reads those.
 fn shared_memory_node(system: &System, process: Process) -> Result<SharedMemoryNode<ipc::Service>> {
     set_log_level_from_env_or(LogLevel::Fatal);
     let path = system.iceoryx2_config();

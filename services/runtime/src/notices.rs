@@ -1,7 +1,8 @@
 //! Notices: what a process or a tool reports to the supervisor, which publishes it on `faults`.
 //!
-//! A file of the system's folder, a line of JSON each. A line is appended in one piece. So writers need no lock, a
-//! killed one leaves no half line, and no process has to run for it to be kept. Not for what happens often.
+//! Notices are lines of JSON in a file of the system's folder. Each line is appended in one piece, so writers need no
+//! lock, a killed one leaves no partial line, and no process has to be running for it to
+//! be kept. Not meant for frequent events.
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};
@@ -19,49 +20,49 @@ use crate::node::Node;
 use crate::system::System;
 use crate::{Error, Result, lock};
 
-/// Longest text of a notice that is kept, bytes.
+/// Longest text of a notice, bytes; the rest is cut off.
 const MAX_WORDS: usize = 512;
 
-/// Something that the supervisor is to know.
+/// A report to the supervisor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Notice {
-    /// What has happened.
+    /// What happened.
     pub kind: FaultKind,
-    /// To whom.
+    /// The process that it happened to.
     pub process: Process,
     /// Its process id.
     pub pid: u32,
-    /// The signal that is sent to it; 0 where none is.
+    /// The signal that is sent to it; 0 if there is none.
     pub signal: u32,
-    /// Messages that are missing because of it.
+    /// Messages that are lost because of it.
     pub missing: u32,
-    /// What there is to say.
+    /// A description in words.
     pub words: String,
-    /// What a tool has the supervisor order.
+    /// The order that a tool asks the supervisor to give.
     pub order: Option<Ordered>,
-    /// How little of the processor it gets from now on: its silence is to be borne.
+    /// The share of the processor that the process gets from now on, so that its slowness is tolerated.
     pub starvation: Option<Starvation>,
 }
 
-/// An order that the supervisor is to give.
+/// An order for the supervisor to give.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ordered {
     /// What is ordered.
     pub order: Order,
-    /// The task that it is about, from 0, where the order names one.
+    /// The index of the task that it is about, from 0, if the order names one.
     pub task: u32,
-    /// Where the robot is, of an order `here`.
+    /// Where the robot is, for an order `here`.
     pub here: Option<Here>,
 }
 
 impl Ordered {
-    /// An order without a place.
+    /// An order without a position.
     pub fn new(order: Order, task: u32) -> Self {
         Self { order, task, here: None }
     }
 }
 
-/// A notice as it stands in the file.
+/// A notice as it is written to the file.
 #[derive(Serialize, Deserialize)]
 struct Line {
     kind: u32,
@@ -100,7 +101,7 @@ impl Line {
         let here = self.here;
         let order = |(code, task)| Some(Ordered { order: Order::from_code(code)?, task, here });
         Some(Notice {
-            // An order that is none makes the line none.
+            // An invalid order makes the whole line invalid.
             order: match self.order {
                 Some(order_and_task) => Some(order(order_and_task)?),
                 None => None,
@@ -117,14 +118,14 @@ impl Line {
 }
 
 impl System {
-    /// Sends the process `pid`, which serves as `process`, a signal, and has the system's record say so,
-    /// before its effects can be seen. `by` is the name of the tool.
+    /// Sends a signal to the process `pid`, which serves as `process`, and has the fault recorded before its effects
+    /// can be seen. `by` is the name of the tool.
     ///
     /// # Errors
-    /// [`Error::File`] where the system has gone; [`Error::Signal`] where the process has, or cannot be reached from here.
+    /// [`Error::File`] if the system is gone; [`Error::Signal`] if the process is gone, or cannot be reached from here.
     pub fn inject(&self, process: Process, pid: u32, signal: Signal, by: &str) -> Result<()> {
         let failed = |source| Error::Signal { process, pid, source };
-        // One that has joined has said which process it is; one that has not is a child that the tool has found itself.
+        // A process that has joined has written down its identity; one that has not is a child that the tool found by itself.
         let joined = lock::owner(&self.process_lock(process)).filter(|owner| owner.pid == pid);
         let handle = joined.map(|owner| owner.handle()).transpose();
         let handle = handle.map_err(|words| failed(std::io::Error::other(words)))?;
@@ -144,10 +145,10 @@ impl System {
         }
     }
 
-    /// Has the supervisor give the navigator an order, and report who asked for it. `by` is the name of the tool.
+    /// Has the supervisor give the navigator an order and report which tool asked for it. `by` is the name of the tool.
     ///
     /// # Errors
-    /// [`Error::File`] where the system has gone.
+    /// [`Error::File`] if the system is gone.
     pub fn order(&self, ordered: Ordered, by: &str) -> Result<()> {
         self.notify(&Notice {
             kind: FaultKind::Ordered,
@@ -161,10 +162,10 @@ impl System {
         })
     }
 
-    /// Has the supervisor tell everybody.
+    /// Has the supervisor publish the notice.
     ///
     /// # Errors
-    /// [`Error::File`] where the system has gone.
+    /// [`Error::File`] if the system is gone.
     pub fn notify(&self, notice: &Notice) -> Result<()> {
         let path = self.notices();
         let append = || {
@@ -177,7 +178,7 @@ impl System {
 }
 
 impl Node {
-    /// Has the supervisor tell everybody what has happened to this process; in its log it stands too.
+    /// Has the supervisor publish what happened to this process, and writes it to the process's log.
     pub fn report_fault(&self, kind: FaultKind, missing: u64, words: &str) {
         sketchnav_schemas::say!("{words}");
         let notice = Notice {
@@ -196,16 +197,16 @@ impl Node {
     }
 }
 
-/// The notices of a system as they come.
+/// The notices of a system as they arrive.
 pub struct Notices {
     path: PathBuf,
     file: File,
-    /// What was read and not yet reported.
+    /// Text that was read but does not yet form a whole line.
     rest: Vec<u8>,
 }
 
 impl Notices {
-    /// Reads them from the first one; where there is no file yet, one is made.
+    /// Reads the notices from the first one on; the file is created if it is missing.
     ///
     /// # Errors
     /// [`Error::File`].
@@ -220,7 +221,7 @@ impl Notices {
         Ok(Self { path, file, rest: Vec::new() })
     }
 
-    /// The next one, where there is one. A line that is none is passed over.
+    /// The next notice, if there is one. Invalid lines are skipped.
     ///
     /// # Errors
     /// [`Error::File`].

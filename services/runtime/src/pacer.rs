@@ -1,4 +1,4 @@
-//! Simulated time against the clock.
+//! Paces simulated time by the clock.
 
 use std::time::{Duration, Instant};
 
@@ -11,12 +11,12 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// It is the simulated time `now_ns` now; `speed` simulated seconds pass in a second (more than 0).
+    /// Starts with the simulated time at `now_ns`; `speed` simulated seconds pass per second (more than 0).
     pub fn start(now_ns: u64, speed: f64) -> Self {
         Self { started: Instant::now(), started_ns: now_ns, speed }
     }
 
-    /// How long until the simulated time `stamp_ns` is due; zero where it has passed.
+    /// How long until the simulated time `stamp_ns` is due; zero if it has passed.
     pub fn until(&self, stamp_ns: u64) -> Duration {
         due_after(stamp_ns.saturating_sub(self.started_ns), self.speed).saturating_sub(self.started.elapsed())
     }

@@ -16,31 +16,32 @@ use crate::history::History;
 use crate::node::{Counters, Node};
 use crate::{Error, Result};
 
-/// Which numbers of a channel have come.
+/// Which message numbers of a channel have arrived.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Tally {
-    /// The last number; `None` where the first one may be any.
+    /// The last number; `None` if the first one may be any.
     last: Option<u64>,
     lost: u64,
-    /// Several writers, each with its own numbers: these say nothing about the channel.
+    /// Several writers number their messages independently, so the numbers reveal nothing about the channel.
     many_writers: bool,
 }
 
 impl Tally {
-    /// A channel begins with 1, and a process of the mission misses what came before it joined. An observer comes at
-    /// any time, and the pad shows the present. So its successor has lost nothing of what was shown before.
+    /// Numbers begin with 1, so a process of the mission misses what was sent before it joined. An observer may join at
+    /// any time, and the pad shows only the present; for these two, the first message may have any number, and a
+    /// restarted pad has lost nothing that was shown before.
     fn new(spec: &ChannelSpec, process: Process) -> Self {
         let comes_late = matches!(process, Process::Observer | Process::Pad);
         let last = (!comes_late).then_some(0);
         Self { last, lost: 0, many_writers: spec.writer.is_none() }
     }
 
-    /// The last number that came; 0 before the first.
+    /// The last number that arrived; 0 before the first.
     fn position(&self) -> u64 {
         self.last.unwrap_or(0)
     }
 
-    /// Counts the number; whether it is new.
+    /// Counts the number; returns whether it is new.
     fn accept(&mut self, seq: u64) -> bool {
         if self.many_writers {
             return true;
@@ -55,7 +56,7 @@ impl Tally {
     }
 }
 
-/// The reading end of a channel, whatever its message is.
+/// The reading end of a channel, whatever its message type.
 pub struct RawReader {
     port: Subscriber<ipc::Service, [u64], u64>,
     spec: &'static ChannelSpec,
@@ -74,14 +75,14 @@ impl RawReader {
         self.spec
     }
 
-    /// The next message, where one has come. Messages whose number has come before are dropped.
+    /// The next message, if one has arrived. A message whose number has arrived before is dropped.
     ///
     /// # Errors
-    /// [`Error::SharedMemory`], also where more samples of the channel are held than may be: eight, or two with
-    /// cells.
+    /// [`Error::SharedMemory`], also if more samples of the channel are held than
+    /// allowed: eight, or two if messages have cells.
     pub fn receive(&mut self) -> Result<Option<RawSample>> {
         while let Some(sample) = self.port.receive().map_err(self.failed())? {
-            // A writer of another build cannot be here; one that is not of this project might be.
+            // A writer of another build cannot connect; one that does not belong to this project might.
             if size_of_val(sample.payload()) < self.spec.message.size {
                 self.counters.count_refused();
                 continue;
@@ -94,7 +95,7 @@ impl RawReader {
         Ok(None)
     }
 
-    /// The next valid message, where one has come; invalid ones are rejected and counted.
+    /// The next valid message, if one has arrived; invalid ones are rejected and counted.
     ///
     /// # Errors
     /// As [`RawReader::receive`].
@@ -116,28 +117,26 @@ impl RawReader {
         is_new
     }
 
-    /// The number of the last message that came: where a successor is to go on.
+    /// The number of the last message that arrived, after which a successor has to resume.
     pub fn position(&self) -> u64 {
         self.tally.position()
     }
 
-    /// Goes on after the message `seq`, which a checkpoint says has come: what the writer kept of
-    /// earlier ones is dropped.
+    /// Resumes after the message `seq`, which arrived according to a checkpoint; earlier messages of the history are dropped.
     pub fn resume_after(&mut self, seq: u64) {
         self.tally.last = Some(seq);
     }
 
-    /// Begins with whatever message comes first: those before it count as seen, not as lost.
+    /// Resumes with whatever message comes first: those before it count as seen, not as lost.
     pub fn resume_anywhere(&mut self) {
         self.tally.last = None;
     }
 
-    /// Hands `take` what the channel's writer, or one before it, has kept and this reader has not had. For
-    /// a reader that goes on after its predecessor's death: a dead writer sends nothing again. Of messages with
-    /// cells nothing is kept.
+    /// Calls `take` with each message of the channel's history that this reader has not had. For a reader that
+    /// continues after its predecessor's death: a dead writer sends nothing again. Messages with cells have no history.
     ///
     /// # Errors
-    /// [`Error::File`] where what was kept cannot be reached.
+    /// [`Error::File`] if the history cannot be reached.
     pub fn take_kept(&mut self, node: &Node, mut take: impl FnMut(&[u8])) -> Result<()> {
         if self.spec.writer.is_some() && self.spec.max_cells == 0 {
             History::open(node, self.spec)?.for_each_after(self.position(), |message| {
@@ -150,7 +149,7 @@ impl RawReader {
         Ok(())
     }
 
-    /// Messages that the numbers show to be missing.
+    /// Messages that are missing according to the numbers.
     pub fn lost(&self) -> u64 {
         self.tally.lost
     }
@@ -161,7 +160,7 @@ impl RawReader {
     }
 }
 
-/// A message in shared memory, whatever it is. Held, it keeps its place.
+/// A message in shared memory, of any type. It occupies its place for as long as it is held.
 pub struct RawSample {
     sample: iceoryx2::sample::Sample<ipc::Service, [u64], u64>,
     size: usize,
@@ -173,7 +172,7 @@ impl RawSample {
         &self.bytes()[..self.size]
     }
 
-    /// The bytes behind it.
+    /// The cells that follow the message.
     pub fn cells(&self) -> &[u8] {
         let behind = &self.bytes()[self.size..];
         let length = usize::try_from(*self.sample.user_header()).unwrap_or(usize::MAX);
@@ -190,7 +189,7 @@ impl RawSample {
     }
 }
 
-/// The reading end of a channel of messages of type `T`: see [`RawReader`].
+/// The reading end of a channel of messages of type `T`; see [`RawReader`].
 pub struct Reader<T> {
     raw: RawReader,
     message: PhantomData<fn() -> T>,
@@ -226,13 +225,13 @@ impl<T: Message> Reader<T> {
         self.raw.take_kept(node, |message| take(bytemuck::from_bytes(message)))
     }
 
-    /// Messages that the numbers show to be missing.
+    /// Messages that are missing according to the numbers.
     pub fn lost(&self) -> u64 {
         self.raw.lost()
     }
 }
 
-/// A message in shared memory. Held, it keeps its place.
+/// A message in shared memory. It occupies its place for as long as it is held.
 pub struct Sample<T> {
     raw: RawSample,
     message: PhantomData<T>,
@@ -243,7 +242,7 @@ impl<T: Message> Sample<T> {
         Self { raw, message: PhantomData }
     }
 
-    /// The bytes behind it.
+    /// The cells that follow the message.
     pub fn cells(&self) -> &[u8] {
         self.raw.cells()
     }
@@ -279,8 +278,8 @@ mod tests {
         assert_eq!(accepted(tally, &[40, 41, 43]), (vec![40, 41, 43], 1));
     }
 
-    /// A pad was killed in the middle of a mission. Its successor reported all that had been sent until then, 1675
-    /// messages, as lost.
+    /// A pad was killed in the middle of a mission. Its successor reported everything that had been sent until then,
+    /// 1675 messages, as lost.
     #[test]
     fn a_pad_that_was_started_again_has_lost_nothing_of_what_was_shown_before() {
         let tally = Tally::new(SCAN.spec, Process::Pad);

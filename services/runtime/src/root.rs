@@ -1,4 +1,4 @@
-//! The folder of all systems of a user. Never one that another user could have prepared.
+//! The folder of all systems of a user; never one that another user could have prepared.
 
 use std::fs::{self, DirBuilder};
 use std::io::ErrorKind;
@@ -11,10 +11,10 @@ use nix::unistd::getuid;
 use crate::lock::{self, Lock};
 use crate::{Error, Result};
 
-/// A system comes or goes in a fraction of a second; each process that does not end when it is asked to adds a second.
+/// Starting or clearing a system takes a fraction of a second; each process that does not end when asked to adds a second.
 const GUARDED: Duration = Duration::from_secs(15);
 
-/// The folder: `$XDG_RUNTIME_DIR/sketchnav`, or `/tmp/sketchnav-<uid>`. Made where it is missing.
+/// The folder: `$XDG_RUNTIME_DIR/sketchnav`, or `/tmp/sketchnav-<uid>`. It is created if missing.
 pub(crate) fn of_this_user() -> Result<PathBuf> {
     let root = match std::env::var_os("XDG_RUNTIME_DIR").filter(|v| !v.is_empty()) {
         Some(runtime) => PathBuf::from(runtime).join("sketchnav"),
@@ -24,10 +24,10 @@ pub(crate) fn of_this_user() -> Result<PathBuf> {
     Ok(root)
 }
 
-/// Held while a system comes or goes, so that a system that is being made is not taken for a dead one.
+/// The lock to hold while a system starts or is cleared, so that one that is being created is not mistaken for a dead one.
 ///
 /// # Errors
-/// [`Error::Guarded`] where another process holds it for too long.
+/// [`Error::Guarded`] if another process holds it for too long.
 pub(crate) fn guard(root: &Path) -> Result<Lock> {
     guard_within(root, GUARDED)
 }
@@ -38,7 +38,7 @@ fn guard_within(root: &Path, limit: Duration) -> Result<Lock> {
     taken.ok_or_else(|| Error::Guarded { holder: lock::holder(&path), path, seconds: limit.as_secs() })
 }
 
-/// Makes the folder with mode 0700, or checks that it is this user's alone.
+/// Creates the folder with mode 0700, or checks that only this user may access it.
 pub(crate) fn private_folder(path: &Path) -> Result<()> {
     match DirBuilder::new().mode(0o700).create(path) {
         Ok(()) => return Ok(()),
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
     use std::os::unix::fs::{PermissionsExt, symlink};
 
-    /// A `run` that was stopped while it started had every later one wait without a word.
+    /// A `run` that was stopped while starting once made every later one wait without a word.
     #[test]
     fn a_guard_that_is_not_let_go_is_named_with_its_holder() {
         let root = tempfile::tempdir().unwrap();

@@ -1,11 +1,11 @@
-//! The files of a system in `/dev/shm`: their names, and whose they are.
+//! The files of a system in `/dev/shm`: their names and their ownership.
 //!
-//! Each name begins with the system's prefix, `sketchnav_<name>_<token>_`. The token is random and stands in the
-//! system's folder, which no other user can enter. So no process can make a file for a system that is yet to come. No
-//! system meets the files of an earlier one of its name.
+//! Each name begins with the system's prefix, `sketchnav_<name>_<token>_`. The token is random and stored in the
+//! system's folder, which no other user can enter. So no process can prepare a file for a system that is yet to start,
+//! and no system meets the files of an earlier one of its name.
 //!
-//! `<prefix>owner` is the first file that is made and the last that is removed. It names the system's folder, and the
-//! supervisor holds its lock. Files whose owner lives nowhere, and whom no folder knows, are orphans: they go.
+//! `<prefix>owner` is the first file to be created and the last to be removed. It names the system's folder, and the
+//! supervisor holds its lock. Files whose owner is dead and whose token no folder has are orphans, and are removed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, Metadata, OpenOptions};
@@ -22,34 +22,34 @@ use crate::lock::{self, Lock};
 use crate::names::Names;
 use crate::{Error, Result, half_made};
 
-/// Where POSIX shared memory lies.
+/// The folder of POSIX shared memory.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
-/// How every name begins.
+/// The beginning of every name.
 const MARK: &str = "sketchnav_";
-/// The file of a system's folder with its token.
+/// The file in a system's folder that holds its token.
 const TOKEN: &str = "token";
 /// Length of a token, hexadecimal digits.
 const DIGITS: usize = 16;
-/// The file that says who owns the others.
+/// The file that identifies the owner of the others.
 const OWNER: &str = "owner";
 /// Unit of a file's blocks, bytes.
 const BLOCK: u64 = 512;
-/// A file of at most so many bytes is small.
+/// Files up to this size are small, bytes.
 const SMALL_BYTES: u64 = 1 << 20;
 
-/// A file, and what it was when it was looked at.
+/// A file and its metadata when it was looked at.
 pub(crate) type Seen = (PathBuf, Metadata);
 
 /// The files of one system.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct SharedFiles {
-    /// [`SHARED_MEMORY`] but in tests.
+    /// [`SHARED_MEMORY`], except in tests.
     folder: PathBuf,
     prefix: String,
 }
 
 impl SharedFiles {
-    /// Those of a system that is to come. Its new token is written into its folder.
+    /// The files of a system that is about to start. Writes a new token into its folder.
     pub(crate) fn create(name: &str, folder: &Path) -> Result<Self> {
         let random = || {
             let mut bytes = [0; DIGITS / 2];
@@ -63,7 +63,7 @@ impl SharedFiles {
         Ok(Self::with_token(name, &token))
     }
 
-    /// Those of the system in `folder`; `None` where it has no token yet, or no more.
+    /// The files of the system in `folder`; `None` if it has no token yet or no longer.
     pub(crate) fn of(name: &str, folder: &Path) -> Result<Option<Self>> {
         Ok(token(folder)?.map(|token| Self::with_token(name, &token)))
     }
@@ -72,19 +72,19 @@ impl SharedFiles {
         Self { folder: SHARED_MEMORY.into(), prefix: format!("{MARK}{name}_{token}_") }
     }
 
-    /// Those to which a file in `folder` belongs by its name.
+    /// The files of the system to which a file in `folder` belongs according to its name.
     fn of_name(folder: &Path, name: &str) -> Option<Self> {
         let (system, rest) = name.strip_prefix(MARK)?.split_once('_')?;
         let (token, _) = rest.split_once('_')?;
         is_token(token).then(|| Self { folder: folder.into(), ..Self::with_token(system, token) })
     }
 
-    /// How their names begin.
+    /// The beginning of their names.
     pub(crate) fn prefix(&self) -> &str {
         &self.prefix
     }
 
-    /// One of them.
+    /// The path of one of them.
     pub(crate) fn path(&self, file: &str) -> PathBuf {
         self.folder.join(format!("{}{file}", self.prefix))
     }
@@ -94,7 +94,7 @@ impl SharedFiles {
         Names::new(&self.folder, &self.prefix)
     }
 
-    /// Makes this process their owner, as long as the lock lives. `None` where another process is.
+    /// Makes this process their owner for the lifetime of the lock. `None` if another process owns them.
     pub(crate) fn own(&self, folder: &Path) -> Result<Option<Lock>> {
         let path = self.path(OWNER);
         match make_owner(&path, folder) {
@@ -107,8 +107,8 @@ impl SharedFiles {
         }
     }
 
-    /// All of them, in order of their names except for the owner's, which is the last. Reads the whole folder, which is
-    /// everybody's: to be asked once, by whoever comes or goes.
+    /// All files, ordered by name except for the owner's, which comes last. Reads the whole folder, which all users
+    /// share, so it is for one call by a process that starts or clears a system.
     pub(crate) fn all(&self) -> Result<Vec<PathBuf>> {
         let mut files: Vec<_> = names_that(&self.folder, |name| name.starts_with(&self.prefix))?.collect();
         self.sort(&mut files);
@@ -120,7 +120,7 @@ impl SharedFiles {
         files.sort_by(|a, b| (*a == owner, a).cmp(&(*b == owner, b)));
     }
 
-    /// Those that this process has mapped, whatever else there is in the folder.
+    /// The files that this process has mapped, found without reading the folder.
     fn mapped(&self) -> Result<BTreeSet<PathBuf>> {
         const MAPS: &str = "/proc/self/maps";
         let maps = fs::read(MAPS).map_err(Error::file(MAPS, "reading"))?;
@@ -139,18 +139,18 @@ impl SharedFiles {
         self.all()?.iter().try_for_each(|path| check(path))
     }
 
-    /// Takes from other users what iceoryx2 0.10 leaves them in what this process has mapped: one of its files is made
-    /// for all to read and write.
+    /// Withdraws other users' access to the files that this process has mapped: iceoryx2 0.10 creates one of its files
+    /// readable and writable for all.
     ///
     /// # Errors
-    /// [`Error::File`] where the mode of one cannot be changed.
+    /// [`Error::File`] if the mode of one cannot be changed.
     pub(crate) fn keep_others_out(&self) -> Result<()> {
         let look = |path: PathBuf| look(&path).ok().map(|found| (path, found));
         keep_others_out(&self.mapped()?.into_iter().filter_map(look).collect::<Vec<_>>())
     }
 
-    /// Allocates the memory of the small files that this process has mapped now. A process that finds none later is killed,
-    /// and the supervisor has to survive a day on which there is none. (The large ones are large for the worst case.)
+    /// Allocates the memory of the small files that this process has mapped now. A process that finds no memory later
+    /// is killed, and the supervisor has to survive a shortage. (The large files are sized for the worst case.)
     pub(crate) fn reserve_small(&self) -> Result<()> {
         for path in self.mapped()? {
             let Ok(found) = look(&path) else { continue };
@@ -166,7 +166,7 @@ impl SharedFiles {
         Ok(())
     }
 
-    /// Removes them, except for those whose names go on like one of `keep` behind the prefix.
+    /// Removes them, except for those whose names continue with one of `keep` after the prefix.
     pub(crate) fn remove_but(&self, keep: &[&str]) -> Result<()> {
         for path in self.all()? {
             let rest = &name_of(&path)[self.prefix.len()..];
@@ -177,7 +177,7 @@ impl SharedFiles {
         Ok(())
     }
 
-    /// Removes those that are this user's.
+    /// Removes those of them that belong to this user.
     pub(crate) fn remove_own(&self) -> Result<()> {
         for path in self.all()? {
             if look(&path).is_ok_and(|found| is_own(&found)) {
@@ -187,14 +187,14 @@ impl SharedFiles {
         Ok(())
     }
 
-    /// The folder that their owner names, as far as they are this user's; `None` where they have no owner.
+    /// The folder that their owner file names, if that is this user's; `None` if there is no owner file.
     fn owner_folder(&self) -> Option<PathBuf> {
         let path = self.path(OWNER);
         check(&path).ok()?;
         Some(PathBuf::from(fs::read_to_string(path).ok()?))
     }
 
-    /// Whether no supervisor holds them and no folder knows them.
+    /// Whether no supervisor holds them and no folder has their token.
     fn is_orphaned(&self) -> bool {
         if look(&self.path(OWNER)).is_ok_and(|found| !is_own(&found)) {
             return false;
@@ -206,7 +206,7 @@ impl SharedFiles {
     }
 }
 
-/// Removes a file. One of another user, in a folder with the sticky bit, may be impossible to remove: it stays.
+/// Removes a file. A file of another user in a folder with the sticky bit cannot always be removed; it stays.
 fn remove(path: &Path) -> Result<()> {
     match fs::remove_file(path) {
         Err(_) if check(path).is_err() => Ok(()),
@@ -222,17 +222,17 @@ pub(crate) fn check_seen(seen: &[Seen]) -> Result<()> {
     seen.iter().try_for_each(|(path, found)| check_found(path, found))
 }
 
-/// Makes files of this user's that others may read or write private.
+/// Makes those of this user's files private that others may read or write.
 pub(crate) fn keep_others_out(seen: &[Seen]) -> Result<()> {
     for (path, found) in seen.iter().filter(|(_, found)| is_own(found) && found.mode() & 0o077 != 0) {
-        // In a folder with the sticky bit nobody else can put a link in the place of a file of ours.
+        // In a folder with the sticky bit, no other user can put a link in the place of one of our files.
         let private = fs::Permissions::from_mode(found.mode() & 0o700);
         unless_gone(path, fs::set_permissions(path, private))?;
     }
     Ok(())
 }
 
-/// Removes what no living process finishes; `living` are the system's.
+/// Removes files that no living process will finish; `living` are the system's processes.
 pub(crate) fn clear_half_made(
     seen: &[Seen],
     ages: &mut half_made::Ages,
@@ -240,7 +240,7 @@ pub(crate) fn clear_half_made(
 ) -> Result<()> {
     for (path, file) in ages.unfinished(seen).into_iter().filter(|(_, file)| is_own(file)) {
         let is_held = living()?.into_iter().any(|pid| half_made::has_open(pid, &file));
-        // Its maker may have finished it and gone while we looked.
+        // Its maker may have finished it and ended in the meantime.
         if !is_held && look(&path).is_ok_and(|now| half_made::is_unfinished(&now)) {
             unless_gone(&path, fs::remove_file(&path))?;
         }
@@ -248,13 +248,13 @@ pub(crate) fn clear_half_made(
     Ok(())
 }
 
-/// The files in shared memory that are this user's, by system. Made by reading the folder once: a file of another user is
-/// looked at once and then left alone, however many there are.
+/// This user's files in shared memory, by system. Reads the folder once and looks at each file of another user once,
+/// however many there are.
 #[derive(Debug)]
 pub(crate) struct Survey(BTreeMap<SharedFiles, Vec<PathBuf>>);
 
 impl Survey {
-    /// That of `/dev/shm`.
+    /// The survey of `/dev/shm`.
     pub(crate) fn now() -> Result<Self> {
         Self::of(Path::new(SHARED_MEMORY), getuid().as_raw())
     }
@@ -271,17 +271,17 @@ impl Survey {
         Ok(Self(systems))
     }
 
-    /// What dead systems have left whose folders are gone.
+    /// The files that dead systems left whose folders are gone.
     fn orphaned(self) -> impl Iterator<Item = (SharedFiles, Vec<PathBuf>)> {
         self.0.into_iter().filter(|(files, _)| files.is_orphaned())
     }
 
-    /// The prefixes of what dead systems have left whose folders are gone.
+    /// The prefixes of the files that dead systems left whose folders are gone.
     pub(crate) fn orphans(self) -> Vec<String> {
         self.orphaned().map(|(files, _)| files.prefix).collect()
     }
 
-    /// Removes what dead systems have left whose folders are gone. Returns the prefixes.
+    /// Removes the files that dead systems left whose folders are gone. Returns the prefixes.
     pub(crate) fn clear_orphans(self) -> Result<Vec<String>> {
         let mut cleared = Vec::new();
         for (files, paths) in self.orphaned() {
@@ -296,7 +296,7 @@ impl Survey {
         Ok(cleared)
     }
 
-    /// The files under the name of a system that are those of `folder`, or this user's without an owner.
+    /// The files under a system's name that belong to `folder`, or that are this user's and have no owner.
     pub(crate) fn under_name(self, name: &str, folder: &Path) -> Result<Vec<PathBuf>> {
         let begin = format!("{MARK}{name}_");
         let mut found = Vec::new();
@@ -304,7 +304,7 @@ impl Survey {
             let has_owner = look(&files.path(OWNER)).is_ok();
             match files.owner_folder() {
                 Some(owner) if owner == folder => found.extend(files.all()?),
-                // Of a system in another folder, or of another user's.
+                // They belong to a system in another folder, or to another user's.
                 _ if has_owner => {}
                 _ => found.extend(own),
             }
@@ -327,7 +327,7 @@ fn is_token(text: &str) -> bool {
     text.len() == DIGITS && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
 }
 
-/// Makes the file whole, and locked, before another process can see it.
+/// Creates the file, complete and locked, before another process can see it.
 fn make_owner(path: &Path, folder: &Path) -> std::io::Result<Lock> {
     let unnamed = || {
         let mut options = OpenOptions::new();
@@ -348,13 +348,13 @@ pub(crate) fn private(path: &Path) -> std::io::Result<File> {
     options.read(true).write(true).create_new(true).mode(0o600).open(path)
 }
 
-/// Opens a file of this user's that is there already; a link is not followed.
+/// Opens an existing file of this user; a link is not followed.
 ///
 /// # Errors
 /// [`Error::ForeignFile`].
 pub(crate) fn open_own(path: &Path) -> Result<File> {
     let mut options = OpenOptions::new();
-    // Whoever has put a pipe in its place must not have us wait.
+    // A pipe that another user has put in its place must not make us wait.
     options.read(true).write(true).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
     let file = match options.open(path) {
         Ok(file) => file,
@@ -367,7 +367,7 @@ pub(crate) fn open_own(path: &Path) -> Result<File> {
     check_found(path, &found).map(|()| file)
 }
 
-/// That a file is this user's, and no link; one that has gone is nobody's.
+/// Checks that a file is this user's and not a link; a file that is gone passes.
 fn check(path: &Path) -> Result<()> {
     look(path).map_or(Ok(()), |found| check_found(path, &found))
 }
@@ -380,7 +380,7 @@ fn is_own(found: &Metadata) -> bool {
     complaint(found, getuid().as_raw()).is_none()
 }
 
-/// What is wrong with a file that should be the user's alone. (Its mode is iceoryx2's to choose, and put right later.)
+/// What is wrong with a file that must belong to this user only. (Its mode is chosen by iceoryx2 and corrected later.)
 fn complaint(found: &Metadata, uid: u32) -> Option<String> {
     let kind = found.file_type();
     if kind.is_symlink() {
@@ -404,14 +404,14 @@ fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The entries of a folder in order of their names; none where it is missing.
+/// The entries of a folder, ordered by name; none if it is missing.
 pub(crate) fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut paths: Vec<_> = names_that(folder, |_| true)?.collect();
     paths.sort();
     Ok(paths)
 }
 
-/// The entries of a folder whose names are so, in no order; none where it is missing. Nothing is kept of the others.
+/// The entries of a folder whose names satisfy `is_so`, in no order; none if it is missing. The others are not stored.
 pub(crate) fn names_that<'a>(
     folder: &'a Path,
     is_so: impl Fn(&str) -> bool + 'a,
@@ -426,7 +426,7 @@ pub(crate) fn names_that<'a>(
     Ok(names.filter(move |name| is_so(&name.to_string_lossy())).map(move |name| folder.join(name)))
 }
 
-/// What a file is; a link is not followed.
+/// A file's metadata; a link is not followed.
 pub(crate) fn look(path: &Path) -> std::io::Result<Metadata> {
     count_call();
     fs::symlink_metadata(path)
@@ -445,14 +445,14 @@ fn count_call() {
     CALLS.set(CALLS.get() + 1);
 }
 
-/// What `work` returns, and how many names it has read and files it has looked at.
+/// The result of `work`, and how many names it read and files it looked at.
 #[cfg(test)]
 pub(crate) fn calls<T>(work: impl FnOnce() -> T) -> (T, u64) {
     let before = CALLS.get();
     (work(), CALLS.get() - before)
 }
 
-/// That a file has gone meanwhile is no error.
+/// Passes on a result, but does not count it as an error that a file is gone.
 pub(crate) fn unless_gone(path: &Path, result: std::io::Result<()>) -> Result<()> {
     match result {
         Err(error) if error.kind() != ErrorKind::NotFound => {
@@ -468,7 +468,8 @@ mod tests {
 
     use super::*;
 
-    /// Another user once made `checkpoint_localizer_0` under a name that came from a hash, and read the scans of a mission.
+    /// Another user once created `checkpoint_localizer_0` under a name that was derived from a
+    /// hash, and read the scans of a mission.
     #[test]
     fn no_two_systems_have_the_same_prefix() {
         let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
@@ -499,12 +500,12 @@ mod tests {
         assert!(open_own(&victim).map(drop).unwrap_err().to_string().contains("found a file with 2 names"));
     }
 
-    /// A system of another user that had the same name was counted as what one's own had left behind.
+    /// A system of another user that had the same name was once counted among the user's own leftovers.
     #[test]
     fn under_a_name_are_ones_own_files_alone() {
         let folder = tempfile::tempdir().unwrap();
         let under_name = || Survey::now().unwrap().under_name("shared-name", folder.path()).unwrap();
-        // The owner comes first: another test may clear at any time what nobody owns.
+        // The owner comes first: another test may clear files without an owner at any time.
         let begin = |owner: Option<&Path>| {
             let of_a_run = tempfile::tempdir().unwrap();
             let files = SharedFiles::create("shared-name", of_a_run.path()).unwrap();
@@ -528,7 +529,7 @@ mod tests {
         assert_eq!(found, [own.path("history_command"), own.path(OWNER)]);
     }
 
-    /// Makes a file another user's; who may not do that puts a link in its place.
+    /// Gives a file to another user, or puts a link in its place if that is not permitted.
     fn give_away(path: &Path) {
         if std::os::unix::fs::chown(path, Some(65534), Some(65534)).is_err() {
             fs::remove_file(path).unwrap();
@@ -536,7 +537,7 @@ mod tests {
         }
     }
 
-    /// 4,000 empty files of another user had a run take 29 s to start: for each of them the folder was read again.
+    /// 4,000 empty files of another user made a run take 29 s to start: the folder was read again for each of them.
     #[test]
     fn each_file_of_another_user_costs_one_look_and_no_more() {
         let (uid, folder) = (getuid().as_raw(), tempfile::tempdir().unwrap());
@@ -557,7 +558,7 @@ mod tests {
         }
     }
 
-    /// The same of what this user has left: the work grows as the files do.
+    /// The same for this user's leftovers: the work grows linearly with the number of files.
     #[test]
     fn orphans_are_cleared_in_time_that_grows_as_they_do() {
         let per_file = [20, 40, 80].map(|many: u64| {
@@ -574,7 +575,8 @@ mod tests {
         assert!(per_file.iter().all(|calls| *calls == per_file[0] && *calls <= 5.0), "{per_file:?}");
     }
 
-    /// Each process reserves what it uses. It once looked through the whole folder for each channel that it opened.
+    /// Each process reserves the memory of the files that it uses. It once searched the whole
+    /// folder for each channel that it opened.
     #[test]
     fn what_a_process_has_mapped_is_found_without_the_folder() {
         let folder = tempfile::tempdir().unwrap();
@@ -592,7 +594,7 @@ mod tests {
         files.remove_but(&[]).unwrap();
     }
 
-    /// A cleaner had taken the folder away: the next system of that name went on with the tasks of the one before.
+    /// A cleaner had removed the folder: the next system of that name resumed the tasks of the one before.
     #[test]
     fn files_without_an_owner_or_a_folder_go_and_others_stay() {
         let root = tempfile::tempdir().unwrap();

@@ -1,9 +1,9 @@
-//! SIGTERM, SIGINT and SIGHUP ask a process to end: a flag that every wait looks at.
+//! SIGTERM, SIGINT and SIGHUP ask a process to end by setting a flag that every wait looks at.
 //!
-//! The handler changes the words that the process may sleep on, so a signal between the last look and
-//! the sleep is not lost. SIGBUS means that shared memory has no room for what was promised: the process ends
-//! with a word instead of without one. iceoryx2's own handlers stay off: theirs hand one request to one waiter and
-//! take SIGCONT for an interrupt.
+//! The handler changes the words that the process may sleep on, so a signal between the last look and the sleep is not
+//! lost. SIGBUS means that shared memory has no room for what was promised; the process then ends with a message
+//! instead of silently. iceoryx2's own handlers stay off: they hand one request to one
+//! waiter and mistake SIGCONT for an interrupt.
 
 use std::ptr::null_mut;
 use std::sync::atomic::{AtomicPtr, AtomicU32, Ordering::SeqCst};
@@ -13,47 +13,47 @@ use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction
 
 use crate::bells::wake;
 
-/// How many of the signals have come.
+/// How many of the signals have arrived.
 static REQUESTED: AtomicU32 = AtomicU32::new(0);
 /// The bell of the node that was joined last; it is never unmapped.
 static BELL: AtomicPtr<AtomicU32> = AtomicPtr::new(null_mut());
 
 const SIGNALS: [Signal; 3] = [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP];
 
-/// Catches the signals, has them ring `bell` too, and delivers those that were blocked until now. The supervisor
-/// starts a process with SIGTERM blocked, so that none is ended before it can listen.
+/// Catches the signals, has them ring `bell` too, and delivers those that were blocked until now. The supervisor starts
+/// a process with SIGTERM blocked, so that none is ended before it can listen.
 pub(crate) fn install(bell: &'static AtomicU32) {
     install_last_words();
     BELL.store(std::ptr::from_ref(bell).cast_mut(), SeqCst);
     let action = SigAction::new(SigHandler::Handler(on_signal), SaFlags::empty(), SigSet::empty());
     for signal in SIGNALS {
-        // SAFETY: the handler uses atomics and futex calls alone, which are async-signal-safe.
-        // The call fails for invalid signals only.
+        // SAFETY: the handler only uses atomics and futex calls, which are async-signal-safe. The
+        // call can only fail for invalid signals.
         let _ = unsafe { sigaction(signal, &action) };
     }
-    // As above: it fails for an invalid set only.
+    // As above: it can only fail for an invalid set.
     let _ = SigSet::from_iter(SIGNALS).thread_unblock();
 }
 
-/// Has a process that finds no memory behind a page of `/dev/shm` say so before it ends.
+/// Makes a process that finds no memory for a page of `/dev/shm` say so before it ends.
 fn install_last_words() {
     let action = SigAction::new(SigHandler::Handler(on_bus_error), SaFlags::empty(), SigSet::empty());
     // SAFETY: the handler makes three system calls, which are async-signal-safe, and does not return.
     let _ = unsafe { sigaction(Signal::SIGBUS, &action) };
 }
 
-/// What a process says that finds no memory, ...
+/// The last words of a process that finds no memory.
 const FULL: &str = "shared memory is full: /dev/shm has no room for a message (SIGBUS)\n";
-/// ... and one whose file of shared memory somebody has cut, or whose disk fails under a mapped file.
+/// The last words of a process whose shared-memory file was truncated, or whose disk fails under a mapped file.
 const CUT: &str =
     "a mapped file lost its page: somebody truncated a file in /dev/shm, or a disk failed (SIGBUS)\n";
-/// A page, bytes: with less than that free, `/dev/shm` is full.
+/// Page size, bytes: with less than that free, `/dev/shm` is full.
 const PAGE: u64 = 4096;
-/// The exit code of anything but success and bad input.
+/// The exit code of everything but success and bad input.
 pub(crate) const FAILED: libc::c_int = 3;
 
 extern "C" fn on_bus_error(_: libc::c_int) {
-    // SAFETY: `statfs` is a system call that writes where it is told to; the texts live for ever; nothing else of
+    // SAFETY: `statfs` is a system call that writes where its argument points; the texts are static; nothing else of
     // the process is touched any more.
     unsafe {
         let mut found: libc::statfs = std::mem::zeroed();
@@ -65,17 +65,17 @@ extern "C" fn on_bus_error(_: libc::c_int) {
     }
 }
 
-/// Why a page was not there, where `/dev/shm` has so many bytes free.
+/// Why a page was missing, given the free bytes of `/dev/shm`.
 fn last_words(free_bytes: u64) -> &'static str {
     if free_bytes < PAGE { FULL } else { CUT }
 }
 
-/// Whether one of the signals has come.
+/// Whether one of the signals has arrived.
 pub(crate) fn end_requested() -> bool {
     requests() != 0
 }
 
-/// How many of the signals have come.
+/// How many of the signals have arrived.
 pub(crate) fn requests() -> u32 {
     REQUESTED.load(SeqCst)
 }

@@ -1,10 +1,10 @@
-//! Starves this very process: for some time it gets only a share of the processor, as on a machine with too few cores.
+//! Starves this process: for some time it gets only a share of the processor, as on a machine with too few cores.
 //!
-//! The process stops itself (SIGSTOP) again and again. It needs neither root nor control groups, takes nothing from
-//! other processes, and gives the same share on every machine. A competitor for the cores would do none of these.
+//! The process repeatedly stops itself (SIGSTOP). That needs neither root nor control groups, takes nothing from other
+//! processes, and gives the same share on every machine. A competitor for the cores would do none of these.
 //!
-//! Before each stop the kernel gets a timer that continues the process (SIGCONT). So nobody else is needed for it:
-//! whoever else is killed meanwhile, the process is continued.
+//! Before each stop, a kernel timer is set that continues the process (SIGCONT). No other process is needed for that,
+//! so the process is continued whatever else is killed in the meantime.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -16,17 +16,17 @@ use nix::sys::timer::{Expiration, Timer, TimerSetTimeFlags};
 use nix::time::ClockId;
 use sketchnav_schemas::fault_plan::Starvation;
 
-/// Of each such time the process runs its share, and is stopped for the rest. It is as long as the slices of a busy
-/// scheduler, and shorter than the time without commands after which a robot stops.
+/// In each period the process runs for its share and is stopped for the rest. The period is as long as the time slices
+/// of a busy scheduler, and shorter than the time without commands after which a robot stops.
 const PERIOD: Duration = Duration::from_millis(100);
-/// The process is continued again so long after the end of a stop. The first timer is in vain where a busy machine
-/// delays the stop itself until after it.
+/// How long after the end of a stop the process is continued, again and again. The first timer has no effect if a busy
+/// machine delays the stop itself until after it.
 const BACKUPS: [Duration; 3] = [Duration::ZERO, Duration::from_secs(1), Duration::from_secs(30)];
 
-/// Begins at once, with a stop, and goes on beside the caller.
+/// Begins at once, with a stop, and continues in a thread of its own.
 ///
 /// # Errors
-/// Where the kernel has no timer or no thread left; the process is not stopped then.
+/// If the kernel has no timer or no thread left; the process is not stopped then.
 pub(crate) fn starve(starvation: Starvation) -> Result<(), Errno> {
     let end = Instant::now() + Duration::from_millis(starvation.duration_ms);
     let run = PERIOD.mul_f64(starvation.share);
@@ -37,9 +37,9 @@ pub(crate) fn starve(starvation: Starvation) -> Result<(), Errno> {
     if stop()? {
         let go_on = move || {
             loop {
-                // The share itself: meanwhile the other threads of the process run.
+                // The share itself: the other threads of the process run meanwhile.
                 thread::sleep(run);
-                // Without timers the starvation is over: a stop would have no end.
+                // Without timers the starvation is over, since a stop would never end.
                 if !stop().unwrap_or(false) {
                     return;
                 }
@@ -51,7 +51,7 @@ pub(crate) fn starve(starvation: Starvation) -> Result<(), Errno> {
     Ok(())
 }
 
-/// Stops this process, all its threads, for so long.
+/// Stops this process with all its threads for the given time.
 fn stop_for(pause: Duration) -> Result<(), Errno> {
     if pause.is_zero() {
         return Ok(());

@@ -1,4 +1,5 @@
-//! What a system needs of its machine, and who is connected to its channels: for tools that give advice. Changes nothing.
+//! What a system needs of its machine, and which processes are connected to its channels,
+//! for diagnostic tools. Changes nothing.
 
 use std::path::PathBuf;
 
@@ -17,17 +18,17 @@ const NEEDED_BYTES: u64 = 24 << 20;
 /// The room in `/dev/shm`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Room {
-    /// What a system needs.
+    /// What a system needs, MiB.
     pub needed_mib: u64,
-    /// What is free.
+    /// What is free, MiB.
     pub free_mib: u64,
 }
 
 impl Room {
-    /// The room that there is now.
+    /// The room that is free now.
     ///
     /// # Errors
-    /// [`Error::File`] where the machine has no `/dev/shm`.
+    /// [`Error::File`] if the machine has no `/dev/shm`.
     pub fn now() -> Result<Self> {
         let found = statvfs(SHARED_MEMORY)
             .map_err(|error| Error::file(SHARED_MEMORY, "asking how much room there is")(error.into()))?;
@@ -35,11 +36,11 @@ impl Room {
         Ok(Self { needed_mib: NEEDED_BYTES >> 20, free_mib: free >> 20 })
     }
 
-    /// Whether a system has enough of it.
+    /// Checks that it is enough for a system.
     ///
     /// # Errors
-    /// [`Error::NoRoom`]: pages of shared memory are handed out when they are first written, and a process that gets none
-    /// is killed.
+    /// [`Error::NoRoom`]: pages of shared memory are allocated when they are first written,
+    /// and a process that gets none is killed.
     pub fn check(self) -> Result<()> {
         let Self { needed_mib, free_mib } = self;
         if free_mib < needed_mib { Err(Error::NoRoom { needed_mib, found_mib: free_mib }) } else { Ok(()) }
@@ -47,10 +48,10 @@ impl Room {
 }
 
 impl System {
-    /// The folder of all systems of this user; made where it is missing.
+    /// The folder of all systems of this user; created if missing.
     ///
     /// # Errors
-    /// [`Error::ForeignRoot`] where it is not this user's alone.
+    /// [`Error::ForeignRoot`] if others than this user can access it.
     pub fn root_folder() -> Result<PathBuf> {
         root::of_this_user()
     }
@@ -63,10 +64,10 @@ impl System {
         Ok(system::longest_name(&root::of_this_user()?))
     }
 
-    /// What dead systems have left, as [`System::sweep_dead`] names it; all of it stays.
+    /// What dead systems have left, as [`System::sweep_dead`] names it, without removing it.
     ///
     /// # Errors
-    /// [`Error::File`] where the folders cannot be read.
+    /// [`Error::File`] if the folders cannot be read.
     pub fn dead() -> Result<Vec<String>> {
         let mut found = system::dead(&root::of_this_user()?)?;
         found.extend(shared::Survey::now()?.orphans());
@@ -77,17 +78,17 @@ impl System {
 /// A process that has a channel open.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Peer {
-    /// Its process id; `None` where it is dead and not cleared yet.
+    /// Its process id; `None` if it is dead and not cleared yet.
     pub pid: Option<u32>,
-    /// Whether it writes the channel; else it reads it.
+    /// Whether it writes the channel; otherwise it reads it.
     pub writes: bool,
 }
 
 impl Node {
-    /// Who has a channel open, this node's own readers and writers included; writers first.
+    /// The processes that have a channel open, this node's own readers and writers included; writers first.
     ///
     /// # Errors
-    /// [`Error::SharedMemory`] where the channel cannot be looked at.
+    /// [`Error::SharedMemory`] if the channel cannot be inspected.
     pub fn peers(&self, spec: &'static ChannelSpec) -> Result<Vec<Peer>> {
         let service = crate::channels::open(self, spec)?;
         let ports = service.dynamic_config();

@@ -1,19 +1,19 @@
-//! A system: a name, a folder, a supervisor that lives.
+//! A system: a name, a folder, and a living supervisor.
 //!
 //! ```text
-//! <root>/<name>/supervisor.lock   held by the supervisor as long as it lives
-//!               run.json          what every process is told
+//! <root>/<name>/supervisor.lock   locked by the supervisor for its lifetime
+//!               run.json          the run, as given to every process
 //!               iceoryx2.toml     root-path and prefix of the shared memory
 //!               bells             a page that every process maps
-//!               faults            there where faults are planned; fault-N once the N-th has happened
-//!               notices           what processes and tools have the supervisor tell everybody
-//!               processes/<process>   held by the process as long as it lives; which one that is stands inside
+//!               faults            exists if faults are planned; fault-N once the N-th has happened
+//!               notices           what processes and tools ask the supervisor to publish
+//!               processes/<process>   locked by the process for its lifetime; contains its identity
 //!               logs/<process>.log
 //!               token             the random part of the prefix of its files in shared memory
-//!               shared/           what iceoryx2 keeps in files
-//! /dev/shm/<prefix>owner          held by the supervisor as long as it lives; names the folder
+//!               shared/           iceoryx2's files
+//! /dev/shm/<prefix>owner          locked by the supervisor for its lifetime; names the folder
 //!          <prefix>*              the messages
-//!          <prefix>history_<channel>, <prefix>checkpoint_<process>_<slot>   what successors go on with
+//!          <prefix>history_<channel>, <prefix>checkpoint_<process>_<slot>   what successors resume from
 //! ```
 //! No two systems share a file, see [`shared`](crate::shared).
 
@@ -33,15 +33,15 @@ use crate::shared::{self, Seen, SharedFiles, listed, unless_gone};
 use crate::survey::Room;
 use crate::{Error, Result, half_made, root};
 
-/// How the names of the files begin, behind the prefix, that successors go on with.
+/// How the names of the files continue, after the prefix, from which successors resume.
 const SUCCESSORS: [&str; 3] = ["history_", "checkpoint_", "owner"];
 const MAX_NAME: usize = 32;
-/// Longest root plus twice the name, bytes. iceoryx2 0.10 builds paths of at most 255 bytes out of the system's folder
-/// and the prefix, and panics beyond (measured). Each of the two holds the name.
+/// Maximum length of the root plus twice the name, bytes. iceoryx2 0.10 builds paths of at most 255 bytes from the
+/// system's folder and the prefix, both of which contain the name, and panics beyond that (measured).
 const MAX_ROOT_AND_NAMES: usize = 102;
-/// How long a process may take to end when its system goes.
+/// How long a process may take to end when its system is removed.
 const LAST_WORD: Duration = Duration::from_secs(1);
-/// How long the kernel may take to end a process that was killed: one that waits for a slow disk ends after that.
+/// How long the kernel may take to end a killed process: one that waits for a slow disk ends only after that.
 const DEATH: Duration = Duration::from_secs(10);
 
 /// A system's folder and what belongs to it.
@@ -50,18 +50,18 @@ pub struct System {
     name: String,
     root: PathBuf,
     folder: PathBuf,
-    /// Read when it is needed first: a system that is being made has it from some moment on.
+    /// Read when first needed: a system that is being created does not have it at once.
     shared: OnceCell<SharedFiles>,
-    /// Held where this is the supervisor's own: the folder's lock, and that of the shared memory.
+    /// Held if this process is the system's supervisor: the lock of the folder, and that of the shared memory.
     ownership: Option<[Lock; 2]>,
 }
 
 impl System {
-    /// Makes the system `run.system`, owned by this process until [`System::remove`] or its death.
-    /// Clears first what a dead system left behind, whatever its name.
+    /// Creates the system `run.system`, owned by this process until [`System::remove`] or its death. First clears what
+    /// dead systems of any name left.
     ///
     /// # Errors
-    /// A name that is none, a system of that name that lives, a root that is not this user's.
+    /// An invalid name, a running system of that name, a root that is not this user's.
     pub fn create(run: &RunConfig) -> Result<Self> {
         Self::create_in(root::of_this_user()?, run)
     }
@@ -91,12 +91,12 @@ impl System {
         Ok(())
     }
 
-    /// Takes over the dead system whose recording lies in `folder`; from now on this process owns it. What its
-    /// processes have left to their successors stays, everything else of it is cleared.
+    /// Takes over the dead system whose recording is in `folder`; from now on this process owns it. What its processes
+    /// left for their successors is kept, everything else of it is cleared.
     ///
     /// # Errors
-    /// [`Error::NothingToResume`] where there is none, or another system has cleared it when it started;
-    /// [`Error::AlreadyRunning`] where its supervisor lives.
+    /// [`Error::NothingToResume`] if there is none, or another system cleared it when it started;
+    /// [`Error::AlreadyRunning`] if its supervisor lives.
     pub fn resume(folder: &Path) -> Result<(Self, RunConfig)> {
         Self::resume_in(root::of_this_user()?, folder)
     }
@@ -119,7 +119,7 @@ impl System {
         Ok((system, run))
     }
 
-    /// The system of that name, where its supervisor lives.
+    /// The system of that name, if its supervisor lives.
     ///
     /// # Errors
     /// [`Error::NotRunning`] names the systems that run.
@@ -138,12 +138,12 @@ impl System {
         Error::NotRunning { name: self.name.clone(), running: running.unwrap_or_else(|| "none".into()) }
     }
 
-    /// The systems of this user whose supervisor lives, by name.
+    /// The systems of this user whose supervisor lives, ordered by name.
     pub fn list() -> Result<Vec<Self>> {
         Self::list_with(true)
     }
 
-    /// The systems of this user whose supervisor was killed, and that nobody has cleared or resumed yet, by name.
+    /// The systems of this user whose supervisor was killed and that were not cleared or resumed since, ordered by name.
     pub fn list_dead() -> Result<Vec<Self>> {
         Self::list_with(false)
     }
@@ -159,11 +159,11 @@ impl System {
         Ok(found)
     }
 
-    /// Clears what systems left behind whose supervisor died: processes, folder, shared memory; and shared memory of
-    /// this user's that belongs to no folder any more. Returns the names of the systems, then the prefixes of the files.
+    /// Clears what systems with a dead supervisor left: processes, folders and shared memory; also this user's shared
+    /// memory that no longer belongs to a folder. Returns the names of the systems, then the prefixes of the files.
     ///
     /// # Errors
-    /// [`Error::StillHeld`] where a process of one does not end; the others are cleared.
+    /// [`Error::StillHeld`] if a process of one does not end; the others are cleared nevertheless.
     pub fn sweep_dead() -> Result<Vec<String>> {
         let (swept, _guard) = sweep(&root::of_this_user()?)?;
         match swept.left.into_values().next() {
@@ -172,10 +172,10 @@ impl System {
         }
     }
 
-    /// What there is in files of the system `name`, whether it lives or not.
+    /// The files of the system `name`, whether it lives or not.
     ///
     /// # Errors
-    /// [`Error::File`] where the folders cannot be read.
+    /// [`Error::File`] if the folders cannot be read.
     pub fn leftovers(name: &str) -> Result<Vec<PathBuf>> {
         check_name(name)?;
         let system = Self::at(root::of_this_user()?, name);
@@ -184,10 +184,10 @@ impl System {
         Ok(found)
     }
 
-    /// Its files in shared memory.
+    /// The system's files in shared memory.
     ///
     /// # Errors
-    /// [`Error::File`] where its folder is gone.
+    /// [`Error::File`] if its folder is gone.
     pub(crate) fn shared(&self) -> Result<&SharedFiles> {
         if let Some(shared) = self.shared.get() {
             return Ok(shared);
@@ -197,10 +197,10 @@ impl System {
         Ok(self.shared.get_or_init(|| shared))
     }
 
-    /// Takes the system away: whatever process of it still lives, its shared memory, its folder.
-    /// For the supervisor, when its processes have ended.
+    /// Removes the system: processes of it that still live, its shared memory, its folder. The supervisor calls it when
+    /// its processes have ended.
     pub fn remove(mut self) -> Result<()> {
-        // Where somebody has taken the root away, there is no folder to guard, and memory to clear all the same.
+        // If the root has been removed, there is no folder to guard, but there is still memory to clear.
         let _guard = root::guard(&self.root).ok();
         self.ownership = None;
         self.clear()
@@ -216,23 +216,23 @@ impl System {
         &self.folder
     }
 
-    /// Where a process's output goes.
+    /// The path of a process's log.
     pub fn log_path(&self, process: Process) -> PathBuf {
         self.folder.join("logs").join(format!("{process}.log"))
     }
 
-    /// What the supervisor gave every process.
+    /// The run that the supervisor gave every process.
     ///
     /// # Errors
-    /// [`Error::File`] where `run.json` cannot be read or is too large; [`Error::RunConfig`].
+    /// [`Error::File`] if `run.json` cannot be read or is too large; [`Error::RunConfig`].
     pub fn run_config(&self) -> Result<RunConfig> {
         let path = self.folder.join("run.json");
         let bytes = sketchnav_files::read(&path, RUN).map_err(Error::file(&path, "reading"))?;
         serde_json::from_slice(&bytes).map_err(|source| Error::RunConfig { path, source })
     }
 
-    /// The living processes of the system with their process ids, by name; the supervisor first.
-    /// Observers count once each.
+    /// The living processes of the system with their process ids, ordered by name, the
+    /// supervisor first. Each observer counts as one.
     pub fn processes(&self) -> Result<Vec<(String, u32)>> {
         let mut found = Vec::new();
         if self.is_alive()? {
@@ -247,10 +247,10 @@ impl System {
         Ok(found)
     }
 
-    /// As long as the lock is held, no process removes the system.
+    /// A lock; while it is held, no process removes the system.
     ///
     /// # Errors
-    /// [`Error::NotRunning`] where it has gone already.
+    /// [`Error::NotRunning`] if it is gone already.
     pub(crate) fn hold(&self) -> Result<Lock> {
         let guard = root::guard(&self.root)?;
         if self.is_alive()? { Ok(guard) } else { Err(self.not_running()) }
@@ -260,7 +260,7 @@ impl System {
         self.folder.join("iceoryx2.toml")
     }
 
-    /// A file of the system in shared memory; it goes when the system does.
+    /// The path of a file of the system in shared memory; it is removed with the system.
     pub(crate) fn shared_memory(&self, name: &str) -> Result<PathBuf> {
         Ok(self.shared()?.path(name))
     }
@@ -269,19 +269,19 @@ impl System {
         self.folder.join("notices")
     }
 
-    /// Takes away what no living process finishes of the system's files in shared memory; `ages` is the caller's, from call
-    /// to call.
+    /// Removes those of the system's files in shared memory that no living process will finish; the
+    /// caller keeps `ages` from call to call.
     pub(crate) fn clear_half_made(&self, seen: &[Seen], ages: &mut half_made::Ages) -> Result<()> {
         let living = || Ok(self.processes()?.into_iter().map(|(_, pid)| pid).collect());
         shared::clear_half_made(seen, ages, living)
     }
 
-    /// The same system once more, for another thread; it owns nothing.
+    /// Another handle of the same system, for another thread; it owns nothing.
     pub(crate) fn view(&self) -> Self {
         Self { shared: self.shared.clone(), ..Self::at(self.root.clone(), &self.name) }
     }
 
-    /// There where faults are planned for the run; every writer looks for it once.
+    /// This file exists if faults are planned for the run; every writer looks for it once.
     pub(crate) fn faults_file(&self) -> PathBuf {
         self.folder.join("faults")
     }
@@ -290,8 +290,8 @@ impl System {
         self.folder.join("bells")
     }
 
-    /// Says that this process is `process` of the system, as long as the lock lives. The supervisor
-    /// holds the system's own lock.
+    /// Registers this process as `process` of the system for the lifetime of the lock. The
+    /// supervisor holds the system's own lock.
     pub(crate) fn enter(&self, process: Process) -> Result<Option<Lock>> {
         let file = match process {
             Process::Supervisor => return Ok(None),
@@ -301,7 +301,7 @@ impl System {
         let path = self.folder.join("processes").join(file);
         match Lock::try_take_as_this_process(&path).map_err(Error::file(&path, "locking"))? {
             Some(lock) => Ok(Some(lock)),
-            // An observer process may look on through several nodes.
+            // An observer process may observe through several nodes.
             None if process == Process::Observer => Ok(None),
             None => {
                 Err(Error::ProcessRunsAlready { process, system: self.name.clone(), pid: owner_pid(&path) })
@@ -336,8 +336,8 @@ impl System {
     }
 
     fn write_files(&self, run: &RunConfig) -> Result<()> {
-        // Whoever looks finds a file whole or not at all, and who holds an earlier one keeps it: a page that is
-        // mapped while its file is empty is a SIGBUS for the observer.
+        // Other processes find a file complete or not at all, and a process that has an earlier one open keeps it:
+        // mapping a page of a file that is still empty would be a SIGBUS for an observer.
         let write = |path: PathBuf, bytes: &[u8]| {
             let new = path.with_extension("new");
             let written = fs::write(&new, bytes).and_then(|()| fs::rename(&new, &path));
@@ -359,7 +359,7 @@ impl System {
         write(self.iceoryx2_config(), config.as_bytes())
     }
 
-    /// Ends what still lives and clears what no run continues.
+    /// Ends processes that still live and clears what no run resumes from.
     fn clear_for_successors(&self, run: &RunConfig) -> Result<()> {
         self.end_processes()?;
         self.shared()?.remove_but(&SUCCESSORS)?;
@@ -374,7 +374,7 @@ impl System {
         self.process_locks()?.iter().try_for_each(|path| end_owner(path, LAST_WORD))
     }
 
-    /// The lock file of a process that there is one of.
+    /// The lock file of a process that exists once per system.
     pub(crate) fn process_lock(&self, process: Process) -> PathBuf {
         self.folder.join("processes").join(process.word())
     }
@@ -385,22 +385,22 @@ impl System {
 
     fn clear(&self) -> Result<()> {
         self.end_processes()?;
-        // The token is known where it was read before, also when somebody has taken the folder away.
+        // A token that was read before is still known, even if the folder has been removed.
         if let Ok(shared) = self.shared() {
             shared.remove_but(&[])?;
         }
         unless_gone(&self.folder, fs::remove_dir_all(&self.folder))
     }
 
-    /// Removes what is this user's, before the supervisor's process ends without another word. A foreign file stays: who
-    /// waits for it would go on when it goes.
+    /// Removes this user's files before the supervisor's process ends without further ado. A foreign file stays,
+    /// because a process that waits for it would continue if it were removed.
     pub(crate) fn abandon(&self) {
         let _ = self.shared().and_then(SharedFiles::remove_own);
         let _ = fs::remove_dir_all(&self.folder);
     }
 }
 
-/// The length of the longest name that [`check_length`] lets pass.
+/// The length of the longest name that [`check_length`] accepts.
 pub(crate) fn longest_name(root: &Path) -> usize {
     (MAX_ROOT_AND_NAMES.saturating_sub(root.as_os_str().len()) / 2).min(MAX_NAME)
 }
@@ -421,14 +421,14 @@ fn check_name(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// Every system of the root, living or dead, by name.
+/// All systems of the root, living or dead, ordered by name.
 fn all(root: &Path) -> Result<Vec<System>> {
     let names = listed(root)?.into_iter().filter(|path| path.is_dir());
     let names = names.filter_map(|path| Some(path.file_name()?.to_str()?.to_string()));
     Ok(names.filter(|name| check_name(name).is_ok()).map(|name| System::at(root.into(), &name)).collect())
 }
 
-/// The names of the systems of the root that are dead.
+/// The names of the root's dead systems.
 pub(crate) fn dead(root: &Path) -> Result<Vec<String>> {
     let mut dead = Vec::new();
     for system in all(root)? {
@@ -444,7 +444,7 @@ pub(crate) fn dead(root: &Path) -> Result<Vec<String>> {
 struct Swept {
     /// The names of those that were cleared, then the prefixes of files in shared memory.
     cleared: Vec<String>,
-    /// Those that were left because a process of theirs does not end, by name.
+    /// Those that were left because one of their processes does not end, by name.
     left: BTreeMap<String, Error>,
 }
 
@@ -454,8 +454,8 @@ impl Swept {
     }
 }
 
-/// Clears what systems left behind whose supervisor died. The guard is held from then on. Shared memory is read before:
-/// another user may have filled it, and nobody else has to wait meanwhile.
+/// Clears what systems with a dead supervisor left. Returns the guard, which is held from then on. Shared memory is
+/// read before it is taken: another user may have filled it, and no other process should have to wait for that.
 fn sweep(root: &Path) -> Result<(Swept, Lock)> {
     let survey = shared::Survey::now()?;
     let guard = root::guard(root)?;
@@ -474,11 +474,11 @@ fn sweep(root: &Path) -> Result<(Swept, Lock)> {
     Ok((swept, guard))
 }
 
-/// Ends the process that holds the lock file, where one does, and waits for its end. It is asked first:
-/// an observer has a last word to say.
+/// Ends the process that holds the lock file, if there is one, and waits for its end. It is asked first, since an
+/// observer may have last words to print.
 ///
 /// # Errors
-/// [`Error::StillHeld`] where it does not end, or cannot be reached: a process id in a file may mean another process here.
+/// [`Error::StillHeld`] if it does not end or cannot be reached: a process id in a file may mean another process here.
 fn end_owner(path: &Path, last_word: Duration) -> Result<()> {
     let asking = || Error::file(path, "asking for its lock");
     let mut waited = Duration::ZERO;
@@ -500,7 +500,7 @@ fn end_owner(path: &Path, last_word: Duration) -> Result<()> {
     Err(Error::StillHeld { path: path.into(), holder: lock::holder(path), seconds: waited.as_secs_f64() })
 }
 
-/// The id of the process that a lock file names; an empty text where there is none.
+/// The id of the process that a lock file names; empty if there is none.
 fn owner_pid(path: &Path) -> String {
     lock::owner(path).map_or_else(String::new, |owner| owner.pid.to_string())
 }
@@ -529,7 +529,7 @@ mod tests {
         }
     }
 
-    /// Every process reads it, and each once read as much as there was.
+    /// Every process reads this file, and once each of them read as much as there was.
     #[test]
     fn a_description_of_a_run_is_neither_read_nor_written_beyond_its_limit() {
         let root = tempfile::tempdir().unwrap();
@@ -549,8 +549,8 @@ mod tests {
         assert_eq!(sweep(root.path()).unwrap().0.cleared, ["large"]);
     }
 
-    /// A lock file of a container that shared the folder named process 4711, which was somebody else's here: it was killed, and
-    /// the lock was then waited for without end.
+    /// A lock file of a container that shared the folder named process 4711, which here was an unrelated process: it
+    /// was killed, and the lock was then waited for forever.
     #[test]
     fn a_process_of_another_namespace_is_neither_killed_nor_waited_for_without_end() {
         let root = tempfile::tempdir().unwrap();
@@ -570,7 +570,7 @@ mod tests {
             assert!(error.contains(&words), "{error}");
             assert!(victim.try_wait().unwrap().is_none(), "{imposter:?}");
         }
-        // The system is left, and a new one of its name is told why; others start.
+        // The system is left, and a new one of its name gets the reason; others start.
         system.ownership = None;
         let error = System::create_in(root.path().into(), &run).unwrap_err().to_string();
         assert!(error.contains("processes/planner: expected the process of a dead system to end"), "{error}");
@@ -587,7 +587,7 @@ mod tests {
     fn the_process_that_holds_a_lock_is_ended() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("planner");
-        // A process that inherits the open file holds its lock, for as long as it lives.
+        // A process that inherits the open file holds its lock for its lifetime.
         let file = fs::File::options().read(true).write(true).create_new(true).open(&path).unwrap();
         let lock = Lock::of(file.try_clone().unwrap()).unwrap();
         let mut child = Command::new("sleep").arg("1000").stdin(Stdio::from(file)).spawn().unwrap();

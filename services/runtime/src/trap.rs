@@ -1,7 +1,7 @@
-//! Faults by plan, at work in the writers of channels: see [`sketchnav_schemas::fault_plan`].
+//! Planned faults, applied by the writers of channels; see [`sketchnav_schemas::fault_plan`].
 //!
-//! A writer without a fault of its channel has no trap and costs nothing. Each fault happens once, over all lives of the
-//! writer: a file in the system's folder says that it has.
+//! A writer for whose channel no fault is planned has no trap and no overhead. Each fault happens once across all lives
+//! of the writer: a file in the system's folder records that it has.
 
 use std::fs::{File, OpenOptions};
 use std::io::ErrorKind;
@@ -22,11 +22,11 @@ use crate::starvation::starve;
 use crate::system::System;
 use crate::{Error, Result};
 
-/// The faults of one channel that are still to come.
+/// The faults of one channel that are yet to happen.
 pub(crate) struct Trap {
     system: Rc<System>,
     process: Process,
-    /// Each with its place in the plan.
+    /// Each with its index in the plan.
     faults: Vec<(usize, PlannedFault)>,
 }
 
@@ -39,7 +39,7 @@ pub(crate) struct Fate {
 }
 
 impl Trap {
-    /// That of a writer of `node`; `None` where nothing is planned for its channel.
+    /// The trap of a writer of `node`; `None` if nothing is planned for its channel.
     pub(crate) fn of(node: &Node, spec: &ChannelSpec) -> Result<Option<Self>> {
         let Some(plan) = node.system().fault_plan()? else { return Ok(None) };
         let own = plan.fault.into_iter().enumerate().filter(|(_, fault)| fault.channel == spec.name);
@@ -48,7 +48,7 @@ impl Trap {
         Ok((!faults.is_empty()).then_some(Self { system, process, faults }))
     }
 
-    /// Does what is to happen before the message is sent.
+    /// Does what is planned before the message is sent.
     pub(crate) fn before(&mut self, seq: u64, stamp_ns: u64) -> Result<Fate> {
         let mut fate = Fate::default();
         while let Some((place, fault)) = self.next(seq, stamp_ns, When::Before)? {
@@ -57,7 +57,7 @@ impl Trap {
                 Action::Drop => fate.is_dropped = true,
                 Action::Duplicate => fate.is_doubled = true,
                 Action::Reorder => fate.is_held = true,
-                // The writer is held up, as its process would be by a slow disk: that is what was planned.
+                // The writer is delayed, as its process would be by a slow disk: that is the planned fault.
                 Action::Delay => std::thread::sleep(Duration::from_millis(fault.delay_ms.unwrap_or(0))),
                 _ => self.hit(&fault)?,
             }
@@ -65,7 +65,7 @@ impl Trap {
         Ok(fate)
     }
 
-    /// The same after it was sent.
+    /// Does what is planned after the message was sent.
     pub(crate) fn after(&mut self, seq: u64, stamp_ns: u64) -> Result<()> {
         while let Some((place, fault)) = self.next(seq, stamp_ns, When::After)? {
             self.tell(place, &fault, seq)?;
@@ -74,7 +74,7 @@ impl Trap {
         Ok(())
     }
 
-    /// The next fault that is due and that no life before this one has had.
+    /// The next fault that is due and that did not happen to an earlier life.
     fn next(&mut self, seq: u64, stamp_ns: u64, when: When) -> Result<Option<(usize, PlannedFault)>> {
         while let Some(i) =
             self.faults.iter().position(|(_, fault)| fault.when == when && fault.is_due(seq, stamp_ns))
@@ -87,7 +87,7 @@ impl Trap {
         Ok(None)
     }
 
-    /// Whether it has not happened yet; from now on it has.
+    /// Whether the fault has not happened yet; from now on it has.
     fn claim(&self, place: usize) -> Result<bool> {
         let path = self.system.fault_file(place + 1);
         match OpenOptions::new().write(true).create_new(true).open(&path) {
@@ -139,7 +139,7 @@ fn signal_of(action: Action) -> Option<Signal> {
     }
 }
 
-/// Turns over bits of the state in the slot with the larger number; one that is not there stays so.
+/// Inverts bits of the state in the slot with the larger number; a missing slot is left alone.
 fn corrupt_newest(slots: &[PathBuf]) -> Result<()> {
     let mut newest = None;
     for path in slots {
@@ -161,12 +161,12 @@ fn corrupt_newest(slots: &[PathBuf]) -> Result<()> {
 }
 
 impl System {
-    /// There once the planned fault of this number, from 1, has happened.
+    /// The file that exists once the planned fault of this number, from 1, has happened.
     fn fault_file(&self, number: usize) -> PathBuf {
         self.folder().join(format!("fault-{number}"))
     }
 
-    /// The planned faults that have not happened, with their numbers, from 1.
+    /// The planned faults that have not happened yet, with their numbers, from 1.
     ///
     /// # Errors
     /// As [`System::run_config`].
@@ -176,7 +176,7 @@ impl System {
         Ok(numbered.filter(|(number, _)| !self.fault_file(*number).exists()).collect())
     }
 
-    /// What is planned for its run; `None` where nothing is.
+    /// The fault plan of its run; `None` if there is none.
     fn fault_plan(&self) -> Result<Option<FaultPlan>> {
         if !self.faults_file().exists() {
             return Ok(None);

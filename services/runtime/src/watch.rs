@@ -1,4 +1,4 @@
-//! A look at a system from outside, by who is no part of it and must not be ended with it.
+//! Watches a system from outside, for a process that is no part of it and must not be ended with it.
 
 use std::fs;
 
@@ -8,25 +8,25 @@ use crate::Result;
 use crate::bells::Bells;
 use crate::system::System;
 
-/// Sees how a system's processes get on, without joining it.
+/// Shows the progress of a system's processes without joining it.
 pub struct Watch {
     bells: Bells,
 }
 
-/// What the kernel says of a process.
+/// The kernel's state of a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ProcessState {
-    /// It computes, or would if there were a core for it.
+    /// It is running, or would be if a core were free.
     Running,
     /// It waits for something.
     Sleeping,
-    /// It waits for a device and cannot be disturbed.
+    /// It waits for a device and cannot be interrupted.
     Waiting,
     /// A signal has stopped it.
     Stopped,
-    /// A debugger holds it.
+    /// A debugger has stopped it.
     Traced,
-    /// It has ended, or there never was one.
+    /// It has ended or never existed.
     Dead,
 }
 
@@ -43,7 +43,7 @@ impl ProcessState {
         }
     }
 
-    /// The word for people and programs.
+    /// The state as a word for people and programs.
     pub fn word(self) -> &'static str {
         match self {
             Self::Running => "running",
@@ -56,8 +56,8 @@ impl ProcessState {
     }
 }
 
-/// A field of proc_pid_stat(5), counted as there; the third is the first behind the program's name, which is in brackets and
-/// may hold anything, whitespace too.
+/// A field of proc_pid_stat(5), with the numbering of that page. The third is the first after the program's name, which
+/// is in parentheses and may contain anything, including whitespace.
 pub(crate) fn stat_field(pid: u32, number: usize) -> Option<String> {
     let stat = fs::read(format!("/proc/{pid}/stat")).ok()?;
     let stat = String::from_utf8_lossy(&stat);
@@ -66,15 +66,15 @@ pub(crate) fn stat_field(pid: u32, number: usize) -> Option<String> {
 }
 
 impl Watch {
-    /// Begins to watch.
+    /// Starts watching.
     ///
     /// # Errors
-    /// [`Error::File`](crate::Error::File) where the system has gone.
+    /// [`Error::File`](crate::Error::File) if the system is gone.
     pub fn open(system: &System) -> Result<Self> {
         Ok(Self { bells: Bells::map(&system.bells())? })
     }
 
-    /// How much `process` and those before it have done; counts on over restarts.
+    /// How much new work `process` and its predecessors have done; the count continues across restarts.
     pub fn progress(&self, process: Process) -> u32 {
         self.bells.progress(process)
     }

@@ -29,13 +29,12 @@ const MAX_LOANS: usize = 1;
 type Port = Publisher<ipc::Service, [u64], u64>;
 type Loaned = SampleMut<ipc::Service, [u64], u64>;
 
-/// The writing end of a channel, whatever its message is.
+/// The writing end of a channel, whatever its message type.
 ///
-/// It keeps a copy of its last messages for the process that goes on when this one dies. The successor sends them
-/// again for readers that have not had them, and does not send again what was kept. Such a message is computed anew,
-/// with a number that was given already. (A channel that every process writes has no numbers to tell by, and nothing
-/// of it is kept. A message with cells is too large to be kept: whoever computes it anew sends it again, and readers
-/// drop what they have had.)
+/// It stores its last messages for its successor. The successor sends them again, for readers that have not had them,
+/// and when it computes one of them again, recognizes by its number that it is stored and does not send it. (A channel
+/// that every process writes has no consistent numbers, so nothing of it is stored. A message with cells is too large
+/// to be stored: a process that computes it again sends it again, and readers drop it if they have it.)
 pub struct RawWriter {
     port: Rc<Port>,
     spec: &'static ChannelSpec,
@@ -43,9 +42,9 @@ pub struct RawWriter {
     process: Process,
     last_seq: Rc<Cell<u64>>,
     history: Option<History>,
-    /// What is planned to go wrong; mostly nothing.
+    /// Planned faults; usually none.
     trap: Option<Box<Trap>>,
-    /// A message that is to come behind the next one.
+    /// A message that is to be sent after the next one.
     held: Option<Vec<u64>>,
 }
 
@@ -69,7 +68,7 @@ impl RawWriter {
         self.spec
     }
 
-    /// Sends again what the last writer kept.
+    /// Sends again what the last writer stored.
     fn send_kept(&mut self) -> Result<()> {
         let whole = |history: &&History| history.last_seq() > 0 && self.spec.max_cells == 0;
         let Some(history) = self.history.as_ref().filter(whole) else { return Ok(()) };
@@ -90,17 +89,17 @@ impl RawWriter {
         sample.send().map(drop).map_err(self.failed())
     }
 
-    /// Goes on with the number after `seq`: 0 at the beginning, or what a checkpoint says.
+    /// Resumes with the number after `seq`, which is 0 at the beginning or comes from a checkpoint.
     pub fn resume_after(&mut self, seq: u64) {
         self.last_seq.set(seq);
     }
 
-    /// A copy of the last message that this writer or one before it has sent; of one with cells the header.
+    /// A copy of the last message that this writer or one before it sent, or of its header if it has cells.
     pub fn last_sent(&self) -> Option<Vec<u64>> {
         self.history.as_ref().and_then(History::last)
     }
 
-    /// Goes on behind what was sent so far, by a process that does not know any more how it came to it.
+    /// Resumes after everything that was sent so far, for a process that no longer knows how it came about.
     pub fn resume_behind_history(&mut self) {
         self.last_seq.set(self.history.as_ref().map_or(0, History::last_seq));
     }
@@ -114,10 +113,10 @@ impl RawWriter {
         Rc::clone(&self.last_seq)
     }
 
-    /// A message in shared memory with `cells` bytes behind it, all zero, to be filled and sent.
+    /// A message in shared memory, followed by `cells` bytes, all zero, to be filled and sent.
     ///
     /// # Errors
-    /// [`Error::SliceTooLong`]; [`Error::SharedMemory`] where no memory is left.
+    /// [`Error::SliceTooLong`]; [`Error::SharedMemory`] if no memory is left.
     pub fn loan(&mut self, cells: usize) -> Result<RawLoan<'_>> {
         let ChannelSpec { name, max_cells, .. } = *self.spec;
         if cells > max_cells {
@@ -141,7 +140,7 @@ impl RawWriter {
         self.last_seq.get()
     }
 
-    /// Wakes the readers: for messages that were sent quietly.
+    /// Wakes the readers, for messages that were sent quietly.
     pub fn ring_readers(&self) {
         self.spec.readers.iter().for_each(|&reader| self.bells.ring(reader));
     }
@@ -154,7 +153,7 @@ impl RawWriter {
         }
     }
 
-    /// Whether a successor's message was sent by its predecessor.
+    /// Whether a predecessor has sent the message already.
     fn was_sent(&self, seq: u64) -> bool {
         self.spec.max_cells == 0 && self.history.as_ref().is_some_and(|history| seq <= history.last_seq())
     }
@@ -177,7 +176,7 @@ impl RawWriter {
         } else {
             self.meet(fate, sample)?;
         }
-        // A sign of life is no progress.
+        // A heartbeat is not progress.
         if self.spec.writer.is_some() {
             self.bells.note_progress(self.process);
         }
@@ -185,7 +184,7 @@ impl RawWriter {
         Ok(seq)
     }
 
-    /// Sends a message as a plan of faults has it. A message that is lost on its way stays in the history.
+    /// Sends a message as the fault plan says. A message that is lost on its way stays in the history.
     fn meet(&mut self, fate: Fate, sample: Loaned) -> Result<()> {
         let copy = (fate.is_doubled || fate.is_held).then(|| sample.payload().to_vec());
         if fate.is_dropped || fate.is_held {
@@ -205,12 +204,12 @@ impl RawWriter {
     }
 }
 
-/// How many words hold so many bytes.
+/// The number of words that hold that many bytes.
 fn words(bytes: usize) -> usize {
     bytes.div_ceil(ALIGNMENT)
 }
 
-/// A message in shared memory that is not sent yet. Dropped, it was never there.
+/// A message in shared memory that is not sent yet. If dropped, it is never sent.
 pub struct RawLoan<'a> {
     sample: Loaned,
     cells: usize,
@@ -225,21 +224,20 @@ impl RawLoan<'_> {
         (message, &mut behind[..self.cells])
     }
 
-    /// Numbers the message, sends it and wakes its readers; the number.
+    /// Numbers the message, sends it and wakes its readers; returns the number.
     pub fn send(self) -> Result<u64> {
         let seq = self.writer.publish(self.sample)?;
         self.writer.ring_readers();
         Ok(seq)
     }
 
-    /// As [`RawLoan::send`], and lets the readers sleep: another message of the same step follows, which
-    /// wakes them.
+    /// As [`RawLoan::send`], but lets the readers sleep: another message of the same step follows, which wakes them.
     pub fn send_quietly(self) -> Result<u64> {
         self.writer.publish(self.sample)
     }
 }
 
-/// The writing end of a channel of messages of type `T`: see [`RawWriter`].
+/// The writing end of a channel of messages of type `T`; see [`RawWriter`].
 pub struct Writer<T> {
     raw: RawWriter,
     message: PhantomData<fn(T)>,
@@ -255,7 +253,7 @@ impl<T: Message> Writer<T> {
         self.raw.resume_after(seq);
     }
 
-    /// The last message that this writer or one before it has sent; `None` for messages with cells.
+    /// The last message that this writer or one before it sent; `None` if messages have cells.
     pub fn last_sent(&self) -> Option<T> {
         let last = self.raw.last_sent().filter(|message| size_of_val(message.as_slice()) == size_of::<T>());
         last.map(|message| *bytemuck::from_bytes(bytemuck::cast_slice(&message)))
@@ -271,12 +269,12 @@ impl<T: Message> Writer<T> {
         self.loan_with(0)
     }
 
-    /// The same with `cells` bytes behind it.
+    /// The same, followed by `cells` bytes.
     pub fn loan_with(&mut self, cells: usize) -> Result<Loan<'_, T>> {
         Ok(Loan { raw: self.raw.loan(cells)?, message: PhantomData })
     }
 
-    /// Fills a message in shared memory and sends it; its number.
+    /// Fills a message in shared memory and sends it; returns its number.
     pub fn send(&mut self, fill: impl FnOnce(&mut T)) -> Result<u64> {
         let mut loan = self.loan()?;
         fill(&mut loan);
@@ -289,7 +287,7 @@ impl<T: Message> Writer<T> {
     }
 }
 
-/// A message in shared memory that is not sent yet. Dropped, it was never there.
+/// A message in shared memory that is not sent yet. If dropped, it is never sent.
 pub struct Loan<'a, T> {
     raw: RawLoan<'a>,
     message: PhantomData<fn(T)>,

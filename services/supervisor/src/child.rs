@@ -1,4 +1,4 @@
-//! A process of the system.
+//! A child process of the supervisor.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom};
@@ -24,31 +24,30 @@ use crate::restarts::{End, Restarts};
 use crate::watchdog::{Alarm, Watchdog};
 use crate::{Death, Error, Result};
 
-/// How often to ask whether it has become urgent: a signal may reach another thread than the one that
-/// waits.
+/// How often to ask whether waiting has become urgent: a signal may reach a thread other than the waiting one.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// `F_SETSIG` of `fcntl.h` (Linux), which the libc crate lacks: another signal than SIGIO.
+/// `F_SETSIG` of `fcntl.h` (Linux), which the libc crate lacks: selects a signal other than SIGIO.
 const F_SETSIG: libc::c_int = 10;
-/// Last bytes of a log that an error shows.
+/// How much of the end of a log an error shows, bytes.
 const LAST_BYTES: u64 = 2000;
 const LAST_LINES: usize = 12;
 
 /// How a process is started.
 #[derive(Debug)]
 pub struct ProcessLine {
-    /// Which process it is.
+    /// The process.
     pub process: Process,
-    /// Its command line. Its input, output, group and parent's death are the supervisor's to set.
+    /// Its command line. The supervisor sets its input, output, process group and parent-death signal.
     pub command: Command,
-    /// Whether it goes on where it was when it is started again: then its death is survived.
+    /// Whether it resumes from where it was when it is restarted, so that its death is survived.
     pub resumes: bool,
 }
 
 impl ProcessLine {
-    /// This very program as `serve PROCESS --system NAME`.
+    /// This same program as `serve PROCESS --system NAME`.
     ///
     /// # Errors
-    /// Where the program's own path is unknown.
+    /// If the program's own path is unknown.
     pub fn serve(process: Process, system: &str) -> Result<Self> {
         let program = std::env::current_exe().map_err(|source| Error::Spawn {
             process,
@@ -61,7 +60,7 @@ impl ProcessLine {
     }
 }
 
-/// A process of the system that was started.
+/// A process of the system that has been started.
 #[derive(Debug)]
 pub(crate) struct Child {
     pub(crate) process: Process,
@@ -69,19 +68,19 @@ pub(crate) struct Child {
     child: StdChild,
     born: Instant,
     log: PathBuf,
-    /// How it ended, where it has.
+    /// How and when it ended, if it has.
     ended: Option<(ExitStatus, Instant)>,
     restarts: Restarts,
-    /// When it is to be started again, where it is.
+    /// When it is due to be restarted, if it is.
     due: Option<Instant>,
-    /// When it died and how far it had come, until its successor comes further.
+    /// When it died and its progress at that time, until its successor gets further.
     mourned: Option<(Instant, u32)>,
     watchdog: Watchdog,
     stopped_limit: Duration,
 }
 
 impl Child {
-    /// `stopped_limit`: how long it may be stopped before it is to be killed.
+    /// `stopped_limit`: how long it may be stopped before it is killed.
     pub(crate) fn spawn(mut line: ProcessLine, log: PathBuf, stopped_limit: Duration) -> Result<Self> {
         let process = line.process;
         prepare(&mut line)?;
@@ -96,7 +95,7 @@ impl Child {
         self.child.id()
     }
 
-    /// How and when it ended, where it has.
+    /// How and when it ended, if it has.
     pub(crate) fn ended(&mut self) -> Result<Option<(ExitStatus, Instant)>> {
         if self.ended.is_none() {
             let status = self.child.try_wait().map_err(self.waiting())?;
@@ -105,23 +104,22 @@ impl Child {
         Ok(self.ended)
     }
 
-    /// Whether it goes on where it was when it is started again.
+    /// Whether it resumes from where it was when it is restarted.
     pub(crate) fn resumes(&self) -> bool {
         self.line.resumes
     }
 
-    /// Whether it is dead and to be started again.
+    /// Whether it is dead and due to be restarted.
     pub(crate) fn is_due(&self) -> bool {
         self.due.is_some()
     }
 
-    /// How often, and after which pause, it was started again.
+    /// How often it was restarted, and after which pause.
     pub(crate) fn restarts(&self) -> &Restarts {
         &self.restarts
     }
 
-    /// Has it started again after its death, sooner or later; false where that is given up. `progress`:
-    /// how far it has come over all its lives.
+    /// Schedules a restart after its death; false if it is given up. `progress`: its progress across all restarts.
     pub(crate) fn schedule(&mut self, status: ExitStatus, progress: u32) -> bool {
         let now = Instant::now();
         self.mourned.get_or_insert((now, progress));
@@ -143,7 +141,7 @@ impl Child {
         }
     }
 
-    /// Starts it again where its time has come; whether it has.
+    /// Restarts it if it is due; returns whether it did.
     pub(crate) fn start_if_due(&mut self, signs_of_life: u32) -> Result<bool> {
         let is_due = self.due.is_some_and(|due| due <= Instant::now());
         if is_due {
@@ -154,19 +152,19 @@ impl Child {
         Ok(is_due)
     }
 
-    /// How long it took from its death until it came further than before, once it has.
+    /// The time from its death until it made new progress, returned once when that happens.
     pub(crate) fn recovery(&mut self, progress: u32) -> Option<Duration> {
         let (died, _) = self.mourned.take_if(|(_, before)| *before != progress)?;
         Some(died.elapsed())
     }
 
-    /// Looks whether it shows signs of life.
+    /// Checks whether it shows signs of life.
     pub(crate) fn watch(&mut self, signs_of_life: u32) -> Alarm {
         let pid = self.child.id();
         self.watchdog.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
     }
 
-    /// Bears with it from now on, for it is starved.
+    /// Tolerates its slowness from now on, because it is being starved.
     pub(crate) fn bear(&mut self, starvation: Starvation) {
         self.watchdog.bear(starvation, Instant::now());
     }
@@ -176,17 +174,17 @@ impl Child {
         self.watchdog.is_starved(Instant::now())
     }
 
-    /// Whether it has looked up from its work lately, as far as the last look at it shows.
+    /// Whether it was responsive at the last check.
     pub(crate) fn is_responsive(&self) -> bool {
         self.watchdog.is_quiet()
     }
 
-    /// Whether its life ends, or has ended, because it hangs.
+    /// Whether it is being killed, or was killed, because it hangs.
     pub(crate) fn hung(&self) -> bool {
         self.watchdog.hangs()
     }
 
-    /// What there is to say about its end.
+    /// A description of its end.
     pub(crate) fn death(&self, status: ExitStatus) -> Death {
         let (pid, hung) = (self.child.id(), self.hung());
         Death { process: self.process, pid, status, hung, last_lines: last_lines(&self.log) }
@@ -200,8 +198,8 @@ impl Child {
         Ok(())
     }
 
-    /// Waits for its end; whether it came before `limit`, and before a signal that came meanwhile made
-    /// `is_urgent` true.
+    /// Waits for its end. Returns whether it ended before `limit`, and before a signal that arrived meanwhile made
+    /// `is_urgent` return true.
     pub(crate) fn wait_until(&mut self, limit: Instant, is_urgent: impl Fn() -> bool) -> Result<bool> {
         if self.ended()?.is_some() {
             return Ok(true);
@@ -237,7 +235,7 @@ impl Child {
     }
 }
 
-/// Sets what is the same every time it is started.
+/// Sets everything that is the same each time it is started.
 fn prepare(line: &mut ProcessLine) -> Result<()> {
     let (supervisor, process) = (getpid(), line.process);
     // The recorder may still close its file; the others have nothing to save.
@@ -247,10 +245,10 @@ fn prepare(line: &mut ProcessLine) -> Result<()> {
     let lifeline = lifeline.map_err(|error| Error::Wait { process, source: error.into() })?;
     line.command.stdin(Stdio::null()).process_group(0);
     let term = SigSet::from(Signal::SIGTERM);
-    // SAFETY: between fork and exec the closure makes a few system calls and nothing else.
+    // SAFETY: between fork and exec the closure only makes a few system calls.
     unsafe {
         line.command.pre_exec(move || {
-            // Held back until the process has joined the system and listens.
+            // Blocked until the process has joined the system and listens.
             term.thread_block()?;
             set_pdeathsig(last)?;
             if let Some((end, _)) = &lifeline {
@@ -263,8 +261,8 @@ fn prepare(line: &mut ProcessLine) -> Result<()> {
     Ok(())
 }
 
-/// Has SIGCONT sent to this process when the other end of the pipe closes, as it does when the supervisor dies. A
-/// process that is stopped then would not notice that it is asked to end.
+/// Has SIGCONT sent to this process when the other end of the pipe closes, as it does when the supervisor dies.
+/// Otherwise a process that is stopped at that moment would not notice that it is asked to end.
 fn wake_at_hang_up(end: &OwnedFd) -> io::Result<()> {
     let settings = [
         (libc::F_SETFD, 0),
@@ -298,11 +296,11 @@ fn pidfd(pid: u32) -> io::Result<OwnedFd> {
     if fd < 0 {
         return Err(io::Error::last_os_error());
     }
-    // SAFETY: the kernel has just made the descriptor for us alone.
+    // SAFETY: the kernel has just created the descriptor, and only we own it.
     Ok(unsafe { OwnedFd::from_raw_fd(fd as i32) })
 }
 
-/// The last lines of a log; nothing where it cannot be read.
+/// The last lines of a log; empty if it cannot be read.
 fn last_lines(log: &Path) -> String {
     let text = last_bytes(log).unwrap_or_default();
     let text = String::from_utf8_lossy(&text);

@@ -1,4 +1,4 @@
-//! What may go wrong while a system runs.
+//! Errors of a running system.
 
 use std::fmt::{Display, Formatter};
 use std::process::ExitStatus;
@@ -9,32 +9,32 @@ use std::os::unix::process::ExitStatusExt;
 
 /// Exit code of a process that was given bad input.
 const BAD_INPUT: i32 = 2;
-/// Exit code of a recorder whose recording is incomplete because its files could not be written, and of a run that has
-/// such a recording.
+/// Exit code of a recorder whose recording is incomplete because its files could not be
+/// written, and of a run with such a recording.
 pub const INCOMPLETE: u8 = 4;
 
-/// What may go wrong while a system runs.
+/// What went wrong while a system ran.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The system could not be made or joined.
+    /// The system could not be created or joined.
     #[error(transparent)]
     Runtime(#[from] sketchnav_runtime::Error),
-    /// No process could make the files of its channels.
+    /// The limit on file sizes is too low for the files of the channels.
     #[error(
         "expected a limit on the size of files of {needed_mib} MiB or more for the channels, found {found_mib} MiB: \
          ulimit -f unlimited"
     )]
     FileLimit {
-        /// What the largest channels take.
+        /// What the largest channels take, MiB.
         needed_mib: u64,
-        /// The limit of this process.
+        /// The limit of this process, MiB.
         found_mib: u64,
     },
     /// A process could not be started.
     #[error("{process}: starting {program:?}: {source}")]
     Spawn {
-        /// Which.
+        /// The process.
         process: Process,
         /// The program.
         program: String,
@@ -44,28 +44,28 @@ pub enum Error {
     /// A process could not be waited for.
     #[error("{process}: waiting for its end: {source}")]
     Wait {
-        /// Which.
+        /// The process.
         process: Process,
         /// Why not.
         source: std::io::Error,
     },
-    /// A process died before the mission's end, or failed at it.
+    /// A process died before the mission ended, or failed when it ended.
     #[error("{0}")]
     Died(Death),
-    /// A process died as often as it was started again, and got nowhere in between.
+    /// A process died after each restart without making progress in between.
     #[error("{0}\nit was started again {1} times and died each time before it made progress: given up")]
     GivenUp(Death, u64),
-    /// Nothing more happens in a lockstep.
+    /// The processes of a lockstep make no more progress.
     #[error(
         "the mission is stuck: every process has waited for another one for {seconds} s; the last answered tick \
          is {tick}{rejected}"
     )]
     Stalled {
-        /// For how long.
+        /// For how long, seconds.
         seconds: u64,
         /// The tick of the last status.
         tick: u64,
-        /// Who has rejected messages, in words.
+        /// Which processes have rejected messages, in words.
         rejected: String,
     },
     /// Processes had to be killed because they did not end when asked to.
@@ -74,18 +74,18 @@ pub enum Error {
 }
 
 impl Error {
-    /// Whether a process was given bad input (its exit code is 2), which the user can mend.
+    /// Whether a process was given bad input (its exit code is 2), which the user can correct.
     pub fn is_bad_input(&self) -> bool {
         matches!(self, Self::Died(death) if is_bad_input(death.status))
     }
 }
 
-/// Whether a process that ended so was given bad input: then it dies of it again.
+/// Whether a process with this status was given bad input, so that it would die of it again.
 pub(crate) fn is_bad_input(status: ExitStatus) -> bool {
     status.code() == Some(BAD_INPUT)
 }
 
-/// Whether a recorder that ended so has written what it could.
+/// Whether a recorder with this status has written what it could.
 pub(crate) fn is_incomplete(status: ExitStatus) -> bool {
     status.code() == Some(INCOMPLETE.into())
 }
@@ -93,20 +93,20 @@ pub(crate) fn is_incomplete(status: ExitStatus) -> bool {
 /// How a process died.
 #[derive(Debug, Clone)]
 pub struct Death {
-    /// Which.
+    /// The process.
     pub process: Process,
     /// Its process id.
     pub pid: u32,
     /// How it ended.
     pub status: ExitStatus,
-    /// Whether the supervisor ended it, because it gave no sign of life.
+    /// Whether the supervisor killed it because it showed no signs of life.
     pub hung: bool,
-    /// The last lines that it printed.
+    /// The last lines of its output.
     pub last_lines: String,
 }
 
 impl Death {
-    /// Who died how, in a line.
+    /// Describes the process and its death in one line.
     pub fn how(&self) -> String {
         let Self { process, pid, .. } = self;
         match (self.status.code(), self.status.signal()) {
@@ -136,7 +136,7 @@ impl Display for Death {
 mod tests {
     use super::*;
 
-    /// The person saw a SIGKILL, and looked for whoever had sent it.
+    /// The user saw a SIGKILL, and looked for its sender.
     #[test]
     fn a_process_that_was_ended_for_its_silence_is_named_with_that_reason() {
         let (process, status) = (Process::Planner, ExitStatus::from_raw(9));

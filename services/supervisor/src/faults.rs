@@ -1,4 +1,4 @@
-//! Reports what goes wrong with the processes, and right again: the channel `faults`.
+//! Reports faults of the processes and recoveries from them on the channel `faults`.
 
 use std::os::unix::process::ExitStatusExt;
 use std::time::Duration;
@@ -11,27 +11,27 @@ use sketchnav_schemas::message::{Fault, Header, Text};
 
 use crate::{Death, Result};
 
-/// The recorder could not write its files for some time, or to the end.
+/// The recorder could not write its files for some time, or until the end.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RecordingFailure {
-    /// What the recorder said last of why not.
+    /// The last reason that the recorder gave.
     pub words: String,
-    /// The messages that it knows to be missing.
+    /// The number of messages that it knows to be missing.
     pub missing: u64,
 }
 
-/// The supervisor's end of the channel, and what others have it say there.
+/// The supervisor's end of the channel, and the notices of other processes and tools.
 pub(crate) struct Faults {
-    /// None where the channel is ceded.
+    /// `None` if the channel is ceded.
     writer: Option<Writer<Fault>>,
     notices: Notices,
-    /// Of the mission's last status.
+    /// The header of the mission's last status.
     now: Header,
     recording_stands: bool,
     recording_failure: Option<RecordingFailure>,
-    /// What tools have it order, in turn.
+    /// Orders that tools have asked for, in turn.
     orders: Vec<Ordered>,
-    /// Who is starved from now on, by process id.
+    /// Processes that are starved from now on, by process id.
     starved: Vec<(u32, Starvation)>,
 }
 
@@ -51,22 +51,22 @@ impl Faults {
         })
     }
 
-    /// What is reported from here on happened after the status with this header.
+    /// Reports from here on are dated to the status with this header.
     pub(crate) fn is_now(&mut self, header: Header) {
         self.now = header;
     }
 
-    /// Whether the recorder waits for room on its disk.
+    /// Whether the recorder is waiting for room on its disk.
     pub(crate) fn recording_stands(&self) -> bool {
         self.recording_stands
     }
 
-    /// What the recorder says of files that it could not write, if it has said so.
+    /// What the recorder reported about files that it could not write, if it has.
     pub(crate) fn take_recording_failure(&mut self) -> Option<RecordingFailure> {
         self.recording_failure.take()
     }
 
-    /// Reports what others have noticed.
+    /// Publishes the notices of other processes and tools.
     pub(crate) fn pass_on(&mut self) -> Result<()> {
         while let Some(notice) = self.notices.receive()? {
             let Notice { kind, process, pid, signal, missing, words, order, starvation } = notice;
@@ -92,17 +92,17 @@ impl Faults {
         }
     }
 
-    /// What tools have the supervisor order since the last call.
+    /// The orders that tools have asked for since the last call.
     pub(crate) fn take_orders(&mut self) -> Vec<Ordered> {
         std::mem::take(&mut self.orders)
     }
 
-    /// Who is starved since the last call, by process id.
+    /// The processes that are starved since the last call, by process id.
     pub(crate) fn take_starved(&mut self) -> Vec<(u32, Starvation)> {
         std::mem::take(&mut self.starved)
     }
 
-    /// Reports something; `fill` adds to it.
+    /// Publishes a report; `fill` completes it.
     pub(crate) fn tell(
         &mut self,
         kind: FaultKind,
@@ -124,7 +124,7 @@ impl Faults {
         Ok(())
     }
 
-    /// Reports a death, behind what others say about it.
+    /// Reports a death, after any notices about it.
     pub(crate) fn died(&mut self, death: &Death) -> Result<()> {
         self.pass_on()?;
         self.tell(FaultKind::Died, death.process, death.pid, |fault| {

@@ -1,5 +1,5 @@
-//! What becomes of a process over its lives: started again when it dies, ended when it is unresponsive for too
-//! long; and `faults` reports it.
+//! Looks after a process across restarts: restarts it when it dies, kills it when it is unresponsive for too long, and
+//! reports both on `faults`.
 
 use std::time::Duration;
 
@@ -14,10 +14,10 @@ use crate::faults::Faults;
 use crate::watchdog::Alarm;
 use crate::{Death, Error, Result};
 
-/// Clearing what a killed process left in shared memory.
+/// How long to spend on clearing what a killed process left in shared memory.
 pub(crate) const CLEARING: Duration = Duration::from_millis(500);
 
-/// Looks after a process that goes on where it was; its death, if it is a new one that is survived.
+/// Looks after a process that can resume. Returns its death if it is a new one that the system survives.
 pub(crate) fn look_after(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<Death>> {
     start_if_due(child, node, faults)?;
     if let Some(took) = child.recovery(node.progress(child.process)) {
@@ -33,7 +33,7 @@ pub(crate) fn look_after(child: &mut Child, node: &Node, faults: &mut Faults) ->
     Ok(death)
 }
 
-/// Starts it again where its time has come.
+/// Restarts it if it is due.
 pub(crate) fn start_if_due(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<()> {
     if !child.start_if_due(node.signs_of_life(child.process))? {
         return Ok(());
@@ -45,7 +45,7 @@ pub(crate) fn start_if_due(child: &mut Child, node: &Node, faults: &mut Faults) 
     })
 }
 
-/// Has it started again, at once or later.
+/// Schedules its restart, at once or later.
 fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<Death>> {
     let Some((status, _)) = child.ended()?.filter(|_| child.resumes() && !child.is_due()) else {
         return Ok(None);
@@ -55,7 +55,7 @@ fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<
     }
     let death = child.death(status);
     faults.died(&death)?;
-    // Its places as writer and reader are free for its successor only now.
+    // Only now are its places as writer and reader free for its successor.
     node.clear_dead(CLEARING);
     if !child.schedule(status, node.progress(child.process)) {
         let words =

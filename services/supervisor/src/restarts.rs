@@ -1,33 +1,33 @@
-//! When to start a process again that has died: at once, then after growing pauses, in the end no more.
+//! When to restart a process that has died: at once, then after growing pauses, and finally not at all.
 //!
-//! What counts is whether it gets anywhere. A process that is killed again and again but sends something new in between is
-//! started again as often as that. One that dies of the same message each time is not, and neither is one that hangs.
+//! What counts is progress. A process that is killed over and over but sends something new in between is restarted each
+//! time. One that dies of the same message each time is given up eventually, and so is one that hangs.
 
 use std::time::Duration;
 
-/// The pause before the second attempt of a row; each further one is twice as long.
+/// The pause before the second attempt in a row; it doubles with each further one.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
-/// Attempts in a row: their pauses are some six seconds together.
+/// Attempts in a row; their pauses add up to some six seconds.
 const ATTEMPTS: u32 = 8;
 
-/// Who was killed by somebody else after so long, and did not hang, had nothing to send and nothing wrong with it.
+/// A process that lived this long, did not hang and was killed from outside was healthy and had nothing to send.
 const PEACEFUL: Duration = Duration::from_secs(10);
 
 /// How a life ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
-    /// It hung, and was killed for it.
+    /// It hung and was killed for that.
     Hung,
-    /// It ended by itself: by an error, a panic, a crash.
+    /// It ended by itself, with an error, a panic or a crash.
     Failed,
-    /// Another process ended it.
+    /// Another process killed it.
     Killed {
         /// The length of its life.
         after: Duration,
     },
 }
 
-/// The attempts of one process.
+/// The restarts of one process.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Restarts {
     in_a_row: u32,
@@ -37,8 +37,8 @@ pub(crate) struct Restarts {
 }
 
 impl Restarts {
-    /// The process has died, having come so far (over all its lives). How long to wait before it is started again;
-    /// `None` where that is given up.
+    /// Counts a death. `progress` is the process's progress across all restarts. Returns how long to wait before it is
+    /// restarted; `None` if it is given up.
     pub(crate) fn pause_after_death(&mut self, end: End, progress: u32) -> Option<Duration> {
         let got_on = self.progress.replace(progress) != Some(progress);
         let was_good = match end {
@@ -60,7 +60,7 @@ impl Restarts {
         Some(self.pause)
     }
 
-    /// Attempts in a row that came to nothing, and the one that is made now.
+    /// The number of the current attempt in a row without progress.
     pub(crate) fn attempt(&self) -> u32 {
         self.in_a_row
     }
@@ -70,7 +70,7 @@ impl Restarts {
         self.pause
     }
 
-    /// How often it was started again.
+    /// How often it was restarted.
     pub(crate) fn total(&self) -> u64 {
         self.total
     }
@@ -104,8 +104,8 @@ mod tests {
         assert_eq!(restarts.pause_after_death(KILLED, 1000), Some(Duration::ZERO));
     }
 
-    /// A life of ten seconds counted as good, and a process that hangs is killed after thirty. One that hung in the
-    /// same drawing each time was started again for ever.
+    /// A life of ten seconds used to count as healthy, while a process that hangs is killed only after thirty. One that
+    /// hung in the same drawing each time was restarted forever.
     #[test]
     fn who_hangs_each_time_is_given_up_whatever_it_has_sent_before() {
         let mut restarts = Restarts::default();
@@ -130,8 +130,8 @@ mod tests {
         assert_eq!(restarts.pause_after_death(End::Hung, 5), Some(FIRST_PAUSE));
     }
 
-    /// A sketcher sends its sketch once and then waits; somebody who kills it every minute must not end the mission. One
-    /// that crashes every minute before it has sent anything must.
+    /// A sketcher sends its sketch once and then waits; killing it every minute must not end the mission. One that
+    /// crashes every minute before it has sent anything must end it.
     #[test]
     fn who_waits_in_peace_and_is_killed_is_started_again_for_ever() {
         let end = End::Killed { after: Duration::from_secs(60) };

@@ -1,14 +1,14 @@
-//! Notices a lockstep in which every process waits for another one: nothing more will ever happen.
+//! Detects a lockstep in which every process waits for another one, so that nothing will ever happen again.
 //!
-//! It takes a defect for that, a message that its reader rejects, for example. Without a word the mission would wait for ever.
-//! Time in which the supervisor itself did not run does not count.
+//! Only a defect leads to that, for example a message that its reader rejects. Without this check the mission would
+//! wait forever in silence. Time in which the supervisor itself did not run does not count.
 
 use std::time::{Duration, Instant};
 
-/// Between two looks no more than this counts.
+/// The most time that counts between two checks.
 const MOST_AT_ONCE: Duration = Duration::from_millis(100);
 
-/// For how long no process has made progress.
+/// How long no process has made progress.
 #[derive(Debug, Clone)]
 pub(crate) struct Stall {
     limit: Duration,
@@ -18,13 +18,13 @@ pub(crate) struct Stall {
 }
 
 impl Stall {
-    /// Begins to watch. A lockstep stands still for good after `limit`.
+    /// Starts watching. A lockstep counts as stuck after `limit`.
     pub(crate) fn begin(limit: Duration, now: Instant) -> Self {
         Self { limit, looked: now, progress: 0, stands: Duration::ZERO }
     }
 
-    /// Looks at how much all processes have done; `everybody_waits`: whether they run, and none computes or is about
-    /// to be started. Returns how long the lockstep has stood still, where that is too long.
+    /// Checks the sum of all processes' progress. `everybody_waits`: whether all of them run, and none computes or is
+    /// about to be restarted. Returns how long the lockstep has been stuck, if that is too long.
     pub(crate) fn look(&mut self, now: Instant, progress: u64, everybody_waits: bool) -> Option<Duration> {
         let since = now.saturating_duration_since(std::mem::replace(&mut self.looked, now));
         let goes_on = std::mem::replace(&mut self.progress, progress) != progress;
@@ -41,7 +41,7 @@ mod tests {
     const LIMIT: Duration = Duration::from_secs(30);
     const LOOK: Duration = Duration::from_millis(50);
 
-    /// The first look, counted in steps of 50 ms, at which it stands still, of so many.
+    /// The first of `looks` checks, 50 ms apart, at which the lockstep counts as stuck.
     fn stands_after(looks: u32, progress: impl Fn(u32) -> u64, waits: impl Fn(u32) -> bool) -> Option<u32> {
         let now = Instant::now();
         let mut stall = Stall::begin(LIMIT, now);

@@ -21,29 +21,30 @@ use crate::lives::{CLEARING, look_after, start_if_due};
 use crate::stall::Stall;
 use crate::{Death, Error, Result};
 
-/// How often the supervisor looks at its channels and children. A lockstep world, which waits for the
-/// recorder, sends no more statuses in that time than their channel holds.
+/// How often the supervisor looks at its channels and children. In that time a lockstep world, which waits for the
+/// recorder, sends no more statuses than their channel holds.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
-/// A process that has ended well may have done so because of a last command whose status is on its way.
+/// How long after a process's successful end that end counts as too early: it may be due to a last
+/// command whose status is still on its way.
 const EARLY_END: Duration = Duration::from_secs(2);
-/// Room for the largest file that a channel makes, with any readers; 103 MiB were measured for a sketch.
+/// Room for the largest file of a channel, with any number of readers; 103 MiB were measured for a sketch.
 const LARGEST_FILE_MIB: u64 = 256;
-/// A signal that comes so long after the shutdown began means that the user does not want to wait.
+/// A signal that arrives this long after the shutdown began means that the user does not want to wait.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// How long a recorder may take to meet its writers before they end.
+/// How long the recorder may take to connect to its writers before they are ended.
 const MEETING: Duration = Duration::from_secs(2);
 
-/// How long processes may take to end when they are asked to.
+/// Time limits for processes and for a lockstep.
 #[derive(Debug, Clone, Copy)]
 pub struct Grace {
-    /// World, sketcher, localizer, planner.
+    /// How long world, sketcher, localizer and planner may take to end.
     pub services: Duration,
-    /// The recorder, which writes what is left and closes its file.
+    /// How long the recorder may take to write what is left and to close its file.
     pub recorder: Duration,
-    /// One that is stopped (SIGSTOP) while the mission runs, before it is killed and started again.
+    /// How long a process may be stopped (SIGSTOP) during the mission before it is killed and restarted.
     pub stopped: Duration,
-    /// A lockstep in which every process waits for another one, before the mission is ended.
+    /// How long every process of a lockstep may wait for another one before the mission is ended.
     pub stalled: Duration,
 }
 
@@ -58,30 +59,30 @@ impl Default for Grace {
     }
 }
 
-/// Which of the supervisor's channels somebody else writes, by [`Supervisor::node`]: who plays a recording of them.
+/// The supervisor's channels that a player of a recording writes in its place, through [`Supervisor::node`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ceded {
-    /// The orders; the supervisor gives none then.
+    /// The orders; the supervisor then gives none.
     pub mission: bool,
-    /// What befalls the processes; the supervisor does not tell then.
+    /// The faults; the supervisor then reports none.
     pub faults: bool,
 }
 
-/// How the mission goes.
+/// The state of the mission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
-    /// It goes on.
+    /// It is running.
     Running,
-    /// The planner has ended it, finished or aborted, and no pad can go on with it.
+    /// The planner has ended it, finished or aborted, and no pad can continue it.
     Ended,
     /// SIGINT, SIGTERM or SIGHUP asks the supervisor to end.
     Interrupted,
 }
 
-/// A system that runs. Dropped, it is shut down as [`Supervisor::shut_down`] does.
+/// A running system. If dropped, it is shut down as by [`Supervisor::shut_down`].
 ///
-/// To be started from a thread that lives as long as the system: when it ends, the kernel ends the
-/// processes it has started.
+/// It must be started from a thread that lives as long as the system: when that thread ends, the kernel ends the
+/// processes that it has started.
 pub struct Supervisor {
     grace: Grace,
     children: Vec<Child>,
@@ -97,12 +98,12 @@ pub struct Supervisor {
     survived: Vec<Death>,
     outstanding_faults: Vec<(usize, PlannedFault)>,
     recording_failure: Option<RecordingFailure>,
-    /// Where the processes pace each other alone.
+    /// Present if the processes are paced only by each other.
     stall: Option<Stall>,
 }
 
 struct Ports {
-    /// None where it is ceded.
+    /// `None` if it is ceded.
     mission: Option<Writer<MissionCommand>>,
     status: Reader<MissionStatus>,
     health: Reader<Health>,
@@ -110,11 +111,11 @@ struct Ports {
 }
 
 impl Supervisor {
-    /// Makes the system `run.system`, starts its processes and orders the mission to start, unless people do so
-    /// from the pad. What dead systems left behind is cleared first.
+    /// Creates the system `run.system`, starts its processes and orders the mission to start, unless people do that
+    /// from the pad. First clears what dead systems left.
     ///
     /// # Errors
-    /// Where the system runs already, or a process cannot be started; nothing is left of it then.
+    /// If the system is running already, or a process cannot be started; nothing of it is left then.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         let mut supervisor = Self::start_without_order(run, lines, grace)?;
         supervisor.order_start()?;
@@ -130,7 +131,7 @@ impl Supervisor {
         Self::begin(System::create(run)?, lines, grace, Ceded::default())
     }
 
-    /// As [`Supervisor::start`], for a player that speaks for the supervisor too.
+    /// As [`Supervisor::start`], for a player that may also write the `ceded` channels of the supervisor.
     ///
     /// # Errors
     /// As [`Supervisor::start`].
@@ -146,7 +147,7 @@ impl Supervisor {
         Ok(supervisor)
     }
 
-    /// Goes on with a dead system that was taken over: its processes go on where they were.
+    /// Continues a dead system that was taken over: its processes resume from where they were.
     ///
     /// # Errors
     /// As [`Supervisor::start`]; the system is then cleared.
@@ -179,12 +180,12 @@ impl Supervisor {
         Ok(supervisor)
     }
 
-    /// Orders the mission to start, unless that was done or people do it from the pad.
+    /// Orders the mission to start, unless that has been done or people do it from the pad.
     ///
     /// # Errors
-    /// Where the order cannot be sent.
+    /// If the order cannot be sent.
     pub fn order_start(&mut self) -> Result<()> {
-        // Where somebody before this one has given orders, they were sent again as it began.
+        // If an earlier supervisor has given orders, they were sent again when this one started.
         let mission = self.ports.as_ref().and_then(|ports| ports.mission.as_ref());
         let is_ordered = mission.is_none_or(|mission| mission.last_sent().is_some());
         if is_ordered || self.pad.draws() {
@@ -193,11 +194,11 @@ impl Supervisor {
         self.order(Ordered::new(Order::Start, 0))
     }
 
-    /// Looks at what has come and who has died until `timeout` is over or the mission no longer runs.
+    /// Watches messages and processes until `timeout` has passed or the mission no longer runs.
     ///
     /// # Errors
-    /// [`Error::Died`] where a process ended before the mission did and cannot go on where it was;
-    /// [`Error::GivenUp`] where one died again and again.
+    /// [`Error::Died`] if a process ended before the mission did and cannot resume; [`Error::GivenUp`] if one kept
+    /// dying without progress.
     pub fn poll(&mut self, timeout: Duration) -> Result<Progress> {
         let end = Instant::now() + timeout;
         loop {
@@ -218,12 +219,12 @@ impl Supervisor {
         }
     }
 
-    /// Its node, for who speaks in its name; none when it was shut down.
+    /// Its node, for a player that writes in its place; `None` after shutdown.
     pub fn node(&self) -> Option<&Node> {
         self.node.as_ref()
     }
 
-    /// Sends an order to the navigator, where the orders are not ceded.
+    /// Sends an order to the navigator, unless the orders are ceded.
     pub fn order(&mut self, ordered: Ordered) -> Result<()> {
         if let Some(mission) = self.ports.as_mut().and_then(|ports| ports.mission.as_mut()) {
             let stamp_ns = self.status.map_or(0, |status| status.header.stamp_ns);
@@ -236,29 +237,29 @@ impl Supervisor {
         Ok(())
     }
 
-    /// The planner's last word on the mission.
+    /// The planner's last status of the mission.
     pub fn status(&self) -> Option<&MissionStatus> {
         self.status.as_ref()
     }
 
-    /// The last status of every task that has ended, in order: for people to watch. The supervisor looks
-    /// now and then; the recording alone has every status for sure.
+    /// The last status of every task that has ended, in order, for display. The supervisor only looks now and then;
+    /// only the recording is certain to have every status.
     pub fn ended_tasks(&self) -> impl Iterator<Item = &MissionStatus> {
         self.ended_tasks.values()
     }
 
-    /// The planned faults that had not happened when the system was shut down, with their numbers, from 1. None before.
+    /// The planned faults that had not happened when the system was shut down, with their numbers, from 1. Empty before.
     pub fn outstanding_faults(&self) -> &[(usize, PlannedFault)] {
         &self.outstanding_faults
     }
 
-    /// What the recorder said of files that it could not write, when the system was shut down. Where its disk had room
+    /// What the recorder reported about files that it could not write, available after shutdown. If its disk had room
     /// again in time, nothing needs to be missing.
     pub fn recording_failure(&self) -> Option<&RecordingFailure> {
         self.recording_failure.as_ref()
     }
 
-    /// What `process` last said about itself, its counts summed over its lives.
+    /// The last health report of `process`, with its counts summed over all its restarts.
     pub fn health(&self, process: Process) -> Option<Health> {
         let lives = self.health.range((process.code(), 0)..=(process.code(), u32::MAX));
         lives.map(|(_, health)| *health).reduce(sum)
@@ -269,19 +270,18 @@ impl Supervisor {
         &self.survived
     }
 
-    /// How often `process` was started again.
+    /// How often `process` was restarted.
     pub fn restarts(&self, process: Process) -> u64 {
         self.survived.iter().filter(|death| death.process == process).count() as u64
     }
 
-    /// Ends the services, then the recorder, who has by then everything that was sent; removes the
-    /// channels and the system. Everything is removed whatever fails. What the supervisor has heard
-    /// stays to be asked for; a second call does nothing. A recording that is incomplete is no error: see
-    /// [`Supervisor::recording_failure`]. A further SIGINT, SIGTERM or SIGHUP, a second
-    /// after the shutdown began or later, kills what has not ended yet.
+    /// Ends the services, then the recorder, which by then has everything that was sent; then removes the channels and
+    /// the system. Everything is removed even if a step fails. What the supervisor has received can still be queried; a
+    /// second call does nothing. An incomplete recording is not an error; see [`Supervisor::recording_failure`]. A
+    /// further SIGINT, SIGTERM or SIGHUP, at least a second after the shutdown began, kills what has not ended yet.
     ///
     /// # Errors
-    /// [`Error::Died`] where a process failed at its end; [`Error::Killed`] where one did not end.
+    /// [`Error::Died`] if a process failed when it ended; [`Error::Killed`] if one did not end.
     pub fn shut_down(&mut self) -> Result<()> {
         let met = self.await_recorder();
         let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
@@ -293,7 +293,7 @@ impl Supervisor {
             node.clear_dead(CLEARING);
         }
         (self.ports, self.channels, self.node) = (None, None, None);
-        // The files that tell it go with the system.
+        // The files that record it are removed with the system.
         let outstanding = self.system.as_ref().map_or(Ok(Vec::new()), |system| system.outstanding_faults());
         let outstanding = outstanding.map(|found| self.outstanding_faults = found);
         let removed = self.system.take().and_then(Rc::into_inner).map_or(Ok(()), System::remove);
@@ -301,7 +301,8 @@ impl Supervisor {
         met.and(services).and(recorder).and(received).and(removed)
     }
 
-    /// Notes what the recorder said of its files; one that ended because they are incomplete has done what it could.
+    /// Notes what the recorder reported about its files. A recorder that ended because they
+    /// are incomplete has done what it could.
     fn hear_of_the_recording(&mut self, ended: Result<()>) -> Result<()> {
         if let Some(ports) = &mut self.ports {
             self.recording_failure = ports.faults.take_recording_failure();
@@ -316,8 +317,8 @@ impl Supervisor {
         }
     }
 
-    /// A mission of a few instants may end before the recorder has met its writers, and what they have sent would go with
-    /// them. Its first report says that it has.
+    /// Waits until the recorder has connected, as its first report shows. A mission of a few instants may end before
+    /// that, and what its processes have sent would be lost with them.
     fn await_recorder(&mut self) -> Result<()> {
         let (begun, asked) = (Instant::now(), self.end_requests());
         loop {
@@ -329,7 +330,7 @@ impl Supervisor {
             if has_met || is_over || recorder.ended()?.is_some() {
                 return Ok(());
             }
-            // A nap would end at once where a signal has asked for the end.
+            // A nap would end at once if a signal has asked the supervisor to end.
             std::thread::sleep(LOOK_EVERY);
         }
     }
@@ -393,7 +394,7 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Gives the orders of tools.
+    /// Gives the orders that tools have asked for.
     fn pass_on_orders(&mut self) -> Result<()> {
         let orders = self.ports.as_mut().map(|ports| ports.faults.take_orders()).unwrap_or_default();
         orders.into_iter().try_for_each(|ordered| self.order(ordered))
@@ -407,13 +408,13 @@ impl Supervisor {
         }
     }
 
-    /// Starts again what has died and goes on where it was.
+    /// Restarts processes that died and can resume.
     fn check_children(&mut self) -> Result<()> {
         let (Some(node), Some(ports)) = (&self.node, &mut self.ports) else { return Ok(()) };
         for child in &mut self.children {
             self.survived.extend(look_after(child, node, &mut ports.faults)?);
             let Some((status, when)) = child.ended()? else { continue };
-            // One that is due has its turn; one that has died since the line above, in the next look.
+            // One that is due is already being handled; one that died since the line above is handled at the next check.
             let is_final = !child.resumes() || is_bad_input(status);
             let is_early = !status.success() || child.process == Process::Recorder;
             if is_final && (is_early || when.elapsed() > EARLY_END) {
@@ -426,7 +427,7 @@ impl Supervisor {
     }
 
     /// # Errors
-    /// [`Error::Stalled`] where every process has waited for another one for too long. A recorder whose disk is full
+    /// [`Error::Stalled`] if all processes have been waiting for each other for too long. A recorder whose disk is full
     /// is waited for.
     fn check_stall(&mut self) -> Result<()> {
         let (Some(stall), Some(node), Some(ports)) = (&mut self.stall, &self.node, &self.ports) else {
@@ -448,8 +449,7 @@ impl Supervisor {
         Err(Error::Stalled { seconds: stands.as_secs(), tick, rejected: rejected.map(word).collect() })
     }
 
-    /// Ends the recorder. One that is dead, or is killed while it ends, has a successor that writes what
-    /// is left.
+    /// Ends the recorder. If it is dead, or is killed while it ends, a successor writes what is left.
     fn end_recorder(&mut self) -> Result<()> {
         loop {
             self.revive_recorder()?;
@@ -491,7 +491,7 @@ impl Supervisor {
         let mut killed = Vec::new();
         let mut children: Vec<_> = self.children.iter_mut().filter(|child| kind(child.process)).collect();
         for child in &mut children {
-            // What a recorder that ended before its time has missed, nobody else has.
+            // What a recorder missed by ending too early is recorded nowhere.
             if child.process == Process::Recorder
                 && !child.resumes()
                 && let Some((status, _)) = child.ended()?
@@ -499,7 +499,7 @@ impl Supervisor {
                 result = result.and(Err(Error::Died(child.death(status))));
             }
             result = result.and(child.signal(Signal::SIGTERM));
-            // One that is stopped hears it only when it goes on.
+            // A stopped process receives it only when it is continued.
             result = result.and(child.signal(Signal::SIGCONT));
         }
         let node = self.node.as_ref();
@@ -524,18 +524,18 @@ fn check_limits() -> Result<()> {
     Ok(provide_files()?)
 }
 
-/// Whether files may be as large as the largest in shared memory; there the error would name a channel alone.
+/// Checks whether files may be as large as the largest in shared memory; a later error would only name a channel.
 ///
 /// # Errors
 /// [`Error::FileLimit`].
 pub fn check_file_limit() -> Result<()> {
-    // Where it cannot be asked for there is none to be told.
+    // If the limit cannot be queried, there is none to report.
     let found_mib = getrlimit(Resource::RLIMIT_FSIZE).map_or(u64::MAX, |(soft, _)| soft) >> 20;
     let needed_mib = LARGEST_FILE_MIB;
     if found_mib < needed_mib { Err(Error::FileLimit { needed_mib, found_mib }) } else { Ok(()) }
 }
 
-/// What two lives of a process have done, the later one as the present.
+/// Merges the health of two lives of a process, with the later one as the current state.
 fn sum(earlier: Health, later: Health) -> Health {
     Health {
         steps: earlier.steps + later.steps,
@@ -549,7 +549,7 @@ fn sum(earlier: Health, later: Health) -> Health {
 
 impl Drop for Supervisor {
     fn drop(&mut self) {
-        // Whoever wants to know calls `shut_down`.
+        // To see the result, call `shut_down`.
         let _ = self.shut_down();
     }
 }

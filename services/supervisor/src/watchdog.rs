@@ -1,22 +1,23 @@
 //! Watches whether a process shows signs of life.
 //!
-//! Every process looks up from its work at least every quarter of a second. One that does not is stopped
-//! (SIGSTOP), hangs, or takes long over something; the kernel says which of the first two it is not. Time in
-//! which the supervisor itself did not run does not count: then nothing ran, perhaps. Of the time in which a plan
-//! starves the process only its share counts, and a stop is a part of the starvation. Afterwards it begins anew.
+//! Every process looks up from its work at least every quarter of a second. One that does not is stopped (SIGSTOP),
+//! hangs, or takes long over something; the kernel reports whether it is stopped or computing. Time in which the
+//! supervisor itself did not run does not count, since the processes may not have run either. While a plan starves the
+//! process, only its share of the time counts, and a stop counts as part of the starvation.
+//! Afterwards the count starts again from zero.
 
 use std::time::{Duration, Instant};
 
 use sketchnav_runtime::ProcessState;
 use sketchnav_schemas::fault_plan::Starvation;
 
-/// A stopped process without a heartbeat for so long has missed its deadline, and is reported.
+/// A stopped process without a heartbeat for this long has missed its deadline, and is reported.
 const DEADLINE: Duration = Duration::from_secs(1);
-/// A process that seems to compute is reported later: drawings are read in one step.
+/// A process that seems to compute is reported later, because drawings are read in one step.
 const BUSY_DEADLINE: Duration = Duration::from_secs(5);
-/// One that seems to compute may only be slow: a large drawing, a loaded machine.
+/// A process that seems to compute is killed only after this long: the drawing may be large, or the machine loaded.
 const BUSY_LIMIT: Duration = Duration::from_secs(30);
-/// Between two looks of the supervisor no more than this counts.
+/// The most time that counts between two checks of the supervisor.
 const MOST_AT_ONCE: Duration = Duration::from_millis(100);
 
 /// How long a process has been unresponsive.
@@ -26,24 +27,24 @@ pub(crate) struct Watchdog {
     looked: Instant,
     unresponsive: Duration,
     is_told: bool,
-    /// One that is stopped is killed after so long.
+    /// How long it may be stopped before it is killed.
     stopped_limit: Duration,
-    /// The share of the time in which it may run, and until when.
+    /// The share of the time in which it may run, and until when; `None` if it is not starved.
     starved: Option<(f64, Instant)>,
-    /// It was to be killed: until it is gone there is nothing more to say.
+    /// It was condemned to be killed; until it is gone, there is nothing more to report.
     is_condemned: bool,
-    /// It was to be killed because it hangs, and not because somebody had stopped it.
+    /// It was condemned because it hangs, and not because it had been stopped from outside.
     hangs: bool,
 }
 
-/// What is to be done about it.
+/// The action to take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Alarm {
     /// Nothing.
     Nothing,
-    /// It has missed its deadline: say so, once.
+    /// It has missed its deadline, which is to be reported. Returned once.
     Missed(Duration),
-    /// It has missed it for too long: end it. Said once.
+    /// It has been unresponsive for too long and is to be killed. Returned once.
     Kill(Duration),
     /// It shows signs of life again.
     Over(Duration),
@@ -58,7 +59,7 @@ impl Watchdog {
         Self { signs, looked: now, unresponsive, is_told, stopped_limit, starved, is_condemned, hangs }
     }
 
-    /// Bears with a process that a plan starves from now on.
+    /// Tolerates the slowness of a process that a plan starves from now on.
     pub(crate) fn bear(&mut self, Starvation { share, duration_ms }: Starvation, now: Instant) {
         self.starved = Some((share, now + Duration::from_millis(duration_ms)));
     }
@@ -68,17 +69,17 @@ impl Watchdog {
         self.starved.is_some_and(|(_, until)| now < until)
     }
 
-    /// Whether it was to be killed because it hangs. One that somebody has stopped does not.
+    /// Whether it was condemned because it hangs. One that was stopped from outside does not hang.
     pub(crate) fn hangs(&self) -> bool {
         self.hangs
     }
 
-    /// Whether nothing was wrong at the last look.
+    /// Whether nothing was wrong at the last check.
     pub(crate) fn is_quiet(&self) -> bool {
         self.unresponsive < DEADLINE
     }
 
-    /// Looks at it. `state` is asked for where it matters.
+    /// Checks the process. `state` is only called if it matters.
     pub(crate) fn look(&mut self, signs: u32, now: Instant, state: impl FnOnce() -> ProcessState) -> Alarm {
         if self.is_condemned {
             return Alarm::Nothing;
@@ -107,7 +108,7 @@ impl Watchdog {
         };
         let (deadline, limit) = match state {
             ProcessState::Stopped => (DEADLINE, self.stopped_limit),
-            // Somebody looks at it.
+            // A debugger is attached.
             ProcessState::Traced => (DEADLINE, Duration::MAX),
             _ => (BUSY_DEADLINE, BUSY_LIMIT),
         };
@@ -127,7 +128,7 @@ mod tests {
     const LOOK: Duration = Duration::from_millis(4);
     const LIMIT: Duration = Duration::from_secs(3);
 
-    /// Looks every four milliseconds until there is something to say; when that was.
+    /// Checks every four milliseconds until there is an alarm; returns it and leaves its time in `now`.
     fn next(watchdog: &mut Watchdog, now: &mut Instant, state: ProcessState) -> Alarm {
         loop {
             *now += LOOK;
@@ -149,7 +150,7 @@ mod tests {
         }
     }
 
-    /// A process was once killed, and reported, at every look until the kernel had removed it.
+    /// A process was once killed, and reported, at every check until the kernel had removed it.
     #[test]
     fn who_is_to_be_killed_is_told_of_once() {
         let mut now = Instant::now();
@@ -182,7 +183,7 @@ mod tests {
         assert_eq!(watchdog.unresponsive, Duration::ZERO);
     }
 
-    /// A tenth of the processor for fifty seconds is five seconds of it: long for a stopped process, not for a busy one.
+    /// A tenth of the processor for fifty seconds amounts to five seconds: long for a stopped process, not for a busy one.
     #[test]
     fn who_is_starved_is_not_blamed_for_it_and_afterwards_is_again() {
         let mut now = Instant::now();

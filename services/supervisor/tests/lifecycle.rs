@@ -1,7 +1,7 @@
 //! Whole systems of small processes: how they end, and that nothing is left of them.
 //!
-//! A test starts this very binary again as a supervisor, which starts it again as world, planner and
-//! recorder. Each test has a root of its own.
+//! A test starts this same binary again as a supervisor, which starts it again as world, planner and recorder. Each
+//! test has a root of its own.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -21,7 +21,7 @@ use sketchnav_supervisor::{Grace, ProcessLine, Progress, Supervisor};
 
 const STEPS: u64 = 1000;
 const LONG: Duration = Duration::from_secs(600);
-/// Longest that anything may take before it is taken to hang.
+/// Longest that anything may take before it counts as hanging.
 const LIMIT: Duration = Duration::from_secs(180);
 const ROLE: &str = "TEST_ROLE";
 const SYSTEM: &str = "TEST_SYSTEM";
@@ -60,7 +60,7 @@ fn node(process: Process) -> Node {
     Node::join(System::open(&variable(SYSTEM)).unwrap(), process).unwrap()
 }
 
-/// Says what happens, a line each.
+/// Prints what happens, one event per line.
 fn supervisor() {
     sketchnav_navigators::register(&[]).unwrap();
     let mut run: RunConfig = serde_json::from_str(include_str!("../../runtime/tests/run.json")).unwrap();
@@ -93,7 +93,7 @@ fn supervisor() {
 /// In lockstep: a scan, then the command for it, never far ahead of the recorder.
 fn world() {
     if variable(PLOT).starts_with("world-stays") {
-        // Asked to end, it does not listen.
+        // When asked to end, it does not listen.
         // SAFETY: ignoring a signal touches no memory.
         unsafe { nix::sys::signal::signal(Signal::SIGTERM, nix::sys::signal::SigHandler::SigIgn) }.unwrap();
         let node = Node::join(System::open(&variable(SYSTEM)).unwrap(), Process::Observer).unwrap();
@@ -131,7 +131,7 @@ fn world() {
             }
         }
     }
-    // It ends by itself, before the supervisor asks.
+    // It ends by itself, before the supervisor asks it to.
     health.report(0).unwrap();
 }
 
@@ -179,7 +179,7 @@ fn planner() {
     }
 }
 
-/// Sends its route once; the planner may come later.
+/// Sends its route once; the planner may join later.
 fn sketcher() {
     let node = node(Process::Sketcher);
     let mut routes = node.writer(ROUTE).unwrap();
@@ -187,7 +187,7 @@ fn sketcher() {
     while node.wait(LONG) != Wake::Terminate {}
 }
 
-/// Notes what it has got when it has got everything.
+/// Notes what it has received once it has received everything.
 fn recorder() {
     let node = node(Process::Recorder);
     let mut scans = node.reader(SCAN).unwrap();
@@ -209,7 +209,7 @@ fn recorder() {
         while health.receive().unwrap().is_some() {
             counts[2] += 1;
         }
-        // Only now, when every channel has been emptied: the world goes on at once.
+        // Only now, when every channel has been emptied, since the world goes on at once.
         if std::mem::replace(&mut told, last) != last {
             recorded.send(|message| message.header.source_seq = last).unwrap();
         }
@@ -219,7 +219,7 @@ fn recorder() {
 
 // ---------------------------------------------------------------------------------------- the stage
 
-/// A root of systems that is this test's own, and its supervisor.
+/// A root of systems that only this test uses, and its supervisor.
 struct Stage {
     root: tempfile::TempDir,
     system: String,
@@ -232,7 +232,7 @@ struct Play {
 
 impl Stage {
     fn new(system: &str) -> Self {
-        // Nothing in shared memory may bear the name of a test that runs beside this one.
+        // No other name in shared memory may look like that of a test that runs at the same time.
         let system = format!("{system}-{}", std::process::id());
         Self { root: tempfile::tempdir().unwrap(), system }
     }
@@ -283,7 +283,7 @@ impl Play {
     }
 
     fn until_steps(&self, stage: &Stage) {
-        // The world and the planner have joined when their locks are there.
+        // The world and the planner have joined when their locks exist.
         wait_until("all have joined", || stage.pids().len() == 4);
     }
 
@@ -299,18 +299,18 @@ impl Drop for Play {
     }
 }
 
-/// The first word of a lock file is the id of the process that holds it.
+/// The process id of a lock file's holder, which is its first word.
 fn pid_in(lock: &Path) -> Option<i32> {
     fs::read_to_string(lock).ok()?.split_whitespace().next()?.parse().ok()
 }
 
-/// Waits until a process that is not ours has ended.
+/// Waits until a process that is not our child has ended.
 fn gone(pid: i32) {
     let lives = || fs::read_to_string(format!("/proc/{pid}/stat")).is_ok_and(|stat| !stat.contains(") Z "));
     wait_until(&format!("process {pid} has ended"), || !lives());
 }
 
-/// Leaves the processors to those it waits for.
+/// Leaves the processors to the processes that are waited for.
 fn wait_until(what: &str, is_so: impl Fn() -> bool) {
     let began = Instant::now();
     while !is_so() {
@@ -342,7 +342,7 @@ fn a_process_that_fails_says_why() {
     assert!(said.starts_with("bad input true: planner (process "), "{said}");
     assert!(said.contains("ended with exit code 2; its last words: |"), "{said}");
     assert!(said.ends_with("the sketch is upside down"), "{said}");
-    // The recorder still had its time.
+    // The recorder still got its time.
     assert!(play.line().starts_with("down Err(\"planner"));
     stage.nothing_is_left();
     assert!(fs::read_to_string(stage.notes()).unwrap().starts_with("[200, 199, "));
@@ -360,7 +360,8 @@ fn a_process_that_is_killed_is_named() {
     stage.nothing_is_left();
 }
 
-/// The world waited for a command that never came, the planner for a scan that it could take: so they stood, without a word.
+/// The world waited for a command that never came, the planner for a scan that it could accept,
+/// and so both once stood still in silence.
 #[test]
 fn a_lockstep_that_stands_still_is_told_and_ended() {
     let stage = Stage::new("waits");
@@ -387,8 +388,8 @@ fn a_process_that_does_not_listen_is_killed() {
     stage.nothing_is_left();
 }
 
-/// A process that was stopped when the mission ended did not hear that it was to end. It was killed for that, and the run
-/// called a failure though everything was there.
+/// A process that was stopped when the mission ended once did not notice that it was asked to end. It was killed for
+/// that, and the run counted as a failure though everything was there.
 #[test]
 fn a_stopped_process_ends_with_the_others() {
     let stage = Stage::new("stopped");
@@ -403,7 +404,7 @@ fn a_stopped_process_ends_with_the_others() {
     stage.nothing_is_left();
 }
 
-/// A process that did not end once held the terminal for its whole grace, however often one asked.
+/// A process that did not end once held the terminal for its whole grace period, however often the user asked.
 #[test]
 fn whoever_asks_again_does_not_wait() {
     let stage = Stage::new("again");
@@ -450,7 +451,7 @@ fn a_killed_supervisor_takes_its_processes_along() {
     let pids = stage.pids();
     play.signal(Signal::SIGKILL);
     pids.into_iter().for_each(gone);
-    // The next system to start sweeps, here one of the same name.
+    // The next system that starts sweeps, here one of the same name.
     let mut next = stage.play("finish");
     assert_eq!((next.line(), next.line()), ("started".into(), "Ended".into()));
     next.line();

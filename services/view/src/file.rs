@@ -1,4 +1,4 @@
-//! Plays a recording to viewers, who pause it, seek in it and change its rate.
+//! Plays a recording to viewers, which can pause it, seek in it and change its rate.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex};
@@ -17,26 +17,26 @@ use crate::server::{Event, Port, Served, Server, SharedPlayback, locked};
 use crate::topics::Topic;
 use crate::{Result, ViewError};
 
-/// Longest wait between two looks.
+/// Longest wait between two checks.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// So many messages are shown between two looks at what viewers ask for.
+/// The number of messages shown between two checks of what viewers ask for.
 const MESSAGES_A_LOOK: usize = 64;
 
 /// How to play.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Recorded seconds a second.
+    /// Recorded seconds per second.
     pub rate: f64,
-    /// Begin again at the end.
+    /// Whether to start again at the end.
     pub again: bool,
-    /// Wait for a viewer to have it play.
+    /// Whether to wait until a viewer starts it.
     pub is_paused: bool,
 }
 
-/// Plays a recording until the process is asked to end; `ready` is told when viewers can come.
+/// Plays a recording until the process is asked to end; calls `ready` when viewers can connect.
 ///
 /// # Errors
-/// [`ViewError`]; a message of which nothing can be derived is printed, once a topic.
+/// [`ViewError`]; a message from which nothing can be derived is printed, once per topic.
 pub fn play(recording: &Recording, port: Port, options: Options, ready: impl FnOnce()) -> Result<End> {
     let path = recording.path();
     let span = recording.index()?.span_ns().ok_or_else(|| ViewError::Empty { path: named(path) })?;
@@ -55,11 +55,11 @@ fn named(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// What becomes of a stretch that is played.
+/// How the playing of a stretch ended.
 enum Turn {
-    /// It is over.
+    /// The stretch is over.
     Played,
-    /// Playing goes on from another time.
+    /// Playing continues from another time.
     Seek(u64),
     /// The process is asked to end.
     End,
@@ -89,7 +89,7 @@ impl Player<'_> {
         }
     }
 
-    /// Shows what comes from a time on, and first what is latched from before.
+    /// Shows the messages from a time on, preceded by the messages latched before it.
     fn play_from(&mut self, from_ns: u64) -> Result<Turn> {
         self.shown.forget();
         for message in self.recording.latched_before(from_ns)? {
@@ -119,7 +119,7 @@ impl Player<'_> {
         Ok(Turn::Played)
     }
 
-    /// At the end: begins again, or waits until a viewer has it play from somewhere.
+    /// At the end: starts again, or waits until a viewer plays it from somewhere.
     fn rest(&mut self) -> Result<Turn> {
         let now = Instant::now();
         if self.options.again {
@@ -141,7 +141,7 @@ impl Player<'_> {
         }
     }
 
-    /// Takes what viewers ask for, for this long at most.
+    /// Handles viewers' requests, for `timeout` at most.
     fn look(&mut self, timeout: Duration) -> Option<Turn> {
         let mut event = self.server.wait_for_event(timeout);
         let mut turn = None;
@@ -160,7 +160,7 @@ impl Player<'_> {
     }
 }
 
-/// The topics of a recording, and those that are derived of them.
+/// The topics of a recording, and those that are derived from them.
 struct Shown {
     topics: Vec<ShownTopic>,
 }
@@ -210,7 +210,7 @@ impl ShownTopic {
         let announced = has_schema
             .then(|| Schema::new(schema.name.clone(), schema.encoding.clone(), schema.data.clone()));
         let own = Topic::foreign(context, name, encoding, announced, recorded.is_latched())?;
-        // A topic of that name may be of another type in a recording from elsewhere.
+        // In a recording from elsewhere, a topic of that name may have another type.
         let spec = channels::of_topic(name).filter(|spec| spec.message.ros2 == recorded.ros2_type);
         let derived = spec.into_iter().flat_map(sketchnav_navigators::derived);
         let derived = derived.map(|derived| Ok((derived, Topic::derived(context, derived)?)));
@@ -251,7 +251,7 @@ impl ShownTopic {
     }
 }
 
-/// Why nothing is derived of a message.
+/// Why nothing could be derived from a message.
 #[derive(Debug, thiserror::Error)]
 enum DeriveError {
     #[error(transparent)]

@@ -1,20 +1,21 @@
-//! Shows a running system or a recording to Foxglove, Lichtblick, or whatever else speaks Foxglove's WebSocket protocol.
+//! Shows a running system or a recording in Foxglove, Lichtblick, or any other viewer that
+//! supports Foxglove's WebSocket protocol.
 //!
 //! ```text
 //! channels ─reader─┐
 //!                  ├─ topics (CDR, schema) ─ server (foxglove, threads of tokio) ⇄ viewers
 //! recording ───────┘
 //! ```
-//! - [`live`]: follows a system as an observer. A channel is opened while somebody watches it, and at no other time;
-//! - [`mod@file`]: plays a recording; [`playback`] is its clock, pure, which viewers pause, seek and speed up;
+//! - [`live`]: follows a system as an observer. A channel is only open while a viewer watches it;
+//! - [`mod@file`]: plays a recording; [`playback`] is its clock, pure, which viewers can pause, seek and speed up;
 //! - `topics`: what is shown: every channel in its recorded form and name, transforms, and the standard messages that are
 //!   derived from ours (`sketchnav_navigators::derived`);
 //! - `server`: the socket.
 //!
-//! Nothing here writes to a channel, and viewers can send nothing but what they want to see. The socket is on loopback
-//! alone: the protocol knows no token. A viewer that is too slow loses the oldest messages.
+//! Nothing here writes to a channel, and viewers can send nothing but what they want to see. The socket is bound to
+//! loopback only, because the protocol has no token. A viewer that is too slow loses the oldest messages.
 
-// `say!` prints: it escapes what could steer a terminal.
+// `say!` prints, and escapes what could steer a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod file;
@@ -36,7 +37,7 @@ pub enum ViewError {
     /// The address cannot be listened on.
     #[error("{address}: cannot be listened on: {source}; another one: --port")]
     Address {
-        /// Which.
+        /// The address.
         address: SocketAddr,
         /// Why not.
         source: std::io::Error,
@@ -44,22 +45,22 @@ pub enum ViewError {
     /// The recording has nothing to play.
     #[error("{path}: expected messages, found none")]
     Empty {
-        /// Which.
+        /// The recording.
         path: String,
     },
     /// The recording cannot be read.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// A transform that does not change cannot be said.
+    /// A static transform has no ROS 2 form.
     #[error("/tf_static: {0}")]
     Transform(#[from] Ros2Error),
-    /// The system fails.
+    /// The system failed.
     #[error(transparent)]
     Runtime(#[from] sketchnav_runtime::Error),
-    /// The server cannot begin.
+    /// The server could not start.
     #[error("the server: {0}")]
     Server(String),
 }
 
-/// What a function of this crate returns.
+/// The result type of this crate.
 pub type Result<T, E = ViewError> = std::result::Result<T, E>;

@@ -1,5 +1,5 @@
-//! Follows a running system as an observer: never writes, and is woken by nobody. It looks at what is watched every few
-//! milliseconds; what nobody watches is not even open.
+//! Follows a running system as an observer: never writes, and is not woken by messages. It polls the watched channels
+//! every few milliseconds; channels that no viewer watches are not even open.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -18,26 +18,26 @@ use crate::Result;
 use crate::server::{Event, Port, Served, Server};
 use crate::topics::{Announced, Topic};
 
-/// How often to look while somebody watches: a channel's buffer holds what comes meanwhile.
+/// How often to poll while a viewer watches: a channel's buffer holds what arrives in between.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// How often to see whether somebody watches.
+/// How often to check whether a viewer watches.
 const IDLE: Duration = Duration::from_millis(50);
-/// How often to see whether the system still runs.
+/// How often to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Why it has ended.
+/// Why it ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// A person has seen enough.
     Asked,
-    /// There is nothing more to see.
+    /// The system or the recording has ended.
     Over,
 }
 
-/// Shows the system of an observer's node until it ends or the process is asked to; `ready` is told when viewers can come.
+/// Shows the system of an observer's node until it ends or the process is asked to; calls `ready` when viewers can connect.
 ///
 /// # Errors
-/// [`crate::ViewError`]; a message that cannot be said in ROS 2 is printed, once a channel.
+/// [`crate::ViewError`]; a message that has no ROS 2 form is printed, once per channel.
 pub fn show(node: &Node, port: Port, ready: impl FnOnce()) -> Result<End> {
     let run = node.run_config()?;
     let name = node.system().name().to_owned();
@@ -66,10 +66,10 @@ pub fn show(node: &Node, port: Port, ready: impl FnOnce()) -> Result<End> {
     }
 }
 
-/// All that is shown of a system.
+/// Everything that is shown of a system.
 struct View {
     sources: Vec<Source>,
-    /// Where the laser is mounted; `None` where the robot has none.
+    /// Where the laser is mounted; `None` if the robot has none.
     fixed: Option<Topic>,
     newest_ns: u64,
 }
@@ -106,14 +106,14 @@ impl View {
     }
 }
 
-/// A channel, and the topics that are made of it.
+/// A channel, and the topics that are made from it.
 struct Source {
     spec: &'static ChannelSpec,
-    /// Open while somebody watches.
+    /// Open while a viewer watches.
     reader: Option<RawReader>,
     own: Topic,
     derived: Vec<(&'static Derived, Topic)>,
-    /// Of the odometry: `/tf`.
+    /// `/tf`, made from the odometry.
     transform: Option<(Topic, transforms::Form)>,
     spare: Spare,
     cdr: Vec<u8>,
@@ -151,7 +151,7 @@ impl Source {
         self.topics().any(Topic::is_watched)
     }
 
-    /// Shows what has come; the newest message's time.
+    /// Shows what has arrived; returns the newest message's time.
     fn look(&mut self, node: &Node) -> Result<Option<u64>> {
         if !self.is_watched() {
             self.close();
@@ -170,7 +170,7 @@ impl Source {
         Ok(newest_ns)
     }
 
-    /// A channel that nobody watches is not read; its last message may be an old one when somebody comes again.
+    /// Closes a channel that no viewer watches; its last message may be outdated when a viewer returns.
     fn close(&mut self) {
         if self.reader.take().is_some() {
             self.own.forget();
@@ -209,13 +209,13 @@ impl Source {
     }
 }
 
-/// What is latched is wanted by those who come later, too, as long as the channel is open.
+/// A latched topic is also wanted for viewers that connect later, while its channel is open.
 fn is_wanted(topic: &Topic) -> bool {
     topic.is_watched() || topic.is_latched()
 }
 
-/// Opens a channel. Of what flows, a late reader needs only the newest message. What people say and what went wrong is
-/// shown as far back as it is kept.
+/// Opens a channel. Of continuous data, a late reader needs only the newest message. What people send and what went
+/// wrong is shown as far back as the history goes.
 fn open(node: &Node, spec: &'static ChannelSpec) -> Result<RawReader> {
     let mut reader = node.raw_reader(spec)?;
     let is_kept = matches!(spec.role, Role::Instruction | Role::Request | Role::Reply | Role::Report);

@@ -1,29 +1,30 @@
-//! Where the playing of a recording stands: a clock that viewers pause, seek and speed up. Pure: it is told what time it is.
+//! The position in a recording that is played: a clock that viewers can pause, seek and speed
+//! up. Pure: time is passed as an argument.
 
 use std::time::{Duration, Instant};
 
-/// Slowest and fastest, recorded seconds a second.
+/// The range of rates, recorded seconds per second.
 pub const RATES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=64.0;
 
-/// What a viewer asks for.
+/// A viewer's request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {
-    /// Whether to play; else to pause.
+    /// Whether to play; otherwise to pause.
     pub plays: bool,
-    /// Recorded seconds a second; kept as it is where this is no positive number.
+    /// Recorded seconds per second; if this is not a positive number, the rate is kept.
     pub rate: f64,
-    /// Where to go first, nanoseconds.
+    /// Where to seek first, nanoseconds.
     pub seek_ns: Option<u64>,
 }
 
-/// What playing is doing.
+/// The state of playing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
-    /// It goes on.
+    /// It is playing.
     Playing,
-    /// It stands.
+    /// It is paused.
     Paused,
-    /// It stands at its end.
+    /// It has reached the end.
     Ended,
 }
 
@@ -34,29 +35,29 @@ pub struct Playback {
     last_ns: u64,
     rate: f64,
     state: State,
-    /// A recorded time, and when it was.
+    /// A recorded time, and the moment at which it was reached.
     anchor: (u64, Instant),
-    /// Whether somebody watches: nothing is played to nobody.
+    /// Whether a viewer watches: without one, time stands still.
     is_watched: bool,
 }
 
 impl Playback {
-    /// At the first of the two times, both of which belong to it.
+    /// A clock that stands at the first of the two times, both of which belong to the recording.
     pub fn new((first_ns, last_ns): (u64, u64), rate: f64, state: State, now: Instant) -> Self {
         Self { first_ns, last_ns, rate, state, anchor: (first_ns, now), is_watched: false }
     }
 
-    /// What it is doing.
+    /// The state of playing.
     pub fn state(&self) -> State {
         self.state
     }
 
-    /// Recorded seconds a second.
+    /// Recorded seconds per second.
     pub fn rate(&self) -> f64 {
         self.rate
     }
 
-    /// The recorded time that it is.
+    /// The current recorded time, nanoseconds.
     pub fn at_ns(&self, now: Instant) -> u64 {
         let (from_ns, since) = self.anchor;
         if !self.moves() {
@@ -66,7 +67,7 @@ impl Playback {
         from_ns.saturating_add(passed_ns as u64).min(self.last_ns)
     }
 
-    /// How long until the message of this recorded time is due; `None`: until somebody has it go on.
+    /// How long until the message of this recorded time is due; `None` while time stands still.
     pub fn until(&self, stamp_ns: u64, now: Instant) -> Option<Duration> {
         let left_ns = stamp_ns.saturating_sub(self.at_ns(now));
         match (left_ns, self.moves()) {
@@ -76,7 +77,8 @@ impl Playback {
         }
     }
 
-    /// Does what a viewer asks for; where it goes on from, where that is somewhere else. Playing from the end begins anew.
+    /// Handles a viewer's request; returns the time from which playing continues, if that
+    /// changes. Playing from the end starts again.
     pub fn ask(&mut self, request: Request, now: Instant) -> Option<u64> {
         self.settle(now);
         if request.rate.is_finite() && request.rate > 0.0 {
@@ -92,7 +94,7 @@ impl Playback {
         target
     }
 
-    /// Says whether anybody watches.
+    /// Sets whether a viewer watches.
     pub fn watch(&mut self, is_watched: bool, now: Instant) {
         if self.is_watched != is_watched {
             self.settle(now);
@@ -100,7 +102,7 @@ impl Playback {
         }
     }
 
-    /// The last message was played.
+    /// Notes that the last message was played.
     pub fn end(&mut self, now: Instant) {
         self.state = State::Ended;
         self.anchor = (self.last_ns, now);
@@ -176,7 +178,7 @@ mod tests {
         assert_eq!(playback.state(), State::Playing);
     }
 
-    /// A recording that was opened before its viewer had run out when the viewer came.
+    /// A recording that was opened before its viewer had already ended when the viewer connected.
     #[test]
     fn nothing_is_played_to_nobody() {
         let began = Instant::now();

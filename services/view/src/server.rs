@@ -1,4 +1,4 @@
-//! The socket: viewers, what they have asked for, and the end.
+//! The socket: viewers, their requests, and the end.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -15,24 +15,24 @@ use tokio::runtime::{Builder, Runtime};
 use crate::playback::{Playback, Request, State};
 use crate::{Result, ViewError};
 
-/// Messages that wait for a viewer; beyond that it loses the oldest.
+/// Messages that wait for a viewer; if there are more, it loses the oldest.
 const BACKLOG: usize = 512;
-/// How often viewers are told the time, at most.
+/// How often the time is sent to viewers, at most.
 const TIME_EVERY: Duration = Duration::from_millis(50);
-/// Longest wait until viewers know of the end.
+/// Longest wait until viewers have been notified of the end.
 const GOODBYE: Duration = Duration::from_millis(500);
-/// A thread for all viewers: what they get is ready.
+/// One thread for all viewers, since there is nothing to compute for them.
 const THREADS: usize = 1;
 
-/// A port of this machine alone.
+/// A port that only this machine can reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Port(u16);
 
 impl Port {
-    /// The port of this number; of 0 one that is free.
+    /// The port of this number, or a free one for 0.
     ///
     /// # Errors
-    /// [`ViewError::Address`] where it is taken.
+    /// [`ViewError::Address`] if it is taken.
     pub fn free(number: u16) -> Result<Self> {
         let address = address(number);
         let bound = TcpListener::bind(address).and_then(|listener| listener.local_addr());
@@ -44,7 +44,7 @@ impl Port {
         self.0
     }
 
-    /// What viewers are to open.
+    /// The address for viewers to open.
     pub fn url(self) -> String {
         format!("ws://{}", address(self.0))
     }
@@ -54,48 +54,48 @@ fn address(port: u16) -> SocketAddr {
     SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)
 }
 
-/// What has happened.
+/// An event.
 #[derive(Debug)]
 pub enum Event {
     /// A viewer watches a topic from now on.
     Subscribed(ChannelId, SinkId),
-    /// Playing goes on from another time.
+    /// Playing continues from another time.
     Sought(u64),
-    /// Something else has changed: who watches, how playing stands.
+    /// Something else has changed: which topics are watched, or the state of playing.
     Changed,
     /// A signal asks the process to end.
     End,
 }
 
-/// The clock of a recording, and the viewers that set it.
+/// The clock of a recording, shared with the viewers that set it.
 pub type SharedPlayback = Arc<std::sync::Mutex<Playback>>;
 
-/// Locks the clock; nobody panics while they hold it.
+/// Locks the clock; no thread panics while holding it.
 pub fn locked(playback: &SharedPlayback) -> std::sync::MutexGuard<'_, Playback> {
     playback.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// A server that runs; dropped, it has ended.
+/// A running server; dropping it ends it.
 pub struct Server {
     handle: Option<WebSocketServerHandle>,
     runtime: Runtime,
     context: Arc<Context>,
     events: Receiver<Event>,
     tell: Sender<Event>,
-    /// The last time that viewers were told, and when.
+    /// The last time that was sent to viewers, and when.
     told: (u64, Option<Instant>),
 }
 
-/// What is served: all about it that viewers are told.
+/// What is served: everything about it that viewers get to know.
 pub struct Served {
-    /// What it is called.
+    /// Its name.
     pub name: String,
-    /// Of a recording: times of its first and last message, and its clock.
+    /// For a recording: the times of its first and last message, and its clock.
     pub playback: Option<((u64, u64), SharedPlayback)>,
 }
 
 impl Server {
-    /// Begins to listen. Topics are added to [`Server::context`].
+    /// Starts listening. Topics are added to [`Server::context`].
     ///
     /// # Errors
     /// [`ViewError::Address`], [`ViewError::Server`].
@@ -125,15 +125,15 @@ impl Server {
         Ok(Self { handle: Some(handle), runtime, context, events, tell, told: (0, None) })
     }
 
-    /// Where topics are added.
+    /// The context to which topics are added.
     pub fn context(&self) -> &Arc<Context> {
         &self.context
     }
 
-    /// Has SIGINT and SIGTERM be told as [`Event::End`].
+    /// Reports SIGINT and SIGTERM as [`Event::End`].
     ///
     /// # Errors
-    /// [`ViewError::Server`] where the kernel refuses.
+    /// [`ViewError::Server`] if the kernel refuses.
     pub fn hear_signals(&self) -> Result<()> {
         use tokio::signal::unix::{SignalKind, signal};
         let _inside = self.runtime.enter();
@@ -149,18 +149,18 @@ impl Server {
         Ok(())
     }
 
-    /// What has happened and was not taken yet.
+    /// The next event, if there is one.
     pub fn next_event(&self) -> Option<Event> {
         self.events.try_recv().ok()
     }
 
-    /// Waits for what happens next, no longer than this.
+    /// Waits for the next event, for `timeout` at most.
     pub fn wait_for_event(&self, timeout: Duration) -> Option<Event> {
         self.events.recv_timeout(timeout).ok()
     }
 
-    /// Tells viewers the time where it has changed and was not told just now. Who cannot take that much is not connected
-    /// any more: so not with every message.
+    /// Sends the time to viewers if it has changed and was not sent just now. A viewer that cannot keep up is
+    /// disconnected, so it is not sent with every message.
     pub fn tell_time(&mut self, stamp_ns: u64) {
         let (last_ns, since) = self.told;
         let is_due = since.is_none_or(|since| since.elapsed() >= TIME_EVERY);
@@ -170,7 +170,7 @@ impl Server {
         }
     }
 
-    /// Tells viewers how playing stands.
+    /// Sends the state of playing to viewers.
     pub fn tell_playback(&self, playback: &SharedPlayback, did_seek: bool) {
         if let Some(handle) = &self.handle {
             handle.broadcast_playback_state(told(&locked(playback), did_seek));
@@ -182,7 +182,7 @@ impl Drop for Server {
     fn drop(&mut self) {
         if let Some(handle) = self.handle.take() {
             let ending = handle.stop();
-            // Who does not answer is not waited for.
+            // A viewer that does not answer is not waited for.
             let _ = self.runtime.block_on(async { tokio::time::timeout(GOODBYE, ending.wait()).await });
         }
     }
@@ -202,14 +202,14 @@ fn told(playback: &Playback, did_seek: bool) -> PlaybackState {
     }
 }
 
-/// Hears viewers, on the server's thread.
+/// Receives viewers' requests, on the server's thread.
 struct Listener {
     tell: Sender<Event>,
     playback: Option<SharedPlayback>,
 }
 
 impl Listener {
-    /// Who does not listen any more is about to end.
+    /// If the receiver is gone, the server is about to end.
     fn say(&self, event: Event) {
         let _ = self.tell.send(event);
     }

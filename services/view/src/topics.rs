@@ -1,4 +1,4 @@
-//! What is shown: topics with their schemas, in the form of recordings.
+//! The topics that are shown, with their schemas, in the form of recordings.
 
 use std::sync::Arc;
 
@@ -8,11 +8,11 @@ use sketchnav_schemas::ros2::transforms;
 
 use crate::{Result, ViewError};
 
-/// How a topic's messages are encoded, and what its schema is written in, as in recordings.
+/// How a topic's messages are encoded, and the language of its schema, as in recordings.
 const ENCODING: &str = "cdr";
 const SCHEMA_ENCODING: &str = "ros2msg";
 
-/// What a topic is announced with.
+/// The announcement of a topic.
 pub struct Announced<'a> {
     /// `/scan`.
     pub topic: &'a str,
@@ -20,27 +20,27 @@ pub struct Announced<'a> {
     pub kind: &'a str,
     /// The definition.
     pub schema: String,
-    /// Whether somebody who comes late gets its last message.
+    /// Whether a late viewer gets its last message.
     pub is_latched: bool,
 }
 
 /// A topic that viewers can watch.
 pub struct Topic {
     channel: Arc<RawChannel>,
-    /// The last message with its time, of a topic that is latched.
+    /// The last message with its time, if the topic is latched.
     last: Option<(u64, Vec<u8>)>,
     is_latched: bool,
 }
 
 impl Topic {
-    /// Announces a topic of our own encoding.
+    /// Announces a topic in our own encoding.
     pub fn new(context: &Arc<Context>, announced: Announced<'_>) -> Result<Self> {
         let Announced { topic, kind, schema, is_latched } = announced;
         let schema = Schema::new(kind, SCHEMA_ENCODING, schema.into_bytes());
         Self::foreign(context, topic, ENCODING, Some(schema), is_latched)
     }
 
-    /// Announces what is derived of a channel.
+    /// Announces a topic that is derived from a channel.
     pub fn derived(context: &Arc<Context>, derived: &Derived) -> Result<Self> {
         let (kind, schema, is_latched) = (derived.ros2, derived.schema(), derived.of.is_latched());
         Self::new(context, Announced { topic: derived.topic, kind, schema, is_latched })
@@ -67,22 +67,22 @@ impl Topic {
         Ok(Self { channel, last: None, is_latched })
     }
 
-    /// Whether anybody watches it.
+    /// Whether a viewer watches it.
     pub fn is_watched(&self) -> bool {
         self.channel.has_sinks()
     }
 
-    /// Whether it is the topic of this id.
+    /// Whether it is the topic with this id.
     pub fn is(&self, id: ChannelId) -> bool {
         self.channel.id() == id
     }
 
-    /// Whether its last message is kept.
+    /// Whether its last message is stored.
     pub fn is_latched(&self) -> bool {
         self.is_latched
     }
 
-    /// Shows a message; one of a latched topic is kept for who comes late.
+    /// Shows a message; one of a latched topic is stored for late viewers.
     pub fn show(&mut self, stamp_ns: u64, cdr: &[u8]) {
         self.channel.log_with_meta(cdr, PartialMetadata::with_log_time(stamp_ns));
         if self.is_latched {
@@ -90,7 +90,7 @@ impl Topic {
         }
     }
 
-    /// Shows somebody who has come late what was said last.
+    /// Shows a late viewer the last message.
     pub fn show_last(&self, sink: SinkId) {
         if let Some((stamp_ns, cdr)) = &self.last {
             let meta = PartialMetadata::with_log_time(*stamp_ns);
@@ -98,7 +98,7 @@ impl Topic {
         }
     }
 
-    /// Forgets what was said last.
+    /// Forgets the last message.
     pub fn forget(&mut self) {
         self.last = None;
     }

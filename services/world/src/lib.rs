@@ -1,10 +1,10 @@
-//! The simulated world as a process: moves the bytes between a [`Simulation`] and the channels, and
-//! decides when the next instant is due. A real robot's driver does the same with real sensors.
+//! The simulated world as a process: passes messages between a [`Simulation`] and the channels, and decides when the
+//! next instant is due. A real robot's driver does the same with real sensors.
 //!
-//! Its checkpoint holds the whole world before its sensors are read. What they measure follows from it, so a successor
-//! sends the same again and goes on.
+//! Its checkpoint holds the whole world before its sensors are read. Their readings follow from it, so a successor
+//! sends the same readings again and continues.
 
-// `say!` prints: it escapes what could steer a terminal.
+// `say!` prints, and escapes what could steer a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 use std::time::{Duration, Instant};
@@ -22,30 +22,29 @@ use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_sim::{Senses, Simulation, World};
 
-/// How long to sleep at most before looking for new readers.
+/// How long to sleep at most before looking for new messages.
 const LOOK_UP: Duration = Duration::from_millis(20);
 /// How often to look for the first answer, and how long to wait for it.
 const LOOK_SOON: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The form of [`Positions`] and [`World`].
+/// The format of [`Positions`] and [`World`].
 const CHECKPOINT: &str = "world 5";
 
-/// Where in its channels the world stands before its sensors speak: the last number that was given, or
-/// the one before the message that counts.
+/// The world's positions in its channels before its sensors are read: the last number that was sent, or the number
+/// before the message to be received next.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Positions {
     tick: u64,
-    /// Of what belongs to an instant, in the order of the table; zeros behind.
+    /// The channels of an instant, in the order of the table, padded with zeros.
     readings: [u64; MAX_CHANNELS],
     command: u64,
     recorded: u64,
 }
 
-/// Runs the world of the node's system until the process is asked to end. The files that its mission names are in
-/// `files`.
+/// Runs the world of the node's system until the process is asked to end. `files` provides the files that its mission names.
 ///
 /// # Errors
-/// [`sketchnav_sim::SimError`] where the mission's world or start cannot be; the runtime's errors.
+/// [`sketchnav_sim::SimError`] if the mission's world or start is impossible; the runtime's errors.
 pub fn run(node: &Node, files: &dyn Files) -> anyhow::Result<()> {
     let run = node.run_config()?;
     let mut shell = Shell::open(node, &run, files)?;
@@ -55,7 +54,7 @@ pub fn run(node: &Node, files: &dyn Files) -> anyhow::Result<()> {
     }
 }
 
-/// The world of the newest checkpoint, or a new one.
+/// The world from the newest checkpoint, or a new one.
 fn resume(
     run: &RunConfig,
     files: &dyn Files,
@@ -83,7 +82,7 @@ struct Shell<'a, S> {
     pace: Pace,
     /// The newest command.
     held: Option<VelocityCommand>,
-    /// The newest tick that is safe in the file; beyond all ticks where nothing records.
+    /// The newest tick that is safe in the file; beyond all ticks if nothing is recorded.
     recorded_tick: u64,
 }
 
@@ -120,7 +119,7 @@ impl<S: Simulation> Shell<'_, S> {
         self.recorded.resume_after(positions.recorded);
     }
 
-    /// The command that is held and the recorder's last word are to come again.
+    /// Positions from which the current command and the recorder's last acknowledgement are received again.
     fn positions(&self) -> Positions {
         Positions {
             tick: self.tick.last_seq(),
@@ -130,8 +129,8 @@ impl<S: Simulation> Shell<'_, S> {
         }
     }
 
-    /// A step for every command: the next when the one that this tick caused has come and the recorder
-    /// is not too far behind.
+    /// Takes one step per command: the next step when the command that this tick caused has arrived
+    /// and the recorder is not too far behind.
     fn lockstep(&mut self) -> anyhow::Result<()> {
         self.observe()?;
         loop {
@@ -153,14 +152,14 @@ impl<S: Simulation> Shell<'_, S> {
         answered && tick < self.recorded_tick + LOCKSTEP_WINDOW
     }
 
-    /// In lockstep each command is for its own step, also where those of many steps have come. A world that goes on
-    /// from a checkpoint takes the steps since then again.
+    /// In lockstep each command is for its own step, even if those of several steps have arrived, because a world that
+    /// resumes from a checkpoint repeats the steps since then.
     fn has_its_command(&self) -> bool {
         let tick = self.tick.last_seq();
         self.pace == Pace::Lockstep && self.held.is_some_and(|command| command.header.source_seq >= tick)
     }
 
-    /// A step when its time has come, whatever command there is, until the last one.
+    /// Takes each step when it is due, with whatever command there is, until the last one.
     fn real_time(&mut self, speed: f64) -> anyhow::Result<()> {
         self.observe()?;
         self.await_navigators()?;
@@ -180,8 +179,8 @@ impl<S: Simulation> Shell<'_, S> {
         }
     }
 
-    /// Time begins when the first tick is answered: whoever still reads the drawing misses nothing, however
-    /// fast time passes then. Without navigators it begins all the same.
+    /// Starts the time when the first tick is answered, so that a stage that is still reading the drawing misses
+    /// nothing, however fast time passes. Without navigators it starts nevertheless.
     fn await_navigators(&mut self) -> anyhow::Result<()> {
         let began = Instant::now();
         while self.held.is_none() && began.elapsed() < PATIENCE && self.node.nap(LOOK_SOON) != Wake::Terminate
@@ -210,7 +209,7 @@ impl<S: Simulation> Shell<'_, S> {
         let positions = self.positions();
         match self.pace {
             Pace::Lockstep => self.checkpoints.after_step(|| (positions, &self.world))?,
-            // Which command had come by then is chance: no step can be taken a second time.
+            // Which command had arrived by then is chance, so no step can be repeated.
             Pace::RealTime { .. } => self.checkpoints.write(&(positions, &self.world))?,
         }
         self.observe()?;
@@ -218,7 +217,7 @@ impl<S: Simulation> Shell<'_, S> {
         Ok(())
     }
 
-    /// Sends what the sensors say now; the tick last, which names it and wakes the readers.
+    /// Sends the sensors' current readings and then the tick, which names them and wakes the readers.
     fn observe(&mut self) -> anyhow::Result<()> {
         let (stamp_ns, source_seq) = (self.world.stamp_ns(), self.tick.last_seq() + 1);
         self.voices.source_seq = source_seq;
@@ -235,7 +234,7 @@ impl<S: Simulation> Shell<'_, S> {
     }
 }
 
-/// A writer for everything that a world says before the tick.
+/// The writers of everything that a world sends before the tick.
 struct Voices {
     writers: Vec<RawWriter>,
     /// The tick of the instant.

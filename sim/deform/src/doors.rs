@@ -1,4 +1,4 @@
-//! What people remember wrongly about doors and rooms: a door somewhere else in its wall, a room left out.
+//! What people misremember about doors and rooms: a door elsewhere in its wall, a room left out.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -7,9 +7,9 @@ use rand_pcg::Pcg64Mcg;
 use crate::floor::Floor;
 use crate::regions::Regions;
 
-/// At degree 1 a door moves by at most this share of the wall beside it.
+/// At degree 1 a door moves by at most this share of the wall next to it.
 const DOOR_SHIFT: f64 = 0.6;
-/// What stays of a wall beside a door.
+/// What is left of a wall next to a door.
 const STUB_M: f64 = 0.3;
 /// A wall that ends closer to a door's side ends at the door.
 const JAMB_M: f64 = 0.45;
@@ -17,11 +17,11 @@ const JAMB_M: f64 = 0.45;
 const STRAIGHT: f64 = 0.3;
 /// A room behind a wider opening is not forgotten.
 const DOOR_M: f64 = 1.6;
-/// Chance at degree 1 that a room is forgotten which could be.
+/// Chance at degree 1 that a room that may be forgotten is.
 const FORGET: f64 = 0.05;
 /// A larger share of the floor is not forgotten.
 const FORGETTABLE: f64 = 0.15;
-/// How far beside a wall's line the rooms on its sides are looked for.
+/// How far from a wall's line the rooms on its sides are looked for.
 const BESIDE_M: [f64; 4] = [0.12, 0.2, 0.3, 0.4];
 const STEP_M: f64 = 0.1;
 
@@ -95,7 +95,7 @@ pub(crate) fn remember(floor: &Floor, degree: f64, rng: &mut Pcg64Mcg) -> Memory
     memory
 }
 
-/// The ends of walls at the two sides of an opening; `None` where it is no gap between two ends.
+/// The ends of walls at the two sides of an opening; `None` if it is not a gap between two ends.
 fn door_ends(walls: &[Wall], jambs: [Vector2<f64>; 2]) -> Option<[WallEnd; 2]> {
     let nearest = |jamb: Vector2<f64>| {
         let ends = (0..walls.len()).flat_map(|wall| [(wall, 0), (wall, 1)]);
@@ -113,7 +113,7 @@ fn is_in_line(walls: &[Wall], ends: [WallEnd; 2]) -> bool {
     ends.into_iter().all(|end| across(end) < STRAIGHT * (b - a).norm())
 }
 
-/// Moves both sides of a door along its wall, by a share (−1 to 1) of what the wall leaves there.
+/// Moves both sides of a door along its wall, by a share (−1 to 1) of the room that the wall leaves.
 fn shift_door(walls: &mut [Wall], regions: &Regions, ends: [WallEnd; 2], rooms: [usize; 2], share: f64) {
     let [shorter, longer] = if share < 0.0 { ends } else { [ends[1], ends[0]] };
     let free_m = stretch_between(&walls[shorter.0], shorter.1, regions, rooms) - STUB_M;
@@ -139,7 +139,7 @@ fn stretch_between(wall: &Wall, end: usize, regions: &Regions, rooms: [usize; 2]
         let sides = sides(regions, *at, *along);
         sides == [Some(rooms[0]), Some(rooms[1])] || sides == [Some(rooms[1]), Some(rooms[0])]
     };
-    // The outermost step has the door itself beside it.
+    // The outermost step is next to the door itself.
     let count = steps.iter().skip(2).take_while(|step| between(step)).count();
     (count as f64 * STEP_M).min(wall.length() - STEP_M)
 }
@@ -161,7 +161,7 @@ fn sides(regions: &Regions, at: Vector2<f64>, along: Vector2<f64>) -> [Option<us
     [left, -left].map(|side| BESIDE_M.into_iter().find_map(|far| regions.at(at + side * far)))
 }
 
-/// Takes a length off a line's end, except for a tenth of its last piece.
+/// Removes a length from a line's end, but leaves at least a tenth of its last piece.
 pub(crate) fn shorten(points: &mut Vec<Vector2<f64>>, end: usize, by: f64) {
     if end == 0 {
         points.reverse();
@@ -182,8 +182,8 @@ pub(crate) fn shorten(points: &mut Vec<Vector2<f64>>, end: usize, by: f64) {
     }
 }
 
-/// Small rooms with a single neighbour behind doors, each by chance. Where the walls have no ends (the
-/// outline of something massive) an opening is a door too.
+/// Small rooms with a single neighbour, behind doors, each by chance. If the walls have no ends (the outline of something
+/// massive) an opening is a door too.
 fn forget(floor: &Floor, in_line: &[bool], degree: f64, rng: &mut Pcg64Mcg) -> Vec<usize> {
     let massive = !in_line.contains(&true);
     let is_door = |k: usize| {
@@ -210,7 +210,7 @@ fn forget(floor: &Floor, in_line: &[bool], degree: f64, rng: &mut Pcg64Mcg) -> V
 }
 
 impl Memory {
-    /// Walls around forgotten rooms alone go; the doors to them are walls.
+    /// Removes walls that only surround forgotten rooms, and turns the doors to them into walls.
     fn close(&mut self, floor: &Floor, closed: Vec<[Vector2<f64>; 2]>) {
         if self.forgotten.is_empty() {
             return;
@@ -232,7 +232,7 @@ impl Memory {
     }
 }
 
-/// The pieces of a wall that some region which is not forgotten sees.
+/// The pieces of a wall that border on a region that is not forgotten.
 fn seen(wall: &Wall, regions: &Regions, forgotten: &[usize]) -> Vec<Wall> {
     let kept = |(at, along): &(Vector2<f64>, Vector2<f64>)| {
         let sides = sides(regions, *at, *along);

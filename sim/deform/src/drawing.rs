@@ -1,4 +1,4 @@
-//! A floor as a person might draw it, and which place of it is which place of the drawing.
+//! A floor as a person might draw it, and the correspondence between its places and those of the drawing.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -23,7 +23,7 @@ const MARGIN_PX: f64 = 60.0;
 /// The pen, and its range at degree 1.
 const PEN_PX: f64 = 4.0;
 const PENS_PX: [f64; 2] = [3.0, 6.0];
-/// Points of a wall between which the map may bend it.
+/// Distance of the points of a wall between which the map may bend it.
 const BEND_M: f64 = 0.5;
 
 /// A synthetic drawing.
@@ -33,11 +33,11 @@ pub struct DeformedDrawing {
     pub canvas_px: [u32; 2],
     /// The strokes.
     pub strokes: Vec<Stroke>,
-    /// Indices of the regions that were left out; [`DeformedDrawing::to_sketch`] knows no place of theirs.
+    /// Indices of the regions that were left out; [`DeformedDrawing::to_sketch`] has no places for them.
     pub forgotten: Vec<usize>,
-    /// The deformation, measured over [`Floor::places`]; `None` where these are too few.
+    /// The deformation, measured over [`Floor::places`]; `None` if these are too few.
     pub deformation: Option<Deformation>,
-    /// The same as annotators would have marked it, for comparison with [`PEOPLE`](crate::PEOPLE).
+    /// The same, as annotators would have marked it, for comparison with [`PEOPLE`](crate::PEOPLE).
     pub as_annotated: Option<Deformation>,
     floor: Floor,
     warp: Warp,
@@ -45,8 +45,8 @@ pub struct DeformedDrawing {
     offset: Vector2<f64>,
 }
 
-/// Draws a floor: at degree 0 its walls traced faithfully, at degree 1 as people deform what they draw, at
-/// 0.5 half of that. The same floor, degree and seed give the same drawing to the bit.
+/// Draws a floor: at degree 0 its walls are traced faithfully, at degree 1 deformed as people deform what they draw, at 0.5
+/// half as much. The same floor, degree and seed give the same drawing to the bit.
 ///
 /// # Errors
 /// [`DeformError::Degree`].
@@ -109,7 +109,7 @@ impl DeformedDrawing {
         (!self.forgotten.contains(&region)).then(|| self.mapped(place.coords()).into())
     }
 
-    /// A pose, as a person who stands there would mark it: the heading turns with the drawing.
+    /// A pose, as a person standing there would mark it: the heading turns with the drawing.
     pub fn pose_to_sketch(&self, pose: &Pose<World>) -> Option<Pose<Sketch>> {
         const AHEAD_M: f64 = 0.1;
         let at = self.to_sketch(&pose.position())?;

@@ -7,16 +7,16 @@ use sketchnav_sim::SimError;
 /// Why there is no drawing.
 #[derive(Debug, thiserror::Error)]
 pub enum DeformError {
-    /// The floor plan or the map does not hold.
+    /// The floor plan or the map is invalid.
     #[error(transparent)]
     World(#[from] SimError),
-    /// A file that is no map.
+    /// A file that is not a map.
     #[error("{}: expected a floor plan (.toml) or a map of map_server (.yaml)", path.display())]
     Kind {
         /// The file.
         path: PathBuf,
     },
-    /// A floor without end.
+    /// A floor that is too large.
     #[error("{name}: expected a floor of at most 40000 m², found {:.0} m x {:.0} m", found_m[0], found_m[1])]
     TooLarge {
         /// The floor's name.

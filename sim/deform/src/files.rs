@@ -7,7 +7,7 @@ use sketchnav_sim::{SimError, files};
 use crate::error::DeformError;
 use crate::floor::Floor;
 
-/// A floor plan of the project's own form (TOML), or a map of map_server (YAML).
+/// A floor plan in the project's own format (TOML), or a map of map_server (YAML).
 ///
 /// # Errors
 /// [`DeformError`] with the file and what is wrong with it.

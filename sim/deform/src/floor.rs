@@ -1,5 +1,5 @@
-//! A floor as one would draw it: the middle lines of its walls between the doors, its rooms and the
-//! openings between them. Furniture is not part of it.
+//! A floor as a person would draw it: the centre lines of its walls between the doors, its rooms and the openings between them.
+//! Furniture is not part of it.
 
 use nalgebra::Vector2;
 use sketchnav_schemas::floor_plan::FloorPlan;
@@ -11,9 +11,9 @@ use crate::grid::Solid;
 use crate::regions::{Doorway, LEAST_AREA_M2, Region, Regions};
 use crate::trace;
 
-/// People who marked corresponding places of a floor and a drawing marked about so many.
+/// People who marked corresponding places in a floor and a drawing marked about this many.
 const LEAST_PLACES: usize = 7;
-/// How far a place of a hall is from its walls at least.
+/// How far a place in a hall is from its walls at least.
 const PLACE_CLEARANCE_M: f64 = 0.6;
 
 /// A floor: what a drawing of it shows. Metres, frame `World`.
@@ -27,10 +27,10 @@ pub struct Floor {
     furniture: Vec<Furnishing>,
 }
 
-/// Something that stands around, and that no drawing shows.
+/// A piece of furniture, which drawings do not show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Furnishing {
-    /// Its name, where the floor has one.
+    /// Its name, if the floor has one.
     pub name: String,
     /// Its middle.
     pub center: Point<World>,
@@ -42,7 +42,7 @@ impl Floor {
     /// The floor of a plan.
     ///
     /// # Errors
-    /// [`DeformError::World`] where the plan does not hold, [`DeformError::NoRegions`].
+    /// [`DeformError::World`] if the plan is invalid, [`DeformError::NoRegions`].
     pub fn of_plan(plan: &FloorPlan) -> Result<Self, DeformError> {
         let world = sketchnav_sim::floor_plan::describe(plan)?;
         let regions = Regions::of(&Solid::of_walls(&world)?);
@@ -55,8 +55,8 @@ impl Floor {
         Self::checked(plan.name.clone(), walls, regions, furniture)
     }
 
-    /// The floor of a map. What stands free within a room and is smaller than two metres is taken for
-    /// furniture and left out.
+    /// The floor of a map. Anything free-standing within a room that is smaller than two metres is taken for furniture and left
+    /// out.
     ///
     /// # Errors
     /// [`DeformError::NoRegions`].
@@ -94,7 +94,7 @@ impl Floor {
         &self.regions.list
     }
 
-    /// What stands around, and is left out of drawings: of a plan its furniture, of a map what was taken for such.
+    /// What is left out of drawings: the furniture of a plan, or what was taken for furniture in a map.
     pub fn furniture(&self) -> &[Furnishing] {
         &self.furniture
     }
@@ -109,8 +109,8 @@ impl Floor {
         self.regions.at(place.coords())
     }
 
-    /// Places that a person would mark on the floor and in a drawing. They are the middles of the regions. Where these
-    /// are few, places that are farthest from all others join them, until there are seven.
+    /// Places that a person would mark on the floor and in a drawing: the centres of the regions and, if these are few, the
+    /// places farthest from all others, until there are seven.
     pub fn places(&self) -> &[Point<World>] {
         &self.places
     }

@@ -1,4 +1,4 @@
-//! Cells over a floor: which place is which cell. Metres, frame `World`; rows from the bottom up.
+//! Cells over a floor, and which place is in which cell. Metres, frame `World`; rows from the bottom up.
 
 use image::{GrayImage, Luma};
 use imageproc::distance_transform::euclidean_squared_distance_transform;
@@ -15,7 +15,7 @@ const PLAN_CELL_M: f64 = 0.05;
 /// What is left free around a floor plan, so that its outside is one region.
 const PLAN_RIM_M: f64 = 1.0;
 
-/// Where cells lie.
+/// The position of the cells.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Grid {
     pub width: usize,
@@ -54,7 +54,7 @@ impl Grid {
         })
     }
 
-    /// Whether a cell lies at the rim.
+    /// Whether a cell is at the rim.
     pub fn at_rim(&self, i: usize) -> bool {
         let (x, y) = (i % self.width, i / self.width);
         x == 0 || y == 0 || x + 1 == self.width || y + 1 == self.height
@@ -88,7 +88,7 @@ impl Solid {
     /// The walls of a world, without its furniture.
     ///
     /// # Errors
-    /// [`DeformError::TooLarge`] where they reach too far for a grid.
+    /// [`DeformError::TooLarge`] if they reach too far for a grid.
     pub fn of_walls(world: &WorldDescription) -> Result<Self, DeformError> {
         let [low, high] = extent(world.walls.iter().flat_map(|wall| wall.corners()));
         let low = low.add_scalar(-PLAN_RIM_M);

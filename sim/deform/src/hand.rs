@@ -1,4 +1,4 @@
-//! The pen in a hand: lines that wobble, that run past corners or end short of them.
+//! The pen in a hand: lines that wobble, and run past corners or end short of them.
 
 use std::f64::consts::TAU;
 
@@ -18,13 +18,13 @@ const WOBBLES: [(f64, [f64; 2]); 3] = [(1.6, [300.0, 700.0]), (0.9, [90.0, 200.0
 const PAST_CORNER: (f64, f64) = (0.2, 0.5);
 /// No gap at a corner is wider: a person would see it and close it.
 const GAP_PENS: f64 = 0.6;
-/// At degree 1 so many corners are drawn without lifting the pen.
+/// Share of corners drawn without lifting the pen at degree 1.
 const ROUND_CORNER: f64 = 0.4;
 /// A line that turns less has no corner, radians.
 const CORNER_RAD: f64 = 0.6;
-/// A door is drawn wider than this, pen widths: else it would be none.
+/// A door is drawn wider than this, pen widths; otherwise it would not be one.
 const DOOR_PENS: f64 = 3.5;
-/// Of a wall beside a door that is pulled open this share stays.
+/// Share of a wall that is left next to a door that is pulled open.
 const STUB: f64 = 0.3;
 /// Spread of the pen's width from stroke to stroke at degree 1.
 const PRESSURE: f64 = 0.1;
@@ -110,7 +110,7 @@ fn past_corners(line: &mut [Vector2<f64>], at_door: [bool; 2], degree: f64, pen_
     }
 }
 
-/// The line, point by point, pushed aside by a few slow waves that die down at its ends.
+/// The line, point by point, displaced by a few slow waves that fade at its ends.
 fn wobbled(line: &[Vector2<f64>], degree: f64, rng: &mut Pcg64Mcg) -> Vec<Point<Sketch>> {
     let waves = WOBBLES.map(|(amplitude, [shortest, longest])| {
         let length = rng.random_range(shortest..longest);

@@ -6,8 +6,8 @@
 //! Floor + degree + seed ─doors, warp, hand→ DeformedDrawing ─measure→ Deformation
 //! ```
 //!
-//! Degree 0 traces the walls; degree 1 deforms as people do ([`PEOPLE`]), 0.5 half as much. But for
-//! [`files`] nothing here opens a file or reads a clock; the same floor, degree and seed give the same drawing.
+//! Degree 0 traces the walls; degree 1 deforms as people do ([`PEOPLE`]), 0.5 half as much. Except for [`files`], nothing here
+//! opens a file or reads a clock; the same floor, degree and seed give the same drawing.
 
 mod doors;
 mod drawing;

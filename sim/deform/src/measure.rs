@@ -1,4 +1,4 @@
-//! How far a drawing is from the floor that it shows, over corresponding places.
+//! How much a drawing differs from the floor that it shows, over corresponding places.
 //!
 //! Source of the four figures: the matched places of the drawings of Mielle et al. (*Using sketch-maps
 //! for robot navigation*, 2016), which people annotated.
@@ -10,9 +10,9 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 use sketchnav_schemas::geometry::{Point, Sketch, World};
 
-/// Places that a local scale is measured to, from each place: the nearest ones.
+/// How many places, the nearest ones, a local scale is measured to from each place.
 const NEIGHBOURS: usize = 2;
-/// Fewer places do not tell an affine map from its residual.
+/// With fewer places an affine map cannot be told from its residual.
 const LEAST_PLACES: usize = 4;
 
 /// Places of an annotated drawing.
@@ -21,10 +21,9 @@ const ANNOTATED: usize = 7;
 /// annotators for the same region are 0.21 of it apart (37 pairs).
 const MARK_SCATTER: f64 = 0.15;
 
-/// What people do, as [`Deformation::as_annotated`] measures it: the means over the seven annotated drawings
-/// that have six matched places or more. They hold the annotators' scatter too. Which of an annotator's
-/// several marks for one place is taken makes 0.31 to 0.36 of the first, 0.41 to 0.51 of the fourth
-/// figure. `tests/people.rs` compares.
+/// What people do, as [`Deformation::as_annotated`] measures it: the means over the seven annotated drawings that have at least
+/// six matched places. They include the annotators' scatter. Depending on which of an annotator's several marks for one place
+/// is taken, the first figure is 0.31 to 0.36 and the fourth 0.41 to 0.51. `tests/people.rs` compares them.
 pub const PEOPLE: Deformation = Deformation {
     places: 7,
     similarity_residual: 0.34,
@@ -38,17 +37,16 @@ pub const PEOPLE: Deformation = Deformation {
 /// The deformation of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Deformation {
-    /// Corresponding places that it was measured over.
+    /// Number of corresponding places.
     pub places: usize,
-    /// The residual of the best similarity (translation, rotation, scale), root mean square. It is a share of the
-    /// places' root mean square distance from their middle in the drawing.
+    /// The residual of the best similarity (translation, rotation, scale), root mean square, as a share of the places' root
+    /// mean square distance from their centre in the drawing.
     pub similarity_residual: f64,
-    /// The same of the best affine map.
+    /// The same for the best affine map.
     pub affine_residual: f64,
     /// Ratio of the two scales of the best affine map, 1 or more.
     pub anisotropy: f64,
-    /// Standard deviation of the logarithm of the local scale: pixels a metre between a place and each of
-    /// the two nearest.
+    /// Standard deviation of the logarithm of the local scale: pixels per metre between a place and each of the two nearest.
     pub log_scale_sd: f64,
     /// 5 % of the local scales are below this share of their geometric mean.
     pub scale_p05: f64,
@@ -71,7 +69,7 @@ impl Deformation {
         Self::measure(&marked)
     }
 
-    /// Measures corresponding places; `None` for fewer than four, or where they lie on a line.
+    /// Measures corresponding places; `None` for fewer than four, or if they lie on a line.
     pub fn measure(pairs: &[(Point<World>, Point<Sketch>)]) -> Option<Self> {
         if pairs.len() < LEAST_PLACES {
             return None;
@@ -114,7 +112,7 @@ fn centered(places: impl Iterator<Item = Vector2<f64>>) -> Vec<Vector2<f64>> {
     places.into_iter().map(|p| p - middle).collect()
 }
 
-/// The turn and scale that lead closest from `from` to `to`: the least squares of a complex number.
+/// The turn and scale that best map `from` to `to`: least squares of a complex number.
 fn similarity(from: &[Vector2<f64>], to: &[Vector2<f64>]) -> Matrix2<f64> {
     let pairs = || from.iter().zip(to);
     let along: f64 = pairs().map(|(f, t)| f.dot(t)).sum();
@@ -123,7 +121,7 @@ fn similarity(from: &[Vector2<f64>], to: &[Vector2<f64>]) -> Matrix2<f64> {
     Matrix2::new(along, -across, across, along) / extent
 }
 
-/// The linear map that leads closest from `from` to `to`.
+/// The linear map that best maps `from` to `to`.
 fn affine(from: &[Vector2<f64>], to: &[Vector2<f64>]) -> Option<Matrix2<f64>> {
     let outer = |a: &[Vector2<f64>], b: &[Vector2<f64>]| {
         a.iter().zip(b).map(|(a, b)| a * b.transpose()).sum::<Matrix2<f64>>()
@@ -154,7 +152,7 @@ fn log_scales(world: &[Vector2<f64>], sketch: &[Vector2<f64>]) -> Vec<f64> {
     logs
 }
 
-/// Of sorted values, between neighbours in proportion.
+/// A percentile of sorted values, interpolated between neighbours.
 fn percentile(sorted: &[f64], share: f64) -> f64 {
     let at = share * (sorted.len() - 1) as f64;
     let (low, part) = (at.floor() as usize, at.fract());

@@ -1,7 +1,7 @@
-//! The rooms of a floor and the openings between them, found by the watersheds of the distance to the walls. Where
-//! free space narrows between two wide places there is an opening.
+//! The rooms of a floor and the openings between them, found by the watersheds of the distance to the walls. If free space
+//! narrows between two wide places, there is an opening.
 //!
-//! Rooms that only a slit joins to the rest, and what lies outside, are none.
+//! Rooms that are joined to the rest only by a slit, and the outside, do not count.
 
 use nalgebra::Vector2;
 use sketchnav_schemas::geometry::{Point, World};
@@ -11,13 +11,13 @@ use crate::outline;
 
 /// An opening is narrower than this share of the narrower of the two places that it joins.
 const NARROWING: f64 = 0.7;
-/// An opening wider than twice this is none.
+/// An opening wider than twice this does not count.
 const WIDEST_M: f64 = 1.0;
-/// Half the width of the narrowest opening that one passes.
+/// Half the width of the narrowest opening that can be passed.
 const NARROWEST_M: f64 = 0.25;
 /// Smallest region, m².
 pub(crate) const LEAST_AREA_M2: f64 = 2.0;
-/// Where no region is.
+/// The label where there is no region.
 const NOWHERE: u32 = 0;
 
 /// A room, a corridor, or a part of a hall. Metres, frame `World`.
@@ -46,7 +46,7 @@ pub struct Doorway {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Regions {
     pub grid: Grid,
-    /// The region's index and 1, 0 where there is none.
+    /// The region's index plus 1; 0 if there is none.
     labels: Vec<u32>,
     pub list: Vec<Region>,
     pub doorways: Vec<Doorway>,
@@ -79,7 +79,7 @@ impl Regions {
     }
 }
 
-/// A saddle between two basins: how far its place is from the walls.
+/// A saddle between two basins, and how far it is from the walls.
 struct Saddle {
     depth_m: f64,
     basins: [u32; 2],
@@ -133,7 +133,7 @@ impl Basins {
         label
     }
 
-    /// Two basins touch at a depth: they are one, or there is an opening.
+    /// Handles two basins that touch at a depth: either they are one, or there is an opening.
     fn meet(&mut self, a: u32, b: u32, depth_m: f64) {
         let (a, b) = (self.find(a), self.find(b));
         if a == b || a == NOWHERE {
@@ -164,7 +164,7 @@ impl Basins {
         label
     }
 
-    /// What is too small for a room belongs to the one behind its widest opening.
+    /// Merges what is too small for a room with the region behind its widest opening.
     fn merge_small(&mut self, grid: &Grid) {
         let least = (LEAST_AREA_M2 / grid.cell_m.powi(2)) as usize;
         let mut saddles = std::mem::take(&mut self.saddles);
@@ -199,7 +199,7 @@ impl Basins {
         sets.into_iter().max_by_key(area).unwrap_or_default()
     }
 
-    /// What openings that one passes join to a region, in the order of their labels.
+    /// What is joined to a region by passable openings, in the order of the labels.
     fn joined(&self, from: u32, inside: &impl Fn(u32) -> bool) -> Vec<u32> {
         let mut set = vec![from];
         loop {

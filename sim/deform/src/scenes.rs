@@ -1,9 +1,9 @@
 //! Sketches of scenes of objects, as people deform them. They are out of scale; objects are shifted, turned, too
 //! large, too small, or forgotten. The route is redrawn past the objects as they are drawn, bent and smoothed.
 //!
-//! Degree 0 traces the scene; at degree 1 objects are some 0.5 m beside their places; other degrees are in proportion. A
-//! drawing in which outlines meet or the route enters one is drawn anew: nobody draws that on purpose. After some attempts
-//! all shifts become smaller. The same scene, degree and seed give the same sketch.
+//! Degree 0 traces the scene; at degree 1 objects are some 0.5 m out of place; other degrees are in proportion. A drawing in
+//! which outlines meet or the route enters one is drawn again, because no person draws that on purpose. After some attempts all
+//! shifts become smaller. The same scene, degree and seed give the same sketch.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -12,8 +12,8 @@ use serde_json::json;
 use sketchnav_schemas::seed;
 use sketchnav_sim::scenes::{At, Scene, apart, distance, distance_to, middle};
 
-/// Standard deviations at degree 1. They are of the logarithms of the whole's scale, its aspect, and an object's size
-/// and aspect. The others are of an object's place (metres) and heading (radians).
+/// Standard deviations at degree 1: of the logarithms of the overall scale, the overall aspect, and an object's size and
+/// aspect; and of an object's place (metres) and heading (radians).
 const SCALE: f64 = 0.12;
 const ASPECT: f64 = 0.08;
 const SIZE: f64 = 0.2;
@@ -28,12 +28,12 @@ const BEND_M: f64 = 0.2;
 const SMOOTH_M: f64 = 0.8;
 /// How far a pen trembles, metres.
 const TREMBLE_M: f64 = 0.015;
-/// Outlines are drawn so far apart, and the route so far from them, metres.
+/// Outlines are drawn at least this far apart, and the route at least this far from them, metres.
 const BETWEEN_M: f64 = 0.2;
 const BESIDE_ROUTE_M: f64 = 0.3;
-/// After so many attempts shifts become smaller.
+/// After this many attempts shifts become smaller.
 const ATTEMPTS: usize = 20;
-/// Pixels of the file's canvas a metre.
+/// Pixels of the file's canvas per metre.
 const PIXELS_PER_M: f64 = 50.0;
 /// Room around what is drawn, metres.
 const RIM_M: f64 = 1.0;
@@ -101,7 +101,7 @@ fn attempt(scene: &Scene, degree: f64, shifts: f64, rng: &mut Pcg64Mcg) -> Scene
     SceneSketch { objects: drawn, route, names, tremble_m: 0.0, seed: 0 }
 }
 
-/// The way, moved as the objects beside it are, bent and smoothed.
+/// The way, moved along with the objects next to it, bent and smoothed.
 fn route(
     scene: &Scene,
     whole: &impl Fn(At) -> At,
@@ -139,7 +139,7 @@ fn route(
         .collect();
     let half = (SMOOTH_M * degree / 0.1 / 2.0) as usize;
     let mean = |i: usize| {
-        // Ends stay where they are.
+        // Ends stay in place.
         let half = half.min(i).min(bent.len() - 1 - i);
         middle(&bent[i - half..=i + half])
     };
@@ -181,7 +181,7 @@ impl SceneSketch {
         (left.sum::<f64>() / pairs.len() as f64).sqrt()
     }
 
-    /// What the longer side of the file's canvas stands for, metres, where the sketch has the scene's scale.
+    /// What the longer side of the file's canvas stands for, metres, if the sketch has the scene's scale.
     pub fn canvas_m(&self) -> f64 {
         let [low, high] = self.bounds();
         (high[0] - low[0]).max(high[1] - low[1])

@@ -11,23 +11,23 @@ use crate::regions::Regions;
 
 /// How deep behind a room's border a wall is looked for; what is solid beyond belongs to no line.
 const DEPTH_M: f64 = 0.15;
-/// A side line that is shorter is the thinning's, not the wall's; a line apart that is shorter is a speck.
+/// A shorter side line is an artefact of thinning, not of the wall; a shorter separate line is a speck.
 const SPUR_M: f64 = 0.4;
 /// Part of a room that is narrower than twice this is a slit between two faces of a wall: one line is drawn.
 const SLIT_M: f64 = 0.13;
-/// How far a straightened line may lie beside the cells, and at least so many cells.
+/// How far a straightened line may deviate from the cells, and at least how many cells.
 const STRAIGHT_M: f64 = 0.1;
 const STRAIGHT_CELLS: f64 = 1.2;
-/// Thinning rounds corners off by so many cells.
+/// Thinning rounds corners off by this many cells.
 const ROUND_CELLS: usize = 3;
 /// A piece that slants by less is straight.
 const SLANT_CELLS: f64 = 2.0;
-/// Two pieces meet within so many cells of the corner between them.
+/// Two pieces meet within this many cells of the corner between them.
 const MEET_CELLS: f64 = 4.0;
-/// Something solid that is smaller both ways, and stands within a single region, is furniture.
+/// Something solid that is smaller in both directions, and stands within a single region, is furniture.
 const FURNITURE_M: f64 = 2.0;
 
-/// The middle lines of the walls around the regions.
+/// The centre lines of the walls around the regions.
 pub(crate) fn walls(solid: &Solid, regions: &Regions) -> Vec<Vec<Vector2<f64>>> {
     let grid = &solid.grid;
     let rooms = without_slits(grid, (0..grid.len()).map(|i| regions.at_cell(i).is_some()).collect());
@@ -55,7 +55,7 @@ fn without_slits(grid: &Grid, rooms: Vec<bool>) -> Vec<bool> {
     rooms.into_iter().zip(far_m).map(|(room, far_m)| room && far_m <= reach_m).collect()
 }
 
-/// Clears what stands around in rooms; the cells of each piece.
+/// Clears furniture from rooms; returns the cells of each piece.
 pub(crate) fn remove_furniture(solid: &mut Solid, regions: &Regions) -> Vec<Vec<usize>> {
     let grid = solid.grid.clone();
     let mut removed = Vec::new();
@@ -123,7 +123,7 @@ fn may_go(grid: &Grid, ink: &[bool], i: usize, second: bool) -> bool {
     (2..=6).contains(&neighbours) && steps == 1 && side
 }
 
-/// Follows the lines; those that end freely and are short go, and what is left is followed again.
+/// Follows the lines; short ones with a free end are removed, and what is left is followed again.
 fn without_spurs(grid: &Grid, ink: &mut [bool], shortest: usize) -> Vec<Vec<usize>> {
     let is_spur = |chain: &Chain| chain.ends.contains(&End::Free) && chain.ends.contains(&End::Branch);
     for chain in chains(grid, ink) {
@@ -151,7 +151,7 @@ struct Chain {
     ends: [End; 2],
 }
 
-/// Neighbours along the line: a diagonal one counts only where no side leads there.
+/// Neighbours along the line; a diagonal one counts only if it cannot be reached by a side.
 fn links(grid: &Grid, ink: &[bool], i: usize) -> Vec<usize> {
     let w = grid.width as i64;
     let on = |step: i64| ink.get((i as i64 + step) as usize).copied().unwrap_or(false);
@@ -200,8 +200,8 @@ fn follow(grid: &Grid, ink: &[bool], begin: usize, next: usize, used: &mut [bool
     }
 }
 
-/// The line with corners where the straight pieces between them meet. Thinning rounds corners off by a cell: were its
-/// cells the corners, a straight wall would be drawn slanted by that.
+/// The line with corners where the straight pieces between them meet. Thinning rounds corners off by a cell: if its cells were
+/// the corners, a straight wall would be drawn slanted by that much.
 fn fitted(line: &[Vector2<f64>], slack: f64, cell_m: f64) -> Vec<Vector2<f64>> {
     let corners = corners(line, slack);
     let pieces: Vec<_> =
@@ -259,7 +259,7 @@ impl Piece {
         self.at + self.along * self.along.dot(&(place - self.at))
     }
 
-    /// Where it meets another one, near a place; halfway between both where they meet elsewhere.
+    /// Where it meets another one, near a place; halfway between both if they meet elsewhere.
     fn meets(&self, other: &Self, near: Vector2<f64>, within: f64) -> Vector2<f64> {
         let across = self.along.perp(&other.along);
         let meeting = self.at + self.along * ((other.at - self.at).perp(&other.along) / across);
@@ -268,7 +268,7 @@ impl Piece {
     }
 }
 
-/// The indices of the corners of a line, the ends included: no place lies farther than `slack` beside the line through them.
+/// The indices of the corners of a line, including its ends: no place is farther than `slack` from the line through them.
 fn corners(line: &[Vector2<f64>], slack: f64) -> Vec<usize> {
     let end = line.len() - 1;
     let (first, last) = (line[0], line[end]);
@@ -294,7 +294,7 @@ mod tests {
 
     use crate::{Floor, deform};
 
-    /// Two rooms of 12 m x 8 m together with walls of so many cells of 5 cm, a door between them.
+    /// Two rooms, together 12 m x 8 m, with walls `thick` cells of 5 cm thick and a door between them.
     fn rooms(thick: usize) -> Floor {
         const SIZE: [usize; 2] = [280, 200];
         let wall = |x: usize, y: usize| {
@@ -313,7 +313,7 @@ mod tests {
         Floor::of_map(&map, "rooms").unwrap()
     }
 
-    /// A straight wall of a map was drawn slanted by 5 px of 1320: its corner was a cell that thinning had rounded off.
+    /// A straight wall of a map was drawn slanted by 5 px of 1320, because its corner was a cell that thinning had rounded off.
     #[test]
     fn straight_walls_are_drawn_straight_at_degree_0() {
         for thick in 2..=6 {
@@ -324,8 +324,8 @@ mod tests {
                 assert!(dx.min(dy) < 0.01, "{thick} cells: from {:?} to {:?}", pair[0], pair[1]);
                 length_px += dx + dy;
             }
-            // Once around the rooms and once between them without the door, as if 12 m were 1200 px. Of a thicker wall
-            // between rooms both faces are drawn.
+            // Once around the rooms and once between them without the door, as if 12 m were 1200 px. For a thicker wall between
+            // rooms both faces are drawn.
             let is_one_line = thick <= 4;
             assert!(!is_one_line || (4600.0..4850.0).contains(&length_px), "{thick} cells: {length_px}");
         }

@@ -1,10 +1,10 @@
 //! Where people put what: the map from the floor to the drawing.
 //!
-//! People draw rectangles as rectangles, in the right order and out of proportion. So the map is monotone along each
-//! of the two wall directions. The logarithm of its local scale wanders from patch to patch and from one part of the
-//! floor to another. Beside it, rows of rooms are shifted against each other, most where few walls run across (in the
-//! corridors). So walls stay roughly straight. One end is drawn larger than the other. A little turn and shear of the
-//! whole. It is one to one: what would fold is shifted less.
+//! People draw rectangles as rectangles, in the right order but out of proportion. The map is therefore monotone along each of
+//! the two wall directions, and the logarithm of its local scale wanders from patch to patch and from one part of the floor to
+//! another. In addition, rows of rooms are shifted against each other, mostly where few walls run across (in the corridors), so
+//! that walls stay roughly straight. One end is drawn larger than the other, and the whole is turned and sheared a little. The
+//! map is one to one: what would fold is shifted less.
 
 use nalgebra::{Matrix2, Rotation2, Vector2};
 use rand::RngExt;
@@ -18,21 +18,21 @@ use crate::floor::Floor;
 const LOG_SCALE: f64 = 0.25;
 const LOG_SCALE_OF_PARTS: f64 = 1.1;
 const LOG_ANISOTROPY: f64 = 0.62;
-/// Of the shifts, a share of the floor's extent.
+/// The same for the shifts, as a share of the floor's extent.
 const SHIFT: f64 = 0.5;
 const TAPER: f64 = 0.2;
 const SHEAR: f64 = 0.05;
 const TURN_RAD: f64 = 0.03;
-/// No room is drawn smaller or larger than that, logarithm at degree 1: people keep room for a door.
+/// No room is drawn smaller or larger than this, logarithm at degree 1: people keep room for a door.
 const FARTHEST: f64 = 1.1;
-/// Patches of one scale, and patches that shift together.
+/// Size of patches with one scale, and of patches that shift together.
 const PATCH_M: [f64; 2] = [2.5, 6.0];
 /// Parts of the floor that are drawn larger or smaller than others, shares of its length.
 const PARTS: [f64; 2] = [0.3, 0.6];
 const SHIFT_PATCH_M: f64 = 8.0;
 /// Step of the tables.
 const STEP_M: f64 = 0.1;
-/// The least that is left of a scale where things are shifted against each other.
+/// The least that is left of a scale where parts are shifted against each other.
 const LEAST_STRETCH: f64 = 0.3;
 /// Room around the walls that is mapped too.
 const RIM_M: f64 = 1.0;
@@ -40,7 +40,7 @@ const RIM_M: f64 = 1.0;
 /// Maps the floor (metres) to a drawing of no particular size; [`Warp::apply`] is in metres of the mean scale.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Warp {
-    /// From the world's axes to the walls'.
+    /// Rotation from the world's axes to the walls'.
     turn: Rotation2<f64>,
     middle: Vector2<f64>,
     axes: [Axis; 2],
@@ -60,7 +60,7 @@ struct Axis {
     /// Band at each step across, in patches.
     bands: Vec<f64>,
     across_low: f64,
-    /// By which share one side is drawn larger than the middle.
+    /// The share by which one side is drawn larger than the middle.
     taper: f64,
 }
 
@@ -94,7 +94,7 @@ impl Warp {
         Vector2::new(self.axes[0].at(p.x, p.y, self.shift), self.axes[1].at(p.y, p.x, self.shift))
     }
 
-    /// Whether no place is folded over another: everywhere some stretch is left both ways.
+    /// Whether no place is folded over another: everywhere some stretch is left in both directions.
     fn is_one_to_one(&self, low: Vector2<f64>, high: Vector2<f64>) -> bool {
         if self.shift == 0.0 {
             return true;
@@ -141,7 +141,7 @@ impl Axis {
         self.place(step) * taper + share * self.shift(along, across)
     }
 
-    /// Beyond the table as at its end.
+    /// The place at a step; beyond the table, as at its end.
     fn place(&self, step: f64) -> f64 {
         let last = self.places.len() - 2;
         let i = (step.max(0.0) as usize).min(last);
@@ -197,8 +197,8 @@ fn logs(count: usize, stretch_m: [f64; 2], deviation: f64, rng: &mut Pcg64Mcg) -
     logs
 }
 
-/// How far one is across the floor at each step, in patches. Steps are short where many walls run along that way, so
-/// that shifts change where few walls do.
+/// The position across the floor at each step, in patches. Steps are short where many walls run along, so that shifts change
+/// where few walls do.
 fn bands(walls: &[Vec<Vector2<f64>>], across: usize, low: f64, count: usize) -> Vec<f64> {
     let running = |i: usize| {
         let at = low + (i as f64 + 0.5) * STEP_M;

@@ -38,14 +38,14 @@ fn assert_like_people(floor: &Floor, tolerance: f64) {
     }
 }
 
-/// A floor of the shape of the one that people drew. In a long building with narrow rooms the marks' scatter says more
-/// than the drawing.
+/// A floor with the shape of the one that people drew. In a long building with narrow rooms, the scatter of the marks outweighs
+/// the drawing.
 #[test]
 fn degree_1_has_peoples_statistics() {
     assert_like_people(&floor("laboratory"), 0.2);
 }
 
-/// The very floor that they drew.
+/// The actual floor that they drew.
 #[test]
 fn degree_1_has_peoples_statistics_on_their_own_floor() {
     let Some(path) = data("sketches/kth/world.yaml") else { return };
@@ -60,7 +60,7 @@ fn half_a_degree_is_half_of_it_and_more_is_more() {
             [0.5, 1.0, 1.5].map(|degree| means(&floor, degree, |drawing| drawing.deformation));
         for i in 0..4 {
             assert!(half[i] < one[i] && one[i] < more[i], "{half:?} {one:?} {more:?}");
-            // Of the anisotropy the logarithm is halved.
+            // For the anisotropy, the logarithm is halved.
             let (half, one) = if i == 2 { (half[i].ln(), one[i].ln()) } else { (half[i], one[i]) };
             assert!((0.38..0.62).contains(&(half / one)), "{i}: {half} of {one}");
         }

@@ -1,20 +1,20 @@
 //! Which spots of a picture are dots, and which are something else: a frame, a logo, dirt.
 //!
-//! All dots are alike. A spot that covers far more or far less of the plane than the usual one is none, and one of another shape
-//! neither. Two or three dots that touch are still one spot among the dots.
+//! All dots are alike. A spot that covers far more or far less of the plane than the usual one is not a dot, and neither is one
+//! of another shape. Two or three dots that touch still count as one spot among the dots.
 
 use std::fmt;
 
 use crate::picture::Spot;
 
-/// How many times larger than the usual one a spot is something else, and how many times smaller.
+/// A spot that is this many times larger or smaller than the usual one is something else.
 const FAR: f64 = 6.0;
-/// The least that a spot is as compact as the usual one.
+/// Least compactness of a dot, relative to the usual one.
 const LEAST_COMPACTNESS: f64 = 0.7;
 /// Spots of fewer pixels have no shape.
 const SHAPED_PIXELS: usize = 30;
 
-/// Why a spot is no dot.
+/// Why a spot is not a dot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unlike {
     /// Far larger than the others.
@@ -25,14 +25,14 @@ pub enum Unlike {
     Shape,
 }
 
-/// A spot that is no dot.
+/// A spot that is not a dot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Odd {
     /// The spot.
     pub spot: Spot,
     /// Why.
     pub why: Unlike,
-    /// Its size in usual ones.
+    /// Its size relative to the usual one.
     pub sizes: f64,
 }
 
@@ -72,7 +72,7 @@ pub fn alike(spots: Vec<Spot>, area: impl Fn([f64; 2]) -> f64) -> (Vec<Spot>, Ve
     (dots, odd)
 }
 
-/// Of an even number, the lower one of the middle.
+/// The median; for an even number of values, the lower one of the two in the middle.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);

@@ -1,8 +1,8 @@
 //! Which known points of a calibration disagree with the others.
 //!
-//! Least squares hide a wrong point: it draws the camera towards itself, and the others look wrong too. So cameras of four
-//! points each are tried, and the one with which most of the others agree says which are off (consensus, Fischler and Bolles
-//! 1981). Four points always fit; five can disagree, but do not say which of them is wrong.
+//! Least squares hide a wrong point: it draws the camera towards itself, and the others look wrong too. Cameras of four points
+//! each are therefore tried, and the one with which most of the others agree shows which are off (consensus, Fischler and
+//! Bolles 1981). Four points always fit; five can disagree, but do not show which of them is wrong.
 
 use std::fmt;
 
@@ -12,16 +12,16 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::camera::{Camera, Known};
 
-/// A point that is no further off than this was measured as well as people measure, pixels, or this part of the extent of all.
+/// A point off by no more than this, in pixels or as a part of the extent of all, was measured as well as people can.
 const MEASURED_PX: f64 = 4.0;
 const MEASURED: f64 = 0.002;
-/// How many times further off than the others a point is wrong.
+/// A point that is this many times further off than the others is wrong.
 const FAR: f64 = 4.0;
-/// The fewest points that can agree by more than chance: four always do.
+/// The fewest points whose agreement is more than chance: four always agree.
 const FEWEST: usize = 5;
 /// How many cameras of four points are tried at most.
 const MOST_CAMERAS: usize = 3000;
-/// Among so many points each two are tried as exchanged.
+/// With at most this many points, each pair is tried as exchanged.
 const MOST_EXCHANGED: usize = 12;
 
 /// A known point that disagrees with the others.
@@ -29,18 +29,18 @@ const MOST_EXCHANGED: usize = 12;
 pub struct Off {
     /// Its number, from 1.
     pub number: usize,
-    /// How far it lies from where the others have it, pixels.
+    /// How far it is from where the others place it, pixels.
     pub off_px: f64,
 }
 
-/// What the known points say of each other.
+/// What the known points say about each other.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Review {
     /// Those that disagree with the others.
     pub off: Vec<Off>,
-    /// How many agree, and how far the furthest of them is off, pixels.
+    /// How many agree; `agreement_px` is how far off the furthest of them is.
     pub agreeing: usize,
-    /// See [`Review::agreeing`].
+    /// How far off the furthest of those that agree is, pixels.
     pub agreement_px: f64,
     /// Two points, by their numbers, that agree with the others once they are exchanged.
     pub exchanged: Option<[usize; 2]>,
@@ -49,7 +49,7 @@ pub struct Review {
 }
 
 impl Review {
-    /// Reviews known points. Of fewer than five it says no more than whether the picture is mirrored: four always agree.
+    /// Reviews known points. For fewer than five it only says whether the picture is mirrored, because four always agree.
     pub fn of(points: &[Known]) -> Self {
         let everybody: Vec<usize> = (0..points.len()).collect();
         let plain =
@@ -64,7 +64,7 @@ impl Review {
         let chosen = agreeing(points, measured_px).unwrap_or_default();
         let others: Vec<usize> = everybody.iter().copied().filter(|at| !chosen.contains(at)).collect();
         let suspects = if points.len() <= MOST_EXCHANGED { &everybody } else { &others };
-        // That all agree but for an exchange is the strongest proof; without one, that most do.
+        // The strongest proof is that all agree after an exchange; failing that, that most agree.
         if let Some(([a, b], corrected)) = exchanged(points, suspects, measured_px) {
             let by = Camera::calibrated(&corrected).ok();
             let off_px = |at: usize| by.map_or(f64::INFINITY, |camera| off(&camera, &points[at]));
@@ -93,13 +93,13 @@ impl Review {
         self.off.is_empty()
     }
 
-    /// Whether the points are so few that they agree whatever is wrong with them.
+    /// Whether there are so few points that they agree whatever is wrong with them.
     pub fn is_unchecked(&self) -> bool {
         self.agreeing + self.off.len() < FEWEST
     }
 }
 
-/// Which points are off, by how much, and what would mend it.
+/// Which points are off, by how much, and what would correct it.
 impl fmt::Display for Review {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { off, agreeing, agreement_px, .. } = self;
@@ -138,14 +138,14 @@ fn pixels(off_px: f64) -> String {
     if off_px.is_finite() { format!("{off_px:.0} pixels") } else { "infinitely far".to_owned() }
 }
 
-/// The points that agree with each other, where more do than by chance.
+/// The points that agree with each other, if more do than by chance.
 fn agreeing(points: &[Known], measured_px: f64) -> Option<Vec<usize>> {
     let cost = |off_px: &[f64]| off_px.iter().map(|off| off.min(measured_px)).sum::<f64>();
     let tried = fours(points.len()).filter_map(|four| residuals(points, &four));
     let mut off_px = tried.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
     let mut most_px = measured_px;
     let mut chosen = Vec::new();
-    // A camera of all that agree is better than one of four.
+    // A camera fitted to all that agree is better than one fitted to four.
     for _ in 0..3 {
         chosen = (0..points.len()).filter(|&at| off_px[at] <= most_px).collect();
         // More than half of those that are free to disagree.
@@ -159,7 +159,7 @@ fn agreeing(points: &[Known], measured_px: f64) -> Option<Vec<usize>> {
     Some(chosen)
 }
 
-/// As well as people measure the points of a picture, pixels.
+/// How accurately people measure the points of a picture, pixels.
 fn measured_px(points: &[Known]) -> f64 {
     let extent = |axis: usize| {
         let ends = points.iter().fold((f64::MAX, f64::MIN), |(low, high), known| {
@@ -190,7 +190,7 @@ fn fours(count: usize) -> impl Iterator<Item = Vec<usize>> {
     by_chance.into_iter().flatten().chain(each.into_iter().flatten())
 }
 
-/// How far each point lies, in pixels, from where the camera of some of them has it.
+/// How far each point is, in pixels, from where the camera fitted to some of them places it.
 fn residuals(points: &[Known], of: &[usize]) -> Option<Vec<f64>> {
     let chosen: Vec<Known> = of.iter().map(|&at| points[at]).collect();
     let camera = Camera::fitted(&chosen).ok()?;
@@ -202,8 +202,8 @@ fn off(camera: &Camera, known: &Known) -> f64 {
     seen.map_or(f64::INFINITY, |[x, y]| (x - known.pixel[0]).hypot(y - known.pixel[1]))
 }
 
-/// Two of a few points with which all agree once they have each other's place, and all points then. To exchange two points of a
-/// rectangle may do as well as to exchange the other two, but then the picture is mirrored.
+/// Two of a few points, such that all agree once these two have swapped places, and all points after the swap. Exchanging two
+/// points of a rectangle may do as well as exchanging the other two, but then the picture is mirrored.
 fn exchanged(points: &[Known], of: &[usize], measured_px: f64) -> Option<([usize; 2], Vec<Known>)> {
     let everybody: Vec<usize> = (0..points.len()).collect();
     let few: &[usize] = if of.len() <= MOST_EXCHANGED { of } else { &[] };
@@ -231,7 +231,7 @@ mod tests {
 
     use super::*;
 
-    /// Points of a picture taken a little aslant, measured to a pixel.
+    /// Points of a picture taken at a slight angle, measured to a pixel.
     fn points(count: usize) -> Vec<Known> {
         let places = [
             [0.0, 0.0],

@@ -1,7 +1,7 @@
 //! The global camera: a perspective transform from pixels to places of the plane, calibrated by known points (Park and
 //! Kender 1995, 7.1.1).
 //!
-//! Eight numbers join a plane and its picture (Hartley and Zisserman 2004, 4.1). They follow from four points, and from more
+//! Eight numbers relate a plane and its picture (Hartley and Zisserman 2004, 4.1). They follow from four points, or from more
 //! by least squares.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -25,18 +25,18 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The camera that sees the known points where they are, as nearly as one can.
+    /// The camera that sees the known points where they are, as nearly as possible.
     ///
     /// # Errors
-    /// [`DotsError::Calibration`] where the points do not say enough, [`DotsError::Crossed`] where four would if two of them
-    /// were exchanged, [`DotsError::Behind`] where one of them would lie behind the camera.
+    /// [`DotsError::Calibration`] if the points do not determine a camera, [`DotsError::Crossed`] if there are four that would
+    /// if two of them were exchanged, [`DotsError::Behind`] if one of them would lie behind the camera.
     pub fn calibrated(points: &[Known]) -> Result<Self, DotsError> {
         Self::fitted(points).map_err(|error| {
             uncrossing(points).map_or(error, |pair| DotsError::Crossed { exchange: pair.map(|at| at + 1) })
         })
     }
 
-    /// The same, but an error says no more than that there is no such camera.
+    /// The same, but an error says only that there is no such camera.
     pub(crate) fn fitted(points: &[Known]) -> Result<Self, DotsError> {
         let wrong = || DotsError::Calibration { found: points.len() };
         if points.len() < 4 {
@@ -77,13 +77,13 @@ impl Camera {
         project(&self.place_from_pixel, [x, y]).ok_or(DotsError::Horizon { x, y })
     }
 
-    /// Where a place is in the picture; none for one behind the camera.
+    /// Where a place is in the picture; `None` if it is behind the camera.
     pub fn pixel(&self, place: [f64; 2]) -> Option<[f64; 2]> {
         project(&self.pixel_from_place, place)
     }
 
-    /// How many squares of the plane's unit a pixel covers at a place of the picture; below 0 for a picture that shows the plane
-    /// as if from below. None on the horizon and beyond.
+    /// How much area of the plane, in its squared unit, a pixel covers at a place in the picture; below 0 for a picture that
+    /// shows the plane as if from below. `None` on the horizon and beyond.
     pub fn area(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let h = &self.place_from_pixel;
         let at = h * Vector3::new(x, y, 1.0);
@@ -92,7 +92,7 @@ impl Camera {
         (at.z > 1e-12 && area.is_finite()).then_some(area)
     }
 
-    /// The standard deviation of a place on each axis, by how far the known points lie off; none for four points, which
+    /// The standard deviation of a place on each axis, from how far off the known points are; `None` for four points, which
     /// always fit.
     pub fn spread(&self, points: &[Known]) -> Option<f64> {
         // Eight numbers were fitted to two for each point.
@@ -106,8 +106,8 @@ impl Camera {
     }
 }
 
-/// The two of four points that have each other's places, where a camera sees all four once they are exchanged. The other two
-/// would do as well, but then the picture is mirrored.
+/// The two of four points that have each other's places, if a camera sees all four once they are exchanged. The other two would
+/// do as well, but then the picture is mirrored.
 fn uncrossing(points: &[Known]) -> Option<[usize; 2]> {
     const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
     let exchanged = |[a, b]: [usize; 2]| {
@@ -120,8 +120,8 @@ fn uncrossing(points: &[Known]) -> Option<[usize; 2]> {
     upright.first().or(mirrored.first()).map(|(pair, _)| *pair)
 }
 
-/// None on the horizon and beyond. The third coordinate is 1 at the mean of the known pixels, so what lies before the camera has
-/// it above 0, in both directions.
+/// `None` on the horizon and beyond. The third coordinate is 1 at the mean of the known pixels, so it is above 0 for anything
+/// in front of the camera, in both directions.
 fn project(matrix: &Matrix3<f64>, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
     let at = matrix * Vector3::new(x, y, 1.0);
     let projected = [at.x / at.z, at.y / at.z];
@@ -187,12 +187,12 @@ mod tests {
         assert!(Camera::calibrated(&known([[2.0, 2.0]; 4], SQUARE)).is_err());
     }
 
-    /// A pixel above the horizon once had a place: that of a plane behind the camera, mirrored.
+    /// A pixel above the horizon once had a place: one on the plane behind the camera, mirrored.
     #[test]
     fn beyond_the_horizon_there_is_no_place_and_behind_the_camera_no_pixel() {
         let aslant = [[100.0, 700.0], [900.0, 700.0], [700.0, 300.0], [300.0, 300.0]];
         let camera = Camera::calibrated(&known(aslant, SQUARE)).unwrap();
-        // The sides of the square meet in row -100; the camera stands over y = -1.
+        // The sides of the square meet in row -100; the camera is above y = -1.
         assert!(camera.place([500.0, -99.0]).is_ok() && camera.pixel([0.5, -0.99]).is_some());
         for beyond in [[500.0, -100.0], [500.0, -101.0], [300.0, -5000.0]] {
             assert!(matches!(camera.place(beyond), Err(DotsError::Horizon { .. })), "{beyond:?}");
@@ -221,7 +221,7 @@ mod tests {
     }
 
     /// Four points always fit. With two of them exchanged, a line between them was the horizon, and half of the plane lay
-    /// behind the camera; of a rectangle seen straight from above it was said that three of its corners lie on one line.
+    /// behind the camera; for a rectangle seen straight from above, the error said that three of its corners lie on one line.
     #[test]
     fn four_points_that_are_crossed_are_named_with_what_to_exchange() {
         let aslant = [[90.0, 700.0], [900.0, 690.0], [700.0, 300.0], [310.0, 320.0]];
@@ -239,7 +239,7 @@ mod tests {
         }
     }
 
-    /// One corner of the picture within the triangle of the others: no exchange makes a square of that.
+    /// One corner of the picture is within the triangle of the others: no exchange turns that into a square.
     #[test]
     fn a_point_that_would_lie_behind_the_camera_is_named() {
         let inside = [[0.0, 900.0], [900.0, 900.0], [400.0, 0.0], [400.0, 600.0]];

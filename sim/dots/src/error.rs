@@ -40,10 +40,10 @@ pub enum DotsError {
         /// Its pixel.
         pixel: [f64; 2],
     },
-    /// Known points that disagree by more than a map can bear.
+    /// Known points that disagree by more than a map can tolerate.
     #[error("expected known points that agree, found {0}")]
     Disagree(String),
-    /// A picture in which light and shadow leave no dots to be told from their ground.
+    /// A picture in which light and shadow leave no dots that can be told from their ground.
     #[error(
         "expected even light, found a ground from {darkest} to {lightest} of 255 on which {found}: photograph it in even light"
     )]

@@ -18,8 +18,8 @@ pub fn uniform(dots: usize, side: f64, seed: u64) -> Result<Vec<[f64; 2]>, DotsE
     Ok(distinct(dots, || place(&mut rng, side)))
 }
 
-/// Places around so many centres on a square of this side, with normal distances of this spread. Places beyond the square
-/// are drawn anew.
+/// Places around a number of centres on a square of this side, with normal distances of this spread. Places beyond the square
+/// are drawn again.
 ///
 /// # Errors
 /// [`DotsError::Parameter`].
@@ -83,7 +83,7 @@ fn place(rng: &mut Pcg64Mcg, side: f64) -> [f64; 2] {
     [rng.random_range(0.0..side), rng.random_range(0.0..side)]
 }
 
-/// Draws until no two lie in one place. With 53 bits a coordinate it seldom draws twice.
+/// Draws until no two are at the same place. With 53 bits per coordinate it seldom has to draw twice.
 fn distinct(dots: usize, mut draw: impl FnMut() -> [f64; 2]) -> Vec<[f64; 2]> {
     let mut places: Vec<_> = (0..dots).map(|_| draw()).collect();
     while let Some((_, second)) = same_place(&places) {
@@ -92,7 +92,7 @@ fn distinct(dots: usize, mut draw: impl FnMut() -> [f64; 2]) -> Vec<[f64; 2]> {
     places
 }
 
-/// Two that lie in one place, by their numbers.
+/// Two at the same place, by their numbers.
 pub fn same_place(places: &[[f64; 2]]) -> Option<(usize, usize)> {
     let mut order: Vec<usize> = (0..places.len()).collect();
     // Minus zero is zero.

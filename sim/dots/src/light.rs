@@ -1,8 +1,8 @@
-//! Levels uneven light: a lamp at one side, a shadow across the picture, dark corners.
+//! Levels uneven light: a lamp on one side, a shadow across the picture, dark corners.
 //!
 //! The ground of dark dots is what a morphological closing leaves: whatever is dark and narrower than a square that is larger
-//! than the dots is filled. Edges of shadows stay where they are. An opening does the same for light dots. Then each pixel
-//! counts by its contrast with its own ground.
+//! than the dots is filled. Edges of shadows stay in place. An opening does the same for light dots. Each pixel then counts by
+//! its contrast with its own ground.
 
 use image::{GrayImage, Luma};
 
@@ -10,16 +10,16 @@ use image::{GrayImage, Luma};
 const REACH: u32 = 12;
 /// And not smaller than this, pixels.
 const LEAST_REACH: u32 = 7;
-/// Ground that is darker than this part of the light one is levelled no further: it would show noise.
+/// Ground darker than this part of the light one is levelled no further, since that would show noise.
 const DARKEST: f64 = 0.25;
-/// Nor is ground below this level.
+/// Neither is ground below this level.
 const BLACK: f64 = 8.0;
-/// Light is even where the dark ground has this part of the level of the light one.
+/// Light is even if the dark ground has at least this part of the level of the light one.
 const EVEN: f64 = 0.7;
 /// Which part of the ground counts as its darkest and its lightest.
 const ENDS: f64 = 0.05;
 
-/// What the dots of a picture are.
+/// Whether the dots of a picture are dark or light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dots {
     /// Darker than their ground.
@@ -46,7 +46,7 @@ impl Light {
     }
 }
 
-/// What the light on a picture is, and the picture in even light.
+/// The light on a picture, and the picture in even light.
 pub fn level(picture: &GrayImage, dots: Dots) -> (Light, GrayImage) {
     let reach = (picture.width().min(picture.height()) / REACH).max(LEAST_REACH) as usize;
     let ground = ground(picture, dots, reach);
@@ -80,8 +80,8 @@ fn light(ground: &GrayImage) -> Light {
     Light { darkest: below(ENDS), lightest, dark: dark as f64 / all.max(1) as f64 }
 }
 
-/// The ground: for dark dots the least of the greatest levels in squares that reach so far to each side. Squares may reach beyond
-/// the edge of the picture, where nothing counts.
+/// The ground: for dark dots, the least of the greatest levels in squares that reach `reach` to each side. Squares may extend
+/// beyond the edge of the picture, where nothing counts.
 fn ground(picture: &GrayImage, dots: Dots, reach: usize) -> GrayImage {
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let order: fn(u8) -> u8 = if dots == Dots::Dark { |level| level } else { |level| 255 - level };
@@ -124,8 +124,8 @@ impl Levels {
     }
 }
 
-/// Appends the greatest value of each window of `2 * reach + 1` values that lies in a line with so much of nothing at either end:
-/// blocks are run through from both ends (van Herk 1992).
+/// Appends the greatest value of each window of `2 * reach + 1` values in a line extended by `beyond` at either end: blocks are
+/// traversed from both ends (van Herk 1992).
 fn greatest(line: &[u8], reach: usize, beyond: usize, out: &mut Vec<u8>) {
     let window = 2 * reach + 1;
     let count = line.len() + 2 * beyond;

@@ -27,7 +27,8 @@ pub struct Spot {
     pub at: [f64; 2],
     /// How many pixels it has.
     pub pixels: usize,
-    /// Its area in that of the ellipse with the same moments: 1 for a disc however aslant, 0.95 for a square, 0.5 for a letter.
+    /// Its area relative to that of the ellipse with the same moments: 1 for a disc seen at any angle, 0.95 for a square, 0.5
+    /// for a letter.
     pub compactness: f64,
 }
 
@@ -38,9 +39,9 @@ pub struct Reading {
     pub spots: Vec<Spot>,
     /// How many rows of pixels it has.
     pub height: u32,
-    /// Its light, where that was levelled.
+    /// Its light, if that was levelled.
     pub uneven: Option<Light>,
-    /// How many spots of less than three pixels were taken for dust.
+    /// How many spots of fewer than three pixels were taken for dust.
     pub dust: usize,
 }
 
@@ -94,7 +95,7 @@ struct Lit {
 /// Above this separation two levels are those of dots and their ground, however large the dots are.
 const SEPARATED: f64 = 0.85;
 
-/// The picture in even light; none where its light is even as it is.
+/// The picture in even light; `None` if its light is already even.
 fn levelled(picture: &GrayImage) -> Option<Lit> {
     let of = |dots: Dots| {
         let (light, picture) = level(picture, dots);
@@ -114,7 +115,7 @@ struct Found {
     dust: usize,
 }
 
-/// None where the picture has one level, or nearly so.
+/// `None` if the picture has only one level, or nearly so.
 fn spots(picture: &GrayImage) -> Option<Found> {
     let Levels { ground, threshold, .. } = levels(picture)?;
     // Contrast against the ground; pixels on the ground's side of the threshold have none.
@@ -131,13 +132,13 @@ fn spots(picture: &GrayImage) -> Option<Found> {
 struct Levels {
     ground: f64,
     threshold: f64,
-    /// The share of the picture that is no ground.
+    /// The share of the picture that is not ground.
     marked: f64,
     /// Which part of the variance lies between the two: 1 for two levels, 0.75 for a slope from one to the other.
     separation: f64,
 }
 
-/// None where the picture has one level, or nearly so.
+/// `None` if the picture has only one level, or nearly so.
 fn levels(picture: &GrayImage) -> Option<Levels> {
     let mut histogram = [0_u64; 256];
     picture.pixels().for_each(|pixel| histogram[usize::from(pixel.0[0])] += 1);
@@ -224,7 +225,7 @@ impl Moments {
     }
 }
 
-/// What of the light was levelled, for people.
+/// A description, for people, of the light that was levelled.
 impl fmt::Display for Light {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { darkest, lightest, dark } = self;

@@ -1,5 +1,5 @@
-//! The nearest point in a cone, exactly: each face is clipped by the cone's two edges, and what is left has one
-//! nearest point. Nothing can hide it, for what hides it is nearer and in the cone too.
+//! The exact nearest point in a cone: each face is clipped by the cone's two edges, and what is left has one nearest point.
+//! Nothing can hide it, since anything that did would be nearer and in the cone, too.
 
 use nalgebra::{Rotation2, Vector2};
 
@@ -10,7 +10,7 @@ use crate::convex::Segment;
 #[derive(Debug, Clone, Copy)]
 pub struct Cone {
     apex: Vector2<f64>,
-    /// Turns the world so that the cone's axis lies along x.
+    /// Turns the world so that the cone's axis is along x.
     from_world: Rotation2<f64>,
     half_rad: f64,
     /// The direction of the upper edge.
@@ -18,13 +18,13 @@ pub struct Cone {
 }
 
 impl Cone {
-    /// From `apex` (metres, frame `World`) along `axis_rad`, open by `half_rad` (below π/2) to both sides.
+    /// A cone from `apex` (metres, frame `World`) along `axis_rad`, open by `half_rad` (below π/2) to both sides.
     pub fn new(apex: Vector2<f64>, axis_rad: f64, half_rad: f64) -> Self {
         let edge = Vector2::new(half_rad.cos(), half_rad.sin());
         Self { apex, from_world: Rotation2::new(-axis_rad), half_rad, edge }
     }
 
-    /// Distance from the apex to the nearest point of `faces` and `discs` in the cone, metres; +∞ where there is
+    /// Distance from the apex to the nearest point of `faces` and `discs` in the cone, metres; +∞ if there is
     /// none within `max_m`.
     pub fn nearest(&self, faces: &Faces, discs: &[([f64; 2], f64)], max_m: f64) -> f64 {
         let of_faces = faces.near(self.apex, max_m).filter_map(|face| self.segment(face));
@@ -37,7 +37,7 @@ impl Cone {
         self.from_world * (point - self.apex)
     }
 
-    /// How far inside of the upper and the lower edge a point lies.
+    /// How far inside the upper and the lower edge a point is.
     fn inside(&self, p: Vector2<f64>) -> [f64; 2] {
         let (cos, sin) = (self.edge.x, self.edge.y);
         [sin * p.x - cos * p.y, sin * p.x + cos * p.y]
@@ -111,7 +111,7 @@ mod tests {
             half in 0.02..0.7,
         ) {
             let segments: Vec<_> = lines.iter().map(|[a, b, c, d]| [[*a, *b], [*c, *d]]).collect();
-            // The end of a line whose direction lies between two rays is seen by the cone alone.
+            // The end of a line whose direction is between two rays is seen only by the cone.
             let faces = Faces::new(segments);
             let found = Cone::new(Vector2::zeros(), axis, half).nearest(&faces, &discs, MAX_M);
             let inner = by_a_fan(&faces, &discs, Vector2::zeros(), axis, half);

@@ -1,15 +1,14 @@
-//! Many rays from one place: the same ranges as [`Faces::cast`] ray by ray, to the bit, several times as fast.
+//! Many rays from one place, with the same ranges, to the bit, as [`Faces::cast`] ray by ray, but several times as fast.
 //!
-//! The tree is asked ray by ray what stands in the way. A sweep goes the other way round, face by face, the near
-//! ones first. It works out which rays may meet a face and intersects those with it. They lie one after the other
-//! in memory, so the compiler uses vector instructions. Faces behind what these rays have met are skipped.
+//! The tree answers ray by ray what is in the way. A sweep goes the other way around, face by face, the near ones first. It
+//! works out which rays may meet a face and intersects those with it. They are consecutive in memory, so the compiler uses
+//! vector instructions. Faces behind what these rays have met are skipped.
 //!
-//! **The same bits.** Each intersection is counted as parry counts it. The tree's answer can differ from the least
-//! intersection. It leaves out a face whose bounding box begins behind the best hit so far. A rounded box may begin
-//! behind its face, or miss the ray. It leaves out no face whose box begins before the second hit. Where that is not
-//! so, which is rare, the tree is asked. Rays almost along a face, whose intersection parry treats in a way of its
-//! own, are left to parry. What is skipped would be hit at least `CLEAR_M` behind the nearest hit. No rounding reaches
-//! so far, since a hit lies within the ends of its face.
+//! **The same bits.** Each intersection is computed as parry computes it. The tree's answer can differ from the least
+//! intersection: it leaves out a face whose bounding box begins behind the best hit so far, and a rounded box may begin behind
+//! its face, or miss the ray. It leaves out no face whose box begins before the second hit. In the rare other cases the tree is
+//! asked. Rays almost along a face, whose intersection parry treats specially, are left to parry. What is skipped would be hit
+//! at least `CLEAR_M` behind the nearest hit. No rounding reaches that far, since a hit is within the ends of its face.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
@@ -23,21 +22,21 @@ use sketchnav_schemas::message::MAX_BEAMS;
 
 use super::{Block, Faces, Piece, distance, vector};
 
-/// What an angle may be off by, through [`angle`] and single precision together, generously.
+/// A generous bound on the error of an angle from [`angle`] and single precision together.
 const SLACK_RAD: f64 = 2e-3;
 /// Nearer than this, the direction of a face's ends says little in single precision.
 const TOUCHING_M: f64 = 0.02;
 
-/// What lies so much behind a hit has no part in it.
+/// What is this far behind a hit cannot affect it.
 const CLEAR_M: Real = 0.05;
-/// Blocks of faces that are put in the order of their distance; more are taken as they come.
+/// Number of blocks of faces that are sorted by distance; further ones are taken as they come.
 const SORTED_BLOCKS: usize = 256;
 
 /// Rays that are intersected at once.
 const LANES: usize = 8;
 const _: () = assert!(MAX_BEAMS.is_multiple_of(LANES));
 
-/// Rays from one place at equal angles. Those behind the count look along x, for nobody.
+/// Rays from one place at equal angles. Those beyond the count point along x and are not used.
 pub struct Rays {
     first_rad: f64,
     increment_rad: f64,
@@ -55,13 +54,13 @@ struct Hits {
     face: [u32; MAX_BEAMS],
 }
 
-/// A face as the sweep's place sees it: parry's numbers.
+/// A face as seen from the sweep's place, in parry's numbers.
 struct Seen<'a> {
     line: &'a Line,
     bounds: &'a Aabb,
     along: Vector,
     squared: Real,
-    /// From the line's begin to the sweep's place, and that along the line.
+    /// From the beginning of the line to the sweep's place, and the component of that along the line.
     back: Vector,
     along_back: Real,
 }
@@ -91,7 +90,7 @@ impl Rays {
         Vector2::new(f64::from(self.x[i]), f64::from(self.y[i]))
     }
 
-    /// The rays that may meet what takes `span_rad` counter-clockwise from `from_rad`, and a few more.
+    /// The rays that may meet what spans `span_rad` counter-clockwise from `from_rad`, and a few more.
     pub fn between(&self, from_rad: f64, span_rad: f64) -> [Range<usize>; 3] {
         let margin = 1.0 + SLACK_RAD / self.increment_rad;
         let begin = turn(from_rad - self.first_rad - PI) + PI;
@@ -103,7 +102,7 @@ impl Rays {
         })
     }
 
-    /// The rays that may meet a disc; all of them where the rays begin in or near it.
+    /// The rays that may meet a disc; all of them if the rays begin in or near it.
     pub fn towards_disc(&self, to_center: Vector2<f64>, radius_m: f64) -> [Range<usize>; 3] {
         let distance_m = to_center.norm();
         if distance_m < radius_m + TOUCHING_M {
@@ -149,10 +148,10 @@ impl Rays {
 }
 
 impl Faces {
-    /// Writes how far each ray from `from` goes until it hits a face: +∞ where there is none within `max_m`.
+    /// Writes how far each ray from `from` goes until it hits a face: +∞ if there is none within `max_m`.
     pub fn sweep(&self, from: Vector2<f64>, rays: &Rays, max_m: f64, ranges_m: &mut [Real]) {
         let (origin, max) = (vector(from), max_m as Real);
-        // The tree leaves out what begins at the reach as it does what begins at another hit.
+        // The tree leaves out what begins at the reach, as it does what begins at another hit.
         let second = [max; MAX_BEAMS];
         let mut hits = Hits { nearest: [Real::INFINITY; MAX_BEAMS], second, face: [0; MAX_BEAMS] };
         self.near_first(origin, max, |block, away| {
@@ -208,7 +207,7 @@ impl Faces {
         }
     }
 
-    /// The nearest hit where the tree cannot have missed it; else what the tree says.
+    /// The nearest hit if the tree cannot have missed it; otherwise the tree's answer.
     fn settled(&self, hits: &Hits, i: usize, ray: &Ray, max: Real) -> Real {
         let nearest = hits.nearest[i];
         if nearest == Real::INFINITY {
@@ -238,13 +237,12 @@ impl<'a> Seen<'a> {
         let denominator = both - b * b;
         let range = (b * self.along_back - c * self.squared) / denominator;
         let share = (b * range + self.along_back) / self.squared;
-        // Whatever parry may take for parallel, or for a point, and more.
+        // Everything that parry may take for parallel, or for a point, and more.
         let is_doubtful = denominator <= both * 2e-6 + 4e-7;
         Meeting { range, share, is_doubtful }
     }
 
-    /// Intersects a run of rays with the face, and a few beside it; whether some of them are doubtful, and left
-    /// out.
+    /// Intersects a run of rays, and a few next to it, with the face; returns whether some of them are doubtful and left out.
     fn meet(&self, rays: &Rays, run: Range<usize>, max: Real, face: u32, hits: &mut Hits) -> bool {
         let lanes = run.start / LANES..run.end.div_ceil(LANES);
         let (x, y) = (&rays.x.as_chunks().0[lanes.clone()], &rays.y.as_chunks().0[lanes.clone()]);
@@ -261,7 +259,7 @@ impl<'a> Seen<'a> {
         is_doubtful
     }
 
-    /// +∞ where there is no hit; written so that the compiler uses vector instructions.
+    /// +∞ if there is no hit; written so that the compiler uses vector instructions.
     #[inline(always)]
     #[expect(clippy::manual_range_contains, reason = "a branch, which vector instructions do not have")]
     fn ranges(
@@ -325,12 +323,12 @@ fn put(
 }
 
 impl Hits {
-    /// Whether something that is so far away may have a part in the hits of some rays.
+    /// Whether something this far away may affect the hits of some rays.
     fn may_change(&self, run: Range<usize>, away: Real) -> bool {
         if run.is_empty() {
             return false;
         }
-        // Of numbers that are not negative, the bits are in the same order, and compilers see it.
+        // The bits of non-negative numbers have the same order as the numbers, and compilers vectorize this.
         let bits = self.nearest[run].iter().fold(0, |most, hit| most.max(hit.to_bits() as i32));
         let farthest = Real::from_bits(bits as u32);
         away <= farthest + CLEAR_M
@@ -357,7 +355,8 @@ fn angle(v: Vector2<f64>) -> f64 {
     if v.y < 0.0 { -half } else { half }
 }
 
-/// The angle's equal in [−π, π). At the other end, as `wrap_angle` has it, the first bearing of a scan would be its last.
+/// The equivalent angle in [−π, π). With the other end included, as in `wrap_angle`, the first bearing of a scan would be its
+/// last.
 fn turn(angle_rad: f64) -> f64 {
     // `rem_euclid` takes several times as long.
     angle_rad - TAU * ((angle_rad + PI) / TAU).floor()
@@ -374,7 +373,7 @@ mod tests {
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
-    /// Boxes along the axes and turned ones, many of whose faces lie in one line, short faces, free lines.
+    /// Boxes along the axes and turned ones, many of whose faces are in line, short faces, and free lines.
     fn faces() -> impl Strategy<Value = Vec<Segment>> {
         let grid = || (-12..12_i32).prop_map(|v| f64::from(v) * 0.5);
         let place = move || (grid(), grid()).prop_map(|(x, y)| [x, y]);
@@ -391,7 +390,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 20_000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-        /// From anywhere, on a face or a corner too, and along faces.
+        /// From anywhere, including on a face or a corner, and along faces.
         #[test]
         fn a_sweep_is_what_the_tree_says_ray_by_ray_to_the_bit(
             faces in faces(),
@@ -416,8 +415,8 @@ mod tests {
         }
     }
 
-    /// The tree leaves out a face whose box begins at the reach, though the face itself is met a hair before. The
-    /// sweep once reported it.
+    /// The tree leaves out a face whose box begins at the reach, although the face itself is met a hair before it. The sweep
+    /// once reported it.
     #[test]
     fn a_face_at_the_end_of_the_reach_is_left_out_as_the_tree_does() {
         let faces = Faces::new(Convex::rectangle([4.0, 5.0], [0.5, 0.15], 0.0).edges().collect());

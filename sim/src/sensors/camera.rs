@@ -1,10 +1,10 @@
-//! A camera that finds fiducial markers: which it sees, and how it errs.
+//! A camera that finds fiducial markers: which ones it sees, and its errors.
 //!
-//! It sees a marker that lies in its field of view and range, that does not look away too far, and that nothing hides.
-//! Errors of distance and facing grow with the distance. No two errors of a picture depend on each other.
+//! It sees a marker that is within its field of view and range, does not face away too far, and is not hidden by anything.
+//! Errors of distance and facing grow with the distance. All errors in a picture are independent.
 //!
-//! Without pixels in the robot's file a slanted marker's distance errs more. With them the marker must appear large enough,
-//! and its distance is that of its upright edges, which no slant shortens.
+//! If the robot's file has no pixels, the distance of a slanted marker has a greater error. With pixels, the marker must appear
+//! large enough, and its distance comes from its upright edges, which no slant shortens.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -22,7 +22,7 @@ use crate::convex::Convex;
 use crate::description::WorldDescription;
 use crate::raycast::{Faces, cast_disc};
 
-/// A line of sight ends so far before a marker, metres: the marker may lie a little inside its wall.
+/// A line of sight ends this far before a marker, metres, since the marker may be slightly inside its wall.
 const BEFORE_M: f64 = 0.025;
 
 /// A camera in a world with markers.
@@ -34,15 +34,15 @@ pub struct Camera {
     stream: Pcg64Mcg,
 }
 
-/// A marker as a camera without errors has it.
+/// A marker as a camera without errors sees it.
 #[derive(Debug, Clone, Copy)]
 struct Sight {
     distance_m: f64,
     /// Counter-clockwise from the optical axis.
     bearing_rad: f64,
-    /// Where the marker looks, counter-clockwise from the optical axis.
+    /// Where the marker faces, counter-clockwise from the optical axis.
     facing_rad: f64,
-    /// Between where the marker looks and the line to the camera.
+    /// Angle between the direction that the marker faces and the line to the camera.
     slant_rad: f64,
 }
 
@@ -76,8 +76,8 @@ impl Camera {
         camera.markers.iter().filter_map(seen).collect()
     }
 
-    /// Writes the picture number `number`; all but the header. The same arguments give the same picture. Of more
-    /// markers than a message holds it has those with the smallest numbers.
+    /// Writes picture number `number`, except for the header. The same arguments give the same picture. If there are more
+    /// markers than fit into a message, it has those with the smallest numbers.
     pub fn fill(&self, scene: &Scene<'_>, number: u64, view: &mut MarkerView) {
         self.fill_geometry(view);
         let camera = scene.robot.compose(&self.model.mount());
@@ -96,7 +96,7 @@ impl Camera {
         view.marker_count = count as u32;
     }
 
-    /// How the camera sees a marker; `None` where it does not.
+    /// How the camera sees a marker; `None` if it does not.
     fn sight(&self, scene: &Scene<'_>, camera: &Pose<World>, marker: &Marker) -> Option<Sight> {
         let (from, at) = (camera.position().coords(), Vector2::from(marker.at));
         let (distance_m, facing) = ((at - from).norm(), marker.facing_deg.to_radians());
@@ -115,7 +115,7 @@ impl Camera {
             .then_some(sight)
     }
 
-    /// The marker as it is measured; `None` where it is missed.
+    /// The marker as measured; `None` if it is missed.
     fn measure(&self, id: u32, sight: &Sight, stream: &mut Pcg64Mcg) -> Option<SeenMarker> {
         let model = &self.model;
         let span_m = model.range_max_m - model.range_min_m;
@@ -151,7 +151,7 @@ impl Camera {
     }
 }
 
-/// Whether the line between two places is free of things and people.
+/// Whether the line between two places is free of objects and people.
 fn is_open(scene: &Scene<'_>, from: Vector2<f64>, to: Vector2<f64>) -> bool {
     let distance_m = (to - from).norm();
     let direction = (to - from) / distance_m.max(f64::MIN_POSITIVE);

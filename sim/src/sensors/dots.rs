@@ -1,6 +1,6 @@
-//! A camera that looks straight down on a plane of dots: which it shows, and how it errs (Park and Kender 1995, 3.1).
+//! A camera that looks straight down on a plane of dots: which ones it shows, and its errors (Park and Kender 1995, 3.1).
 //!
-//! Each dot has an error of its own in each view. Some are missed, and some are shown that are not there.
+//! Each dot has an independent error in each view. Some dots are missed, and some are shown that are not there.
 
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -25,8 +25,8 @@ impl DownCamera {
         Self { model: model.clone(), stream }
     }
 
-    /// Writes the view number `number` from above `robot`; all but the header. The same arguments give the same view. Of more
-    /// dots than a message holds it has those nearest to the centre.
+    /// Writes view number `number` from above `robot`, except for the header. The same arguments give the same view. If there
+    /// are more dots than fit into a message, it has those nearest to the centre.
     pub fn fill(&self, robot: &Pose<World>, dots: &[[f64; 2]], number: u64, view: &mut DotView) {
         view.side_m = self.model.side_m as f32;
         view.margin_m = self.model.margin_m as f32;
@@ -44,7 +44,7 @@ impl DownCamera {
             let at = [stream.random_range(-half..=half), stream.random_range(-half..=half)];
             keep(&mut seen, &mut count, dot(at));
         }
-        // The order says nothing of who is who.
+        // The order does not reveal which dot is which.
         seen[..count].sort_by(|a, b| a.y_m.total_cmp(&b.y_m).then(a.x_m.total_cmp(&b.x_m)));
         view.dots[..count].copy_from_slice(&seen[..count]);
         view.dot_count = count as u32;
@@ -65,7 +65,7 @@ impl DownCamera {
         dots.iter().map(relative).filter(move |at| at.iter().all(|v| v.abs() <= half))
     }
 
-    /// A dot as it is measured; `None` where it is missed.
+    /// A dot as measured; `None` if it is missed.
     fn measure(&self, at: [f64; 2], stream: &mut Pcg64Mcg) -> Option<SeenDot> {
         let is_missed = stream.random::<f64>() < self.model.miss;
         let noise_m = self.model.noise_m;
@@ -78,7 +78,7 @@ fn dot([x, y]: [f64; 2]) -> SeenDot {
     SeenDot { x_m: x as f32, y_m: y as f32 }
 }
 
-/// Takes a dot in, in place of the furthest one where there is no room.
+/// Adds a dot, replacing the furthest one if there is no room.
 fn keep(seen: &mut [SeenDot; MAX_DOTS], count: &mut usize, dot: SeenDot) {
     let far = |dot: &SeenDot| dot.x_m.hypot(dot.y_m);
     if *count < MAX_DOTS {

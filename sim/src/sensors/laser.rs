@@ -1,5 +1,5 @@
-//! A planar laser range finder: rays, noise, lost beams. Ranges that are no measurement follow REP 117:
-//! +∞ nothing within reach, −∞ something too near, NaN a beam that got lost.
+//! A planar laser range finder: rays, noise, lost beams. Ranges that are not measurements follow REP 117: +∞ nothing within
+//! reach, −∞ something too near, NaN a beam that got lost.
 
 use nalgebra::{Rotation2, Vector2};
 use rand::RngExt;
@@ -13,7 +13,7 @@ use super::{DRAWS_PER_READING, Scene, within};
 use crate::raycast::cast_disc;
 use crate::raycast::sweep::Rays;
 
-/// A laser with its beams worked out.
+/// A laser with precomputed beams.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scanner {
     model: Laser,
@@ -27,7 +27,7 @@ impl Scanner {
     /// The laser `model`; `stream` is where its noise comes from.
     pub fn new(model: &Laser, stream: Pcg64Mcg) -> Self {
         let field = model.field_of_view_deg.to_radians();
-        // All around, the last beam would fall onto the first.
+        // All around, the last beam would coincide with the first.
         let steps = if model.field_of_view_deg >= 360.0 { model.beams } else { model.beams - 1 };
         let increment_rad = field / f64::from(steps);
         let beam = |i| {
@@ -37,7 +37,7 @@ impl Scanner {
         Self { model: model.clone(), beams: (0..model.beams).map(beam).collect(), increment_rad, stream }
     }
 
-    /// Writes the scan number `number`; all but the header. The same arguments give the same scan.
+    /// Writes scan number `number`, except for the header. The same arguments give the same scan.
     pub fn fill(&self, scene: &Scene<'_>, number: u64, scan: &mut LaserScan) {
         self.fill_geometry(scan);
         let (ranges_m, behind) = scan.ranges_m.split_at_mut(self.beams.len());
@@ -55,7 +55,7 @@ impl Scanner {
         let (from, turn) = (sensor.position().coords(), Rotation2::new(sensor.yaw_rad));
         let first_rad = sensor.yaw_rad - self.model.field_of_view_deg.to_radians() / 2.0;
         let rays = Rays::new(first_rad, self.increment_rad, self.beams.iter().map(|beam| turn * beam));
-        // Noise may bring what lies just out of range into it.
+        // Noise may bring what is just out of range into it.
         let reach_m = self.model.range_max_m * 1.25;
         scene.faces.sweep(from, &rays, reach_m, ranges_m);
         for (center, radius_m) in scene.people {
@@ -82,7 +82,7 @@ impl Scanner {
         scan.beam_count = beams as u32;
     }
 
-    /// What the sensor says of a true range: Gaussian noise with a constant and a proportional part.
+    /// What the sensor reports for a true range: Gaussian noise with a constant and a proportional part.
     fn measure(&self, true_m: f64, stream: &mut Pcg64Mcg) -> f64 {
         let lost = stream.random::<f64>() < self.model.dropout;
         let noise: f64 = stream.sample(StandardNormal);

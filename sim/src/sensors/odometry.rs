@@ -1,11 +1,11 @@
-//! Dead reckoning with errors. It is the velocity motion model (Thrun, Burgard and Fox, *Probabilistic Robotics*,
-//! table 5.3) with slips and a drift that is constant during a run.
+//! Dead reckoning with errors: the velocity motion model (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.3) with
+//! slips and a drift that is constant during a run.
 //!
-//! Speed and turn rate of a step of length dt carry noise of variance (α₁ v² + α₂ ω²)/dt and (α₃ v² + α₄ ω²)/dt. So
-//! the spread of a path does not depend on the length of the steps. An omnidirectional drive errs in both of its
-//! directions alike. The model's third noise, a final rotation, is left out: the turn rate's takes its place.
+//! Speed and turn rate of a step of length dt have noise of variance (α₁ v² + α₂ ω²)/dt and (α₃ v² + α₄ ω²)/dt, so the spread
+//! of a path does not depend on the length of the steps. An omnidirectional drive has the same errors in both of its
+//! directions. The model's third noise, a final rotation, is left out, because that of the turn rate takes its place.
 //!
-//! [`DeadReckoning`] counts a motion; [`Odometer`] has it count from one reading to the next.
+//! [`DeadReckoning`] counts a motion; [`Odometer`] makes it count from one reading to the next.
 
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -20,7 +20,7 @@ use sketchnav_schemas::robot::{Drive, OdometryNoise};
 pub struct DeadReckoning {
     noise: OdometryNoise,
     drive: Drive,
-    /// Counted metres a true metre.
+    /// Counted metres per true metre.
     distance_factor: f64,
     drift_yaw_radpm: f64,
     stream: Pcg64Mcg,
@@ -32,7 +32,7 @@ pub struct DeadReckoning {
 }
 
 impl DeadReckoning {
-    /// At the origin of [`Odom`]; draws the run's drift from `stream`.
+    /// Dead reckoning at the origin of [`Odom`]; draws the run's drift from `stream`.
     pub fn new(noise: &OdometryNoise, drive: Drive, mut stream: Pcg64Mcg) -> Self {
         let distance: f64 = stream.sample(StandardNormal);
         let yaw: f64 = stream.sample(StandardNormal);
@@ -72,13 +72,13 @@ impl DeadReckoning {
         (self.x_m, self.y_m, self.yaw_rad) = (pose.x, pose.y, pose.yaw_rad);
     }
 
-    /// A slip: the wheels turn up to twice as far as the robot gets.
+    /// A slip: the wheels turn up to twice as far as the robot moves.
     fn slip(&mut self, distance_m: f64) -> f64 {
         let (chance, share) = (self.stream.random::<f64>(), self.stream.random::<f64>());
         if chance < self.noise.slips_per_m * distance_m { 1.0 + share } else { 1.0 }
     }
 
-    /// Where the robot has come by its own count.
+    /// Where the robot is by its own count.
     pub fn pose(&self) -> Pose<Odom> {
         Pose::new(self.x_m, self.y_m, self.yaw_rad)
     }
@@ -94,7 +94,7 @@ pub struct Odometer {
     readings: Vec<Reading>,
 }
 
-/// What the odometry said at a time.
+/// What the odometry read at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// When, nanoseconds of simulation time.
@@ -104,14 +104,14 @@ pub struct Reading {
 }
 
 impl Odometer {
-    /// At the start, with its first reading; takes up to `capacity` readings an instant without allocating.
+    /// An odometer at the start, with its first reading; takes up to `capacity` readings per instant without allocating.
     pub fn new(count: DeadReckoning, start: Pose<World>, capacity: usize) -> Self {
         let mut odometer = Self { count, last_ns: 0, last: start, readings: Vec::with_capacity(capacity) };
         odometer.put(0);
         odometer
     }
 
-    /// Forgets the readings of the instant before.
+    /// Forgets the readings of the previous instant.
     pub fn clear(&mut self) {
         self.readings.clear();
     }
@@ -123,7 +123,7 @@ impl Odometer {
         self.put(stamp_ns);
     }
 
-    /// The readings since the instant before, oldest first.
+    /// The readings since the previous instant, oldest first.
     pub fn readings(&self) -> &[Reading] {
         &self.readings
     }
@@ -135,7 +135,7 @@ impl Odometer {
 }
 
 impl Reading {
-    /// Writes the reading; all but the header.
+    /// Writes the reading, except for the header.
     pub fn fill(&self, odometry: &mut Odometry) {
         let [vx_mps, vy_mps, yaw_rate_radps] = self.velocity;
         odometry.pose = PoseM::new(&self.pose);

@@ -1,6 +1,6 @@
-//! A ring of sonars: the nearest echo in each cone ([`crate::raycast::cone`], exact). Every surface returns an
-//! echo, however oblique; all sonars are read at one time, and none hears another. Ranges begin at the ring.
-//! Out of range follows REP 117: +∞ nothing within reach, −∞ something too near.
+//! A ring of sonars: the nearest echo in each cone ([`crate::raycast::cone`], exact). Every surface returns an echo, however
+//! oblique; all sonars are read at the same time, and none hears another. Ranges begin at the ring. Out of range follows REP
+//! 117: +∞ nothing within reach, −∞ something too near.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -26,7 +26,7 @@ impl SonarRing {
         Self { model: model.clone(), stream }
     }
 
-    /// Writes the reading number `number`; all but the header. The same arguments give the same reading.
+    /// Writes reading number `number`, except for the header. The same arguments give the same reading.
     pub fn fill(&self, scene: &Scene<'_>, number: u64, scan: &mut SonarScan) {
         self.fill_geometry(scan);
         let mut stream = self.stream.clone();
@@ -41,8 +41,8 @@ impl SonarRing {
         scan.ranges_m[count..].fill(0.0);
     }
 
-    /// Distance to the nearest echo of sonar `i`, metres. It is 0 where a wall stands between the robot's centre and
-    /// the sonar: the robot was pushed into that wall.
+    /// Distance to the nearest echo of sonar `i`, metres. It is 0 if there is a wall between the robot's centre and the sonar,
+    /// because the robot was pushed into that wall.
     fn echo(&self, scene: &Scene<'_>, i: usize) -> f64 {
         let (robot, ring_m) = (scene.robot, self.model.ring_radius_m);
         let axis_rad = robot.yaw_rad + i as f64 * self.increment_rad();
@@ -50,7 +50,7 @@ impl SonarRing {
         if scene.faces.cast(center, outwards, ring_m).is_some() {
             return 0.0;
         }
-        // Noise may bring what lies just out of range into it.
+        // Noise may bring what is just out of range into it.
         let (apex, reach_m) = (center + outwards * ring_m, self.model.range_max_m * 1.25);
         Cone::new(apex, axis_rad, self.half_opening_rad()).nearest(scene.faces, scene.people, reach_m)
     }

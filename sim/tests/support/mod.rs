@@ -25,13 +25,13 @@ pub struct Readings {
     pub view: Box<DotView>,
     /// Name of the channel and stamp of each reading, in order.
     pub log: Vec<(&'static str, u64)>,
-    /// The bytes of all of them but the headers' numbers, where they are kept.
+    /// The bytes of all of them except the headers' numbers, if they are kept.
     pub bytes: Option<Vec<u8>>,
     pub contacts: Vec<Contact>,
 }
 
 impl Readings {
-    /// What a simulation says now.
+    /// The current readings of a simulation.
     pub fn of(simulation: &impl Simulation) -> Self {
         let mut readings = Self::new();
         readings.take(simulation);
@@ -60,7 +60,7 @@ impl Readings {
         Self { bytes: Some(Vec::new()), ..Self::new() }
     }
 
-    /// Takes what a simulation says now.
+    /// Takes the current readings of a simulation.
     pub fn take(&mut self, simulation: &impl Simulation) {
         let Ok(()) = simulation.sense(self);
     }

@@ -1,8 +1,8 @@
-//! What tests need that not every machine has: programs, Python modules, data of others.
+//! What tests need that not every machine has: programs, Python modules, other people's data.
 //!
-//! A test asks for it here. Where it is missing, the test prints a notice and passes; where `SKETCHNAV_ALL_TESTS` asks for
-//! it, the test fails instead. No test calls a program by another way (`tests/house/rules.rs`), so [`PROGRAMS`] is the
-//! whole list of what a machine may lack.
+//! A test asks for it here. If it is missing, the test prints a notice and passes, or fails if `SKETCHNAV_ALL_TESTS` asks for
+//! it. No test calls a program in any other way (`tests/house/rules.rs`), so [`PROGRAMS`] is the complete list of what a
+//! machine may lack.
 
 use std::fmt::Display;
 use std::io::Write;
@@ -35,28 +35,28 @@ pub const PROGRAMS: [&str; 18] = [
     "git",      // the commit of what was driven
 ];
 
-/// Those of the coreutils that tests and pages call.
+/// The coreutils that tests and pages call.
 pub const COREUTILS: [&str; 3] = ["mkdir", "printf", "sleep"];
 
-/// Prints a notice that the test that runs, or a part of it, does nothing without `what`; `kind` is the word by which
+/// Prints a notice that the current test, or a part of it, does nothing without `what`; `kind` is the word by which
 /// `SKETCHNAV_ALL_TESTS` asks for it.
 ///
 /// # Panics
-/// Where it is asked for.
+/// If it is asked for.
 pub fn skipped(kind: &str, what: impl Display) {
     let asked = std::env::var(ALL_TESTS).unwrap_or_default();
     let is_asked_for = asked.split(',').any(|word| word == kind || word == "1");
     assert!(!is_asked_for, "{what}, and {ALL_TESTS}={asked} asks for {kind}");
     let name = std::thread::current().name().unwrap_or_default().to_owned();
-    // A test harness hides what passing tests print; standard error itself it does not hide. Where there is none, nobody
-    // misses the notice.
+    // A test harness hides what passing tests print, but not what they write to standard error itself. Without a standard error
+    // the notice may be lost.
     let _ = writeln!(std::io::stderr(), "skipped: {name}: {what} ({kind})");
 }
 
-/// Calls a program of [`PROGRAMS`]; a notice and `None` where this machine does not have it.
+/// Calls a program of [`PROGRAMS`]; a notice and `None` if this machine does not have it.
 ///
 /// # Panics
-/// Where the program is not in the list.
+/// If the program is not in the list.
 pub fn program(name: &str) -> Option<Command> {
     assert!(PROGRAMS.contains(&name), "{name}: add it to needs::PROGRAMS");
     let path = std::env::var_os("PATH").unwrap_or_default();
@@ -67,12 +67,12 @@ pub fn program(name: &str) -> Option<Command> {
     found.map(Command::new)
 }
 
-/// Whether all these programs are there; a notice for the first that is not.
+/// Whether all these programs exist; prints a notice for the first that does not.
 pub fn has(names: &[&str]) -> bool {
     names.iter().all(|name| program(name).is_some())
 }
 
-/// A Python that has the modules: the one that `variable` names, or else `python3`. A notice and `None` without.
+/// A Python that has the modules: the one that `variable` names, or else `python3`. A notice and `None` if there is none.
 pub fn python(kind: &str, variable: &str, modules: &str) -> Option<PathBuf> {
     let python = std::env::var_os(variable).map_or_else(|| "python3".into(), PathBuf::from);
     let found = Command::new(&python).args(["-c", &format!("import {modules}")]).output();
@@ -84,13 +84,13 @@ pub fn python(kind: &str, variable: &str, modules: &str) -> Option<PathBuf> {
 }
 
 /// The folder of maps, logs and drawings that are not part of the project: the one that `SKETCHNAV_DATA` names, or else
-/// `../shared/data` beside the checkout. It need not be there.
+/// `../shared/data` next to the checkout. It need not exist.
 pub fn data() -> PathBuf {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("."));
     std::env::var_os("SKETCHNAV_DATA").map_or_else(|| checkout.join("../shared/data"), PathBuf::from)
 }
 
-/// A file or folder of that data; a notice and `None` where it is missing.
+/// A file or folder of that data; a notice and `None` if it is missing.
 pub fn data_file(file: &str) -> Option<PathBuf> {
     let path = data().join(file);
     if !path.exists() {

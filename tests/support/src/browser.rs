@@ -1,4 +1,4 @@
-//! The pad's page in a real browser, by playwright-core: for the test, and for the benchmark.
+//! The pad's page in a real browser, through playwright-core, for the test and the benchmark.
 
 use std::env::var_os;
 use std::fs;
@@ -16,7 +16,7 @@ use super::{Ended, Place, Running, repository};
 
 /// The mission whose drawing and route the pen follows.
 pub const MISSION: &str = "sim/missions/routes/court-01";
-/// How long the browser may take in all: longer than any wait in the script.
+/// How long the browser may take in total: longer than any wait in the script.
 const LIMIT: Duration = Duration::from_secs(420);
 
 /// A browser and what drives it.
@@ -26,7 +26,7 @@ pub struct Browser {
 }
 
 impl Browser {
-    /// Where they are; says so where they are not.
+    /// Finds them; prints a notice if they are missing.
     pub fn find() -> Option<Self> {
         let folder = || repository().join("target/browser");
         let playwright = var_os("SKETCHNAV_PLAYWRIGHT").map_or_else(folder, PathBuf::from);
@@ -41,7 +41,7 @@ impl Browser {
         (is_there && needs::has(&["node"])).then_some(Self { playwright, chromium })
     }
 
-    /// Has a person's pen draw, send, drive, stop and arrive on the page at `link`; what was measured is its output.
+    /// Draws with a person's pen, sends, drives, stops and arrives on the page at `link`; the output is what was measured.
     pub fn draws_and_drives(&self, place: &Place, link: &str, feed_seconds: u32) -> Ended {
         let route = place.files().join("route.json");
         let sketch = SketchMission::of(&mission()).unwrap();
@@ -54,7 +54,7 @@ impl Browser {
         self.runs(script)
     }
 
-    /// Sees a robot ask on the page at `link`, and answers by a tap and by a button.
+    /// Waits for the robot to ask on the page at `link`, and answers by a tap and by a button.
     pub fn answers(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");
         script.arg(repository().join("tests/pad/asking.mjs")).arg(link).arg(place.files());
@@ -74,7 +74,7 @@ pub fn mission() -> Mission {
     Mission::parse(&fs::read_to_string(file).unwrap()).unwrap()
 }
 
-/// Starts the pad, as the system `pad`, in the mission's world and hands back the link that it prints.
+/// Starts the pad, as the system `pad`, in the mission's world, and returns the link that it prints.
 pub fn pad(place: &Place) -> (Running, String) {
     let file = repository().join(format!("{MISSION}.toml"));
     let options = "--port 0 --system pad --out results --speed 1";
@@ -85,7 +85,7 @@ pub fn pad(place: &Place) -> (Running, String) {
         let at = line.find("http://")?;
         line[at..].split_whitespace().next().map(str::to_owned)
     });
-    // Its output is read on, so that it never waits for a reader.
+    // Its output is read continuously, so that it never waits for a reader.
     std::thread::spawn(move || lines.for_each(drop));
     let mut pad = Running::of(child);
     place.wait_until_joined(&mut pad, "pad", &["pad"]);

@@ -1,9 +1,8 @@
-//! What the tests of whole process trees share: a user's place of its own, commands run in it, and a look at
+//! What the tests of whole process trees share: a place of their own for each user, commands run in it, and checks for
 //! leftovers.
 //!
-//! Every test has its own root (`XDG_RUNTIME_DIR`), so no test sees the systems of another. Nothing here waits for a
-//! length of time. A condition is asked for again, or a process's end awaited. The limits keep a test from hanging for
-//! ever and decide nothing else.
+//! Every test has its own root (`XDG_RUNTIME_DIR`), so no test sees the systems of another. Nothing here waits for a fixed
+//! time: a condition is polled, or the end of a process awaited. The limits only keep a test from hanging for ever.
 pub mod arms;
 pub mod browser;
 pub mod page;
@@ -27,14 +26,14 @@ use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
 use tempfile::TempDir;
 
-/// Longest that anything may take before it is taken to hang.
+/// The longest that anything may take before it counts as hanging.
 const LIMIT: Duration = Duration::from_secs(180);
-/// Between two looks of whoever waits: the processors belong to the processes waited for.
+/// Time between two polls, so that the processors are free for the processes waited for.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
 /// The processes of a system, without the supervisor.
 pub const SERVICES: [&str; 5] = words(channels::SERVICES);
 
-/// Those of them that run beside a driver, which stands in for the world.
+/// Those that run alongside a driver, which stands in for the world.
 pub const BESIDE_A_DRIVER: [&str; 4] = {
     let [_world, others @ ..] = SERVICES;
     others
@@ -58,7 +57,7 @@ pub struct Place {
 
 /// A command that has ended.
 pub struct Ended {
-    /// Its exit code; `None` where a signal ended it.
+    /// Its exit code; `None` if a signal ended it.
     pub code: Option<i32>,
     /// Its standard output.
     pub out: String,
@@ -66,13 +65,13 @@ pub struct Ended {
     pub err: String,
 }
 
-/// A command that runs; dropped, it is killed.
+/// A running command; it is killed when dropped.
 pub struct Running {
     child: Option<Child>,
     pid: u32,
 }
 
-/// `sketchnav`, as cargo has built it beside the test that asks.
+/// `sketchnav`, as built by cargo along with the current test.
 pub fn program() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let folder = test.ancestors().find(|folder| folder.ends_with("deps")).and_then(Path::parent);
@@ -102,7 +101,7 @@ fn copy_files(from: &Path, to: &Path) {
     }
 }
 
-/// Whether a file of shared memory belongs to a system in another folder, or has just gone.
+/// Whether a file in shared memory belongs to a system in another folder, or has just been removed.
 fn is_of_another_folder(file: &str, folder: &str) -> bool {
     let prefix = file.splitn(4, '_').take(3).collect::<Vec<_>>().join("_");
     let owner = fs::read_to_string(format!("{prefix}_owner"));
@@ -116,19 +115,19 @@ impl Default for Place {
 }
 
 impl Place {
-    /// A new one, empty.
+    /// A new, empty place.
     pub fn new() -> Self {
         let runtime = tempfile::tempdir().unwrap();
         fs::set_permissions(runtime.path(), fs::Permissions::from_mode(0o700)).unwrap();
         Self { runtime, files: tempfile::tempdir().unwrap(), program: program() }
     }
 
-    /// A new one in which an example stands for `sketchnav`.
+    /// A new place in which an example stands in for `sketchnav`.
     pub fn of_program(example_name: &str) -> Self {
         Self { program: example(example_name), ..Self::new() }
     }
 
-    /// A new one with the files of `sim/missions/FOLDER`; its `mission` is `mission.toml`, too.
+    /// A new place with the files of `sim/missions/FOLDER`; `mission` is also there as `mission.toml`.
     pub fn with_missions(folder: &str, mission: &str) -> Self {
         let place = Self::new();
         copy_files(&repository().join("sim/missions").join(folder), place.files());
@@ -146,7 +145,7 @@ impl Place {
         self.files.path()
     }
 
-    /// `sketchnav`, with these arguments divided by spaces, in this place.
+    /// `sketchnav`, with these arguments separated by spaces, in this place.
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(&self.program);
         command.args(arguments.split_whitespace());
@@ -166,14 +165,14 @@ impl Place {
         self.start(arguments).end()
     }
 
-    /// The same of a command that succeeds.
+    /// The same for a command that must succeed.
     pub fn fine(&self, arguments: &str) -> Ended {
         let ended = self.run(arguments);
         assert_eq!(ended.code, Some(0), "{arguments}: {ended}");
         ended
     }
 
-    /// Runs a mission in lockstep, with success and without a loss; its recording.
+    /// Runs a mission in lockstep, which must succeed without a loss, and returns its recording.
     pub fn driven(&self, arguments: &str) -> String {
         let report = self.fine(&format!("run {arguments} --out out --json")).json();
         let found = (&report["success"], &report["lost_messages"]);
@@ -181,7 +180,7 @@ impl Place {
         report["recording"].as_str().unwrap().to_owned()
     }
 
-    /// How many messages each topic of a recording has; topics without any are left out.
+    /// How many messages each topic of a recording has; topics without messages are left out.
     pub fn messages(&self, recording: &str) -> BTreeMap<String, u64> {
         let info = self.fine(&format!("info {recording} --json")).json();
         let of_topic =
@@ -190,7 +189,7 @@ impl Place {
         topics.filter(|(_, count)| *count > 0).collect()
     }
 
-    /// Makes the page of a recording, which must say all these words.
+    /// Makes the page of a recording, which must contain all these words.
     pub fn page_says(&self, recording: &str, words: &[&str]) {
         self.fine(&format!("report {recording} -o page.html"));
         let page = fs::read_to_string(self.files().join("page.html")).unwrap();
@@ -199,13 +198,13 @@ impl Place {
         }
     }
 
-    /// Kills processes of a mission so often: the recording has the same bytes as without.
+    /// Kills processes of a mission this often; the recording must have the same bytes as without kills.
     pub fn is_identical_after(&self, mission: &str, kills: u32, targets: &str) {
         let told = self.fine(&format!("chaos {mission} --kills {kills} --targets {targets} --json")).json();
         assert_eq!(told["identical"], true, "{mission}: {told}");
     }
 
-    /// Executes processes of a recording again, and replays it: the same messages each time.
+    /// Executes processes of a recording again, and replays it; the messages must be the same each time.
     pub fn is_reproduced(&self, recording: &str, processes: &[&str]) {
         for process in processes {
             let told = self.fine(&format!("rerun {recording} --process {process} --json")).json();
@@ -230,7 +229,7 @@ impl Place {
         Running::spawn(command)
     }
 
-    /// Runs a mission in lockstep as the system `name` and hands back its report, and the exit code.
+    /// Runs a mission in lockstep as the system `name` and returns its report and the exit code.
     pub fn mission(&self, arguments: &str, name: &str) -> (Value, i32) {
         let ended = self.run(&format!("{arguments} --json --system {name}"));
         let code = ended.code.unwrap_or(-1);
@@ -246,7 +245,7 @@ impl Place {
         }
     }
 
-    /// Names and ids of the processes of the system `name`; empty where it does not run.
+    /// Names and ids of the processes of the system `name`; empty if it does not run.
     pub fn processes(&self, name: &str) -> Vec<(String, u32)> {
         let systems = self.ps();
         let system = systems.iter().find(|system| system["system"] == name);
@@ -269,7 +268,7 @@ impl Place {
         self.living().into_iter().filter(|(_, line)| line.contains(&call)).map(|(pid, _)| pid).collect()
     }
 
-    /// Waits until all processes of the system `name` have joined it and the planner has spoken.
+    /// Waits until all processes of the system `name` have joined it and the planner has sent something.
     pub fn wait_until_driving(&self, running: &mut Running, name: &str) {
         self.wait_until_joined(running, name, &SERVICES);
         let heard = self.run(&format!("echo status --count 3 --system {name}"));
@@ -286,7 +285,7 @@ impl Place {
         });
     }
 
-    /// What there is of the system `name` in files: its folder, its shared memory.
+    /// The files of the system `name`: its folder and its shared memory.
     pub fn files_of(&self, name: &str) -> Vec<String> {
         let folder = self.runtime.path().join("sketchnav").join(name);
         let path = folder.to_string_lossy().into_owned();
@@ -298,13 +297,13 @@ impl Place {
         remains
     }
 
-    /// Fails where anything is left of the system `name`, or a process of any system lives.
+    /// Fails if anything is left of the system `name`, or if a process of any system is alive.
     pub fn assert_nothing_left(&self, name: &str) {
         self.assert_no_system_left(name);
         assert_eq!(self.living(), []);
     }
 
-    /// Fails where anything is left of the system `name`; others may live.
+    /// Fails if anything is left of the system `name`; others may be alive.
     pub fn assert_no_system_left(&self, name: &str) {
         assert_eq!(self.files_of(name), Vec::<String>::new());
         let option = format!("--system {name} ");
@@ -312,7 +311,7 @@ impl Place {
         assert_eq!(living.collect::<Vec<_>>(), []);
     }
 
-    /// Every `sketchnav` process that was started in this place, told by its environment.
+    /// Every living `sketchnav` process that was started in this place, identified by its environment.
     pub fn living(&self) -> Vec<(u32, String)> {
         let mark = format!("XDG_RUNTIME_DIR={}", self.runtime.path().display());
         let is_ours = |pid: &u32| {
@@ -345,7 +344,7 @@ impl Running {
         send(self.pid, signal);
     }
 
-    /// Fails where it has ended, with what it said.
+    /// Fails if it has ended, with its output.
     pub fn must_live(&mut self) {
         let ended = self.child.as_mut().and_then(|child| child.try_wait().unwrap()).is_some();
         assert!(!ended, "ended early: {}", self.collect(LIMIT));
@@ -356,7 +355,7 @@ impl Running {
         self.end_within(LIMIT)
     }
 
-    /// As [`Running::end`], for what may take another time.
+    /// As [`Running::end`], with another time limit.
     pub fn end_within(mut self, limit: Duration) -> Ended {
         self.collect(limit)
     }
@@ -414,7 +413,7 @@ pub fn kill_if_alive(pid: u32) {
     let _ = kill(Pid::from_raw(pid as i32), Signal::SIGKILL);
 }
 
-/// Asks again and again until `holds`.
+/// Polls until `holds` is true.
 pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let began = Instant::now();
     while !holds() {

@@ -9,7 +9,7 @@ use tungstenite::{Message, WebSocket};
 
 use super::Running;
 
-/// Longest that anything may take before it is taken to hang.
+/// The longest that anything may take before it counts as hanging.
 const LIMIT: Duration = Duration::from_secs(120);
 
 /// The token of every pad of a test, given by the environment of its [`Place`](super::Place).
@@ -20,7 +20,7 @@ pub fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
-/// Waits until somebody listens there.
+/// Waits until something listens there.
 pub fn wait_for(running: &mut Running, port: u16) {
     let began = Instant::now();
     while TcpStream::connect(("127.0.0.1", port)).is_err() {
@@ -30,15 +30,15 @@ pub fn wait_for(running: &mut Running, port: u16) {
     }
 }
 
-/// An answer: its status and its body, null where that is no JSON.
+/// An answer: its status and its body, null if that is not JSON.
 pub type Answer = (u16, Value);
 
-/// Sends a request as it stands and hands back its answer.
+/// Sends a request as it is and returns the answer.
 pub fn request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
     try_request(port, head, headers, body).unwrap_or_else(|| panic!("no answer to {head}"))
 }
 
-/// The same of a server that may not live to answer.
+/// The same for a server that may die before it answers.
 pub fn try_request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8]) -> Option<Answer> {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
     stream.set_read_timeout(Some(LIMIT)).unwrap();
@@ -51,14 +51,14 @@ pub fn try_request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8])
     }
     headers.iter().for_each(|(name, value)| text += &format!("{name}: {value}\r\n"));
     stream.write_all((text + "\r\n").as_bytes()).ok()?;
-    // A server that refuses by the head alone closes before it has read all.
+    // A server that refuses because of the head closes before it has read everything.
     let _ = stream.write_all(body);
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
     parsed(&String::from_utf8_lossy(&answer))
 }
 
-/// The text that a path is answered with.
+/// The text of the answer for a path.
 pub fn body(port: u16, path: &str) -> String {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     stream.set_read_timeout(Some(LIMIT)).unwrap();
@@ -71,7 +71,7 @@ pub fn body(port: u16, path: &str) -> String {
     body.to_owned()
 }
 
-/// An answer as it came over the wire; `None` where it is none.
+/// An answer as received; `None` if it is not one.
 pub fn parsed(answer: &str) -> Option<Answer> {
     let status = answer.split(' ').nth(1)?.parse().ok()?;
     let body = answer.split_once("\r\n\r\n").map_or("", |(_, body)| body);
@@ -82,19 +82,19 @@ pub fn parsed(answer: &str) -> Option<Answer> {
 pub struct Page {
     port: u16,
     socket: WebSocket<TcpStream>,
-    /// What it was told when it came, or last.
+    /// The greeting that it got when it connected, or the last one.
     pub hello: Value,
     /// The newest feed.
     pub feed: Value,
 }
 
 impl Page {
-    /// Connects; `session`: as the page that had it.
+    /// Connects; with `session`, as the page that had that session.
     pub fn open(port: u16, session: Option<&str>) -> Self {
         Self::try_open(port, session).expect("a page that is let in")
     }
 
-    /// The same of a server that may not live so long.
+    /// The same for a server that may die meanwhile.
     pub fn try_open(port: u16, session: Option<&str>) -> Option<Self> {
         let stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
         stream.set_read_timeout(Some(LIMIT)).ok()?;
@@ -113,7 +113,7 @@ impl Page {
         self.hello["session"].as_str().unwrap().to_owned()
     }
 
-    /// Takes the next word of the pad.
+    /// Takes the next message of the pad.
     pub fn read(&mut self) {
         self.try_read().expect("a word of the pad within the limit");
     }
@@ -132,12 +132,12 @@ impl Page {
         Ok(())
     }
 
-    /// Says something.
+    /// Sends a message.
     pub fn say(&mut self, word: &Value) {
         self.socket.send(Message::Text(word.to_string().into())).unwrap();
     }
 
-    /// Takes feeds until one is so.
+    /// Takes feeds until one satisfies `is_so`.
     pub fn until(&mut self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
         let began = Instant::now();
         loop {
@@ -159,19 +159,19 @@ impl Page {
         self.until(step, |feed| feed["allowed"].as_array().is_some_and(|all| all.iter().any(|s| s == step)));
     }
 
-    /// Sends a request of the page's.
+    /// Sends a request as the page does.
     pub fn post(&self, path: &str, body: &[u8]) -> Answer {
         self.post_as(path, "application/json", body)
     }
 
-    /// The same with a type of its own.
+    /// The same with a content type.
     pub fn post_as(&self, path: &str, content_type: &str, body: &[u8]) -> Answer {
         let session = self.session();
         let headers = [("x-sketchnav-session", session.as_str()), ("content-type", content_type)];
         request(self.port, &format!("POST {path}"), &headers, body)
     }
 
-    /// Sends a drawing by a name of its own, to a server that may not live to answer.
+    /// Sends a drawing under a name, to a server that may die before it answers.
     pub fn send(&self, path: &str, body: &[u8], name: &str) -> Option<Answer> {
         let session = self.session();
         let headers = [
@@ -182,25 +182,25 @@ impl Page {
         try_request(self.port, &format!("POST {path}"), &headers, body)
     }
 
-    /// Sends a request that is to succeed.
+    /// Sends a request that must succeed.
     pub fn must(&self, path: &str, body: &Value) -> Value {
         let (status, answer) = self.post(path, body.to_string().as_bytes());
         assert_eq!(status, 200, "{path}: {answer}");
         answer
     }
 
-    /// Orders something.
+    /// Sends an order.
     pub fn order(&self, order: &str) -> Answer {
         self.post("/api/order", json!({ "order": order }).to_string().as_bytes())
     }
 
-    /// Goes without a word.
+    /// Disappears without closing the connection.
     pub fn vanish(self) {
         drop(self.socket);
     }
 }
 
-/// Reads a message, again where a signal interrupted it: a socket with a time limit is not read on by itself.
+/// Reads a message, retrying if a signal interrupted it, since a read with a time limit is not resumed automatically.
 pub(crate) fn read_whole<S: Read + Write>(socket: &mut WebSocket<S>) -> tungstenite::Result<Message> {
     loop {
         match socket.read() {

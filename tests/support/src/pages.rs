@@ -1,7 +1,7 @@
 //! The pages of the documentation, as tests read them: prose, links, code, commands.
 //!
-//! A block of code that says `sh` is run by a test, section by section. A line that ends with `&` goes on in the
-//! background. One that says `text` is shown alone; its commands must be ones that the program takes.
+//! A block of code marked `sh` is run by a test, section by section. A line that ends with `&` runs in the background. A block
+//! marked `text` is only shown; its commands must be ones that the program accepts.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -21,9 +21,9 @@ pub struct Page {
 
 /// A block of code.
 pub struct Block {
-    /// The heading that it stands below.
+    /// The heading above it.
     pub heading: String,
-    /// What it says that it is: `sh`, `toml`, `rust`, `text`.
+    /// Its language: `sh`, `toml`, `rust`, `text`.
     pub language: String,
     /// Its lines.
     pub lines: Vec<String>,
@@ -36,7 +36,7 @@ impl Block {
     }
 }
 
-/// The pages that people read: everything that ends with `.md` beside the sources.
+/// The pages that people read: everything in the sources that ends with `.md`.
 pub fn all() -> Vec<Page> {
     let mut pages = Vec::new();
     for folder in ["docs", "docs/navigators", "recordings", "sim/missions"] {
@@ -66,12 +66,12 @@ impl Page {
         Self { path: path.into(), text }
     }
 
-    /// All of it.
+    /// The whole text.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Its path, for messages.
+    /// Its path, for error messages.
     pub fn name(&self) -> String {
         self.path.display().to_string()
     }
@@ -129,14 +129,14 @@ impl Page {
     }
 }
 
-/// A folder's view of the repository, so that commands can name what ships as in a checkout.
+/// Links the repository into a place, so that commands can name what ships as in a checkout.
 pub fn settle(place: &Place) {
     for name in ["sim", "services"] {
         symlink(repository().join(name), place.files().join(name)).unwrap();
     }
 }
 
-/// The words of a command as a shell has them, as far as the pages use it.
+/// Parses a command as a shell does, as far as the pages need it.
 fn shell(place: &Place, line: &str) -> Command {
     let program = place.command("");
     let folder = Path::new(program.get_program()).parent().unwrap().to_owned();
@@ -149,7 +149,7 @@ fn shell(place: &Place, line: &str) -> Command {
     command
 }
 
-/// The program that a command calls, if it is one that a machine may lack.
+/// The program that a command calls, if a machine may lack it.
 fn program_of(line: &str) -> Option<&str> {
     line.split_whitespace().next().filter(|word| *word != "sketchnav" && !needs::COREUTILS.contains(word))
 }
@@ -159,7 +159,7 @@ fn system_of(line: &str) -> Option<&str> {
     line.split_whitespace().skip_while(|word| *word != "--system").nth(1)
 }
 
-/// Runs the commands of a section; each must end with 0, and leave nothing.
+/// Runs the commands of a section; each must end with exit code 0 and leave nothing.
 pub fn run(page: &str, heading: &str) {
     let commands = Page::of(page).commands(heading);
     assert!(!commands.is_empty(), "{page}: no commands below {heading:?}");
@@ -183,7 +183,7 @@ pub fn run(page: &str, heading: &str) {
         assert_eq!(ended.code, Some(0), "{page}: {line}: {ended}");
     }
     for running in behind {
-        // It may have ended by itself, by an order of the page.
+        // It may have ended by itself, by an order on the page.
         let _ = nix::sys::signal::kill(nix::unistd::Pid::from_raw(running.pid() as i32), Signal::SIGINT);
         running.end();
     }

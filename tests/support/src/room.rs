@@ -1,5 +1,5 @@
-//! A small mission: two rooms of three by four metres with a door between them, drawn at 100 pixels a metre. Its one
-//! task leads from the left room into the right one.
+//! A small mission: two rooms of three by four metres with a door between them, drawn at 100 pixels per metre. Its one task
+//! leads from the left room into the right one.
 
 use std::fs;
 use std::path::Path;
@@ -70,7 +70,7 @@ pub fn write(folder: &Path) {
     }
 }
 
-/// Replaces the one place in a file that reads `old`.
+/// Replaces the only occurrence of `old` in a file.
 pub fn replace(folder: &Path, file: &str, old: &str, new: &str) {
     let path = folder.join(file);
     let text = fs::read_to_string(&path).unwrap();
@@ -78,8 +78,8 @@ pub fn replace(folder: &Path, file: &str, old: &str, new: &str) {
     fs::write(path, text.replace(old, new)).unwrap();
 }
 
-/// Fails unless the mission ends at its goal while `bridge` joins it to a robot of another program. When that one is
-/// asked to end, it writes its place and its last command.
+/// Fails unless the mission ends at its goal while `bridge` connects it to a robot run by another program. When asked to end,
+/// that program writes its place and its last command.
 pub fn assert_driven_to_its_goal(mission: Running, bridge: Running, robot: Running) {
     let report = mission.end().json();
     assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");

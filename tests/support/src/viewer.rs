@@ -1,5 +1,5 @@
-//! A viewer of our own: what Foxglove's WebSocket protocol (`foxglove.sdk.v1`) says, byte by byte. Source: the protocol's
-//! specification, github.com/foxglove/ws-protocol, docs/spec.md, and for playing the SDK's own client.
+//! A viewer of our own, which speaks Foxglove's WebSocket protocol (`foxglove.sdk.v1`) byte by byte. Source: the protocol's
+//! specification, github.com/foxglove/ws-protocol, docs/spec.md, and for playback the SDK's own client.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
@@ -13,31 +13,31 @@ use tungstenite::{Message, WebSocket};
 use super::page::read_whole;
 use super::{Place, Running};
 
-/// Longest wait for the next thing that a server says.
+/// The longest wait for the next message of a server.
 const LIMIT: Duration = Duration::from_secs(60);
 
 /// A viewer that watches every topic.
 pub struct Viewer {
     socket: WebSocket<TcpStream>,
-    /// What the server said of itself.
+    /// What the server said about itself.
     pub info: Value,
-    /// By topic what was announced.
+    /// What was announced, by topic.
     pub topics: BTreeMap<String, Value>,
     by_subscription: BTreeMap<u32, String>,
 }
 
-/// What comes.
+/// What is received.
 #[derive(Debug)]
 pub enum Came {
     /// A message: its topic, its time, its content.
     Message(String, u64, Vec<u8>),
-    /// How playing stands.
+    /// The state of playback.
     Playback {
         /// 0 playing, 1 paused, 3 ended.
         status: u8,
         /// Nanoseconds.
         at_ns: u64,
-        /// Whether it was sought.
+        /// Whether there was a seek.
         did_seek: bool,
         /// The request that it answers.
         request: String,
@@ -46,7 +46,7 @@ pub enum Came {
     Time(u64),
 }
 
-/// Starts a view and hands back the link that it prints.
+/// Starts a view and returns the link that it prints.
 pub fn view(place: &Place, arguments: &str) -> (Running, String) {
     let mut child = place.command(&format!("view {arguments} --port 0")).spawn().unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map_while(Result::ok);
@@ -57,7 +57,7 @@ pub fn view(place: &Place, arguments: &str) -> (Running, String) {
 }
 
 impl Viewer {
-    /// Connects, waits for so many topics, and watches them all.
+    /// Connects, waits for this many topics, and watches them all.
     pub fn of_all(link: &str, topics: usize) -> Self {
         let mut viewer = Self::connect(link);
         while viewer.topics.len() < topics {
@@ -139,7 +139,7 @@ impl Viewer {
         }
     }
 
-    /// Plays or pauses at a rate, from a time or from where it stands.
+    /// Plays or pauses at a rate, from a time or from the current position.
     pub fn ask(&mut self, plays: bool, rate: f32, seek_ns: Option<u64>, name: &str) {
         let mut bytes = vec![3, u8::from(!plays)];
         bytes.extend(rate.to_le_bytes());

@@ -7,15 +7,15 @@ use regex_lite::Regex;
 
 use super::values::parse_pattern;
 
-/// Highest domain: the ports of the next one would lie beyond those that there are.
+/// Highest domain: the ports of the next one would be out of range.
 const MAX_DOMAIN: u16 = 232;
 
-/// Who is on the other side.
+/// The software on the other side.
 #[derive(Debug, Subcommand)]
 pub enum Other {
-    /// ROS 2, by DDS or Zenoh: each channel as the topic and the type under which it is recorded, with /clock, /tf,
-    /// /tf_static and /diagnostics. Ends with the system. Wants a build with `--features ros2` for DDS, `--features zenoh`
-    /// for Zenoh.
+    /// ROS 2, over DDS or Zenoh. Each channel is published under the topic and type with which it is recorded, together
+    /// with /clock, /tf, /tf_static and /diagnostics. Ends with the system. Needs a build with `--features ros2` for
+    /// DDS, or `--features zenoh` for Zenoh.
     #[command(
         name = "ros2",
         after_help = "Exit codes: 0 the system has ended or Ctrl-C, 2 bad input (no such system, no such topic), 3 anything else.\nExample: sketchnav bridge ros2 --system lab --domain 7 --topics scan 'odo.*'\nExample, which lets anybody in the domain give orders: sketchnav bridge ros2 --system lab --orders"
@@ -26,45 +26,45 @@ pub enum Other {
     },
 }
 
-/// What to carry to ROS 2, and where.
+/// The options of `bridge ros2`.
 #[derive(Debug, Clone, Args)]
 pub struct Ros2Options {
-    /// The system's name; may be left out where only one runs.
+    /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// What carries the messages: `dds`, `zenoh` or the name of an RMW implementation, as rmw_zenoh_cpp; left out,
-    /// RMW_IMPLEMENTATION's, else dds.
+    /// The middleware: `dds`, `zenoh` or the name of an RMW implementation such as rmw_zenoh_cpp. Default: that of
+    /// RMW_IMPLEMENTATION, otherwise dds.
     #[arg(long, value_parser = parse_rmw)]
     pub rmw: Option<Rmw>,
-    /// The ROS 2 domain, 0 to 232; left out, ROS_DOMAIN_ID's, else 0.
+    /// The ROS 2 domain, 0 to 232. Default: ROS_DOMAIN_ID, otherwise 0.
     #[arg(long, value_parser = parse_domain)]
     pub domain: Option<u16>,
-    /// Only the topics whose whole name one of these regular expressions matches; without any, all.
+    /// Only publish topics whose whole name matches one of these regular expressions. Default: all.
     #[arg(long, value_name = "REGEX", num_args = 1.., value_parser = TopicPattern::parse)]
     pub topics: Vec<TopicPattern>,
-    /// With DDS: use the network interface of this address alone (may be repeated), as 127.0.0.1; left out, all.
+    /// With DDS: use only the network interface with this address (may be repeated), as 127.0.0.1. Default: all.
     #[arg(long = "interface", value_name = "ADDRESS")]
     pub interfaces: Vec<IpAddr>,
-    /// With Zenoh: the router to connect to (may be repeated), as tcp/192.168.1.2:7447; left out, tcp/localhost:7447.
+    /// With Zenoh: the router to connect to (may be repeated), as tcp/192.168.1.2:7447. Default: tcp/localhost:7447.
     #[arg(long = "router", value_name = "ENDPOINT", value_parser = parse_endpoint)]
     pub routers: Vec<String>,
-    /// With Zenoh: be a router that listens here (may be repeated), as tcp/localhost:7447. Connects to others only where
-    /// --router names them.
+    /// With Zenoh: act as a router that listens here (may be repeated), as tcp/localhost:7447. It only connects to
+    /// other routers given by --router.
     #[arg(long, value_name = "ENDPOINT", value_parser = parse_endpoint)]
     pub listen: Vec<String>,
     /// A namespace for all topics and the node, as `robot_1`.
     #[arg(long, value_name = "NAME", default_value = "", value_parser = parse_namespace)]
     pub namespace: String,
-    /// Take orders from the topic /order (std_msgs/String, as `pause`). Anybody in the domain can give them.
+    /// Accept orders from the topic /order (std_msgs/String, as `pause`). Anyone in the domain can send them.
     #[arg(long)]
     pub orders: bool,
-    /// Be the world of a system that runs without one: a robot that publishes /scan and /odom is driven by /cmd_vel
-    /// (geometry_msgs/Twist).
+    /// Act as the world of a system that runs without one: a robot that publishes /scan and /odom is driven through
+    /// /cmd_vel (geometry_msgs/Twist).
     #[arg(long, conflicts_with_all = ["topics", "orders"])]
     pub drive: bool,
 }
 
-/// What carries the messages of ROS 2.
+/// The middleware of ROS 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rmw {
     /// DDS.
@@ -73,7 +73,7 @@ pub enum Rmw {
     Zenoh,
 }
 
-/// What carries the messages, by its name or that of an RMW implementation.
+/// Parses a middleware's name or that of an RMW implementation.
 pub fn parse_rmw(text: &str) -> Result<Rmw, String> {
     match text {
         "dds" | "rmw_fastrtps_cpp" | "rmw_fastrtps_dynamic_cpp" | "rmw_cyclonedds_cpp" | "rmw_connextdds" => {
@@ -84,7 +84,7 @@ pub fn parse_rmw(text: &str) -> Result<Rmw, String> {
     }
 }
 
-/// An endpoint of Zenoh.
+/// Parses a Zenoh endpoint.
 fn parse_endpoint(text: &str) -> Result<String, String> {
     let address = text.strip_prefix("tcp/").and_then(|address| address.rsplit_once(':'));
     let is_address = |(host, port): (&str, &str)| {
@@ -96,13 +96,13 @@ fn parse_endpoint(text: &str) -> Result<String, String> {
     if holds { Ok(text.to_owned()) } else { Err(expected()) }
 }
 
-/// A ROS 2 domain.
+/// Parses a ROS 2 domain.
 pub fn parse_domain(text: &str) -> Result<u16, String> {
     let domain = text.trim().parse().ok().filter(|domain| *domain <= MAX_DOMAIN);
     domain.ok_or_else(|| format!("expected a domain of ROS 2 from 0 to {MAX_DOMAIN}"))
 }
 
-/// A namespace without slashes around it; empty for none.
+/// Parses a namespace: without slashes around it; empty for none.
 fn parse_namespace(text: &str) -> Result<String, String> {
     let name = text.strip_prefix('/').unwrap_or(text);
     let is_token = |token: &str| {
@@ -115,26 +115,26 @@ fn parse_namespace(text: &str) -> Result<String, String> {
     if holds { Ok(name.to_owned()) } else { Err(expected()) }
 }
 
-/// Topics that are meant, by their whole names.
+/// A pattern that selects topics by their whole names.
 #[derive(Debug, Clone)]
 #[cfg_attr(
     not(any(feature = "ros2", feature = "zenoh")),
     allow(dead_code, reason = "the command line is the same in every build")
 )]
 pub struct TopicPattern {
-    /// As it was given.
+    /// The pattern as it was given.
     pub text: String,
     regex: Regex,
 }
 
 impl TopicPattern {
-    /// Topics have a slash before them in ROS 2; here it may be left out.
+    /// Parses a pattern. Topics have a leading slash in ROS 2; it may be omitted here.
     fn parse(text: &str) -> Result<Self, String> {
         let regex = parse_pattern(text.strip_prefix('/').unwrap_or(text))?;
         Ok(Self { text: text.to_owned(), regex })
     }
 
-    /// Whether the topic, without its slash, is meant.
+    /// Whether the pattern matches the topic, given without its leading slash.
     #[cfg(any(feature = "ros2", feature = "zenoh", test))]
     pub fn is_match(&self, topic: &str) -> bool {
         self.regex.is_match(topic)

@@ -1,4 +1,4 @@
-//! The options of the commands that run a whole system.
+//! Options of the commands that run a whole system.
 
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -11,76 +11,76 @@ use sketchnav_schemas::time::nanoseconds;
 
 use super::values::{MAX_SPEED, parse_service, parse_speed};
 
-/// What system to run, and where its results go.
+/// Which system to run, and where to put its results.
 #[derive(Debug, Clone, Args)]
 pub struct SystemOptions {
     /// The mission's seed.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// The method, in place of the mission's `navigator.method`. In drawings: outline, beam, boniardi-2015,
+    /// The method, overriding the mission's `navigator.method`. For drawings: outline, beam, boniardi-2015,
     /// boniardi-2015-fixed-scale or behzadian-2015.
     #[arg(long)]
     pub method: Option<String>,
-    /// Folder for the recording and the pictures; made if it is missing.
+    /// Folder for the recording and the pictures; created if missing.
     #[arg(long, default_value = "out")]
     pub out: PathBuf,
-    /// The system's name; several systems run side by side without seeing each other.
+    /// The system's name; several systems can run side by side without affecting each other.
     #[arg(long)]
     pub system: Option<String>,
-    /// Do not start this process (may be repeated). It is run by hand, or a real robot's driver takes its place.
+    /// Do not start this process (may be repeated). It is run by hand, or replaced by a real robot's driver.
     #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
     pub without: Vec<Process>,
-    /// Plan faults of messages and processes by this file (TOML; docs/ecosystem.md says how to write one).
+    /// Inject the faults planned in this file (TOML; see docs/ecosystem.md for how to write one).
     #[arg(long, value_name = "FILE")]
     pub faults: Option<PathBuf>,
-    /// Seconds after which a process that is stopped (SIGSTOP) is killed and started again.
+    /// Seconds after which a stopped process (SIGSTOP) is killed and restarted.
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = parse_seconds)]
     pub stopped_limit: f64,
     #[command(flatten)]
     pub split: SplitWhileGrowing,
 }
 
-/// How a recording is cut into files while it grows: `NAME_0.mcap`, `NAME_1.mcap` and so on.
+/// How a recording is split into files while it grows: `NAME_0.mcap`, `NAME_1.mcap` and so on.
 #[derive(Debug, Clone, Args)]
 pub struct SplitWhileGrowing {
-    /// Begin a next file of the recording, NAME_0.mcap, NAME_1.mcap and so on, when one has so many megabytes. NAME.mcap stands for
-    /// all of them.
+    /// Start the next file of the recording (NAME_0.mcap, NAME_1.mcap and so on) after this many megabytes. NAME.mcap
+    /// then refers to all of them.
     #[arg(long, value_name = "MEGABYTES", value_parser = parse_megabytes)]
     split_size: Option<f64>,
-    /// The same when one has so many simulated seconds.
+    /// Start the next file of the recording after this many simulated seconds.
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     split_duration: Option<f64>,
 }
 
 impl SplitWhileGrowing {
-    /// The limits in the recorder's units.
+    /// Returns the limits in the recorder's units.
     pub fn of(&self) -> Split {
         let bytes = self.split_size.map(|megabytes| (megabytes * 1e6) as u64);
         Split { bytes, duration_ns: self.split_duration.map(nanoseconds) }
     }
 }
 
-/// How to run a mission.
+/// The options of `run`.
 #[derive(Debug, Clone, Args)]
 pub struct RunOptions {
-    /// `max`: in lockstep, as fast as it goes; a number: simulated seconds a second (1 is real time).
+    /// `max`: in lockstep, as fast as possible; a number: simulated seconds per second (1 is real time).
     #[arg(long, default_value = "max", value_parser = parse_speed)]
     pub speed: Pace,
     #[command(flatten)]
     pub system: SystemOptions,
-    /// One JSON object on standard output instead of progress and a table.
+    /// Print one JSON object instead of progress and a table.
     #[arg(long)]
     pub json: bool,
-    /// Serve a page beside the mission that shows how it goes, and can abort it and go on with it.
+    /// Also serve a page that shows the mission, and that can abort and continue it.
     #[arg(long)]
     pub pad: bool,
-    /// Show the mission in Foxglove or Lichtblick, as `sketchnav view` does, on this port (0: one that is free).
+    /// Also show the mission in Foxglove or Lichtblick, as `sketchnav view` does, on this port (0: any free port).
     #[arg(long, value_name = "PORT", num_args = 0..=1, default_missing_value = super::tools::VIEW_PORT)]
     pub foxglove: Option<u16>,
     #[command(flatten)]
     pub site: PadSite,
-    /// The token of the page, letters and digits. Left out: the variable SKETCHNAV_PAD_TOKEN of the environment, else a new
-    /// one. Other users of this machine can read a command line, and no environment but their own.
+    /// The token of the page, letters and digits. Default: the environment variable SKETCHNAV_PAD_TOKEN, otherwise a
+    /// new one. Other users of this machine can read the command line, but not your environment.
     #[arg(long, requires = "pad")]
     pub token: Option<Token>,
 }
@@ -91,39 +91,39 @@ pub struct PadSite {
     /// Port of the page.
     #[arg(long, default_value_t = 7004)]
     pub port: u16,
-    /// Address of the page, 0.0.0.0 for all of this machine's. The link that is printed has the token without which nobody
-    /// gets in, on any address.
+    /// Address of the page; 0.0.0.0 for all addresses of this machine. On any address, the page
+    /// requires the token in the printed link.
     #[arg(long, default_value = "127.0.0.1", value_name = "ADDRESS")]
     pub bind: IpAddr,
-    /// A host name by which people call the page, as `robot.local` (may be repeated). Addresses in numbers need none.
+    /// A host name by which people reach the page, as `robot.local` (may be repeated). Numeric addresses are always accepted.
     #[arg(long = "host", value_name = "NAME", value_parser = parse_host)]
     pub hosts: Vec<String>,
-    /// Folder for mission files that are made on the page.
+    /// Folder for mission files that are saved from the page.
     #[arg(long, default_value = ".", value_name = "DIR")]
     pub save: PathBuf,
 }
 
-/// How to drive by what people draw.
+/// The options of `pad`.
 #[derive(Debug, Clone, Args)]
 pub struct PadOptions {
-    /// The world, the robot and its true start are this mission's; its drawing and its tasks are left out. Without
-    /// it, or with `demo`, the demo's building.
+    /// Use the world, the robot and its true start from this mission, but not its drawing and its tasks. Default, and
+    /// with `demo`: the demo's building.
     #[arg(long, value_name = "FILE")]
     pub mission: Option<PathBuf>,
-    /// Simulated seconds a second (1 is real time).
+    /// Simulated seconds per second (1 is real time).
     #[arg(long, default_value = "1", value_parser = parse_pace)]
     pub speed: Pace,
     #[command(flatten)]
     pub system: SystemOptions,
     #[command(flatten)]
     pub site: PadSite,
-    /// The token of the page, letters and digits. Left out: the variable SKETCHNAV_PAD_TOKEN of the environment, else a new
-    /// one. Other users of this machine can read a command line, and no environment but their own.
+    /// The token of the page, letters and digits. Default: the environment variable SKETCHNAV_PAD_TOKEN, otherwise a
+    /// new one. Other users of this machine can read the command line, but not your environment.
     #[arg(long)]
     pub token: Option<Token>,
 }
 
-/// A host name (RFC 1123), in lower case.
+/// Parses a host name (RFC 1123) and converts it to lower case.
 fn parse_host(text: &str) -> Result<String, String> {
     let known = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_');
     let is_label = |label: &str| (1..=63).contains(&label.len()) && label.bytes().all(known);
@@ -132,7 +132,7 @@ fn parse_host(text: &str) -> Result<String, String> {
     if holds { Ok(text.to_ascii_lowercase()) } else { Err(expected()) }
 }
 
-/// Real time alone: nobody draws in lockstep.
+/// Parses a pace, which must be real time: people cannot draw in lockstep.
 fn parse_pace(text: &str) -> Result<Pace, String> {
     match parse_speed(text)? {
         Pace::Lockstep => Err(format!("expected a number above 0 and up to {MAX_SPEED}")),
@@ -140,13 +140,13 @@ fn parse_pace(text: &str) -> Result<Pace, String> {
     }
 }
 
-/// The size of a file.
+/// Parses the size of a file.
 fn parse_megabytes(text: &str) -> Result<f64, String> {
     let megabytes = text.parse().ok().filter(|megabytes| (0.1..=1e6).contains(megabytes));
     megabytes.ok_or_else(|| "expected a number of megabytes, from 0.1 to 1000000".into())
 }
 
-/// A length of time that a person waits for.
+/// Parses a length of time that a person waits for.
 fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok().filter(|seconds| (1.0..=86_400.0).contains(seconds));
     seconds.ok_or_else(|| "expected a number of seconds, from 1 to 86400".into())

@@ -1,4 +1,4 @@
-//! The options of the tools that look at a running system, and of those that step in.
+//! Options of the tools that inspect a running system, and of those that intervene in it.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -10,111 +10,112 @@ use sketchnav_schemas::codes::{Order, Process};
 
 use super::values::{parse_drawn_place, parse_pattern, parse_served};
 
-/// Which channels of which system.
+/// Which channels of which system to read.
 #[derive(Debug, Clone, Args)]
 pub struct Tap {
-    /// The channel, as `sketchnav channels` lists it.
+    /// The channel, as listed by `sketchnav channels`.
     #[arg(required_unless_present = "regex", conflicts_with = "regex")]
     pub channel: Option<String>,
-    /// Every channel whose whole name this regular expression matches, instead of one.
+    /// Read all channels whose whole name matches this regular expression, instead of one.
     #[arg(long, value_name = "PATTERN", value_parser = parse_pattern)]
     pub regex: Option<Regex>,
-    /// The system's name; may be left out where only one runs.
+    /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// Stop after so many messages.
+    /// Stop after this many messages.
     #[arg(long)]
     pub count: Option<u64>,
 }
 
-/// Where viewers look first.
+/// The port that viewers try first.
 pub const VIEW_PORT: &str = "8765";
 
-/// What to show, and where.
+/// The options of `view`.
 #[derive(Debug, Clone, Args)]
 pub struct ViewOptions {
-    /// A recording, or the name of a running system; may be left out where only one runs. A file goes before a system.
+    /// A recording, or the name of a running system; optional if only one is running. A file takes precedence over a system.
     #[arg(value_name = "SYSTEM|FILE")]
     pub target: Option<String>,
-    /// The system's name, whatever files there are.
+    /// The system's name, even if there is a file of that name.
     #[arg(long, conflicts_with = "target")]
     pub system: Option<String>,
-    /// The port on this machine; 0 for one that is free.
+    /// The port on this machine; 0 for any free port.
     #[arg(long, default_value = VIEW_PORT)]
     pub port: u16,
-    /// Of a recording: recorded seconds a second; viewers may change it.
+    /// For a recording: recorded seconds per second; viewers may change it.
     #[arg(long, value_parser = parse_playback_rate)]
     pub rate: Option<f64>,
-    /// Of a recording: begin again at the end.
+    /// For a recording: start again at the end.
     #[arg(long = "loop")]
     pub again: bool,
-    /// Of a recording: wait for the viewer's play button.
+    /// For a recording: wait for the viewer's play button.
     #[arg(long)]
     pub paused: bool,
 }
 
-/// What to print of the messages.
+/// The options of `echo`.
 #[derive(Debug, Clone, Args)]
 pub struct EchoOptions {
     #[command(flatten)]
     pub tap: Tap,
-    /// Only this field, as `pose.pose.position.x` or `ranges[3]`; may be repeated.
+    /// Print only this field, as `pose.pose.position.x` or `ranges[3]`; may be repeated.
     #[arg(long = "field", value_name = "PATH")]
     pub fields: Vec<String>,
-    /// Print one message: the newest that there is, or the first that comes.
+    /// Print one message: the newest one, or the first one to arrive.
     #[arg(long, conflicts_with = "count")]
     pub once: bool,
-    /// The messages of this recording, in the order of time, instead of a running system's.
+    /// Print the messages of this recording, in the order of time, instead of a running system's.
     #[arg(long, value_name = "RECORDING", conflicts_with = "system")]
     pub file: Option<PathBuf>,
-    /// A table with commas instead of JSON: number, time, cause and the fields; without --field all that are in no list.
+    /// Print comma-separated values instead of JSON: number, time, cause and the fields;
+    /// without --field, all fields outside lists.
     #[arg(long, conflicts_with = "regex")]
     pub csv: bool,
 }
 
-/// How to tell the rate.
+/// The options of `hz`.
 #[derive(Debug, Clone, Args)]
 pub struct HzOptions {
     #[command(flatten)]
     pub tap: Tap,
-    /// The messages of this recording, by its times, instead of a running system's.
+    /// Measure the messages of this recording, by its times, instead of a running system's.
     #[arg(long, value_name = "RECORDING", conflicts_with = "system")]
     pub file: Option<PathBuf>,
-    /// One JSON object a line instead of text.
+    /// Print one JSON object per line instead of text.
     #[arg(long = "json", id = "json_lines")]
     pub json: bool,
 }
 
-/// Which processes' output to print.
+/// The options of `logs`.
 #[derive(Debug, Clone, Args)]
 pub struct LogsOptions {
-    /// Only these processes; without any, all.
+    /// Print only the output of these processes. Default: all.
     #[arg(value_parser = parse_served)]
     pub processes: Vec<Process>,
-    /// The system's name; may be left out where only one runs.
+    /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// Go on until the system ends.
+    /// Keep printing until the system ends.
     #[arg(short, long)]
     pub follow: bool,
-    /// Begin with so many of the last lines of each process.
+    /// Start with this many of the last lines of each process.
     #[arg(short = 'n', long, default_value_t = 100)]
     pub lines: usize,
-    /// Only lines in which this regular expression is found.
+    /// Print only lines that match this regular expression.
     #[arg(long, value_name = "PATTERN", value_parser = parse_part)]
     pub grep: Option<Regex>,
-    /// One JSON object a line instead of text.
+    /// Print one JSON object per line instead of text.
     #[arg(long = "json", id = "json_lines")]
     pub json: bool,
 }
 
-/// Which process to start anew.
+/// The options of `restart`.
 #[derive(Debug, Clone, Args)]
 pub struct RestartOptions {
     /// The process.
     #[arg(value_parser = parse_served)]
     pub process: Process,
-    /// The system's name; may be left out where only one runs.
+    /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
     /// Kill it at once (SIGKILL) instead of asking it to end (SIGTERM).
@@ -123,79 +124,79 @@ pub struct RestartOptions {
     /// How long its successor may take, seconds.
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = parse_patience)]
     pub timeout: Duration,
-    /// One JSON object instead of text.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
-/// What to order.
+/// The options of `send`.
 #[derive(Debug, Clone, Args)]
 pub struct SendOptions {
     /// The order.
     #[arg(value_parser = parse_order)]
     pub order: Order,
-    /// The task that it is about, from 1, where the order names one.
+    /// The task that the order is about, from 1, if it names one.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub task: u32,
-    /// With `resume`: the landmark state that a lost robot was led to, from 1. It goes on from there.
+    /// With `resume`: the landmark state to which a lost robot was led, from 1, and from which it continues.
     #[arg(long, value_name = "N", conflicts_with = "task", value_parser = clap::value_parser!(u32).range(1..))]
     pub state: Option<u32>,
-    /// With `here`: where in the drawing the robot is, image pixels (column, row; row 0 at the top).
+    /// With `here`: where the robot is in the drawing, image pixels (column, row; row 0 at the top).
     #[arg(long, value_name = "X,Y", value_parser = parse_drawn_place, conflicts_with_all = ["task", "state"])]
     pub at: Option<[f64; 2]>,
-    /// With `here`: its heading, degrees counter-clockwise from "to the right" as one looks at the drawing.
+    /// With `here`: the robot's heading, degrees counter-clockwise from "to the right" as seen on the drawing.
     #[arg(long, value_name = "DEG", value_parser = parse_heading, requires = "at", allow_negative_numbers = true)]
     pub heading: Option<f64>,
-    /// The system's name; may be left out where only one runs.
+    /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// How long it may take until the order is on its channel, seconds.
+    /// How long to wait until the order is on its channel, seconds.
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = parse_patience)]
     pub timeout: Duration,
-    /// One JSON object instead of text.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
-/// What to keep of a running recording.
+/// The options of `snapshot`.
 #[derive(Debug, Clone, Args)]
 pub struct SnapshotOptions {
-    /// The system's name; may be left out where only one runs.
+    /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// So much, recorded seconds up to now.
+    /// How much to save, recorded seconds up to now.
     #[arg(long, value_name = "S", default_value = "30", value_parser = parse_patience)]
     pub last: Duration,
-    /// Wait for the next message on this channel first: `faults`, `contact`.
+    /// First wait for the next message on this channel, as `faults` or `contact`.
     #[arg(long, value_name = "CHANNEL")]
     pub on: Option<String>,
-    /// Wait so long behind the trigger, seconds: what comes of it is kept, too.
+    /// After the trigger, wait this long to include its effects, seconds.
     #[arg(long, value_name = "S", default_value = "0", value_parser = parse_patience)]
     pub after: Duration,
-    /// Only the topics whose whole name this regular expression matches.
+    /// Save only topics whose whole name matches this regular expression.
     #[arg(long, value_name = "PATTERN", value_parser = parse_pattern)]
     pub regex: Option<Regex>,
-    /// Where to write it.
+    /// Where to write the recording.
     #[arg(short, long, value_name = "MCAP")]
     pub output: PathBuf,
-    /// One JSON object instead of text.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
-/// What to draw.
+/// The options of `graph`.
 #[derive(Debug, Clone, Args)]
 pub struct GraphOptions {
-    /// A running system: its channels, with their rates now.
+    /// Draw the channels of this running system, with their current rates.
     #[arg(long, conflicts_with = "kind")]
     pub system: Option<String>,
-    /// The channels of this kind of navigator.
+    /// Draw the channels of this kind of navigator.
     #[arg(long)]
     pub kind: Option<String>,
     /// Where to write the picture.
     #[arg(short, long, value_name = "SVG", default_value = "pipeline.svg")]
     pub output: PathBuf,
-    /// One JSON object with the figures on standard output.
+    /// Print one JSON object with the figures.
     #[arg(long)]
     pub json: bool,
 }
@@ -213,7 +214,7 @@ fn parse_order(text: &str) -> Result<Order, String> {
     text.parse()
 }
 
-/// A heading, in radians.
+/// Parses a heading in degrees; returns radians.
 fn parse_heading(text: &str) -> Result<f64, String> {
     let degrees = text.parse().ok().filter(|degrees| ANGLE_DEG.holds(*degrees));
     let radians = degrees.map(f64::to_radians);

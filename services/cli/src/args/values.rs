@@ -1,11 +1,11 @@
-//! Values that options of several commands take.
+//! Values of the options of several commands.
 
 use regex_lite::Regex;
 use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::Pace;
 
-/// A process that is a service.
+/// Parses the name of a service's process.
 pub fn parse_service(word: &str) -> Result<Process, String> {
     match word.parse() {
         Ok(process) if SERVICES.contains(&process) => Ok(process),
@@ -13,7 +13,7 @@ pub fn parse_service(word: &str) -> Result<Process, String> {
     }
 }
 
-/// A process that can be served by hand.
+/// Parses the name of a process that can be served by hand.
 pub fn parse_served(word: &str) -> Result<Process, String> {
     match EXTRAS.into_iter().find(|extra| extra.word() == word) {
         Some(extra) => Ok(extra),
@@ -21,19 +21,19 @@ pub fn parse_served(word: &str) -> Result<Process, String> {
     }
 }
 
-/// A regular expression for whole names.
+/// Parses a regular expression that has to match whole names.
 pub fn parse_pattern(text: &str) -> Result<Regex, String> {
     Regex::new(&format!("^(?:{text})$")).map_err(|error| format!("expected a regular expression: {error}"))
 }
 
-/// A place of a floor, metres, and a heading there, degrees counter-clockwise from the x axis.
+/// A place on a floor, metres, and optionally a heading, degrees counter-clockwise from the x axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FloorPlace {
     pub at_m: [f64; 2],
     pub heading_deg: Option<f64>,
 }
 
-/// `X,Y` or `X,Y,DEG`.
+/// Parses `X,Y` or `X,Y,DEG`.
 pub fn parse_floor_place(text: &str) -> Result<FloorPlace, String> {
     match parse_numbers(text).as_deref() {
         Some(&[x, y]) => Ok(FloorPlace { at_m: [x, y], heading_deg: None }),
@@ -42,22 +42,22 @@ pub fn parse_floor_place(text: &str) -> Result<FloorPlace, String> {
     }
 }
 
-/// A place of a drawing, `X,Y`.
+/// Parses a place in a drawing, `X,Y`.
 pub fn parse_drawn_place(text: &str) -> Result<[f64; 2], String> {
     let place = parse_numbers(text).and_then(|numbers| numbers.try_into().ok());
     place.ok_or_else(|| "expected two numbers with a comma between them, as 520,90".to_owned())
 }
 
-/// Finite numbers with commas between them.
+/// Parses finite numbers separated by commas.
 fn parse_numbers(text: &str) -> Option<Vec<f64>> {
     let number = |word: &str| word.trim().parse().ok().filter(|number: &f64| number.is_finite());
     text.split(',').map(number).collect()
 }
 
-/// Beyond this no machine keeps up; `max` is for those who want all that there is.
+/// No machine keeps up beyond this speed; `max` is for the full speed of the machine.
 pub const MAX_SPEED: f64 = 100.0;
 
-/// `max`, or how many simulated seconds go by in one.
+/// Parses `max`, or a number of simulated seconds per second.
 pub fn parse_speed(text: &str) -> Result<Pace, String> {
     if text == "max" {
         return Ok(Pace::Lockstep);

@@ -1,8 +1,8 @@
-//! Kills the processes of a run at moments drawn by lot.
+//! Kills the processes of a run at random moments.
 //!
-//! A moment is a share of the mission, measured by how much the world has done, not by the clock. However long the
-//! recoveries take, the kills spread over the whole mission. Which moments and which processes the seed decides; where
-//! in its step a process is hit, chance. Kills at start-up come whenever something starts.
+//! A moment is a fraction of the mission, measured by the world's progress and not by the clock, so that the kills
+//! spread over the whole mission however long the recoveries take. The seed decides at which moments which processes
+//! are hit; where in its step a process is hit is chance. Kills at start-up happen whenever a process starts.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fs;
@@ -21,24 +21,24 @@ use sketchnav_schemas::seed;
 
 use crate::args::{ChaosOptions, KillSignal};
 
-/// How often to look.
+/// How often to check the processes.
 const LOOK_EVERY: Duration = Duration::from_micros(500);
-/// After this share of the mission no process is killed: a later one would have nothing left to recover.
+/// Beyond this fraction of the mission no process is killed: it would have nothing left to recover.
 const LAST_SHARE: f64 = 0.95;
-/// The same in real time, where a mission may end sooner than the undisturbed one.
+/// The same in real time, where a mission may end earlier than the undisturbed one.
 const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;
-/// How often two are killed at once.
+/// How often two processes are killed at once.
 const PAIRS: f64 = 0.2;
-/// A process that starts is killed within this time of its life.
+/// A starting process is killed within this time of its start.
 const YOUNG: Duration = Duration::from_millis(12);
-/// A process is killed so many times in a row while it starts: after some more it would be given up.
+/// How often in a row a process is killed while it starts; a few more, and it would be given up.
 const YOUNG_KILLS: u32 = 3;
-/// A process that takes longer is no longer waited for.
+/// How long a recovery is waited for.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// What is to be disturbed.
+/// The run to disturb.
 pub struct Plan {
-    /// How much the world does in the whole mission.
+    /// How much work the world does in the whole mission.
     pub steps: u32,
     /// The run's process id.
     pub supervisor: u32,
@@ -46,16 +46,16 @@ pub struct Plan {
     pub system: String,
 }
 
-/// What is to be done at one moment.
+/// What is to be killed at one moment.
 #[derive(Debug, Clone, PartialEq)]
 struct Blow {
-    /// As much as the world has done by then.
+    /// The world's progress at that moment.
     moment: u32,
     /// One process, or two at once.
     who: Vec<Process>,
 }
 
-/// Draws so many kills.
+/// Draws as many kills as the options ask for.
 fn blows(options: &ChaosOptions, steps: u32, rng: &mut Pcg64Mcg) -> Vec<Blow> {
     let share = match options.speed {
         Pace::Lockstep => LAST_SHARE,
@@ -79,29 +79,29 @@ fn blows(options: &ChaosOptions, steps: u32, rng: &mut Pcg64Mcg) -> Vec<Blow> {
 /// A kill.
 #[derive(Debug)]
 pub struct Hit {
-    /// Who was hit.
+    /// The process that was hit.
     pub process: Process,
-    /// How long it took until it had done something new.
+    /// How long it took until it had done new work.
     pub recovered: Option<Duration>,
     at: Instant,
     progress: u32,
 }
 
-/// Kills, and sees how long the recovery takes.
+/// Kills processes, and measures the recoveries.
 pub struct Injector<'a> {
     options: &'a ChaosOptions,
     plan: Plan,
     rng: Pcg64Mcg,
-    /// What is to come, in turn.
+    /// The kills to come, in order.
     blows: VecDeque<Blow>,
     hits: Vec<Hit>,
     system: Option<(System, Watch)>,
-    /// Those whose start has been dealt with.
+    /// Processes whose start has been handled.
     known: BTreeSet<u32>,
 }
 
 impl<'a> Injector<'a> {
-    /// Draws what is to be done.
+    /// Draws the kills.
     pub fn new(options: &'a ChaosOptions, plan: Plan) -> Self {
         let mut rng = seed::stream(options.seed, "chaos");
         let blows = blows(options, plan.steps, &mut rng).into();
@@ -145,7 +145,7 @@ impl<'a> Injector<'a> {
         self.hits.iter().any(|hit| hit.process == process && open(hit))
     }
 
-    /// A blow waits until all whom it hits are there and have recovered from the one before.
+    /// Strikes once all processes that a blow hits are running and have recovered from the one before.
     fn hit_when_due(&mut self) {
         let done = self.progress(Process::World);
         if self.blows.front().is_none_or(|blow| done < blow.moment) {
@@ -166,7 +166,7 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// What hits nobody, for it has just ended by itself, is tried again.
+    /// A process that is missed because it has just ended by itself is tried again.
     fn strike(&mut self, due: usize, ready: &[(Process, u32)]) {
         let missed = ready.iter().filter(|&&(process, pid)| !self.hit(process, pid));
         let missed: Vec<_> = missed.map(|&(process, _)| process).collect();
@@ -177,7 +177,7 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// The process that has just been started.
+    /// Kills processes that have just been started.
     fn hit_the_young(&mut self) {
         for (process, pid) in serving(self.plan.supervisor) {
             let in_a_row = self.hits.iter().rev().filter(|hit| hit.process == process);
@@ -192,7 +192,7 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// A kill that was not drawn stands for the last of those that were.
+    /// Drops the last of the drawn kills, in place of which an undrawn one was made.
     fn forget_one(&mut self) {
         if let Some(mut blow) = self.blows.pop_back() {
             blow.who.pop();
@@ -200,7 +200,7 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// False where it has just ended by itself.
+    /// Kills a process; false if it has just ended by itself.
     fn hit(&mut self, process: Process, pid: u32) -> bool {
         let progress = self.progress(process);
         let Some((system, _)) = &self.system else { return false };
@@ -215,7 +215,7 @@ impl<'a> Injector<'a> {
     }
 }
 
-/// The processes that a supervisor has started and that live.
+/// The living processes that a supervisor has started.
 fn serving(supervisor: u32) -> Vec<(Process, u32)> {
     let children = fs::read_to_string(format!("/proc/{supervisor}/task/{supervisor}/children"));
     let pids = children.unwrap_or_default();
@@ -223,14 +223,14 @@ fn serving(supervisor: u32) -> Vec<(Process, u32)> {
     pids.filter_map(|pid| Some((served(pid)?, pid))).collect()
 }
 
-/// What the process `pid` was started as: `serve PROCESS …`. Nothing where it is dead.
+/// The process as which `pid` was started: `serve PROCESS …`. `None` if it is dead.
 fn served(pid: u32) -> Option<Process> {
     let line = fs::read_to_string(format!("/proc/{pid}/cmdline")).ok()?;
     let mut words = line.split('\0').skip_while(|word| *word != "serve");
     words.nth(1)?.parse().ok()
 }
 
-/// How many processes live that serve the system.
+/// The number of living processes that serve the system.
 pub fn orphans(system: &str) -> usize {
     let entries = fs::read_dir("/proc").into_iter().flatten();
     let pids = entries.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<u32>().ok());
@@ -242,10 +242,10 @@ pub fn orphans(system: &str) -> usize {
 }
 
 impl KillSignal {
-    /// All there are.
+    /// All kinds.
     pub const ALL: [Self; 4] = [Self::Kill, Self::Stop, Self::Term, Self::Starve];
 
-    /// The same in a schedule.
+    /// The corresponding action in a schedule.
     pub fn action(self) -> Action {
         match self {
             Self::Kill => Action::Kill,
@@ -255,7 +255,7 @@ impl KillSignal {
         }
     }
 
-    /// The signal, where one does it.
+    /// The signal, if it is done by one.
     pub fn signal(self) -> Option<Signal> {
         match self {
             Self::Kill => Some(Signal::SIGKILL),
@@ -265,7 +265,7 @@ impl KillSignal {
         }
     }
 
-    /// One of `kinds`, of which there is at least one.
+    /// Draws one of `kinds`, of which there is at least one.
     pub fn drawn(kinds: &[Self], rng: &mut Pcg64Mcg) -> Self {
         match kinds {
             [only] => *only,
@@ -278,7 +278,7 @@ impl KillSignal {
 mod tests {
     use super::*;
 
-    /// Who was hit once depended on who had just recovered, and with it on the clock.
+    /// The processes to hit once depended on which one had just recovered, and so on the clock.
     #[test]
     fn the_seed_decides_when_who_is_hit() {
         let options = ChaosOptions::of_words(&["--kills", "50", "--targets", "world,planner"]);

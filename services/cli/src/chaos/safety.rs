@@ -1,5 +1,5 @@
-//! Whether the robot was safe while its processes died: it stops without commands, and touches no
-//! wall. It is judged by the recording of a run in real time.
+//! Whether the robot was safe while its processes died: it has to stop without commands, and must not touch a wall.
+//! Judged from the recording of a run in real time.
 
 use std::path::Path;
 
@@ -12,23 +12,23 @@ use sketchnav_schemas::message::{Contact, GroundTruth};
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_sim::simulation::COMMAND_LIMIT_NS;
 
-/// The mission's last status, by which faults are timed, is so much older than they are, at most, s.
+/// How much older than a fault the mission's last status, which dates it, may be, s.
 const LATE_S: f64 = 0.3;
-/// Slower than this it stands still: people push it about, and contacts jitter.
+/// Below this speed the robot counts as standing: people push it about, and contacts jitter.
 const STANDSTILL_MPS: f64 = 0.02;
-/// A contact within this time of a death may be its fault, simulated s.
+/// A contact within this time of a death may be due to it, simulated s.
 const AFTERMATH_S: f64 = 5.0;
 
-/// How safe it was.
+/// How safe the robot was.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Safety {
     /// Contacts with walls that began within five simulated seconds of a death.
     pub wall_contacts: usize,
-    /// How often a navigator was away for longer than the robot may drive on and takes to brake.
+    /// How often a navigator was absent for longer than the robot may take to stop.
     pub outages: usize,
-    /// Of these, after how many the robot still moved.
+    /// After how many of these the robot was still moving.
     pub unstopped: usize,
-    /// Longest time from the last status before such a death to the robot's standstill, simulated s.
+    /// Longest time from the last status before such a death until the robot stood still, simulated s.
     pub longest_stop_s: f64,
 }
 
@@ -59,8 +59,8 @@ fn judge(run: &RunConfig, faults: &[FaultInfo], truth: &[GroundTruth], contacts:
     safety
 }
 
-/// From when to when a navigator was away, where that is longer than a stop takes; one that never came back until the
-/// recording's end.
+/// The periods for which a navigator was absent, if they are longer than a stop takes; one that never returned is
+/// absent until the end of the recording.
 fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)> {
     let Pace::RealTime { speed } = run.pace else { return Vec::new() };
     // A robot that stands still needs no sketcher.
@@ -71,7 +71,7 @@ fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)>
     let is_death = |fault: &FaultInfo| fault.kind == "died" && navigators.contains(&fault.process);
     for (i, died) in faults.iter().enumerate().filter(|(_, fault)| is_death(fault)) {
         let back = faults[i..].iter().find(|f| f.kind == "recovered" && f.process == died.process);
-        // One that was stopped was away before it died.
+        // A process that was stopped was absent before it died.
         let silences = faults[..i].iter().filter(|f| f.kind == "unresponsive" && f.pid == died.pid);
         let silent_ms = silences.map(|fault| fault.duration_ms).fold(0.0, f64::max);
         let away_s =
@@ -84,15 +84,15 @@ fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)>
     away
 }
 
-/// For how long the world was away too, from `died` to `back`, milliseconds on the clock: its time, the robot's, stood
-/// still.
+/// How long the world was absent too, from `died` to `back`, milliseconds by the clock: meanwhile its time, which is
+/// the robot's, stood still.
 fn halted_ms(faults: &[FaultInfo], died: &FaultInfo, back: &FaultInfo) -> f64 {
     let is_meanwhile = |fault: &&FaultInfo| (died.stamp_s..=back.stamp_s).contains(&fault.stamp_s);
     let worlds = faults.iter().filter(|f| f.kind == "recovered" && f.process == Process::World.word());
     worlds.filter(is_meanwhile).map(|fault| fault.duration_ms).sum()
 }
 
-/// How long a robot without commands may move, simulated s.
+/// How long a robot without commands may keep moving, simulated s.
 fn stop_s(run: &RunConfig) -> f64 {
     let limits = &run.robot.limits;
     let brake_s = limits.speed_mps / limits.acceleration_mps2;
@@ -128,7 +128,7 @@ mod tests {
         FaultInfo { stamp_s: 10.0, kind, process, pid: 7, restarts: 0, missing: 0, duration_ms, words }
     }
 
-    /// Ten times a second, for 20 s; moving until then and from 13 s on.
+    /// Ten times a second, for 20 s; moving until `until_s` and from 13 s on.
     fn truth(until_s: f64) -> Vec<GroundTruth> {
         let at = |i: u64| {
             let mut truth: GroundTruth = bytemuck::Zeroable::zeroed();
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!(judge(&run(), &stopped, &truth(11.9), &[]).unstopped, 1);
     }
 
-    /// Its robot was once said to drive on, because a second on the clock was taken for one of the world's.
+    /// The robot was once reported as driving on, because a second by the clock was taken for one of the world's.
     #[test]
     fn while_the_world_is_dead_too_its_time_stands_still() {
         let both = [
@@ -167,7 +167,7 @@ mod tests {
         assert_eq!(judge(&run(), &alone, &truth(20.0), &[]).unstopped, 1);
     }
 
-    /// Once the worst case of all was no outage.
+    /// The worst case of all once did not count as an outage.
     #[test]
     fn who_never_comes_back_is_away_until_the_end() {
         let dead = [fault("died", "localizer", 0.0)];

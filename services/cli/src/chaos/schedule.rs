@@ -1,4 +1,4 @@
-//! Schedules of faults: drawn, read, written, played.
+//! Schedules of faults: draws, reads and writes them.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -20,14 +20,14 @@ use crate::failure::{Failure, OrInput};
 use crate::launch::fault_plan;
 use crate::mission;
 
-/// After this share of its messages a process is hit no more: nothing would be left to recover.
+/// Beyond this fraction of its messages a process is not hit any more: nothing would be left to recover.
 const LAST_SHARE: f64 = 0.9;
-/// A process is hit so many times at one message: after some more it would be given up.
+/// How often a process is hit at one message; a few more, and it would be given up.
 const MOST_AT_ONE: usize = 3;
-/// Of the processor, what a starved process gets, percent; and for how long, ms.
+/// The share of the processor that a starved process gets, percent; and for how long, ms.
 const SHARES_PERCENT: RangeInclusive<u32> = 2..=50;
 const STARVATION_MS: RangeInclusive<u64> = 200..=2000;
-/// How a schedule that was not planned says what it is.
+/// The heading of a schedule that was not planned.
 const HAPPENED: &str = "# What happened, each fault at the first message at or after its time.\n";
 const PLANNED: &str =
     "# Played by `sketchnav chaos MISSION --schedule FILE` and `sketchnav run MISSION --faults FILE`.\n";
@@ -43,7 +43,7 @@ pub fn given(options: &ChaosOptions, mission: &Path) -> Result<Option<FaultPlan>
     Ok(Some(fault_plan(path, kind).or_input()?))
 }
 
-/// A schedule that is drawn, by what the channels have; `None` where kills come by lot.
+/// A random schedule, based on the messages of the channels; `None` if kills come at random moments.
 pub fn drawn(options: &ChaosOptions, reference: &Path) -> Result<Option<FaultPlan>, Failure> {
     if !options.at_messages {
         return Ok(None);
@@ -60,7 +60,7 @@ pub fn drawn(options: &ChaosOptions, reference: &Path) -> Result<Option<FaultPla
     Ok(Some(draw(options, kind, &counts)?))
 }
 
-/// Draws so many faults, each before a message of one of the targets.
+/// Draws as many faults as the options ask for, each before a message of one of the targets.
 fn draw(options: &ChaosOptions, kind: &str, counts: &BTreeMap<&str, u64>) -> anyhow::Result<FaultPlan> {
     let places: Vec<(&str, u64)> = options
         .targets
@@ -99,7 +99,7 @@ fn draw(options: &ChaosOptions, kind: &str, counts: &BTreeMap<&str, u64>) -> any
     Ok(FaultPlan { fault: plan })
 }
 
-/// The channel by whose messages a process is hit: its last word in an instant, or what it writes last of all.
+/// The channel at whose messages a process is hit: its last message of an instant, or the last channel that it writes.
 fn mouth(
     process: Process,
     kind: &str,
@@ -110,7 +110,7 @@ fn mouth(
     })
 }
 
-/// Writes a schedule that is to be played.
+/// Writes a schedule that is to be applied.
 pub fn write(path: &Path, plan: &FaultPlan) -> anyhow::Result<()> {
     write_with(path, PLANNED, plan)
 }
@@ -120,7 +120,7 @@ fn write_with(path: &Path, heading: &str, plan: &FaultPlan) -> anyhow::Result<()
     sketchnav_files::write(path, format!("{heading}{text}")).with_context(|| path.display().to_string())
 }
 
-/// Writes the faults of the run whose results lie below `out`, as its recording has them.
+/// Writes the faults of the run whose results are below `out`, according to its recording.
 pub fn write_happened(path: &Path, out: &Path) -> anyhow::Result<()> {
     let mut plan = FaultPlan::default();
     if let Some(recording) = recording_below(out) {
@@ -146,7 +146,7 @@ fn again(fault: &FaultInfo, kind: &str) -> Option<PlannedFault> {
     })
 }
 
-/// The first recording in the folders of a folder.
+/// The first recording in the subfolders of `out`.
 fn recording_below(out: &Path) -> Option<PathBuf> {
     let folders = std::fs::read_dir(out).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
     let files = folders.filter_map(|folder| std::fs::read_dir(folder).ok()).flatten();
@@ -154,13 +154,13 @@ fn recording_below(out: &Path) -> Option<PathBuf> {
     files.filter(|path| path.extension().is_some_and(|extension| extension == "mcap")).min()
 }
 
-/// The planned faults that happened, by a recording, and how long each recovery took.
+/// The planned faults that happened, according to a recording, and how long each recovery took.
 pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
     let mut kills: Vec<Kill> = Vec::new();
     for fault in faults(recording).context("the disturbed recording")? {
         let Ok(process) = fault.process.parse() else { continue };
         if fault.kind == FaultKind::Injected.word() {
-            // Of all that is injected a starvation alone has a duration.
+            // Of all injected faults, only a starvation has a duration.
             kills.push(Kill { process, recovered_ms: None, is_starved: fault.duration_ms > 0.0 });
         } else if fault.kind == FaultKind::Recovered.word() {
             let open = kills.iter_mut().rev().find(|kill| kill.process == process && kill.is_open());
@@ -170,7 +170,7 @@ pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
     Ok(kills)
 }
 
-/// A failure of the disturbed run, with what plays it again.
+/// A failure of the disturbed run, with the schedule that repeats it.
 pub fn told(failure: Failure, schedule: &Path) -> Failure {
     let words = |error: anyhow::Error| anyhow!("{error:#}; --schedule {} plays it again", schedule.display());
     match failure {

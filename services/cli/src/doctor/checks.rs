@@ -15,17 +15,17 @@ use sketchnav_supervisor::check_file_limit;
 
 use super::{Finding, Level};
 
-/// Where POSIX shared memory lies.
+/// The folder of POSIX shared memory.
 const SHARED_MEMORY: &str = "/dev/shm";
-/// Names that the program makes itself are at most so long: a mission's of 24 characters, a hyphen, a process id.
+/// Longest name that the program makes up itself: a mission's of 24 characters, a hyphen, a process id.
 const USUAL_NAME: usize = 32;
-/// `pidfd_open`, by which the supervisor waits for its processes, came with this version of Linux.
+/// The version of Linux that introduced `pidfd_open`, with which the supervisor waits for its processes.
 const OLDEST_KERNEL: (u32, u32) = (5, 3);
-/// Room for a recording: some ten of the demo's.
+/// Room for a recording: some ten times that of the demo.
 const NEEDED_DISK_MIB: u64 = 100;
-/// A nap of a millisecond that takes longer than this in the median makes real time late.
+/// If a nap of a millisecond takes longer than this in the median, real time is late.
 const LATE: Duration = Duration::from_millis(3);
-/// So many naps are taken.
+/// The number of naps.
 const NAPS: usize = 21;
 
 /// Every check, in order.
@@ -91,7 +91,7 @@ fn shared_memory() -> Finding {
         return Finding::of(check, Level::Error, found, advice);
     }
     let probe = Path::new(SHARED_MEMORY).join(format!("sketchnav-doctor-{}", std::process::id()));
-    // A name that can be guessed may be a link already.
+    // If the name could be guessed, it might be a link already.
     let made = fs::File::options().write(true).create_new(true).open(&probe);
     let written = made.and_then(|mut file| file.write_all(&[0; 4096]));
     let _ = fs::remove_file(&probe);
@@ -109,7 +109,7 @@ fn shared_memory() -> Finding {
     }
 }
 
-/// On a disk, messages would be written to the disk.
+/// If it is on a disk, messages are written to that disk.
 fn shared_memory_kind() -> Finding {
     let mounts = fs::read_to_string("/proc/mounts").unwrap_or_default();
     let kind = mounts.lines().rev().find_map(|line| {
@@ -150,7 +150,7 @@ fn folder() -> Finding {
 }
 
 fn name_length() -> Finding {
-    // Where the folder is no good, the check before this one has said so.
+    // If the folder is unusable, the previous check has reported that.
     let longest = System::longest_name().unwrap_or(USUAL_NAME);
     let found = format!("names of systems may have {longest} characters");
     if longest >= USUAL_NAME {
@@ -168,7 +168,7 @@ fn file_size() -> Finding {
 }
 
 fn open_files() -> Finding {
-    // A soft limit is raised by whoever needs more.
+    // A soft limit is raised by the process that needs more.
     let hard = getrlimit(Resource::RLIMIT_NOFILE).map_or(u64::MAX, |(_, hard)| hard);
     let found = format!("{hard} open files a process at most, {NEEDED_FILES} needed");
     if hard >= NEEDED_FILES {
@@ -232,14 +232,14 @@ fn leftovers() -> Finding {
     }
 }
 
-/// Systems whose processes run another program than this one: their messages may have other layouts.
+/// Systems whose processes run a different program from this one: their messages may have other layouts.
 fn other_builds() -> Option<Finding> {
     let own = identity("/proc/self/exe")?;
     let is_other = |pid: u32| identity(&format!("/proc/{pid}/exe")).is_some_and(|found| found != own);
     let mut others = BTreeSet::new();
     for system in System::list().ok()? {
         let processes = system.processes().unwrap_or_default();
-        // A driver and an observer are programs of their own.
+        // A driver and an observer are separate programs.
         let supervisor = processes.iter().find(|(name, _)| name == "supervisor");
         if supervisor.is_some_and(|(_, pid)| is_other(*pid)) {
             others.insert(system.name().to_owned());
@@ -253,7 +253,7 @@ fn other_builds() -> Option<Finding> {
     Some(Finding::of("other builds", Level::Warning, format!("another program runs {names}"), advice))
 }
 
-/// Which file a program is; it may have been replaced on disk since.
+/// Identifies the file of a program, which may have been replaced on disk since it started.
 fn identity(path: &str) -> Option<(u64, u64)> {
     let found = fs::metadata(path).ok()?;
     Some((found.dev(), found.ino()))

@@ -6,14 +6,14 @@ fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The TOML files in a folder and in those inside it.
+/// The TOML files in a folder and its subfolders.
 fn missions(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let of = |path: PathBuf| if path.is_dir() { missions(&path) } else { vec![path] };
     entries.flat_map(of).filter(|path| path.extension().is_some_and(|it| it == "toml")).collect()
 }
 
-/// The drawings that ship, and those of people and robots that the tests drive by, are not doubted.
+/// The drawings that ship, and those of people and robots that the tests drive by, raise no doubts.
 #[test]
 fn drawings_that_ship_are_not_doubted() {
     let (mut count, data) = (0, needs::data());
@@ -39,10 +39,10 @@ fn drawings_that_ship_are_not_doubted() {
     assert!(count >= 7, "{count} missions");
 }
 
-/// How missions of the tests name what is not part of the project.
+/// How missions of the tests refer to what is not part of the project.
 const DATA: &str = "../../../shared/data";
 
-/// A mission and the files beside it, in another folder.
+/// Copies a mission and the files beside it to another folder.
 fn with_data(path: &Path, text: &str, folder: &Path) -> PathBuf {
     for entry in std::fs::read_dir(path.parent().unwrap()).unwrap().map(Result::unwrap) {
         if entry.path().is_file() {
@@ -54,7 +54,7 @@ fn with_data(path: &Path, text: &str, folder: &Path) -> PathBuf {
     copy
 }
 
-/// A mission in a room of a map by a drawing, with what stands in the drawing.
+/// The doubts about a drawing with the given content, for a mission in a room of a map.
 fn by_drawing(inside: &str, folder: &Path) -> Result<Doubts, Failure> {
     let drawing = format!("<svg xmlns='http://www.w3.org/2000/svg' width='900' height='600'>{inside}</svg>");
     std::fs::write(folder.join("d.svg"), drawing).unwrap();

@@ -1,8 +1,9 @@
-//! Every suite and study, one after the other, into a folder: a Markdown and a JSON file each, and a list of all.
+//! Runs every suite and study, one after the other, into a folder: a Markdown and a JSON file each, and a list of all.
 //!
-//! The jobs of a suite are driven in small parts, each of which is there whole or not at all. So a run that was cut off goes
-//! on where it was. Parts of another experiment, build or machine are refused as `--merge` refuses them. A study is not
-//! driven again whose JSON is there for the same size and program. `--page` fills the figures of pages.
+//! The jobs of a suite are driven in small parts, each of which is written completely or not at all, so a run that was
+//! interrupted resumes from where it was. Parts of another experiment, build or machine are rejected as `--merge`
+//! rejects them. A study is skipped if its JSON exists for the same size and program.
+//! `--page` fills in the figures of pages.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -27,17 +28,17 @@ use crate::output::{out, say};
 
 /// The word on the command line.
 pub const WORD: &str = "all";
-/// Jobs of a part: what is lost where a run is cut off.
+/// Jobs per part, which is what is lost if a run is interrupted.
 const JOBS_OF_A_PART: usize = 32;
-/// The folder of parts within that of the results.
+/// The folder of the parts, inside that of the results.
 const PARTS: &str = "parts";
 
-/// A line of the list: what was driven, and what came of it.
+/// An entry of the list: what was driven, and its result.
 struct Entry {
     name: &'static str,
     title: String,
     experiment: Experiment,
-    /// How large it is, where it is a study.
+    /// The size, for a study.
     size: Option<String>,
 }
 
@@ -47,7 +48,7 @@ impl Entry {
     }
 }
 
-/// Drives them all; those whose data are missing are left out, and named.
+/// Runs them all; those whose data are missing are left out and named.
 pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
     refuse_what_has_no_meaning(options).or_input()?;
     let folder = options.output.as_deref();
@@ -78,7 +79,7 @@ pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
     Ok(if left_out.is_empty() { Outcome::Success } else { Outcome::Short })
 }
 
-/// The suites and studies that the user wants, all where the user names none.
+/// The suites and studies that the user wants; by default all.
 fn wanted(options: &EvalOptions) -> Result<Vec<&'static str>, Failure> {
     let known: Vec<_> = suites::names().chain(studies::names()).collect();
     if let Some(found) = options.suites.iter().find(|wanted| !known.contains(&wanted.as_str())) {
@@ -88,7 +89,7 @@ fn wanted(options: &EvalOptions) -> Result<Vec<&'static str>, Failure> {
     Ok(known.into_iter().filter(is_wanted).collect())
 }
 
-/// Options that no single suite has.
+/// Rejects options that only `eval all` has.
 pub fn refuse_for_one(name: &str, options: &EvalOptions) -> anyhow::Result<()> {
     let given = [("--suites", !options.suites.is_empty()), ("--page", !options.pages.is_empty())];
     match given.into_iter().find(|(_, is_given)| *is_given) {
@@ -97,7 +98,7 @@ pub fn refuse_for_one(name: &str, options: &EvalOptions) -> anyhow::Result<()> {
     }
 }
 
-/// Options that are about one suite, or about parts on other machines.
+/// Rejects options that concern one suite, or parts on other machines.
 fn refuse_what_has_no_meaning(options: &EvalOptions) -> anyhow::Result<()> {
     let given = [
         ("--method", !options.methods.is_empty()),
@@ -119,7 +120,7 @@ fn refuse_what_has_no_meaning(options: &EvalOptions) -> anyhow::Result<()> {
     }
 }
 
-/// Drives a suite; a word where its data are missing.
+/// Drives a suite; returns a message if its data are missing.
 fn of_suite(
     name: &'static str,
     folder: &Path,
@@ -197,7 +198,7 @@ fn heading(name: &str, title: &str, command: &str) -> String {
     format!("# {name}\n\n{title}\n\n```text\n{command}\n```\n\n")
 }
 
-/// What makes the figures of one suite again.
+/// The command that repeats the figures of one suite.
 fn command(name: &str, methods: &[String], options: &EvalOptions) -> String {
     let given = [
         (!methods.is_empty()).then(|| format!("--method {}", methods.join(","))),
@@ -208,12 +209,12 @@ fn command(name: &str, methods: &[String], options: &EvalOptions) -> String {
     given.into_iter().flatten().fold(format!("sketchnav eval {name}"), |line, option| line + " " + &option)
 }
 
-/// A table as Markdown has it, and a free line.
+/// A Markdown table, followed by an empty line.
 fn markdown(header: &[String], rows: &[Vec<String>]) -> String {
     Table { header: header.to_vec(), rows: rows.to_vec() }.markdown() + "\n"
 }
 
-/// Does a study, unless its figures are there.
+/// Runs a study, unless its figures exist.
 fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Result<Entry, Failure> {
     let size = Size { worlds: options.trials.map_or(study.worlds, u64::from), seed: options.seed };
     let (data, page) =
@@ -268,7 +269,7 @@ fn list(entries: &[Entry], left_out: &[String], options: &EvalOptions) -> Result
     Ok(text)
 }
 
-/// Writes a file that is there whole or not at all.
+/// Writes a file completely or not at all.
 pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
     sketchnav_files::write(path, text).with_context(|| path.display().to_string()).map_err(Failure::Other)
 }
@@ -289,7 +290,7 @@ mod tests {
         of_suite("laboratory", folder, &options(folder)).unwrap().unwrap()
     }
 
-    /// The figures of all suites take hours, and a run that was cut off began again.
+    /// The figures of all suites take hours, and a run that was interrupted once started again from the beginning.
     #[test]
     fn who_was_cut_off_goes_on_with_what_there_is() {
         let folder = tempfile::tempdir().unwrap();

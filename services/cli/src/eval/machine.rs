@@ -1,7 +1,7 @@
-//! Which machine and which program drive: what the bits of an outcome depend on besides its inputs.
+//! The kind of machine and the program, on which the bits of an outcome depend besides its inputs.
 //!
-//! The motion of the particles takes sines and exponentials from the C library, which chooses their code by the
-//! processor's features. So machines of one kind have the same library and the same such features.
+//! The motion of the particles uses sines and exponentials of the C library, which selects their code by the
+//! processor's features. So machines of one kind have the same library and the same relevant features.
 
 use std::ffi::CStr;
 
@@ -16,12 +16,12 @@ pub struct Machine {
     pub architecture: String,
     /// The C library with its version.
     pub library: String,
-    /// The processor's features by which that library chooses.
+    /// The processor's features by which that library selects code.
     pub features: Vec<String>,
 }
 
 impl Machine {
-    /// This one.
+    /// This machine.
     pub fn this() -> Self {
         let features = features().into_iter().filter(|(_, is_there)| *is_there);
         Self {
@@ -54,7 +54,7 @@ fn features() -> Vec<(&'static str, bool)> {
     Vec::new()
 }
 
-/// Whether the kernel lists a feature: the standard library asks for some only.
+/// Whether the kernel lists a feature; the standard library can only query some.
 #[cfg(target_arch = "x86_64")]
 fn is_listed(feature: &str) -> bool {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -64,7 +64,7 @@ fn is_listed(feature: &str) -> bool {
 
 #[cfg(target_env = "gnu")]
 fn library() -> String {
-    // SAFETY: the library hands out a text of its own that lives as long as the program.
+    // SAFETY: the library returns a static text of its own.
     let version = unsafe { CStr::from_ptr(libc::gnu_get_libc_version()) };
     format!("glibc {}", version.to_string_lossy())
 }
@@ -74,13 +74,12 @@ fn library() -> String {
     format!("{} C library", if cfg!(target_env = "musl") { "musl" } else { "another" })
 }
 
-/// Version of this program, and a checksum of its file: two builds of one version may differ.
+/// The version of this program and a checksum of its file, since two builds of one version may differ.
 pub fn program() -> anyhow::Result<String> {
     Ok(format!("{} {}", env!("CARGO_PKG_VERSION"), checksum()?))
 }
 
-/// The same for people, with the commit where whoever built the program has named it: `SKETCHNAV_COMMIT` in the
-/// environment of cargo.
+/// The same for people, with the commit if it was given to the build in cargo's environment variable `SKETCHNAV_COMMIT`.
 pub fn build() -> anyhow::Result<String> {
     let commit = option_env!("SKETCHNAV_COMMIT").map_or(String::new(), |commit| format!("commit {commit}, "));
     Ok(format!("{} ({commit}build {})", env!("CARGO_PKG_VERSION"), checksum()?))

@@ -1,5 +1,5 @@
-//! Pages whose figures come from experiments: a JSON file beside the first page keeps what was driven, and the pages'
-//! markers show it. What was not driven keeps the figures of the file.
+//! Pages whose figures come from experiments: a JSON file beside the first page stores the figures, and the pages'
+//! markers show them. Experiments that were not driven keep the figures of that file.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -19,11 +19,11 @@ pub struct Pages<'a> {
 }
 
 impl<'a> Pages<'a> {
-    /// Opens the pages, and the figures beside the first one where there are any. Wrong markers show before anything is
-    /// driven.
+    /// Opens the pages, and the figures beside the first one if there are any. Wrong markers
+    /// are reported before anything is driven.
     pub fn open(paths: &'a [PathBuf]) -> Result<Self, Failure> {
         if let Some(first) = paths.first() {
-            // The figures would take the place of the page.
+            // The figures would otherwise replace the page.
             let figures = file_beside(first);
             sketchnav_files::draft::refuse_to_overwrite(paths.iter().map(PathBuf::as_path), &figures)
                 .or_input()?;
@@ -35,7 +35,7 @@ impl<'a> Pages<'a> {
         Ok(pages)
     }
 
-    /// Takes the figures of an experiment, keeps them, and fills the pages.
+    /// Takes the figures of an experiment, stores them, and fills in the pages.
     pub fn put(&mut self, name: &str, experiment: Experiment) -> Result<(), Failure> {
         let Some(first) = self.paths.first() else { return Ok(()) };
         self.figures.experiments.insert(name.to_owned(), experiment);
@@ -47,7 +47,7 @@ impl<'a> Pages<'a> {
         Ok(())
     }
 
-    /// Names the experiments of each page that have no figures.
+    /// Prints the experiments of each page that have no figures.
     pub fn tell(&self) -> Result<(), Failure> {
         for (path, _, not_driven) in self.filled().map_err(Failure::Other)? {
             let names: Vec<_> = not_driven.into_iter().collect();
@@ -57,7 +57,7 @@ impl<'a> Pages<'a> {
         Ok(())
     }
 
-    /// Each page with its figures, and the experiments that it has none of.
+    /// Each page with its figures filled in, and the experiments without figures.
     fn filled(&self) -> anyhow::Result<Vec<(&'a Path, String, BTreeSet<String>)>> {
         let fill = |path: &'a PathBuf| {
             let named = || path.display().to_string();
@@ -69,7 +69,7 @@ impl<'a> Pages<'a> {
     }
 }
 
-/// `docs/results.json` of `docs/results.md`.
+/// The figures' file of a page: `docs/results.json` for `docs/results.md`.
 fn file_beside(page: &Path) -> PathBuf {
     page.with_extension("json")
 }

@@ -1,7 +1,7 @@
-//! Experiments in parts: one job on any machine, and all parts together as if one machine had driven them all.
+//! Experiments in parts: each job on any machine, and all parts together as if one machine had driven them all.
 //!
-//! A part says which experiment it belongs to by a fingerprint of everything that decides its outcomes. Parts of another
-//! experiment are refused, and those of another kind of machine or another build, unless the user asks for them.
+//! A part identifies its experiment by a fingerprint of everything that determines its outcomes. Parts of another
+//! experiment are rejected, and so are those of another kind of machine or another build, unless the user accepts them.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -20,7 +20,7 @@ use super::machine::{self, Machine};
 use crate::args::Foreign;
 use crate::output::out;
 
-/// How files of parts end.
+/// The extension of files of parts.
 const EXTENSION: &str = "json";
 
 /// An experiment, and where it is driven.
@@ -29,9 +29,9 @@ const EXTENSION: &str = "json";
 pub struct Origin {
     suite: String,
     seed: u64,
-    /// How many jobs it has.
+    /// The number of its jobs.
     jobs: usize,
-    /// Of what decides the outcomes: trials, methods, seeds, parameters, files.
+    /// Of everything that determines the outcomes: trials, methods, seeds, parameters, files.
     fingerprint: u32,
     program: String,
     machine: Machine,
@@ -43,12 +43,12 @@ pub struct Origin {
 pub struct Part {
     #[serde(rename = "experiment")]
     origin: Origin,
-    /// By the number of their job, from 1.
+    /// By the number of the job, from 1.
     outcomes: BTreeMap<usize, Vec<Ended>>,
 }
 
 impl Origin {
-    /// Of these jobs on this machine.
+    /// The origin of these jobs on this machine.
     pub fn of(suite: &Suite, jobs: &[Job<'_>], seed: u64, folders: &Folders) -> anyhow::Result<Self> {
         Ok(Self {
             suite: suite.name.clone(),
@@ -60,7 +60,7 @@ impl Origin {
         })
     }
 
-    /// Why a part of `other` does not belong to this experiment as it is driven here; `None` where it does.
+    /// Why a part of `other` does not belong to this experiment as it is driven here; `None` if it does.
     fn refuses(&self, other: &Self, accepted: &[Foreign]) -> Option<String> {
         let differs = |key: &str, own: &dyn std::fmt::Display, found: &dyn std::fmt::Display| {
             format!("{key}: expected {own}, found {found}")
@@ -91,7 +91,7 @@ impl Origin {
     }
 }
 
-/// Files lie elsewhere on another machine: their folders are left out, their contents are in.
+/// On another machine files are in other folders, so their folders are left out and their contents included.
 fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
     let mut hasher = crc32fast::Hasher::new();
     for job in jobs {
@@ -102,7 +102,7 @@ fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
             }
         }
         hasher.update(text.as_bytes());
-        // What is drawn for a trial alone lies nowhere: its bytes are among the job's inputs.
+        // A drawing made for a trial is not in a file: its bytes are among the job's inputs.
         for file in sources::read(&job.trial.mission) {
             hasher.update(file.name.as_bytes());
             hasher.update(&file.data);
@@ -111,7 +111,7 @@ fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
     Ok(hasher.finalize())
 }
 
-/// Everything that decides what is driven and how, except for the contents of files.
+/// Everything that determines what is driven and how, except for the contents of files.
 fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
     let Trial {
         name,
@@ -136,7 +136,7 @@ fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
     Ok(format!("{how:?} {sheet:?} {bytes:?} {person:?} {what}"))
 }
 
-/// Prints the jobs by their numbers.
+/// Prints the jobs with their numbers.
 pub fn list(origin: &Origin, jobs: &[Job<'_>], json: bool) -> anyhow::Result<()> {
     let row = |(i, job): (usize, &Job<'_>)| {
         let (method, repetition) = (job.trial.method.as_deref().unwrap_or(job.method), job.repetition);
@@ -154,10 +154,10 @@ pub fn list(origin: &Origin, jobs: &[Job<'_>], json: bool) -> anyhow::Result<()>
     Ok(())
 }
 
-/// The jobs of these numbers.
+/// The jobs with these numbers.
 ///
 /// # Errors
-/// Where there are none such.
+/// If there are no such jobs.
 pub fn chosen<'a>(jobs: &[Job<'a>], numbers: &RangeInclusive<usize>) -> anyhow::Result<Vec<Job<'a>>> {
     let (first, last) = (*numbers.start(), *numbers.end());
     let found = jobs.get(first - 1..last);
@@ -166,7 +166,7 @@ pub fn chosen<'a>(jobs: &[Job<'a>], numbers: &RangeInclusive<usize>) -> anyhow::
     Ok(found.to_vec())
 }
 
-/// Writes the outcomes of some jobs; the file is there whole or not at all.
+/// Writes the outcomes of some jobs; the file is written completely or not at all.
 pub fn write(
     path: &Path,
     origin: Origin,
@@ -177,10 +177,10 @@ pub fn write(
     sketchnav_files::write(path, serde_json::to_vec(&part)?).with_context(|| path.display().to_string())
 }
 
-/// The outcomes of all jobs, in their order, out of the parts in `folder`.
+/// The outcomes of all jobs, in their order, from the parts in `folder`.
 ///
 /// # Errors
-/// A part that is none or of something else, a job that is missing, a job with two outcomes that differ.
+/// A file that is not a part or belongs to something else, a job that is missing, a job with two different outcomes.
 pub fn merge(folder: &Path, origin: &Origin, accepted: &[Foreign]) -> anyhow::Result<Vec<Ended>> {
     let mut found: BTreeMap<usize, (PathBuf, Vec<Ended>)> = BTreeMap::new();
     for path in files_in(folder)? {
@@ -197,7 +197,7 @@ pub fn merge(folder: &Path, origin: &Origin, accepted: &[Foreign]) -> anyhow::Re
                 origin.jobs
             );
             match found.get(&job) {
-                // A job that was driven twice, by a worker that was lost and another one, is the same.
+                // A job that was driven twice, by a worker that was lost and by another one, has the same outcomes.
                 Some((_, before)) if is_same(before, &outcomes) => {}
                 Some((other, _)) => {
                     let (path, other) = (path.display(), other.display());
@@ -220,7 +220,7 @@ pub fn merge(folder: &Path, origin: &Origin, accepted: &[Foreign]) -> anyhow::Re
     Ok(found.into_values().flat_map(|(_, outcomes)| outcomes).collect())
 }
 
-/// Whether two outcomes of one job agree in what does not depend on the clock.
+/// Whether two outcomes of one job agree in everything that does not depend on the clock.
 fn is_same(a: &[Ended], b: &[Ended]) -> bool {
     let timeless = |all: &[Ended]| -> Vec<Ended> {
         let mut all = all.to_vec();
@@ -249,7 +249,7 @@ fn files_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// `1, 4-6`.
+/// Formats numbers as `1, 4-6`.
 fn ranges(numbers: &[usize]) -> String {
     let mut ranges: Vec<(usize, usize)> = Vec::new();
     for &number in numbers {
@@ -264,7 +264,7 @@ fn ranges(numbers: &[usize]) -> String {
     ranges.into_iter().map(word).collect::<Vec<_>>().join(", ")
 }
 
-/// `K` or `A-B`.
+/// Parses `K` or `A-B`.
 pub fn parse_jobs(text: &str) -> Result<RangeInclusive<usize>, String> {
     let (first, last) = text.split_once('-').unwrap_or((text, text));
     let number = |text: &str| text.parse::<usize>().ok().filter(|number| *number >= 1);

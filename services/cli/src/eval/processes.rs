@@ -1,5 +1,5 @@
-//! Drives trials once more by the processes and compares, message by message, with the cores in one
-//! process: what the suites' figures rest on.
+//! Drives trials again with the processes and compares every message with those of the cores in one process, on which
+//! the suites' figures rest.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -19,16 +19,16 @@ use sketchnav_schemas::run::RunConfig;
 use crate::failure::Failure;
 use crate::output::say;
 
-/// What came of it.
+/// The result of the comparison.
 #[derive(Debug, Default, Serialize)]
 pub struct Check {
-    /// Trials that were driven by the processes, too.
+    /// Trials that were also driven by the processes.
     pub checked: usize,
-    /// Those of which every message was the same.
+    /// Those in which every message was the same.
     pub identical: usize,
-    /// The others, with the first message that was not.
+    /// The others, with the first message that differed.
     pub different: Vec<(String, Difference)>,
-    /// Recordings of trials that were different, to look into.
+    /// The folder of the recordings of trials that differed, if there are any.
     pub folder: Option<PathBuf>,
 }
 
@@ -52,9 +52,9 @@ impl Onlooker for Recorder {
     }
 }
 
-/// Checks the first run of `count` of the jobs, spread over all of them. Those that think for longer than a scan's
-/// period are in no lockstep: no two runs of processes would agree, and they are left out. So are those in which a
-/// person answers: the processes have nobody.
+/// Checks the first run of `count` of the jobs, spread over all of them. Jobs that think for longer than a scan's
+/// period are not in lockstep: no two runs of processes would agree, so they are left out. So are those in which a
+/// person answers, because the processes have no such person.
 pub fn check(jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
     let folder = std::env::temp_dir().join(format!("sketchnav-eval-{}", std::process::id()));
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -115,7 +115,7 @@ fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The trial as a person would have written it: a mission file, its robot's, its drawing's.
+/// Writes the trial as a user would: a mission file, its robot's and its drawing's.
 fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result<PathBuf> {
     let mut mission = Mission { robot: "robot.toml".into(), ..run.mission.clone() };
     std::fs::write(place.join("robot.toml"), toml::to_string(&run.robot)?)?;
@@ -130,7 +130,7 @@ fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result
     Ok(path)
 }
 
-/// The recording of a run of the system in lockstep.
+/// Runs the system in lockstep; returns its recording.
 fn by_processes(mission: &Path, seed: u64, place: &Path) -> anyhow::Result<PathBuf> {
     let program = std::env::current_exe().context("path of this program")?;
     let mut command = Command::new(program);

@@ -1,4 +1,4 @@
-//! Runs a study, prints its tables.
+//! Runs a study and prints its tables.
 
 use std::time::Instant;
 
@@ -11,7 +11,7 @@ use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{self, out, say};
 
-/// Runs it; `--trials` says over how many worlds.
+/// Runs the study; `--trials` gives the number of worlds.
 pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
     refuse_what_has_no_meaning(study, options).or_input()?;
     refuse_missing_folder(options.output.as_deref())?;
@@ -38,7 +38,7 @@ pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// Options of suites that a study has nothing for.
+/// Rejects options of suites that have no meaning for a study.
 fn refuse_what_has_no_meaning(study: &Study, options: &EvalOptions) -> anyhow::Result<()> {
     let given = [
         ("--method", !options.methods.is_empty()),

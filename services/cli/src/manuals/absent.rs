@@ -1,4 +1,4 @@
-//! What stands for completions and manual pages in a program that was built without them: an error that says how to build it.
+//! Replaces completions and manual pages in a program that was built without them by an error that says how to build it.
 
 use std::path::Path;
 
@@ -7,12 +7,12 @@ use anyhow::anyhow;
 use crate::args::Shell;
 use crate::failure::{Failure, Outcome};
 
-/// Always an error.
+/// Always fails.
 pub fn completions(_: Shell) -> Result<Outcome, Failure> {
     missing("completions")
 }
 
-/// Always an error.
+/// Always fails.
 pub fn man(_: &Path) -> Result<Outcome, Failure> {
     missing("manual pages")
 }

@@ -1,4 +1,4 @@
-//! What a navigator itself says of a run that is recorded.
+//! A navigator's own account of a recorded run.
 
 use sketchnav_recordings::Recording;
 use sketchnav_recordings::reader::Selection;
@@ -9,10 +9,10 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::account::Summary;
 use sketchnav_stage::{Access, Heard};
 
-/// Lets the navigator of a run hear what it recorded; nothing of a navigator that this program does not know.
+/// Lets the navigator of a run hear its recorded messages; empty for a navigator that this program does not know.
 ///
 /// # Errors
-/// Fails where the recording cannot be read, or the account asks for another navigator's channel.
+/// If the recording cannot be read, or the account asks for another navigator's channel.
 pub fn of(recording: &Recording, run: &RunConfig) -> anyhow::Result<Summary> {
     let mut summary = Summary::default();
     let kind = run.mission.navigator_kind();
@@ -24,7 +24,7 @@ pub fn of(recording: &Recording, run: &RunConfig) -> anyhow::Result<Summary> {
     for message in recording.select(Selection::of_topics(heard))? {
         let message = message?;
         let Some(spec) = channels::of_topic(&message.topic.name) else { continue };
-        // What is no message of the channel is counted where recordings are judged.
+        // Messages that cannot be decoded are counted where recordings are judged.
         let Ok(said) = message.decode(spec) else { continue };
         account.hear(&Heard::new(&access, spec, said.bytes(), said.cells()))?;
     }

@@ -25,7 +25,7 @@ pub enum Tool {
         #[command(flatten)]
         options: ReplayOptions,
     },
-    /// Execute a service's core on the recorded inputs and compare what it sends with what is recorded.
+    /// Execute a service's core on the recorded inputs, and compare what it sends with what was recorded.
     #[command(
         after_help = "Exit codes: 0 identical, 1 different, 2 bad input, 3 anything else.\nExample: sketchnav rerun a.mcap --process localizer --set particles=500"
     )]
@@ -35,7 +35,7 @@ pub enum Tool {
         #[command(flatten)]
         options: RerunOptions,
     },
-    /// Tell how a mission went and how far the estimates were from the truth.
+    /// Report how a mission went and how far the estimates were from the truth.
     #[command(
         after_help = "Exit codes: 0 done, 1 some task was not reached, 2 bad input, 3 anything else.\nExample: sketchnav judge a.mcap b.mcap --json"
     )]
@@ -46,7 +46,7 @@ pub enum Tool {
         #[command(flatten)]
         options: JudgeOptions,
     },
-    /// Show a recording as one page of HTML that needs no other file.
+    /// Show a recording as one HTML page that needs no other file.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav report a.mcap -o page.html"
     )]
@@ -56,17 +56,17 @@ pub enum Tool {
         /// The page.
         #[arg(short, long, value_name = "HTML")]
         output: PathBuf,
-        /// Which room of the floor is which of the drawing: a file (TOML).
+        /// Which room of the floor corresponds to which room of the drawing: a file (TOML).
         #[arg(long, value_name = "TOML")]
         rooms: Option<PathBuf>,
-        /// Write the page even over a recording.
+        /// Write the page even if it replaces a recording.
         #[arg(long)]
         force: bool,
-        /// One JSON object instead of text.
+        /// Print one JSON object instead of text.
         #[arg(long)]
         json: bool,
     },
-    /// Make a recording of a laser log of the CARMEN toolkit (.log, or .log.gz).
+    /// Convert a laser log of the CARMEN toolkit (.log, or .log.gz) to a recording.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav import intel.log.gz --map intel.yaml -o intel.mcap"
     )]
@@ -76,7 +76,7 @@ pub enum Tool {
         #[command(flatten)]
         options: ImportOptions,
     },
-    /// Copy whatever can be read of a recording that was cut off or is damaged.
+    /// Copy whatever can be read from a recording that is cut off or damaged.
     #[command(
         after_help = "Exit codes: 0 all of it, 1 error, 2 usage, 3 recovered with loss, or with damaged chunks.\nExample: sketchnav recover broken.mcap -o whole.mcap"
     )]
@@ -86,7 +86,7 @@ pub enum Tool {
         #[command(flatten)]
         options: RecoverOptions,
     },
-    /// Copy some topics or some time of a recording.
+    /// Copy some topics or a period of a recording.
     #[command(
         after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of a recording that was cut off or has damaged messages.\nExample: sketchnav filter a.mcap --topics scan,odometry --start 10 --end 20 -o part.mcap"
     )]
@@ -96,7 +96,7 @@ pub enum Tool {
         #[command(flatten)]
         options: FilterOptions,
     },
-    /// Make one recording of several, in the order of time.
+    /// Merge several recordings into one, in the order of time.
     #[command(
         after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of recordings of which one was cut off or has damaged messages.\nExample: sketchnav merge a.mcap b.mcap -o both.mcap"
     )]
@@ -104,14 +104,14 @@ pub enum Tool {
         /// The recordings.
         #[arg(required = true, num_args = 2..)]
         files: Vec<PathBuf>,
-        /// The result.
+        /// The merged recording.
         #[arg(short, long)]
         output: PathBuf,
-        /// One JSON object instead of text.
+        /// Print one JSON object instead of text.
         #[arg(long)]
         json: bool,
     },
-    /// Cut a recording into parts, each with the latched messages; or make a folder of rosbag2 of it.
+    /// Split a recording into parts, each with the latched messages, or convert it to a rosbag2 folder.
     #[command(
         after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of a recording that was cut off or has damaged messages.\nExample: sketchnav split a.mcap --seconds 60 --rosbag2 -o bag"
     )]
@@ -123,19 +123,19 @@ pub enum Tool {
     },
 }
 
-/// Some time of a recording.
+/// A period of a recording.
 #[derive(Debug, Clone, Copy, Args)]
 pub struct Times {
-    /// From this recorded second on.
+    /// Start at this recorded second.
     #[arg(long, value_name = "S", value_parser = parse_second, allow_hyphen_values = true)]
     pub start: Option<f64>,
-    /// Up to before this recorded second.
+    /// Stop before this recorded second.
     #[arg(long, value_name = "S", value_parser = parse_second, allow_hyphen_values = true)]
     pub end: Option<f64>,
 }
 
 impl Times {
-    /// In nanoseconds; an error where it ends before it begins.
+    /// The period in nanoseconds; an error if it ends before it begins.
     pub fn ns(&self) -> anyhow::Result<Range<u64>> {
         let times = self.start.map_or(0, nanoseconds)..self.end.map_or(u64::MAX, nanoseconds);
         ensure!(!times.is_empty(), "expected an --end behind the --start");
@@ -148,30 +148,30 @@ fn parse_second(text: &str) -> Result<f64, String> {
     second.ok_or_else(|| "expected a number of seconds, 0 or above".to_owned())
 }
 
-/// How to play a recording.
+/// The options of `replay`.
 #[derive(Debug, Clone, Args)]
 pub struct ReplayOptions {
-    /// Recorded seconds a second; `max`: as fast as the listeners take it.
+    /// Recorded seconds per second, or `max`: as fast as the listeners can take it.
     #[arg(long, default_value = "1", value_parser = parse_rate)]
     pub rate: Rate,
     #[command(flatten)]
     pub times: Times,
-    /// Begin again at the end; numbers and stamps go on.
+    /// Start again at the end; numbers and stamps continue.
     #[arg(long = "loop")]
     pub again: bool,
-    /// Only these channels, separated by commas.
+    /// Play only these channels, separated by commas.
     #[arg(long, value_delimiter = ',')]
     pub topics: Vec<String>,
-    /// Plays the recording's topic A into the channel B; may be repeated.
+    /// Play the recording's topic A into the channel B; may be repeated.
     #[arg(long, value_name = "A:=B", value_parser = parse_remap)]
     pub remap: Vec<(String, String)>,
     /// Wait for the space bar before the first message.
     #[arg(long)]
     pub paused: bool,
-    /// Start these processes and play what the others said, separated by commas.
+    /// Start these processes live, and play the messages of the others; separated by commas.
     #[arg(long, value_delimiter = ',', value_parser = crate::args::values::parse_service)]
     pub live: Vec<Process>,
-    /// Where the live recorder writes to.
+    /// Where the live recorder writes its recording.
     #[arg(long, value_name = "MCAP")]
     pub record: Option<PathBuf>,
     /// The system's name.
@@ -182,9 +182,9 @@ pub struct ReplayOptions {
 /// How fast to play.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rate {
-    /// As fast as the listeners take it.
+    /// As fast as the listeners can take it.
     Max,
-    /// Recorded seconds a second.
+    /// Recorded seconds per second.
     Times(f64),
 }
 
@@ -213,23 +213,22 @@ fn parse_start(text: &str) -> Result<[f64; 3], String> {
     numbers.ok_or_else(|| format!("expected COLUMN,ROW,HEADING, as 120,340,90, found {text:?}"))
 }
 
-/// How to execute a service again.
+/// The options of `rerun`.
 #[derive(Debug, Clone, Args)]
 pub struct RerunOptions {
-    /// world, sketcher, localizer or planner.
+    /// The service: world, sketcher, localizer or planner.
     #[arg(long, value_parser = crate::args::values::parse_service)]
     pub process: Process,
-    /// Another value of one of its parameters: `particles=500`; may be repeated. What comes of it is told
-    /// beside what is recorded.
+    /// Set one of its parameters, as `particles=500`; may be repeated. The results are printed beside the recorded ones.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// A difference of this field up to this is none: `estimate.pose.x_px=0.5`; may be repeated.
+    /// Ignore differences of this field up to this value, as `estimate.pose.x_px=0.5`; may be repeated.
     #[arg(long = "tolerance", value_name = "CHANNEL.FIELD=NUMBER")]
     pub tolerances: Vec<Tolerance>,
-    /// Writes the recording with what the service sends now in the place of what it sent.
+    /// Write a copy of the recording in which what the service sends now replaces what it sent.
     #[arg(short, long, value_name = "MCAP")]
     pub output: Option<PathBuf>,
-    /// One JSON object instead of text.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
 }
@@ -249,122 +248,122 @@ impl RerunOptions {
     }
 }
 
-/// What to tell of recordings.
+/// The options of `judge`.
 #[derive(Debug, Clone, Args)]
 pub struct JudgeOptions {
-    /// Which room of the floor is which of the drawing: a file (TOML).
+    /// Which room of the floor corresponds to which room of the drawing: a file (TOML).
     #[arg(long, value_name = "TOML")]
     pub rooms: Option<PathBuf>,
-    /// Which place of the drawing is which of the floor: a file (TOML), as sim/missions/routes/anchors.toml;
-    /// tells whether the way was homotopic to the drawn route.
+    /// Which place of the drawing corresponds to which place of the floor: a file (TOML) such as
+    /// sim/missions/routes/anchors.toml. Adds whether the robot's way was homotopic to the drawn route.
     #[arg(long, value_name = "TOML")]
     pub anchors: Option<PathBuf>,
-    /// Writes a line for each estimate beside its truth; of several recordings, into a folder.
+    /// Write a line for each estimate beside its truth; for several recordings, into a folder.
     #[arg(long, value_name = "CSV")]
     pub csv: Option<PathBuf>,
-    /// Writes the true and the estimated trajectory in metres into this folder, for evo.
+    /// Write the true and the estimated trajectory in metres into this folder, for evo.
     #[arg(long, value_name = "DIR")]
     pub tum: Option<PathBuf>,
-    /// One JSON array instead of tables.
+    /// Print one JSON array instead of tables.
     #[arg(long)]
     pub json: bool,
 }
 
-/// What a log does not say.
+/// The options of `import`, which supply what a log does not contain.
 #[derive(Debug, Clone, Args)]
 pub struct ImportOptions {
-    /// The map of map_server that the log is to be localized in: both scales are known then.
+    /// Localize the log in this map of map_server, which determines both scales.
     #[arg(long, value_name = "YAML", required_unless_present = "sketch")]
     pub map: Option<PathBuf>,
-    /// A drawing to be localized in instead, with the start in it.
+    /// Localize the log in this drawing instead, which marks the start.
     #[arg(long, value_name = "FILE", requires = "start")]
     pub sketch: Option<PathBuf>,
-    /// Where the log begins in the drawing or the map: image pixels and degrees, `COLUMN,ROW,HEADING`. In a map the
-    /// first scan's own pose by default.
+    /// Where the log begins in the drawing or the map: image pixels and degrees, `COLUMN,ROW,HEADING`. Default in a
+    /// map: the first scan's own pose.
     #[arg(long, value_name = "C,R,DEG", value_parser = parse_start, allow_hyphen_values = true)]
     pub start: Option<[f64; 3]>,
-    /// A reading from here on is none, metres; where a line states a shorter range of its laser, from there on.
+    /// Readings from this range on are invalid, metres. If a line states a shorter range of its laser, that applies.
     #[arg(long, value_name = "M", default_value = "79", value_parser = parse_range, allow_hyphen_values = true)]
     pub range_max: f64,
-    /// Refuse a log of which anything would be left out or is in doubt.
+    /// Refuse a log from which anything would be left out or is in doubt.
     #[arg(long)]
     pub strict: bool,
-    /// Seed of the run that the log stands for.
+    /// Seed of the run for the log.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Another parameter: `localizer.particles=5000`; may be repeated.
+    /// Set a parameter, as `localizer.particles=5000`; may be repeated.
     #[arg(long = "set", value_name = "SERVICE.KEY=VALUE")]
     pub set: Vec<Parameters>,
     /// The recording.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// One JSON object instead of text.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
 impl JudgeOptions {
-    /// The files that it reads beside the recordings.
+    /// The files that it reads besides the recordings.
     pub fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
         self.rooms.iter().chain(&self.anchors)
     }
 }
 
-/// How to repair a recording.
+/// The options of `recover`.
 #[derive(Debug, Clone, Args)]
 pub struct RecoverOptions {
-    /// The copy. It replaces no recording that holds more messages.
+    /// The copy. It never replaces a recording with more messages.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Take over the messages of chunks whose checksum is wrong, too.
+    /// Also copy the messages of chunks whose checksum is wrong.
     #[arg(long)]
     pub keep_damaged: bool,
-    /// Replace the output even where it holds more messages than the copy.
+    /// Replace the output even if it contains more messages than the copy.
     #[arg(long)]
     pub force: bool,
-    /// One JSON object instead of text.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
-/// What to keep of a recording.
+/// The options of `filter`.
 #[derive(Debug, Clone, Args)]
 pub struct FilterOptions {
-    /// Only these topics, separated by commas.
+    /// Copy only these topics, separated by commas.
     #[arg(long, value_delimiter = ',')]
     pub topics: Vec<String>,
-    /// Only the topics whose whole name this regular expression matches, without the slash before it.
+    /// Copy only topics whose whole name, without the leading slash, matches this regular expression.
     #[arg(long, value_name = "PATTERN", value_parser = crate::args::values::parse_pattern, conflicts_with = "topics")]
     pub regex: Option<Regex>,
     #[command(flatten)]
     pub times: Times,
-    /// The copy. It replaces no source that holds more messages.
+    /// The copy. It never replaces a source with more messages.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Replace the source even by fewer messages.
+    /// Replace the source even if the copy has fewer messages.
     #[arg(long)]
     pub force: bool,
-    /// One JSON object instead of text.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
 }
 
-/// How to cut a recording.
+/// The options of `split`.
 #[derive(Debug, Clone, Args)]
 pub struct SplitOptions {
-    /// So much time a part, recorded seconds.
+    /// The length of each part, recorded seconds.
     #[arg(long, value_name = "S", conflicts_with = "megabytes")]
     pub seconds: Option<f64>,
-    /// So much in a part, megabytes of messages before compression.
+    /// The size of each part, megabytes of messages before compression.
     #[arg(long, value_name = "MB")]
     pub megabytes: Option<f64>,
-    /// With the metadata.yaml of rosbag2; without a limit in one file.
+    /// Also write the metadata.yaml of rosbag2; without a limit, into one file.
     #[arg(long)]
     pub rosbag2: bool,
-    /// Folder for the parts; made if it is missing.
+    /// Folder for the parts; created if missing.
     #[arg(short, long)]
     pub output: PathBuf,
-    /// One JSON object instead of text.
+    /// Print one JSON object instead of text.
     #[arg(long)]
     pub json: bool,
 }

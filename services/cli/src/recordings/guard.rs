@@ -1,5 +1,5 @@
-//! A recording takes its name when it is whole, and never that of a file that holds more: the one way in which commands put
-//! recordings in their places.
+//! A recording gets its name once it is complete, and never replaces a file that contains more. All commands put
+//! recordings in their places in this way.
 
 use std::path::{Path, PathBuf};
 
@@ -11,36 +11,36 @@ use sketchnav_recordings::{RecordingError, info};
 /// What a recording must not replace.
 #[derive(Debug, Default)]
 pub struct Guard {
-    /// The files that it is made of.
+    /// The files that it was made from.
     sources: Vec<PathBuf>,
-    /// Whether every recording is guarded, not the sources alone.
+    /// Whether all recordings are guarded, and not just the sources.
     guards_all: bool,
-    /// Whether it may replace a recording by less, where the command has an option for that.
+    /// Whether it may replace a recording that contains more, if the command has an option for that.
     force: Option<bool>,
 }
 
 impl Guard {
-    /// Guards the files that a recording is made of.
+    /// Guards the files that a recording is made from.
     pub fn of(sources: impl IntoIterator<Item = PathBuf>) -> Self {
         Self { sources: sources.into_iter().collect(), ..Self::default() }
     }
 
-    /// The value of `--force`.
+    /// Sets the value of `--force`.
     #[must_use]
     pub fn with_force(self, force: bool) -> Self {
         Self { force: Some(force), ..self }
     }
 
-    /// Guards every recording, whether it is a source or not.
+    /// Guards all recordings, whether they are sources or not.
     #[must_use]
     pub fn over_all(self) -> Self {
         Self { guards_all: true, ..self }
     }
 
-    /// Checks a draft that should hold so many messages, and gives it its name.
+    /// Checks a draft that should contain `messages` messages, and gives it its name.
     ///
     /// # Errors
-    /// Where it is not whole, or would replace more than it holds: what was there is still there.
+    /// If it is incomplete, or would replace a file that contains more; an existing file is unchanged.
     pub fn place(&self, draft: Draft, messages: u64) -> anyhow::Result<()> {
         if let Some(written) = draft.written() {
             check_written(written, messages).with_context(|| draft.path().display().to_string())?;
@@ -55,7 +55,7 @@ impl Guard {
             return Ok(());
         }
         let is_source = self.sources.iter().any(|source| is_same(source, path));
-        // A slip of the hand: a map, a drawing, a log.
+        // Probably a mistake: a map, a drawing, a log.
         copy::profile(path).map_err(|error| not_a_recording(path, error))?;
         if !(is_source || self.guards_all) || self.force == Some(true) {
             return Ok(());
@@ -93,7 +93,7 @@ fn not_a_recording(path: &Path, error: RecordingError) -> anyhow::Error {
     }
 }
 
-/// A full disk that said nothing, a bug of ours: what is there is read before anything is given up for it.
+/// In case of an unreported full disk or a bug of ours, the file is read back before another one is given up for it.
 fn check_written(path: &Path, messages: u64) -> anyhow::Result<()> {
     let found = info::info(path).context("reading what was written")?;
     if !found.clean_end || found.messages != messages {
@@ -103,7 +103,7 @@ fn check_written(path: &Path, messages: u64) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Begins a copy with messages of this profile, to be placed by [`finish`].
+/// Begins a copy of messages with this profile, to be placed by [`finish`].
 pub fn begin(path: &Path, profile: &str) -> anyhow::Result<(Draft, Copy<Sink>)> {
     let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string())?;
     Ok((draft, Copy::of_profile(sink, profile)?))
@@ -130,7 +130,7 @@ mod tests {
     const COUNT: u64 = 25;
     const PER_CHUNK: usize = 10;
 
-    /// Every command that writes, in the place of what it reads.
+    /// All commands that write, writing to the place that they read from.
     const COMMANDS: [&str; 15] = [
         "recover X -o X",
         "recover X --keep-damaged -o X",
@@ -168,7 +168,7 @@ mod tests {
         recording(form, &[points("/ball", COUNT, false), points("/cup", COUNT, false)])
     }
 
-    /// How many messages stand in chunks that end before this byte.
+    /// How many messages are in chunks that end before this byte.
     fn before(file: &[u8], end: usize) -> u64 {
         let (mut at, mut messages) = (8, 0);
         while at + 9 <= end {
@@ -181,7 +181,7 @@ mod tests {
         messages
     }
 
-    /// The source is what it was, byte for byte, or holds as many messages.
+    /// Whether the source is the same, byte for byte, or contains at least as many messages.
     fn survives(path: &Path, source: &[u8], least: u64) -> bool {
         let now = std::fs::read(path).unwrap_or_default();
         now == source
@@ -289,7 +289,7 @@ mod tests {
         }
     }
 
-    /// Files that only write into folders that they have made, each with the reason.
+    /// Files that only write into folders that they have created, each with the reason.
     const OWN_FOLDERS: [&str; 3] = [
         // A new folder for each run.
         "mission.rs",
@@ -298,7 +298,7 @@ mod tests {
         "recordings/whole.rs",
     ];
 
-    /// Whoever writes a result by other means may leave half of it in the place of something whole.
+    /// Code that writes a result in another way may leave half of it in the place of a complete file.
     #[test]
     fn results_are_written_in_one_way() {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("services/cli/src");
@@ -309,7 +309,7 @@ mod tests {
                     folders.push(path);
                     continue;
                 }
-                // Modules of tests alone.
+                // Modules that contain only tests.
                 if path.file_name().is_some_and(|name| name == "tests.rs") {
                     continue;
                 }

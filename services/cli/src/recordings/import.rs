@@ -1,4 +1,4 @@
-//! Makes recordings of laser logs.
+//! Converts laser logs to recordings.
 
 mod summary;
 
@@ -30,13 +30,13 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::plain_name;
 use summary::Summary;
 
-/// How far the place of the log's begin may be off where the drawing is the map. The place is its own corrected pose,
-/// or a mark by hand.
+/// The spread of the log's starting position if the drawing is the map. The position is the log's own corrected pose,
+/// or was marked by hand.
 const MAP_START_SPREAD_PX: f64 = 1.0;
 const MAP_START_SPREAD_RAD: f64 = 0.03;
-/// Of the task that a mission must have; it is not driven.
+/// Time limit of the task that a mission must have; it is not driven.
 const TIME_LIMIT_S: f64 = 180.0;
-/// Numbers of what is sent once.
+/// Header of messages that are sent once.
 const ONCE: Header = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
 
 /// What the log is localized in.
@@ -46,7 +46,7 @@ struct Drawn {
     route: Box<Route>,
 }
 
-/// Begins of files that hold no text, with what made them.
+/// The first bytes of files that are not text, with the format that they indicate.
 const NO_TEXT: [(&[u8], &str); 6] = [
     (b"BZh", "bzip2"),
     (b"PK\x03\x04", "zip"),
@@ -56,17 +56,17 @@ const NO_TEXT: [(&[u8], &str); 6] = [
     (b"\xfe\xff", "UTF-16"),
 ];
 
-/// A log, as it is read.
+/// A log that is being read.
 struct Log<'a> {
     path: &'a Path,
     reading: Reading,
     /// The first scan.
     first: CarmenScan,
-    /// How most of its scans are.
+    /// The shape of most of its scans.
     shape: Shape,
 }
 
-/// Makes a recording of a log.
+/// Converts a log to a recording.
 pub fn import(path: &Path, options: &ImportOptions) -> Result<Outcome, Failure> {
     let inputs = [Some(path.to_owned()), options.map.clone(), options.sketch.clone()];
     super::refuse_to_overwrite(inputs.iter().flatten(), &options.output)?;
@@ -84,7 +84,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Outcome, Failure> 
     for parameters in &options.set {
         run.mission.parameters.extend(parameters);
     }
-    // It is the localizer that such a recording is for: what it would refuse is told now.
+    // Such a recording is made for the localizer, so anything that it would reject is reported now.
     sketchnav_sketch::localizer::Localizer::new(&run).or_input()?;
     let imported = write(&log, options, &run, &drawn)?;
     let way_m = survey.odometry_way_m(&log.reading);
@@ -112,7 +112,7 @@ fn survey(path: &Path) -> anyhow::Result<Survey> {
     Ok(Survey::of(text(path)?)?)
 }
 
-/// A log's text, whether it is compressed by gzip or not.
+/// A log's text, decompressed if it is compressed by gzip.
 fn text(path: &Path) -> anyhow::Result<Box<dyn BufRead>> {
     let mut plain = BufReader::with_capacity(1 << 16, sketchnav_files::open(path, "a laser log")?);
     let begin = plain.fill_buf()?;
@@ -145,12 +145,12 @@ fn write(
     let imported = { work }().with_context(|| log.path.display().to_string()).or_input()?;
     let messages = writer.message_count();
     writer.finish().context("the recording")?;
-    // What is no recording is never replaced: not the map's picture either.
+    // Anything but a recording is never replaced, not even the map's picture.
     Guard::default().place(draft, messages)?;
     Ok(imported)
 }
 
-/// The run that the log stands for: it has a task, for a mission must, and nobody drove it.
+/// The run for the log. It has a task, because a mission must have one, but was not driven.
 fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
     let absolute = |path: &PathBuf| -> anyhow::Result<String> {
         let path = std::path::absolute(path)?;
@@ -164,7 +164,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
     let world = options.map.as_ref().map_or(Ok(drawing.clone()), absolute).or_input()?;
     let stem = log.path.file_name().unwrap_or_default().to_string_lossy();
     let name = plain_name(stem.split('.').next().unwrap_or_default());
-    // A mission must begin somewhere. Nobody drives this one: where no pose is stated, its own count begins it.
+    // A mission must have a start. This one is not driven, so if no pose is stated, its own odometry is used.
     let odometry = &log.first.odometry;
     let begin = log.first.reference.unwrap_or(Pose::new(odometry.x, odometry.y, odometry.yaw_rad));
     let Pose { x, y, yaw_rad, .. } = begin;
@@ -190,7 +190,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
         task: vec![task.with_place(there)],
         parameters: Parameters::default(),
     };
-    // Checked as a file is that a person has written.
+    // Checked like a file that a person has written.
     let text = toml::to_string(&mission).context("the mission as TOML").or_input()?;
     let mission = Mission::parse(&text).or_input()?;
     SketchMission::of(&mission).or_input()?;
@@ -212,7 +212,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
     })
 }
 
-/// A robot of which only the laser is known. What the localizer does not use is that of a Pioneer.
+/// A robot of which only the laser is known. What the localizer does not use is taken from a Pioneer.
 fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
     let robot = Robot {
         name: LOG_SYSTEM.to_owned(),
@@ -260,8 +260,8 @@ fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
     Ok(Robot::parse(&toml::to_string(&robot)?)?)
 }
 
-/// The map as a drawing: a cell a pixel, walls where it is occupied; whatever is not known is free to look
-/// through. Both scales are known, and the localizer gets them.
+/// Uses the map as a drawing with a pixel per cell and walls where it is occupied; unknown cells are free to look
+/// through. Both scales are known, and are given to the localizer.
 fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfig) -> Result<Drawn, Failure> {
     let known = occupied(map).or_input()?;
     let (width, height) = known.raster().size();
@@ -294,7 +294,7 @@ fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfi
     Ok(Drawn { sketch, cells, route: Box::new(Route { header: ONCE, ..Route::zeroed() }) })
 }
 
-/// The map's occupied cells alone as walls.
+/// The map with only its occupied cells as walls.
 fn occupied(path: &Path) -> anyhow::Result<OccupancyMap> {
     let named = || path.display().to_string();
     let mut info = MapInfo::parse(&sketchnav_files::read_to_string(path, MAP).with_context(named)?)
@@ -306,7 +306,7 @@ fn occupied(path: &Path) -> anyhow::Result<OccupancyMap> {
     OccupancyMap::decode(&info, &bytes).with_context(|| picture.display().to_string())
 }
 
-/// Both scales are what the map says, from the first scan to the last.
+/// Both scales as stated by the map, constant from the first scan to the last.
 fn known_scales(cells: &[u8], width: usize, resolution_m: f64) -> toml::Table {
     let walls =
         || cells.iter().enumerate().filter(|(_, cell)| **cell == WALL).map(|(i, _)| [i % width, i / width]);
@@ -355,7 +355,7 @@ mod tests {
     use super::super::judge;
     use super::*;
 
-    /// A hall of walls around free floor, and a log beside it.
+    /// A hall with walls around a free floor, and a log beside it.
     struct Place(tempfile::TempDir);
 
     impl Place {
@@ -421,7 +421,7 @@ mod tests {
         assert!((odometry[10].pose().x - odometry[0].pose().x - 1.0).abs() < 1e-9, "the scans' own poses");
     }
 
-    /// Lines without a pose do not say where the robot is; a guess is no fact.
+    /// Lines without a pose do not say where the robot is, and a guess is not a fact.
     #[test]
     fn a_log_without_poses_needs_a_start() {
         let line = |x: f64| {
@@ -435,7 +435,7 @@ mod tests {
         assert_eq!(recording.all(TRUTH).unwrap().len(), 0, "nobody said where it truly was");
     }
 
-    /// A recording's odometry had quaternions of length 0.5: "0 estimates", and no reason.
+    /// A recording's odometry had quaternions of length 0.5; the result was "0 estimates" without a reason.
     #[test]
     fn an_odometry_that_every_reader_rejects_is_named() {
         let text: String = (0..10).map(|i| flaser(180, 3.0 + f64::from(i) / 10.0)).collect();

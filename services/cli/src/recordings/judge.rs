@@ -1,4 +1,4 @@
-//! How missions went and how far the estimates were from the truth.
+//! Reports how missions went and how far the estimates were from the truth.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -30,31 +30,31 @@ use super::whole::Whole;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{self, out, say};
 
-/// The figures of a recording, with what it is.
+/// The figures of a recording, with its identity.
 #[derive(Debug, Serialize)]
 pub struct Judged {
     #[serde(serialize_with = "as_text")]
     recording: PathBuf,
-    /// The file that holds it, which may be for temporary use.
+    /// The file that contains it, which may be temporary.
     #[serde(skip)]
     file: PathBuf,
     mission: Option<String>,
     seed: Option<u64>,
     method: Option<String>,
-    /// Whether the file ends before its writer came to an end.
+    /// Whether the file ends before its writer finished.
     pub cut_off: bool,
     missing: u64,
-    /// The messages that every reader rejects as invalid, by topic and reason.
+    /// The messages that all readers reject as invalid, by topic and reason.
     rejected: Rejections,
     restarts: u64,
-    /// What went wrong with the processes, and right again.
+    /// Faults of the processes, and recoveries from them.
     pub faults: Vec<FaultInfo>,
-    /// By task with a drawn route: whether the way was homotopic to it, where the anchors are known.
+    /// For each task with a drawn route, whether the way was homotopic to it; `None` if the anchors are not known.
     homotopic: Option<BTreeMap<String, bool>>,
-    /// How journeys by custom maps ended; empty for other kinds of navigators.
+    /// How journeys with custom maps ended; empty for other kinds of navigators.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) journeys: Vec<JourneyVerdict>,
-    /// What the navigator itself says of the run.
+    /// The navigator's own account of the run.
     #[serde(rename = "account", serialize_with = "figures_of", skip_serializing_if = "has_no_figures")]
     pub(super) summary: Summary,
     #[serde(flatten)]
@@ -66,19 +66,19 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// The same under the name that the person knows, and cut off where a file of it is.
+    /// The same under the name that the user knows, and cut off if one of its files is.
     pub(super) fn named_by(self, whole: &Whole) -> Self {
         let cut_off = self.cut_off || !whole.lacks().cut_off.is_empty();
         Self { recording: whole.name().to_owned(), cut_off, ..self }
     }
 }
 
-/// A path as it is shown, which need not be UTF-8.
+/// A path as displayed, since it need not be UTF-8.
 fn as_text<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&path.display())
 }
 
-/// The figures of a navigator, each with its value as it is shown.
+/// The figures of a navigator, each with its value as displayed.
 fn figures_of<S: serde::Serializer>(summary: &Summary, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_map(summary.figures.iter().map(|(name, value)| (name, value)))
 }
@@ -120,7 +120,7 @@ pub fn judge(wholes: &[Whole], options: &JudgeOptions) -> Result<Outcome, Failur
     Ok(if judged.iter().all(reached) { Outcome::Success } else { Outcome::Short })
 }
 
-/// Reads the file of rooms.
+/// Reads the file that assigns the rooms.
 pub fn rooms(path: &Path) -> Result<Rooms, Failure> {
     let text = sketchnav_files::read_to_string(path, TABLE)
         .with_context(|| path.display().to_string())
@@ -128,7 +128,7 @@ pub fn rooms(path: &Path) -> Result<Rooms, Failure> {
     Rooms::parse(&text).with_context(|| path.display().to_string()).or_input()
 }
 
-/// Judges a recording that a person has named.
+/// Judges a recording that the user has named.
 pub fn of_whole(whole: &Whole, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
     Ok(of_file(whole.path(), rooms)?.named_by(whole))
 }
@@ -141,7 +141,7 @@ pub fn of_file(path: &Path, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
     of_log(&recording, log, rooms)
 }
 
-/// Judges a recording by what was read of it.
+/// Judges a recording from what was read of it.
 pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
     let path = recording.path();
     let info = sketchnav_recordings::info::info(path).or_input()?;
@@ -168,7 +168,7 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
     })
 }
 
-/// Of each task with a drawn route whether the way was homotopic to it.
+/// For each task with a drawn route, whether the way was homotopic to it.
 fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<String, bool>> {
     let recording = Recording::open(&judged.file)?;
     let RecordedRun { run, files } = RecordedRun::of(&recording)?;
@@ -197,8 +197,8 @@ fn write_tables(judged: &[Judged], options: &JudgeOptions) -> Result<(), Failure
     Ok(())
 }
 
-/// A name for each recording that no other one has. It is its own; where several have the same, the folder before it
-/// is added. Where that does not suffice either, a number follows.
+/// A unique name for each recording. By default it is its own. If several have the same name, the name of the folder is
+/// prepended; if that is not enough either, a number is appended.
 fn names(judged: &[&Judged]) -> Vec<String> {
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let in_folder = |path: &Path| {
@@ -220,7 +220,7 @@ fn has_twins(names: &[String]) -> bool {
     names.iter().collect::<BTreeSet<_>>().len() < names.len()
 }
 
-/// A column for each recording.
+/// A table with a column per recording.
 pub fn table(judged: &[&Judged]) -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED);
@@ -246,7 +246,7 @@ pub fn table(judged: &[&Judged]) -> Table {
     table
 }
 
-/// Figures of a recording: name and value.
+/// The figures of a recording: name and value.
 pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     let figures = &judged.figures;
     let mut rows = Vec::new();

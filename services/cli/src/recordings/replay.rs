@@ -1,8 +1,8 @@
 //! Plays a recording into the channels of a system of its own.
 //!
-//! What the recorded processes said is said again, by their own names, number by number; processes that
-//! are started live hear it and answer. At `--rate max` the player waits for their answers to each scan, as
-//! a world in lockstep does.
+//! What the recorded processes sent is sent again in their names, with the same numbers; processes that are started
+//! live hear it and answer. At `--rate max` the player waits for their answers to
+//! each scan, as a world in lockstep does.
 
 mod clock;
 mod keys;
@@ -51,7 +51,7 @@ pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> 
     }
 }
 
-/// What is wrong with the recording, which names itself, and what with the system.
+/// Classifies an error: of the recording, which is named in it, or of the system.
 fn failure(error: anyhow::Error, file: &Path) -> Failure {
     if error.downcast_ref::<RecordingError>().is_some() {
         return Failure::Input(error);
@@ -59,7 +59,7 @@ fn failure(error: anyhow::Error, file: &Path) -> Failure {
     Failure::Other(error.context(file.display().to_string()))
 }
 
-/// The recorded run as one of its own; its processes take its files out of the recording.
+/// The recorded run as a new one, whose processes take its files from the recording.
 fn run(recording: &Recording, options: &ReplayOptions) -> Result<RunConfig, Failure> {
     if options.live.contains(&Process::World) {
         return Err(Failure::Input(anyhow!(
@@ -88,7 +88,7 @@ fn run(recording: &Recording, options: &ReplayOptions) -> Result<RunConfig, Fail
         Some(name) => name.clone(),
         None => plain_name(&format!("replay-{}-{}", std::process::id(), run.mission.name)),
     };
-    // They have happened, and what came of them is recorded.
+    // They have happened, and their effects are recorded.
     run.faults.clear();
     run.pace = match options.rate {
         Rate::Max => Pace::Lockstep,
@@ -99,7 +99,7 @@ fn run(recording: &Recording, options: &ReplayOptions) -> Result<RunConfig, Fail
     Ok(run)
 }
 
-/// The path as processes in other folders have to name it.
+/// The path in a form that processes in other folders can use.
 fn absolute(path: &Path, what: &'static str) -> Result<String, Failure> {
     let path = std::path::absolute(path).context(what).or_input()?.into_os_string().into_string();
     let wrong = |path| anyhow!("{what}: expected a path in UTF-8, found {}", Path::new(&path).display());

@@ -1,5 +1,5 @@
-//! A recording as one page: the drawing and the floor, some moments, errors, scales and health over time, and
-//! the table of figures.
+//! A recording as one page: the drawing and the floor, some moments, errors, scales and
+//! health over time, and the table of figures.
 
 mod foreign;
 
@@ -69,7 +69,7 @@ struct Page<'a> {
     files: &'a RecordedFiles,
     judged: &'a Judged,
     log: &'a Log,
-    /// What was doubted about the plan before the start.
+    /// The doubts about the plan before the start.
     planned: &'a [String],
 }
 
@@ -150,7 +150,7 @@ impl Page<'_> {
         [stamps().next().unwrap_or(0.0), stamps().next_back().unwrap_or(1.0)]
     }
 
-    /// When tasks began.
+    /// When the tasks began, seconds.
     fn marks_s(&self) -> Vec<f64> {
         if self.run.system == LOG_SYSTEM {
             return Vec::new();
@@ -267,7 +267,7 @@ impl Page<'_> {
     }
 }
 
-/// The curves of a chart as the page draws them.
+/// The curves of a chart as drawn on the page.
 fn series(told: &account::Chart) -> Vec<Series> {
     let curve = |curve: &account::Curve| Series { name: curve.name.to_owned(), points: curve.points.clone() };
     told.curves.iter().map(curve).collect()

@@ -31,10 +31,10 @@ pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> 
     let mut recorded = RecordedRun::of(&recording).or_input()?;
     let set = options.parameters().map_err(|text| Failure::Input(anyhow!(text)))?;
     recorded.run.mission.parameters.extend(&set);
-    // What differs is judged, and so are runs whose parameters were changed.
+    // If parameters were changed, the recorded run and the new one are both judged.
     let asks_what_if = !options.set.is_empty() && options.process != Process::Sketcher;
     let copy = options.output.clone().or_else(|| asks_what_if.then(|| folder.path().join("now.mcap")));
-    // Before: the copy may take the recording's place.
+    // Before that, since the copy may replace the recording.
     let mut judged: Vec<_> =
         asks_what_if.then(|| judge::of_whole(whole, None)).transpose()?.into_iter().collect();
     let outcome = execute(&recording, &recorded, options, copy.as_deref(), &guard)?;
@@ -79,7 +79,7 @@ fn execute(
     Ok(outcome)
 }
 
-/// What is wrong with the recording or what is asked of it, and what went wrong with the copy.
+/// Classifies an error: of the recording or the request, or of the copy.
 fn failure(error: RerunError) -> Failure {
     match error {
         RerunError::Recording(RecordingError::Write(_)) => Failure::Other(error.into()),

@@ -1,5 +1,4 @@
-//! Recordings out of recordings. A result appears under its name when it is whole; exit codes are those of
-//! the official tool.
+//! Makes recordings from recordings. A result gets its name once it is complete; exit codes are those of the official tool.
 
 use std::path::Path;
 
@@ -19,7 +18,7 @@ use super::whole::{self, Lacks, Whole};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
 
-/// Copies what can be read.
+/// Copies everything readable.
 pub fn recover(file: &Path, options: &RecoverOptions) -> Result<Outcome, Failure> {
     if file.is_dir() {
         let names: Vec<_> =
@@ -50,14 +49,14 @@ fn recover_file(file: &Path, options: &RecoverOptions) -> anyhow::Result<copy::C
     let known = |error: RecordingError| unpacked.known_error(error.into());
     let (draft, mut copy) = begin(&options.output, &copy::profile(unpacked.path()).map_err(known)?)?;
     let copied = copy::recover(unpacked.path(), damaged, &mut copy).map_err(known)?;
-    // Said before the copy is refused, if it is: that is why.
+    // Printed before the copy is possibly rejected, because it gives the reason.
     tell_lost(&copied);
     let guard = Guard::of([file.to_owned()]).over_all().with_force(options.force);
     finish(draft, copy, &guard)?;
     Ok(copied)
 }
 
-/// Lists what a copy lacks.
+/// Prints what a copy lacks.
 fn tell_lost(copied: &copy::Copied) {
     for lost in &copied.lost {
         let copy::Lost { at, bytes, reason, messages } = lost;
@@ -77,7 +76,7 @@ fn tell_lost(copied: &copy::Copied) {
     }
 }
 
-/// Copies what is wanted.
+/// Copies the selected topics or period.
 pub fn filter(whole: &Whole, options: &FilterOptions) -> Result<Outcome, Failure> {
     let times_ns = options.times.ns().or_input()?;
     let work = || -> anyhow::Result<Made> {
@@ -101,7 +100,7 @@ fn selection(recording: &Recording, options: &FilterOptions) -> anyhow::Result<S
     Ok(if options.topics.is_empty() { Selection::default() } else { Selection::of_topics(topics) })
 }
 
-/// The topics of a recording that a regular expression matches, without the slash before their names; there is one.
+/// The topics of a recording that a regular expression matches, without their leading slashes; an error if there are none.
 pub fn matching(recording: &Recording, regex: &Regex) -> anyhow::Result<Vec<String>> {
     let known: Vec<_> = recording.topics()?.iter().map(|topic| topic.name.clone()).collect();
     let matches = |topic: &&String| regex.is_match(topic.trim_start_matches('/'));
@@ -110,7 +109,7 @@ pub fn matching(recording: &Recording, regex: &Regex) -> anyhow::Result<Vec<Stri
     Ok(found)
 }
 
-/// What became of a copy of whole recordings.
+/// The result of copying whole recordings.
 struct Made {
     messages: u64,
     lost: Lost,
@@ -139,11 +138,11 @@ impl Made {
     }
 }
 
-/// What a copy lacks of what its sources once held.
+/// What a copy lacks of the original content of its sources.
 struct Lost {
     /// What was noticed when the copy was made.
     now: Lacks,
-    /// What was noticed, and said, when its sources were put together.
+    /// What was noticed, and printed, when its sources were put together.
     before: Lacks,
 }
 
@@ -169,7 +168,7 @@ impl Lost {
         all
     }
 
-    /// As MCAP's own tool: what was copied of a recording that was cut off is not all that was sent.
+    /// Prints it. As with MCAP's own tool, a copy of a cut-off recording is not a full success.
     fn tell(&self) -> Outcome {
         for name in &self.now.cut_off {
             say!("notice: {name} was cut off; what was whole is in the copy");
@@ -189,7 +188,7 @@ fn check_topics(recording: &Recording, selection: &Selection) -> anyhow::Result<
     }
 }
 
-/// Makes one of several.
+/// Merges several into one.
 pub fn merge(wholes: &[Whole], output: &Path, json: bool) -> Result<Outcome, Failure> {
     let work = || -> anyhow::Result<Made> {
         let open = |whole: &Whole| Recording::open(whole.path());
@@ -203,14 +202,14 @@ pub fn merge(wholes: &[Whole], output: &Path, json: bool) -> Result<Outcome, Fai
     work().map_err(Failure::Plain)?.tell(json)
 }
 
-/// The profile of all of them; none where they differ.
+/// The common profile; empty if they differ.
 pub fn common_profile(recordings: &[Recording]) -> &str {
     let mut profiles = recordings.iter().map(|recording| recording.header().profile.as_str());
     let first = profiles.next().unwrap_or_default();
     if profiles.all(|profile| profile == first) { first } else { "" }
 }
 
-/// Cuts one into parts.
+/// Splits one into parts.
 pub fn split(whole: &Whole, options: &SplitOptions) -> Result<Outcome, Failure> {
     let limit = limit(options)?;
     let recording = Recording::open(whole.path()).map_err(|error| Failure::Plain(error.into()))?;
@@ -275,7 +274,7 @@ fn parts(
     Ok(parts)
 }
 
-/// Parts of an earlier split would stay beside the new ones, and could not be distinguished.
+/// Rejects a folder with parts of an earlier split, which would remain and could not be told apart from the new ones.
 fn refuse_earlier_parts(folder: &Path, stem: &str, rosbag2: bool) -> anyhow::Result<()> {
     let is_part = |name: &str| {
         let number = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')?.strip_suffix(".mcap"));

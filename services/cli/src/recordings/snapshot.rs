@@ -1,7 +1,7 @@
-//! Keeps the last seconds of what a running system records: a copy of the end of its recording, which goes on.
+//! Saves the last seconds of what a running system records, as a copy of the end of its recording, which continues.
 //!
-//! Nothing is held in memory for it: the recorder has everything in its file within a second. The snapshot waits until the file
-//! has what had been sent when it was asked for.
+//! Nothing is buffered in memory for that: the recorder has everything in its file within a second. The snapshot waits
+//! until the file contains what had been sent when it was requested.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -24,9 +24,9 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::systems;
 
-/// How often to look.
+/// How often to look at the file.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// Longest that the recorder may take to write down what was sent.
+/// Longest that the recorder may take to write what was sent.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// Copies the end of a running recording.
@@ -94,7 +94,7 @@ fn now_ns(node: &Node) -> anyhow::Result<u64> {
     Ok(newest.header.stamp_ns)
 }
 
-/// The parts of a recording, once they have what was sent by this time.
+/// The parts of a recording, once they contain what was sent by this time.
 fn wait_for_file(node: &Node, path: &Path, end_ns: u64) -> anyhow::Result<Vec<Recording>> {
     let limit = Instant::now() + PATIENCE;
     loop {
@@ -118,11 +118,11 @@ fn wait_for_file(node: &Node, path: &Path, end_ns: u64) -> anyhow::Result<Vec<Re
     }
 }
 
-/// What a recorder, or one after the other, has written so far.
+/// What a recorder, or several in succession, have written so far.
 fn parts(path: &Path) -> anyhow::Result<Vec<Recording>> {
     let files = (1..).map(|number| part(path, number)).take_while(|file| file.exists());
     let files = files.chain(series::files(path)?);
-    // One that was just begun has nothing in it.
+    // A file that was just begun is empty.
     let files = files.filter(|file| file.metadata().is_ok_and(|found| found.len() > 0));
     let parts = files.map(|file| Recording::open(&file)).collect::<Result<Vec<_>, _>>()?;
     ensure!(!parts.is_empty(), "{}: expected the recording of the system, found none", path.display());

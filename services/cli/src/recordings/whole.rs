@@ -1,6 +1,6 @@
-//! What a person means by a path, as one file: a recording of several files, as `run --split-size` and rosbag2 leave them, is put
-//! together, and a file that zstd has packed is unpacked. That happens in a folder for temporary files, which goes away with the
-//! command.
+//! The recording that a path refers to, as one file. A recording in several files, as written by `run --split-size` and
+//! rosbag2, is put together, and a file packed by zstd is unpacked, in a temporary folder
+//! that is removed when the command ends.
 
 use std::fs::File;
 use std::io::{BufWriter, Read};
@@ -18,13 +18,13 @@ use super::rewrite::common_profile;
 use crate::failure::{Failure, OrInput, story};
 use crate::output::say;
 
-/// How the names of files end that rosbag2 has packed.
+/// The extension of files packed by rosbag2.
 const PACKED_MCAP: &str = ".mcap.zstd";
 
-/// What a recording, or the copy of one, lacks of what its files once held.
+/// What a recording, or a copy of one, lacks of the original content of its files.
 #[derive(Debug, Default)]
 pub struct Lacks {
-    /// The files that end before their writers came to an end.
+    /// The files that end before their writers finished.
     pub cut_off: Vec<String>,
     /// The damaged messages that were left out.
     pub left_out: Rejections,
@@ -36,43 +36,44 @@ impl Lacks {
         self.cut_off.is_empty() && self.left_out.is_empty()
     }
 
-    /// Adds what another one lacks.
+    /// Adds what another recording lacks.
     pub fn extend(&mut self, other: &Self) {
         self.cut_off.extend_from_slice(&other.cut_off);
         self.left_out.extend(&other.left_out);
     }
 }
 
-/// The recording that a person means by a path.
+/// The recording that a path refers to.
 pub struct Whole {
     path: PathBuf,
-    /// What the person named.
+    /// The path that the user gave.
     named: PathBuf,
-    /// The files that it was made of.
+    /// The files that it was made from.
     sources: Vec<PathBuf>,
-    /// What it lacks because its files do, where it was put together of several. That was said when it was done.
+    /// If it was put together from several files, what it lacks because of them. That was printed at the time.
     lacks: Lacks,
-    /// Where it was put together.
+    /// The temporary folder in which it was put together.
     _folder: Option<TempDir>,
 }
 
 impl Whole {
-    /// A file is itself. `NAME.mcap` that is no file stands for `NAME_0.mcap` and so on, a folder for the one recording in it.
+    /// A file is used as it is. `NAME.mcap`, if there is no such file, refers to `NAME_0.mcap` and so on; a folder, to
+    /// the one recording in it.
     pub fn of(path: &Path) -> Result<Self, Failure> {
         Self::found(path).map(|whole| whole.named_by(path)).or_input()
     }
 
-    /// The same of several.
+    /// The same for several paths.
     pub fn of_all(paths: &[PathBuf]) -> Result<Vec<Self>, Failure> {
         paths.iter().map(|path| Self::of(path)).collect()
     }
 
-    /// A file by itself, unpacked where it is packed; others beside it do not matter.
+    /// A single file, unpacked if it is packed; other files beside it do not matter.
     pub fn alone(path: &Path) -> Result<Self, Failure> {
         Self::of_files(path, &[path.to_owned()]).map(|whole| whole.named_by(path)).or_input()
     }
 
-    /// A file that may be damaged: of one that is packed, what can be unpacked.
+    /// A file that may be damaged; a packed one is unpacked as far as possible.
     pub fn as_far_as_it_goes(path: &Path) -> anyhow::Result<Self> {
         if !is_packed(path) {
             return Ok(Self::itself(path));
@@ -85,27 +86,27 @@ impl Whole {
         Ok(Self::made(unpacked, path, &[path.to_owned()], folder))
     }
 
-    /// A file that holds all of it.
+    /// A file that contains all of it.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What the person knows it by: the file, or what was named where the file is for temporary use.
+    /// The name that the user knows: the file or, if that is temporary, the path that they gave.
     pub fn name(&self) -> &Path {
         if self._folder.is_some() { &self.named } else { &self.path }
     }
 
-    /// The files that it was made of.
+    /// The files that it was made from.
     pub fn sources(&self) -> &[PathBuf] {
         &self.sources
     }
 
-    /// What it lacks because its files do, where it was put together of several; it was said.
+    /// If it was put together from several files, what it lacks because of them; printed already.
     pub fn lacks(&self) -> &Lacks {
         &self.lacks
     }
 
-    /// What a command came to: its failure names what the person named, and not a file for temporary use.
+    /// A command's result in which failures name the path that the user gave instead of a temporary file.
     pub fn known<T>(&self, result: Result<T, Failure>) -> Result<T, Failure> {
         result.map_err(|failure| match failure {
             Failure::Input(error) => Failure::Input(self.known_error(error)),
@@ -116,7 +117,7 @@ impl Whole {
         })
     }
 
-    /// The same of an error.
+    /// The same for an error.
     pub fn known_error(&self, error: anyhow::Error) -> anyhow::Error {
         in_place_of(&[(self.path.as_path(), self.name())], error)
     }
@@ -162,7 +163,7 @@ impl Whole {
         }
         let files = series::files(named).with_context(|| named.display().to_string())?;
         gaps(named, &files).iter().for_each(|words| say!("notice: {words}"));
-        // Whoever opens one that is not there says what is wrong with it.
+        // Opening a missing file reports what is wrong with it.
         if files.is_empty() { Ok(Self::itself(named)) } else { Self::of_files(named, &files) }
     }
 
@@ -176,7 +177,7 @@ impl Whole {
         Ok(whole)
     }
 
-    /// These files as one, of this name.
+    /// Puts files together as one, under this name.
     fn of_files(named: &Path, files: &[PathBuf]) -> anyhow::Result<Self> {
         if let [file] = files
             && !is_packed(file)
@@ -206,7 +207,7 @@ impl Whole {
     }
 }
 
-/// The error with the names that the person knows in place of those of files for temporary use, each beside the other.
+/// Replaces the names of temporary files in an error by those that the user knows; `names` are pairs of these.
 fn in_place_of(names: &[(&Path, &Path)], error: anyhow::Error) -> anyhow::Error {
     let told = story(&error);
     let in_place_of = |words: String, (temporary, known): &(&Path, &Path)| match temporary == known {
@@ -217,16 +218,16 @@ fn in_place_of(names: &[(&Path, &Path)], error: anyhow::Error) -> anyhow::Error 
     if words == told { error } else { anyhow!(words) }
 }
 
-/// Those of the files, each beside the name that the person knows, that end before their writers came to an end.
+/// Those files, given as pairs of the readable file and the name that the user knows, that end before their writers finished.
 fn cut_off(parts: &[(&Path, &Path)]) -> Vec<String> {
     let is_cut_off =
         |path: &Path| Recording::open(path).and_then(|part| part.index().map(|index| index.is_cut_off()));
-    // What cannot be opened and was passed over is cut off before it holds anything.
+    // A file that cannot be opened, and was skipped, is cut off before it contains anything.
     let cut = parts.iter().filter(|(plain, _)| is_cut_off(plain).unwrap_or(true));
     cut.map(|(_, file)| file.display().to_string()).collect()
 }
 
-/// Says what a recording lacks that was put together of several files.
+/// Prints what a recording lacks that was put together from several files.
 fn tell(named: &Path, lacks: &Lacks) {
     lacks.cut_off.iter().for_each(super::tell_cut_off);
     for left_out in lacks.left_out.list() {
@@ -238,8 +239,8 @@ fn folder() -> anyhow::Result<TempDir> {
     tempfile::tempdir().context("a folder for temporary files")
 }
 
-/// Several files as one: those of a run of ours each message once, those of others one after the other, without messages that are
-/// damaged: these are counted.
+/// Writes several files as one: those of a run of ours with each message once, those of others one after the other.
+/// Damaged messages are left out and counted.
 fn put_together(files: &[PathBuf], sink: BufWriter<File>) -> anyhow::Result<Rejections> {
     let first = files.first().context("expected a file, found none")?;
     if Recording::open(first)?.has_run() {
@@ -259,14 +260,14 @@ pub fn is_packed(path: &Path) -> bool {
     path.is_file() && rosbag2::is_packed(path).unwrap_or(false)
 }
 
-/// The file's name without the ending that says that it is packed.
+/// The file's name without the extension of a packed file.
 fn plain_name(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.strip_suffix(".zstd").or_else(|| name.strip_suffix(".zst")).unwrap_or(&name);
     if name.ends_with(".mcap") { name.to_owned() } else { format!("{name}.mcap") }
 }
 
-/// Unpacks a file into a folder; why not all of it, where that is so.
+/// Unpacks a file into a folder; returns the reason if that was only possible in part.
 fn unpack(path: &Path, folder: &Path) -> anyhow::Result<(PathBuf, Option<std::io::Error>)> {
     let place = || path.display().to_string();
     let unpacked = folder.join(plain_name(path));
@@ -286,7 +287,7 @@ fn unpack_whole(path: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
     }
 }
 
-/// The files of a bag that are there, with those of the series that a recorder has begun since.
+/// The existing files of a bag, including those of the series that a recorder has begun since.
 fn files_of(folder: &Path, bag: &Bag) -> anyhow::Result<Vec<PathBuf>> {
     bag.must_be_mcap(folder)?;
     ensure!(
@@ -301,13 +302,13 @@ fn files_of(folder: &Path, bag: &Bag) -> anyhow::Result<Vec<PathBuf>> {
     Ok(series.filter(has_all).unwrap_or_else(|| bag.files.clone()))
 }
 
-/// Names the files of a bag that are missing.
+/// The names of a bag's missing files.
 fn missing(folder: &Path, bag: &Bag) -> Vec<String> {
     let words = |name: &String| format!("{}: {METADATA} lists {name}, which is missing", folder.display());
     bag.missing.iter().map(words).collect()
 }
 
-/// Names the files that are missing between those of `NAME.mcap`.
+/// The names of the files missing from the series of `NAME.mcap`.
 fn gaps(named: &Path, files: &[PathBuf]) -> Vec<String> {
     let name = |number: u32| {
         series::file(named, number).file_name().unwrap_or_default().to_string_lossy().into_owned()
@@ -319,15 +320,15 @@ fn gaps(named: &Path, files: &[PathBuf]) -> Vec<String> {
     series::gaps(named, files).into_iter().map(words).collect()
 }
 
-/// The files of a folder that are recordings, or packed ones: those that its metadata list, else all by name.
+/// The files of a folder that are recordings, packed or not: those listed in its metadata, otherwise all, ordered by name.
 ///
 /// # Errors
-/// Where there are none, or none that are read here: what there is instead.
+/// If there are none, or none of a supported format; the error says what there is instead.
 pub fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     listed_in(folder).map(|(files, _)| files)
 }
 
-/// The same, and what there is to say of files that are missing.
+/// The same, with remarks on missing files.
 ///
 /// # Errors
 /// As [`recordings_in`].
@@ -362,7 +363,7 @@ fn named_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// What a folder without recordings has that one could be made of: the first such file, in a few words.
+/// A short description of the first file in a folder without recordings that one could be made from.
 fn others_in(folder: &Path) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<_> = entries.map(|entry| entry.path()).filter(|path| path.is_file()).collect();
@@ -377,7 +378,7 @@ fn others_in(folder: &Path) -> String {
     paths.iter().find_map(kind).unwrap_or_else(|| "none".to_owned())
 }
 
-/// The name of the recording of a folder that has one: of its files as one, where it was cut.
+/// The name of the one recording in a folder; if it was split, that of its files as one.
 pub fn only_one_in(folder: &Path) -> anyhow::Result<PathBuf> {
     let mut names: Vec<_> =
         named_in(folder)?.into_iter().map(|path| of_series(&path).unwrap_or(path)).collect();
@@ -396,7 +397,7 @@ pub fn only_one_in(folder: &Path) -> anyhow::Result<PathBuf> {
     }
 }
 
-/// `NAME.mcap` of a `NAME_3.mcap` that has others beside it.
+/// `NAME.mcap` for a `NAME_3.mcap` with others beside it.
 fn of_series(file: &Path) -> Option<PathBuf> {
     let stem = file.file_stem()?.to_str()?;
     let name = file.with_file_name(format!("{}.mcap", stem.rsplit_once('_')?.0));
@@ -460,7 +461,7 @@ mod tests {
         sketchnav_recordings::info::info_of_messages(whole.path()).unwrap().messages
     }
 
-    /// `filter`, `relations` and others wanted a run.json of a folder with two files.
+    /// `filter`, `relations` and others once required a run.json in a folder with two files.
     #[test]
     fn a_bag_of_others_is_one_recording_and_a_missing_file_is_named() {
         let folder = tempfile::tempdir().unwrap();
@@ -481,7 +482,7 @@ mod tests {
         assert!(error.contains("b_0.mcap, b_1.mcap, b_2.mcap"), "{error}");
     }
 
-    /// What the command comes to in a folder: `X` stands for the folder, `X/…` for what is in it.
+    /// The result of a command in a folder: `X` stands for the folder, `X/…` for what is in it.
     fn run(folder: &Path, line: &str) -> Result<Outcome, Failure> {
         let word = |word: &str| match word.strip_prefix('X') {
             Some(rest) => format!("{}{rest}", folder.display()),
@@ -495,7 +496,7 @@ mod tests {
     const COPIES: [&str; 3] =
         ["filter X -o X/../y.mcap", "merge X X -o X/../y.mcap", "split X --rosbag2 -o X/../parts"];
 
-    /// Of a bag whose second file was cut off, a part was copied, and nobody was told.
+    /// Part of a bag whose second file was cut off was once copied without a word.
     #[test]
     fn a_cut_file_among_others_is_named_and_is_a_loss() {
         let outer = tempfile::tempdir().unwrap();
@@ -510,7 +511,7 @@ mod tests {
         }
         let cut = points(20);
         std::fs::write(path.join("b_1.mcap"), &cut[..cut.len() / 2]).unwrap();
-        // A series without metadata as well.
+        // The same for a series without metadata.
         for _ in 0..2 {
             let whole = Whole::of(&path).unwrap();
             assert_eq!(whole.lacks().cut_off, [path.join("b_1.mcap").display().to_string()]);
@@ -522,7 +523,7 @@ mod tests {
         }
     }
 
-    /// Of three files of a recording the middle one was gone, and nobody was told.
+    /// The middle one of a recording's three files was once missing without a word.
     #[test]
     fn a_number_that_is_missing_is_named() {
         let folder = tempfile::tempdir().unwrap();
@@ -557,7 +558,7 @@ mod tests {
         }
     }
 
-    /// An error named a file for temporary use, which was gone when it was read.
+    /// An error once named a temporary file, which was gone by the time it was read.
     #[test]
     fn errors_name_what_the_person_has_named() {
         let folder = tempfile::tempdir().unwrap();

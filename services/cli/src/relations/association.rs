@@ -1,19 +1,19 @@
-//! Which samples of several objects belong together: those of one time, or those that are nearest to each other.
+//! Which samples of several objects belong together: those with equal times, or those nearest to each other.
 
 use super::Track;
 
-/// Stamps that differ by less are the same to a tolerance: decimal fractions are not exact.
+/// Added to a tolerance, since decimal fractions are not exact, seconds.
 const ROUNDING_S: f64 = 1e-9;
 
-/// Objects whose times do not overlap and are farther apart than this were never together, seconds.
+/// Objects whose periods do not overlap and are farther apart than this were never together, seconds.
 const FAR_APART_S: f64 = 1.0;
 
-/// Samples of one time.
+/// Samples that belong to one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Seconds.
     pub at_s: f64,
-    /// The index of the sample of each object; `None` where it was not seen.
+    /// The index of the sample of each object; `None` if it was not seen.
     pub samples: Vec<Option<usize>>,
 }
 
@@ -24,10 +24,10 @@ impl Scene {
     }
 }
 
-/// The samples that belong together. Without a tolerance these are those of equal times, at each time that one of the
-/// objects has. With a tolerance the object with the fewest samples says the times. Of each other object the nearest
-/// sample is taken where it is not farther than the tolerance and no other such time is nearer to it; the rest of its
-/// samples is left out.
+/// The samples that belong together. Without a tolerance these are samples with equal times, at each time of any
+/// object. With a tolerance the times are those of the object with the fewest samples. Of each other object, the
+/// nearest sample is used if it is within the tolerance and no other of these times is nearer to it; its remaining
+/// samples are left out.
 pub fn associate(tracks: &[&Track], tolerance_s: Option<f64>) -> Vec<Scene> {
     match tolerance_s {
         None => equal(tracks),
@@ -70,12 +70,12 @@ fn nearest(tracks: &[&Track], tolerance_s: f64) -> Vec<Scene> {
     (0..anchor.samples.len()).map(scene).collect()
 }
 
-/// The object with the fewest samples, of equals the first.
+/// The object with the fewest samples; the first of several.
 fn anchor<'a>(tracks: &[&'a Track]) -> Option<&'a Track> {
     tracks.iter().copied().min_by_key(|track| track.samples.len())
 }
 
-/// The sample that is nearest in time, of equals the earlier.
+/// The sample that is nearest in time; the earlier of two.
 fn nearest_sample(track: &Track, at_s: f64) -> Option<usize> {
     let after = track.samples.partition_point(|(own_s, _)| *own_s < at_s);
     let off = |index: &usize| (track.samples[*index].0 - at_s).abs();
@@ -86,20 +86,20 @@ fn nearest_sample(track: &Track, at_s: f64) -> Option<usize> {
 /// How often objects were seen together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meetings {
-    /// Times at which all were.
+    /// The number of times at which all were.
     pub together: usize,
     /// The object with the fewest samples.
     pub rarest: String,
-    /// As many as it has.
+    /// The number of its samples.
     pub samples: usize,
-    /// By how much its samples miss those of the others, from the least to the most, seconds.
+    /// The time differences between its samples and those of the others, ascending, seconds.
     misses_s: Vec<f64>,
-    /// Whether there is a time that lies within the times of all.
+    /// Whether the periods of all objects have a time in common.
     overlap: bool,
 }
 
 impl Meetings {
-    /// Of these objects, and the scenes that they were associated to.
+    /// The meetings of these objects, given the scenes to which they were associated.
     pub fn of(tracks: &[&Track], scenes: &[Scene]) -> Self {
         let anchor = anchor(tracks);
         let samples = anchor.map_or(&[][..], |anchor| anchor.samples.as_slice());
@@ -125,7 +125,7 @@ impl Meetings {
         }
     }
 
-    /// By how much the stamps miss each other, in words, and what helps.
+    /// The differences between the stamps in words, and what can be done about them.
     pub fn miss(&self) -> String {
         let Some(least_s) = self.misses_s.first() else { return "there are no samples".to_owned() };
         let median_s = self.misses_s[self.misses_s.len() / 2];
@@ -142,13 +142,13 @@ impl Meetings {
     }
 }
 
-/// Seconds without needless digits, to the microsecond.
+/// Seconds to the microsecond, without superfluous digits.
 fn figure(seconds: f64) -> String {
     let text = format!("{seconds:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// To two digits.
+/// Rounds up to two digits.
 fn rounded_up(value: f64) -> f64 {
     let unit = 10_f64.powf(value.max(1e-6).log10().floor() - 1.0);
     (value / unit).ceil() * unit
@@ -183,7 +183,7 @@ mod tests {
     fn a_tolerance_takes_the_nearest_sample_once() {
         assert_eq!(together(&[0.0, 1.0], &[0.013, 1.013], Some(0.013)), (vec![(0, 0), (1, 1)], 2));
         assert_eq!(together(&[0.0, 1.0], &[0.013, 1.013], Some(0.012)), (vec![], 2));
-        // The one that is seen more rarely says the times: the other's samples between are no pauses.
+        // The object that is seen more rarely determines the times: the other's samples in between are not gaps.
         assert_eq!(together(&[0.0, 0.5, 1.0], &[0.01, 1.01], Some(0.1)), (vec![(0, 0), (2, 1)], 2));
         assert_eq!(together(&[0.0, 0.1], &[0.04, 7.0], Some(0.1)), (vec![(0, 0)], 2));
         assert_eq!(together(&[0.0, 0.5, 1.0], &[0.0, 1.0], Some(0.0)), (vec![(0, 0), (2, 1)], 2));
@@ -214,7 +214,7 @@ mod tests {
             let (pairs, _) = together(&a, &b, Some(tolerance.into()));
             prop_assert!(pairs.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 < w[1].1));
             prop_assert!(pairs.iter().all(|(i, j)| (a[*i] - b[*j]).abs() <= f64::from(tolerance) + 1e-6));
-            // Nobody who has a partner at the very same time is left out.
+            // No object with a partner at exactly the same time is left out.
             let equal = a.iter().filter(|at| b.contains(at)).count();
             prop_assert!(pairs.len() >= equal);
         }

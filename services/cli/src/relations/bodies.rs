@@ -1,5 +1,5 @@
-//! The bodies of a recording: the robot and the people, where they truly were; of a recording of others, whatever its topics
-//! say a place of.
+//! The bodies of a recording: the true positions of the robot and the people or, in recordings that this project did
+//! not write, the positions in its topics.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -14,16 +14,16 @@ use super::{Body, Track};
 use crate::output::say;
 use crate::poses::{self, Place, Way};
 
-/// Reads them: `robot`, `person-1`, `person-2` … of a recording of ours, by its topics of any other.
+/// Reads them: `robot`, `person-1`, `person-2` … from a recording of ours; from any other, one per topic.
 ///
 /// # Errors
-/// The recording, or that it says no places.
+/// The recording cannot be read, or contains no positions.
 pub fn read(file: &Path) -> anyhow::Result<Vec<Track>> {
     let recording = Recording::open(file)?;
     if recording.has_run() { of_ours(&recording) } else { of_others(&recording) }
 }
 
-/// Each topic that says where something is, by its name.
+/// Each topic with positions, by its name.
 fn of_others(recording: &Recording) -> anyhow::Result<Vec<Track>> {
     let (ways, file) = (poses::read(recording)?, recording.path().display());
     ensure!(!ways.is_empty(), "{file}: expected a topic of one of the types {}, found none", poses::types());
@@ -52,7 +52,7 @@ fn of_ours(recording: &Recording) -> anyhow::Result<Vec<Track>> {
     let truth = recording.all(TRUTH).with_context(place)?;
     ensure!(!truth.is_empty(), "{}: expected true poses of the robot, found none", file.display());
     let [half_length_m, half_width_m] = robot.half_extents_m();
-    // The box along the axes around the turned footprint.
+    // The axis-aligned bounding box of the rotated footprint.
     let around = |sin: f64, cos: f64| match robot.footprint {
         None => [2.0 * robot.radius_m; 2],
         Some(_) => [

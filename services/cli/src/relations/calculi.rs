@@ -1,4 +1,4 @@
-//! The calculi by their words, and the series of each.
+//! The calculi by name, and the series of each.
 
 use std::fmt::Display;
 
@@ -18,9 +18,9 @@ use super::{Body, Held, RelationsOptions, Track};
 pub enum Word {
     /// Towards or away: two points in motion.
     QtcB,
-    /// The same, and to which side.
+    /// The same, with the side to which they move.
     QtcC,
-    /// The same, with the sides where the two are near each other.
+    /// The same, with the sides only if the two are near each other.
     QtcBc,
     /// Moving or stationary: one point.
     Mos,
@@ -49,7 +49,7 @@ pub enum Word {
 }
 
 impl Word {
-    /// Of how many objects its relations are.
+    /// The number of objects between which its relations hold.
     pub fn arguments(self) -> usize {
         match self {
             Self::Mos => 1,
@@ -62,7 +62,7 @@ impl Word {
 /// The relations of `tracks`, as many as the calculus takes, in scenes of their samples.
 ///
 /// # Errors
-/// A parameter, or a table that lacks what the calculus needs.
+/// An invalid parameter, or a table without columns that the calculus needs.
 pub fn series(tracks: &[&Track], scenes: &[Scene], options: &RelationsOptions) -> anyhow::Result<Vec<Held>> {
     let of_points = Scenes { tracks, scenes, options };
     match options.calculus {
@@ -102,14 +102,14 @@ fn scale(thresholds: &[String]) -> anyhow::Result<argd::Scale> {
     Ok(argd::Scale::new(parsed, argd::Bound::Upper)?)
 }
 
-/// The objects of one sample as a calculus wants them; `before` is the sample before of the same object.
+/// Converts an object's sample to the calculus's form; `before` is its previous sample.
 type Make<T> = fn(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<T>>;
 
 fn point(_: Option<&Body>, now: &Body) -> anyhow::Result<Option<Point>> {
     Ok(Some(Point::try_from(now.at)?))
 }
 
-/// Without a heading it is the direction of motion; an object at rest has none.
+/// Without a heading, the direction of motion is used; an object at rest has none.
 fn oriented(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<Oriented>> {
     let at = Point::try_from(now.at)?;
     match (now.heading_rad, before) {
@@ -126,7 +126,7 @@ fn rect(_: Option<&Body>, now: &Body) -> anyhow::Result<Option<Rect>> {
     Ok(Some(Rect::around(Point::try_from(now.at)?, length_m, width_m)?))
 }
 
-/// How a relation follows the one before, for people and programs.
+/// How a relation follows the previous one, for people and programs.
 fn word(change: Change) -> &'static str {
     match change {
         Change::First => "first",
@@ -137,7 +137,7 @@ fn word(change: Change) -> &'static str {
     }
 }
 
-/// The objects, and what is done with their series.
+/// The objects and their scenes.
 struct Scenes<'a> {
     tracks: &'a [&'a Track],
     scenes: &'a [Scene],
@@ -172,7 +172,7 @@ impl Scenes<'_> {
         self.held(calculus, self.scenes::<T, 3>(make)?)
     }
 
-    /// Its relations are ranks; people read labels.
+    /// The relations are ranks; people read labels.
     fn argd(&self, scale: argd::Scale) -> anyhow::Result<Vec<Held>> {
         let label = |rank| scale.label(rank).unwrap_or_default().to_owned();
         self.said(scale.clone(), self.scenes::<Point, 2>(point)?, label)
@@ -210,7 +210,7 @@ impl Scenes<'_> {
         Ok(held.collect())
     }
 
-    /// The objects of each scene, or nothing where one was not seen.
+    /// The objects of each scene; `None` if one was not seen.
     fn scenes<T: Copy, const N: usize>(&self, make: Make<T>) -> anyhow::Result<Vec<(f64, Option<[T; N]>)>> {
         ensure!(self.tracks.len() == N, "expected {N} objects, found {}", self.tracks.len());
         self.scenes.iter().map(|scene| Ok((scene.at_s, self.scene(scene, make)?))).collect()

@@ -1,8 +1,8 @@
-//! A table of positions: a line for each object and time, with named columns in any order.
+//! A table of positions: a row per object and time, with named columns in any order.
 //!
-//! The separator is the one by which the first line has its columns; numbers have a decimal point, or a decimal comma
-//! where the separator is none. What spreadsheets add is left out: rows and last columns without a value, byte order
-//! marks, the line that names the separator.
+//! The separator is the one that splits the first line into its columns. Numbers have a decimal point, or a decimal
+//! comma if that is not the separator. What spreadsheets add is ignored: rows and last columns without a value, byte
+//! order marks, the line that names the separator.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -12,32 +12,32 @@ use anyhow::{Context, anyhow, bail, ensure};
 
 use super::{Body, Track};
 
-/// Columns that a table must have.
+/// Required columns.
 const NEEDED: [&str; 4] = ["time_s", "object", "x_m", "y_m"];
-/// Columns that it may have.
+/// Optional columns.
 const OPTIONAL: [&str; 3] = ["heading_deg", "length_m", "width_m"];
-/// Farthest position: beyond it squares lose their precision.
+/// Farthest position; beyond it, squares lose their precision.
 const FAR_M: f64 = 1e7;
 
-/// Reads a table; objects come in the order in which the table names them first.
+/// Reads a table; the objects are in the order of their first rows.
 ///
 /// # Errors
-/// The file, the line, the column, and what was expected there.
+/// Names the file, the line, the column, and what was expected there.
 pub fn read(file: &Path) -> anyhow::Result<Vec<Track>> {
     let bytes = sketchnav_files::read(file, sketchnav_files::POSITIONS)
         .with_context(|| file.display().to_string())?;
     parse(&bytes).with_context(|| file.display().to_string())
 }
 
-/// What may stand between two columns.
+/// Possible separators of columns.
 const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
 
-/// Where the columns stand.
+/// The indices of the columns.
 #[derive(Debug)]
 struct Columns {
     needed: [usize; 4],
     optional: [Option<usize>; 3],
-    /// How many there are.
+    /// The number of columns.
     count: usize,
 }
 
@@ -73,16 +73,16 @@ fn is_known(name: &str) -> bool {
     NEEDED.contains(&name) || OPTIONAL.contains(&name)
 }
 
-/// How many columns there are without the empty ones at the end, which spreadsheets add.
+/// The number of columns without the empty ones at the end, which spreadsheets add.
 fn used(record: &csv::StringRecord) -> usize {
     (0..record.len()).rev().find(|&last| !record[last].is_empty()).map_or(0, |last| last + 1)
 }
 
-/// A table as text: without a byte order mark, and without the line in which Excel names the separator.
+/// A table as text, without a byte order mark and the line in which Excel names the separator.
 struct Text<'a> {
     separator: u8,
     rows: &'a [u8],
-    /// Lines before the rows.
+    /// The number of lines before the rows.
     lines_before: u64,
 }
 
@@ -107,7 +107,7 @@ fn reader(separator: u8, rows: &[u8]) -> csv::Reader<&[u8]> {
     csv::ReaderBuilder::new().delimiter(separator).flexible(true).trim(csv::Trim::All).from_reader(rows)
 }
 
-/// The separator by which the first line names most columns, of equals the first.
+/// The separator that gives most columns of the first line; the first of several.
 fn separator(header: &[u8]) -> u8 {
     let columns = |separator: &u8| {
         let mut reader = reader(*separator, header);
@@ -118,7 +118,7 @@ fn separator(header: &[u8]) -> u8 {
 
 /// Numbers of a table, all with a decimal point or all with a decimal comma.
 struct Numbers {
-    /// The mark that came first.
+    /// The mark that occurred first.
     mark: Option<char>,
     separator: u8,
 }
@@ -244,7 +244,7 @@ mod tests {
         assert_eq!(tracks[0].samples[1], (0.2, Body { at: [0.5, 0.0], heading_rad: None, size_m: None }));
     }
 
-    /// Tables of European spreadsheets were refused: "found "time_s;object…"".
+    /// Tables of European spreadsheets were once rejected with "found "time_s;object…"".
     #[test]
     fn separators_and_decimal_commas_are_found_out() {
         let plain = "time_s,object,x_m,y_m\n0.000,robot,0.5,-1\n0.500,robot,1.25,-1\n0.5,human,3,4\n";
@@ -262,7 +262,7 @@ mod tests {
             format!("sep=;\r\n{}", semicolons.replace('.', ",")),
             format!("\u{feff}{plain}"),
             format!("{}\r\n", plain.replace('\n', "\r\n")),
-            // As Excel leaves them: columns and rows without a value.
+            // As Excel writes them: with columns and rows without a value.
             plain.replace('\n', ",,\r\n") + ",,,,,\r\n\r\n,,,,,\r\n",
         ] {
             assert_eq!(parse(table.as_bytes()).unwrap(), expected, "{table}");

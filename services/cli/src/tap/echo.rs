@@ -1,4 +1,4 @@
-//! Prints messages: as JSON or as a table with commas, whole or some fields.
+//! Prints messages, as JSON or as comma-separated values, whole or only some fields.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{live, say};
 use crate::recordings::whole::Whole;
 
-/// Prints each message as a JSON object: its number, time and cause, and its ROS 2 form; or as a line of a table.
+/// Prints each message as a JSON object with its number, time, cause and ROS 2 form, or as a line of a table.
 pub fn echo(options: &EchoOptions) -> Result<Outcome, Failure> {
     let fields = options.fields.iter().map(|text| Field::parse(text)).collect::<Result<Vec<_>, _>>();
     let fields = fields.or_input()?;
@@ -64,16 +64,16 @@ struct Echo {
     names_channels: bool,
     has_heading: bool,
     tells_history: bool,
-    /// Of messages that are none of ours.
+    /// For messages that are not of our types.
     decoder: Decoder,
 }
 
-/// What stands before a message.
+/// What is printed before a message.
 struct Head<'a> {
     channel: &'a str,
     seq: u64,
     stamp_ns: u64,
-    /// None of a message that says no cause: one of others.
+    /// `None` for a message without a cause, as in recordings that this project did not write.
     source_seq: Option<u64>,
 }
 
@@ -105,7 +105,7 @@ impl Listener for Echo {
 }
 
 impl Echo {
-    /// A message of ours as ours, any other by the schema that the file has for it.
+    /// Decodes a message of ours by its type, any other by its schema in the file.
     fn recorded(&mut self, raw: &RawMessage) -> Result<(), Failure> {
         let spec = channels::of_topic(&raw.topic.name);
         let ours = spec.filter(|spec| spec.message.ros2 == raw.topic.ros2_type);
@@ -164,7 +164,7 @@ impl Echo {
     }
 }
 
-/// A cell as RFC 4180 has it.
+/// A cell according to RFC 4180.
 fn quoted(text: &str) -> String {
     let plain = !text.contains([',', '"', '\n', '\r']);
     if plain { text.to_owned() } else { format!("\"{}\"", text.replace('"', "\"\"")) }

@@ -1,8 +1,8 @@
-//! Fields of a message by their paths: `pose.pose.position.x`, `ranges[3]`.
+//! Fields of a message by path: `pose.pose.position.x`, `ranges[3]`.
 
 use serde_json::Value;
 
-/// A step into a message.
+/// A step of a path.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Step {
     Name(String),
@@ -16,13 +16,13 @@ pub struct Field {
     steps: Vec<Step>,
 }
 
-/// What is wrong with a path.
+/// Why a path cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FieldError {
-    /// It is none.
+    /// The text is not a path.
     #[error("--field {text:?}: expected names and indices, as pose.pose.position.x or ranges[3]")]
     Path {
-        /// What was given.
+        /// The text.
         text: String,
     },
     /// The message has no such field.
@@ -30,25 +30,25 @@ pub enum FieldError {
     Missing {
         /// The path.
         text: String,
-        /// As far as it leads.
+        /// The part of the path that exists.
         at: String,
-        /// What there is.
+        /// The fields that exist there.
         expected: String,
-        /// What the path says.
+        /// The next step of the path.
         found: String,
     },
-    /// A cell of a table holds one value.
+    /// The field does not fit into one cell of a table.
     #[error("--field {text:?}: expected a number, a text or a truth value for a table, found {found}")]
     NoCell {
         /// The path.
         text: String,
-        /// What is there.
+        /// What the field is.
         found: &'static str,
     },
 }
 
 impl Field {
-    /// The path that `text` is.
+    /// Parses a path.
     ///
     /// # Errors
     /// [`FieldError::Path`].
@@ -66,7 +66,7 @@ impl Field {
     /// The field's value in a message.
     ///
     /// # Errors
-    /// [`FieldError::Missing`] names the first step that leads nowhere, and what there is.
+    /// [`FieldError::Missing`] names the first step that does not exist, and the fields that do.
     pub fn of<'a>(&self, message: &'a Value) -> Result<&'a Value, FieldError> {
         let mut value = message;
         let mut at = "message".to_owned();
@@ -87,10 +87,10 @@ impl Field {
         Ok(value)
     }
 
-    /// The same for a cell of a table.
+    /// The field's value as a cell of a table.
     ///
     /// # Errors
-    /// Also [`FieldError::NoCell`].
+    /// As [`Field::of`], and [`FieldError::NoCell`].
     pub fn cell(&self, message: &Value) -> Result<String, FieldError> {
         let value = self.of(message)?;
         let no_cell = |found| FieldError::NoCell { text: self.text.clone(), found };
@@ -103,7 +103,7 @@ impl Field {
         }
     }
 
-    /// The fields of a message that are in no list, in its order.
+    /// All fields of a message that are not inside a list, in its order.
     pub fn all_of(message: &Value) -> Vec<Self> {
         let mut found = Vec::new();
         collect(message, &mut Vec::new(), &mut found);
@@ -111,7 +111,7 @@ impl Field {
     }
 }
 
-/// A name with indices behind it.
+/// A name, followed by any indices.
 fn part(text: &str) -> Option<Vec<Step>> {
     let (name, mut rest) = text.split_at(text.find('[').unwrap_or(text.len()));
     let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';

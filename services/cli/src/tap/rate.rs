@@ -1,8 +1,8 @@
 //! Rates, bandwidth and delays of channels.
 //!
-//! A message's time is when its writer sent it, by the clock that all processes share. An observer looks only every
-//! two milliseconds, so the times at which it sees them give no interval. The delay of a message is the time since the
-//! tick that caused it.
+//! A message's time is when its writer sent it, by the clock that all processes share. An observer only looks every two
+//! milliseconds, so the times at which it sees messages do not give their intervals. The delay of a message is the time
+//! since the tick that caused it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
@@ -20,10 +20,10 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::live;
 use crate::recordings::whole::Whole;
 
-/// So many of the last intervals and delays tell the percentiles.
+/// The number of last intervals and delays from which the percentiles are computed.
 const KEPT: usize = 10_000;
 
-/// Prints the rates once a second, and the whole at the end.
+/// Prints the rates once a second, and the totals at the end.
 pub fn hz(options: &HzOptions) -> Result<Outcome, Failure> {
     if let Some(file) = &options.file {
         return of_recording(file, options);
@@ -55,7 +55,7 @@ fn of_recording(file: &Path, options: &HzOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// Messages of a topic in recorded time.
+/// The messages of a topic, in recorded time.
 #[derive(Default)]
 struct Recorded {
     times_ns: Option<(u64, u64)>,
@@ -76,7 +76,7 @@ impl Recorded {
         let span_s =
             self.times_ns.map(|(first, last)| (last - first) as f64 / 1e9).filter(|span_s| *span_s > 0.0);
         let per = |count: u64| span_s.map(|span_s| count as f64 / span_s);
-        // What came first came before the time began.
+        // The first message came before the measured time began.
         let share = self.count.saturating_sub(1) as f64 / self.count.max(1) as f64;
         Figures {
             channel: channel.to_owned(),
@@ -98,14 +98,14 @@ struct Rates {
 }
 
 impl Listener for Rates {
-    /// The times at which it is handed over tell no rate.
+    /// The times at which the history is handed over do not give a rate.
     const HISTORY: bool = false;
 
     fn begin(&mut self, node: &Node, specs: &[&'static ChannelSpec]) -> Result<(), Failure> {
         let open = |spec| SendTimes::open(node, spec).map_err(anyhow::Error::from);
         self.ticks = Some(open(TICK.spec)?);
         for &spec in specs {
-            // Who writes a channel with many writers notes no times.
+            // Writers of a channel with many writers do not store times.
             let sent = spec.writer.is_some().then(|| open(spec)).transpose()?;
             self.all.push(Rate::new(spec, sent));
         }
@@ -128,7 +128,7 @@ impl Listener for Rates {
     }
 }
 
-/// Messages of a channel, in wall-clock time and in simulation time.
+/// The messages of a channel, in wall-clock time and in simulation time.
 struct Rate {
     spec: &'static ChannelSpec,
     sent: Option<SendTimes>,
@@ -181,7 +181,7 @@ impl Rate {
             missed: self.lost,
             rate_hz: wall_s.and_then(per),
             simulated_rate_hz: simulated_s.filter(|seconds| *seconds > 0.0).and_then(per),
-            // What came with the first message came before the time began.
+            // The bytes of the first message came before the measured time began.
             bytes_per_second: wall_s.and_then(|s| per(s).map(|_| self.bytes as f64 * share / s.max(1e-9))),
             interval_ms: self.intervals_ns.percentiles(),
             delay_ms: self.delays_ns.percentiles(),
@@ -246,7 +246,7 @@ struct Percentiles {
     max: f64,
 }
 
-/// The last times, nanoseconds.
+/// The most recent times, nanoseconds.
 #[derive(Default)]
 struct Recent(VecDeque<u64>);
 
@@ -259,7 +259,7 @@ impl Recent {
         self.0.push_back(time_ns);
     }
 
-    /// In milliseconds, by the nearest rank; `None` without any.
+    /// Percentiles in milliseconds, by the nearest rank; `None` without any times.
     fn percentiles(&self) -> Option<Percentiles> {
         let mut times: Vec<_> = self.0.iter().copied().collect();
         times.sort_unstable();

@@ -1,4 +1,4 @@
-//! Sees how the processes of a running system get on: joins it as an observer and counts.
+//! Gathers the state of a running system's processes: joins it as an observer and counts.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -10,19 +10,19 @@ use sketchnav_schemas::codes::{FaultKind, Process, TaskState};
 use sketchnav_schemas::message::{Fault, Header, Health, MissionStatus};
 use sketchnav_schemas::run::RunConfig;
 
-/// Faults that are kept for people.
+/// The number of faults that are kept for display.
 const LAST_FAULTS: usize = 8;
 
-/// A system at a moment; `--json` prints just this.
+/// A system at one moment; `--json` prints exactly this.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Snapshot {
     /// The system's name.
     pub system: String,
-    /// The mission's.
+    /// The mission's name.
     pub mission: String,
-    /// Simulation time of the mission's last status.
+    /// Simulation time of the mission's last status, seconds.
     pub simulated_s: f64,
-    /// How the mission stands, in words.
+    /// The state of the mission, in words.
     pub status: String,
     /// The processes.
     pub processes: Vec<Row>,
@@ -30,22 +30,22 @@ pub struct Snapshot {
     pub faults: Vec<String>,
 }
 
-/// A process at a moment.
+/// A process at one moment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Which.
+    /// Its name.
     pub process: &'static str,
-    /// Its process id; `None` where it is dead.
+    /// Its process id; `None` if it is dead.
     pub pid: Option<u32>,
-    /// What the kernel says: running, sleeping, stopped …
+    /// Its state according to the kernel: running, sleeping, stopped …
     pub state: &'static str,
-    /// How often it was started again.
+    /// How often it was restarted.
     pub restarts: u32,
-    /// Messages a second on its channels, by the wall clock.
+    /// Messages per second on its channels, by the wall clock.
     pub rate_hz: f64,
-    /// Ticks that came and that it has not answered, or not made safe; `None` where it answers none.
+    /// Ticks that it has not answered yet, or not made safe; `None` if it answers none.
     pub queue: Option<u64>,
-    /// Since its last message; `None` before the first.
+    /// Time since its last message; `None` before the first.
     pub age_ms: Option<f64>,
     /// Mean time of a step between its last two reports; it reports once a second.
     pub step_ms: Option<f64>,
@@ -70,11 +70,11 @@ pub struct Gatherer {
     status: Option<MissionStatus>,
 }
 
-/// What a process has reported of its present life.
+/// What a process has reported since it was last started.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Life {
     last: Health,
-    /// Steps between the last two reports, and the time inside them.
+    /// Steps between the last two reports, and the time spent in them.
     steps: u64,
     busy_ns: u64,
 }
@@ -96,12 +96,12 @@ impl Life {
         };
     }
 
-    /// The mean of the steps between the last two reports, milliseconds; `None` where there were none.
+    /// The mean of the steps between the last two reports, milliseconds; `None` if there were none.
     fn step_ms(&self) -> Option<f64> {
         (self.steps > 0).then(|| ms(self.busy_ns) / self.steps as f64)
     }
 
-    /// The longest of them.
+    /// The longest step between the last two reports, milliseconds; `None` if there were none.
     fn step_max_ms(&self) -> Option<f64> {
         (self.steps > 0).then(|| ms(self.last.step_max_ns))
     }
@@ -135,12 +135,12 @@ impl Gatherer {
         })
     }
 
-    /// The system's node: for waiting, and for sending a process a signal.
+    /// The system's node, for waiting and for sending a process a signal.
     pub fn node(&self) -> &Node {
         &self.node
     }
 
-    /// Takes what has come; to be called several times a second.
+    /// Takes what has arrived; must be called several times a second.
     pub fn look(&mut self) -> anyhow::Result<()> {
         for tap in &mut self.taps {
             tap.drain()?;
@@ -167,12 +167,12 @@ impl Gatherer {
         Ok(())
     }
 
-    /// How it stands; rates are those since the snapshot before.
+    /// The current state; rates are measured since the previous snapshot.
     pub fn snapshot(&mut self) -> anyhow::Result<Snapshot> {
         self.look()?;
         let took = std::mem::replace(&mut self.since, Instant::now()).elapsed();
         let alive: BTreeMap<_, _> = self.node.system().processes()?.into_iter().collect();
-        // Beside a system without one somebody may have started one by hand.
+        // In a system without a pad, one may have been started by hand.
         let has_pad = !self.run.pad.is_absent() || alive.contains_key(Process::Pad.word());
         let pad = has_pad.then_some(Process::Pad);
         let order = [Process::Supervisor].into_iter().chain(SERVICES).chain(pad);
@@ -208,7 +208,7 @@ impl Gatherer {
         }
     }
 
-    /// How many ticks a process is behind what it answers.
+    /// How many ticks a process lags behind.
     fn queue(&self, process: Process) -> Option<u64> {
         let kind = self.run.mission.navigator_kind();
         let (input, output) = match process {
@@ -241,14 +241,14 @@ fn words(fault: &Fault) -> String {
     format!("{at_s:8.1} s  {process} {kind}{took}  {}", fault.words.as_str())
 }
 
-/// A channel that is counted.
+/// A channel whose messages are counted.
 struct Counted {
     reader: RawReader,
     /// The last message's header.
     newest: Option<Header>,
-    /// When the last message came; what was sent before anybody looked has come at the first look.
+    /// When the last message arrived; what was sent before arrives at the first look.
     heard: Option<Instant>,
-    /// The number from which on is counted.
+    /// The number from which messages are counted.
     from_seq: Option<u64>,
 }
 
@@ -261,12 +261,12 @@ impl Counted {
         while let Some(sample) = self.reader.receive()? {
             (self.newest, self.heard) = (Some(*sample.header()), Some(Instant::now()));
         }
-        // What the history held was sent before.
+        // The messages of the history were sent before.
         self.from_seq = self.from_seq.or(self.newest.map(|newest| newest.seq));
         Ok(())
     }
 
-    /// Messages since it was last counted anew.
+    /// Messages since the count was last reset.
     fn count(&self) -> u64 {
         let newest = self.newest.map_or(0, |newest| newest.seq);
         newest.saturating_sub(self.from_seq.unwrap_or(newest))
@@ -285,8 +285,8 @@ mod tests {
         Health { pid, steps, busy_ns, step_max_ns, ..bytemuck::Zeroable::zeroed() }
     }
 
-    /// The mean was one of the whole life and the longest one of the last second: a process that had just had its long
-    /// steps was shown with a mean above its longest.
+    /// The mean was once that of the whole life and the longest step that of the last second, so a process that had
+    /// just had its long steps was shown with a mean above its longest.
     #[test]
     fn the_mean_step_and_the_longest_are_of_the_same_time() {
         let mut life = Life::begin(health(7, 10, 50_000_000, 9_000_000));

@@ -1,4 +1,4 @@
-//! Draws a snapshot: a table of the processes, the last faults, the keys. Knows no terminal and no system.
+//! Draws a snapshot: a table of the processes, the last faults, the keys. Knows neither a terminal nor a system.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout};
@@ -14,7 +14,7 @@ const HEADS: [&str; 10] =
 const WIDTHS: [u16; 10] = [11, 9, 9, 8, 11, 6, 10, 10, 10, 6];
 const KEYS: &str = "↑ ↓ choose   x kill   s stop   c continue   q quit";
 
-/// Draws the snapshot with the chosen process marked, and what came of the last key.
+/// Draws the snapshot with the selected process marked, and the result of the last key.
 pub fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, chosen: usize, said: &str) {
     let rows = snapshot.processes.len() as u16;
     let [head, table, faults, foot] = Layout::vertical([
@@ -149,7 +149,7 @@ mod tests {
         assert!(!buffer[(0, 3)].modifier.contains(Modifier::REVERSED));
     }
 
-    /// The words of a fault are its process's own.
+    /// The words of a fault come from its process.
     #[test]
     fn no_word_of_a_process_steers_the_terminal() {
         let words = "planner\u{1b}[2J\u{202e}\nforged";

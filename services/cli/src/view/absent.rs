@@ -1,4 +1,4 @@
-//! What stands for the live view in a program that was built without it: an error that says how to build it.
+//! Replaces the live view in a program that was built without it by an error that says how to build it.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use sketchnav_runtime::System;
 use crate::args::ViewOptions;
 use crate::failure::{Failure, Outcome};
 
-/// There is none.
+/// There is no value of this type.
 pub enum Port {}
 
 impl Port {
@@ -21,7 +21,7 @@ impl Port {
     }
 }
 
-/// Always an error.
+/// Always fails.
 pub fn port(_: u16) -> Result<Port, Failure> {
     let advice = "cargo build --release --features foxglove";
     Err(Failure::Input(anyhow!("this program was built without the live view; build it with: {advice}")))

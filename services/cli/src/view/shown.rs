@@ -1,4 +1,4 @@
-//! The live view of a program that has it.
+//! The live view in a program that was built with it.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
 use crate::recordings::whole::Whole;
 
-/// A port that is free.
+/// The port of this number, or a free one for 0.
 pub fn port(number: u16) -> Result<Port, Failure> {
     Port::free(number).or_input()
 }
@@ -40,12 +40,12 @@ pub fn file(path: &Path, port: Port, options: &ViewOptions) -> Result<Outcome, F
     Ok(Outcome::Success)
 }
 
-/// Who does not read it may know it.
+/// If the address is not read, it may be known already.
 fn announce(port: Port) {
     let _ = out!("the live view: {}", port.url());
 }
 
-/// Whether the user can mend what went wrong.
+/// Whether the error is one that the user can correct.
 fn classify(error: ViewError) -> Failure {
     match error {
         ViewError::Address { .. } | ViewError::Empty { .. } | ViewError::Recording(_) => {

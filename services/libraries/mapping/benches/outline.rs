@@ -1,4 +1,4 @@
-//! What outlines cost: the largest drawing is read once, an alignment is computed about once a second of driving.
+//! What outlines cost: the largest drawing is read once, and an alignment is computed about once per second of driving.
 
 use std::hint::black_box;
 
@@ -22,7 +22,7 @@ fn drawing() -> Region {
     Region::of(2540, 1252, |k| is_inside((k % 2540) as f64 + 0.5, (k / 2540) as f64 + 0.5))
 }
 
-/// The same floor at 94 px a metre, seen except for its right third.
+/// The same floor at 94 px per metre, seen except for its right third.
 fn map() -> CellGrid {
     let (width, height) = (560, 280);
     let mut grid = CellGrid::unknown(width, height, 0.05, [0.0, 0.0]);

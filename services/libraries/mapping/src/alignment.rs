@@ -1,10 +1,10 @@
-//! Which piece of a seen outline is which piece of a drawing's: a cyclic alignment of the two by dynamic programming.
+//! Which piece of a seen outline corresponds to which piece of a drawing's: a cyclic alignment of the two by dynamic
+//! programming.
 //!
-//! The wall's directions are compared, as in the matching of closed contours (Schmidt, Farin and Cremers 2007;
-//! Sebastian, Klein and Kimia 2003). Near the robot's start, bearing and distance from there count too, more the
-//! nearer. Scale does not enter: either side may go on where the other one stays, at a cost. A gap of the seen outline
-//! stands for any stretch of the drawing, at a small cost a sample. Both outlines go round counter-clockwise, so no
-//! alignment is a mirror image.
+//! The directions of the walls are compared, as in the matching of closed contours (Schmidt, Farin and Cremers 2007; Sebastian,
+//! Klein and Kimia 2003). Bearing and distance from the robot's start count too, the more so the nearer. Scale does not enter:
+//! either side may advance while the other stays, at a cost. A gap of the seen outline stands for any stretch of the drawing,
+//! at a small cost per sample. Both outlines run counter-clockwise, so no alignment is a mirror image.
 //!
 //! The drawing has no first sample: each of several is tried as the partner of the first piece. [`Search`] spreads
 //! these trials over as many steps as the caller likes.
@@ -13,18 +13,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::outline::{Outline, Piece, Place, SeenOutline};
 
-/// What the alignment weighs.
+/// Weights of the alignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
-    /// One side goes on where the other one stays: this, beside what the two cost.
+    /// Cost of advancing one side while the other stays, in addition to the cost of the pair.
     pub stay: f64,
-    /// A sample of the drawing that lies behind a gap.
+    /// Cost of a sample of the drawing that lies behind a gap.
     pub gap: f64,
-    /// A sample of the drawing before the first piece.
+    /// Cost of a sample of the drawing before the first piece.
     pub unmatched: f64,
-    /// Bearings from the start that differ: this times 1 − cos of the difference, at the start.
+    /// Cost of differing bearings from the start: this times 1 − cos of the difference, at the start.
     pub bearing: f64,
-    /// Distances from the start that differ: this times the square of the logarithm of their ratio, at the start.
+    /// Cost of differing distances from the start: this times the square of the logarithm of their ratio, at the start.
     pub distance: f64,
     /// The square of that logarithm counts up to this.
     pub most_distance: f64,
@@ -32,13 +32,13 @@ pub struct Weights {
     pub reach_m: f64,
     /// ... and to this share of their weight in the end.
     pub share_afar: f64,
-    /// So much is added to distances before they are compared.
+    /// This is added to distances before they are compared.
     pub near_m: f64,
-    /// A place that is forbidden to a sample costs so much there.
+    /// Cost of a partner at a place that is forbidden to the sample.
     pub forbidden: f64,
     /// Places nearer than this to a forbidden one are forbidden, too.
     pub away_m: f64,
-    /// Each so-manieth sample of the drawing is tried as the first.
+    /// Every `stride`-th sample of the drawing is tried as the first.
     pub stride: usize,
 }
 
@@ -61,16 +61,16 @@ impl Default for Weights {
     }
 }
 
-/// What both sides know: where the robot started, how the two frames are turned, and how large the drawing about is.
+/// What both sides know: where the robot started, how the two frames are turned, and roughly how large the drawing is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
     /// The start in the drawing.
     pub drawn: Place,
     /// The start in the map.
     pub seen: Place,
-    /// A direction in the drawing is the one in the map turned by this, counter-clockwise.
+    /// Counter-clockwise turn from a direction in the map to the same direction in the drawing.
     pub turn_rad: f64,
-    /// Metres that a unit of the drawing about is.
+    /// Approximate length of a unit of the drawing, metres.
     pub scale_m: f64,
 }
 
@@ -92,16 +92,16 @@ pub struct Problem<'a> {
     pub seen: &'a SeenOutline,
     /// What both sides know.
     pub anchor: &'a Anchor,
-    /// How many times as much each sample counts; empty: all the same.
+    /// How many times as much each sample counts; empty if all count the same.
     pub emphasis: &'a [f64],
-    /// Places that samples are not to have as partners.
+    /// Places that samples may not have as partners.
     pub forbidden: &'a [Forbidden],
 }
 
 /// The partner of a sample of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Partner {
-    /// None: the map has nothing of it.
+    /// None: it is not in the map.
     Nothing,
     /// A place of the map's walls.
     Wall(Place),
@@ -112,7 +112,7 @@ pub enum Partner {
 /// An alignment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Alignment {
-    /// What it costs: less is better.
+    /// Its cost; less is better.
     pub cost: f64,
     /// The partner of each sample of the drawing.
     pub partners: Vec<Partner>,
@@ -125,14 +125,14 @@ const SAMPLE: u8 = 2;
 const PIECE: u8 = 3;
 const BEHIND: u8 = 4;
 
-/// Aligns a drawing's outline with seen ones; keeps its working memory.
+/// Aligns a drawing's outline with seen ones, reusing its working memory.
 #[derive(Debug, Clone, Default)]
 pub struct Aligner {
     weights: Costs,
     samples: usize,
-    /// For each piece the cost of each sample, twice round; nothing for a gap.
+    /// For each piece, the cost of each sample, twice around; nothing for a gap.
     costs: Vec<f32>,
-    /// The directions of the samples, and of the pieces turned as the drawing is.
+    /// The directions of the samples, and of the pieces, turned into the drawing's frame.
     directions: [Vec<[f64; 2]>; 2],
     pieces: Vec<Piece>,
     column: Vec<f32>,
@@ -344,7 +344,8 @@ pub struct Search {
 }
 
 impl Search {
-    /// Tries starts until about so many steps of the dynamic programme are taken, one at least. Whether it has tried all.
+    /// Tries starts, at least one, until about `work` steps of the dynamic programme are taken. Returns whether all have been
+    /// tried.
     pub fn advance(&mut self, aligner: &mut Aligner, work: usize) -> bool {
         let count = (work / aligner.work().max(1)).max(1);
         for start in (self.next as usize..aligner.starts()).take(count) {
@@ -370,8 +371,8 @@ impl Search {
     }
 }
 
-/// The turn from the map to the drawing that is nearest to `guess_rad` and makes their walls parallel. Walls of
-/// buildings mostly stand at right angles. `guess_rad` itself where either outline has no such directions.
+/// The turn from the map to the drawing that is nearest to `guess_rad` and makes their walls parallel. Walls of buildings
+/// mostly meet at right angles. Returns `guess_rad` itself if either outline has no such directions.
 pub fn turn_by_walls(drawn: &Outline, seen: &SeenOutline, guess_rad: f64) -> f64 {
     const LEAST_COHERENCE: f64 = 0.3;
     let walls = seen.pieces.iter().filter_map(|piece| match piece {

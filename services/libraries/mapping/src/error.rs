@@ -1,4 +1,4 @@
-//! What can be wrong with what this crate is given.
+//! What can be wrong with the input of this crate.
 
 /// Invalid parameters or input; each names the place and what was expected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -13,7 +13,7 @@ pub enum Error {
         /// What was given.
         found: f64,
     },
-    /// A scan that no laser sends.
+    /// A scan that no laser could send.
     #[error("scan: expected {expected}, found {found}")]
     Scan {
         /// What was expected.

@@ -1,6 +1,6 @@
 //! Cells that are free, occupied or unknown, as a plain rectangle.
 
-/// What is known of a cell.
+/// What is known about a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Cell {
@@ -34,18 +34,18 @@ impl CellGrid {
         Self { width, height, cell, origin, cells: vec![Cell::Unknown; width * height] }
     }
 
-    /// The cell in a column and a row; unknown beside the grid.
+    /// The cell in a column and a row; unknown outside the grid.
     pub fn at(&self, column: i64, row: i64) -> Cell {
         self.index(column, row).map_or(Cell::Unknown, |index| self.cells[index])
     }
 
-    /// The place of a cell in `cells`; `None` beside the grid.
+    /// The index of a cell in `cells`; `None` outside the grid.
     pub fn index(&self, column: i64, row: i64) -> Option<usize> {
         let (column, row) = (usize::try_from(column).ok()?, usize::try_from(row).ok()?);
         (column < self.width && row < self.height).then_some(row * self.width + column)
     }
 
-    /// Column and row of the cell that holds a place; they may lie beside the grid.
+    /// Column and row of the cell that contains a place; they may lie outside the grid.
     pub fn cell_of(&self, at: [f64; 2]) -> [i64; 2] {
         [0, 1].map(|axis| ((at[axis] - self.origin[axis]) / self.cell).floor() as i64)
     }

@@ -1,4 +1,4 @@
-//! Harmonic measure: which share of each piece of an outline a place inside has.
+//! Harmonic measure: the share that each piece of an outline has in a place inside.
 //!
 //! A map between two outlines is extended to the inside by Laplace's equation. The image of a place is a weighted mean of the
 //! images of the outline. A weight is the place's harmonic measure: the chance that a random walk from it first meets the outline
@@ -19,7 +19,7 @@ pub struct Interior {
     samples: usize,
 }
 
-/// A coarse cell is inside where the region covers at least this share of it.
+/// A coarse cell is inside if the region covers at least this share of it.
 const COVERED: f64 = 0.4;
 const TOLERANCE: f64 = 1e-7;
 const MOST_ROUNDS: usize = 4000;
@@ -69,7 +69,7 @@ impl Interior {
         self.grid.at(cell).map(|at| (at as f64 - 0.5) * self.step)
     }
 
-    /// The harmonic measure of a place: a share for each sample of the outline, together 1. A place outside has that of the
+    /// The harmonic measure of a place: a share for each sample of the outline, summing to 1. A place outside has that of the
     /// nearest one inside.
     pub fn measure(&self, at: Place) -> Vec<f64> {
         let mut shares = vec![0.0; self.samples];
@@ -89,9 +89,9 @@ impl Interior {
         shares
     }
 
-    /// The place whose image is nearest to `image`, of those of which at least the share `least` is known. `images` has
-    /// the image of each sample of the outline, where that is known. The image of a place inside is the mean of these
-    /// by its harmonic measure. It is the other way round of [`Interior::measure`], for all places at once.
+    /// The place whose image is nearest to `image`, among those of which at least the share `least` is known. `images` has the
+    /// image of each sample of the outline, if that is known. The image of a place inside is their mean by its harmonic
+    /// measure. This is the inverse of [`Interior::measure`], for all places at once.
     pub fn place_of(&self, images: &[Option<Place>], image: Place, least: f64) -> Option<Place> {
         let extended = |value: &dyn Fn(Place) -> f64| {
             let mut source = vec![0.0; self.grid.cells.len()];
@@ -146,7 +146,7 @@ impl Interior {
     }
 }
 
-/// The largest part that hangs together.
+/// The largest connected part.
 fn largest(region: &Region) -> Region {
     let mut left = region.clone();
     let mut largest = Region { cells: vec![false; region.cells.len()], ..*region };
@@ -189,8 +189,8 @@ mod tests {
         }
     }
 
-    /// A drawing that is half as large again as the map, and turned by a right angle: each place of the map is found
-    /// in it again, also where a wall was not seen.
+    /// A drawing that is half as large again as the map, and turned by a right angle: each place of the map is found in it,
+    /// even where a wall was not seen.
     #[test]
     fn the_place_of_an_image_is_found_where_the_measure_has_it() {
         let (region, outline) = rectangle(200, 120);

@@ -4,12 +4,12 @@
 //! - [`occupancy`]: the map: cells that are free, occupied or unknown, of bounded size.
 //! - [`matching`]: where a scan fits the map best, within a window around the odometry's guess.
 //! - [`grid`]: the map as plain cells.
-//! - [`region`], [`outline`]: what of it is free, and the outline of that; the same of a drawing.
-//! - [`alignment`]: which piece of the one outline is which piece of the other.
-//! - [`harmonic`]: what that says of places inside.
+//! - [`region`], [`outline`]: the free part of it, and the outline of that; the same for a drawing.
+//! - [`alignment`]: which piece of one outline corresponds to which piece of the other.
+//! - [`harmonic`]: what follows for places inside.
 //!
-//! Nothing here knows a clock, a file or a channel, starts a thread or draws a random number.
-//! The same scans in the same order give the same bytes.
+//! Nothing here uses a clock, a file or a channel, starts a thread or draws a random number. The same scans in the same order
+//! give the same bytes.
 
 pub mod alignment;
 pub mod error;

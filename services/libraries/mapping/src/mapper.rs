@@ -1,9 +1,9 @@
-//! Local mapping over the whole drive: a pose by odometry, corrected by matching scans with the map, and the map by
-//! the scans so placed.
+//! Local mapping over the whole drive: the pose comes from odometry, corrected by matching scans with the map, and the map is
+//! made from the scans placed in this way.
 //!
-//! One pose and one map are kept; loops are not closed by moving what was mapped. So the map is accurate over
-//! the distances that one sees at once, and drifts slowly beyond. Where the robot comes back within the
-//! search window, it is matched with what it saw first.
+//! One pose and one map are kept; loops are not closed by moving what was mapped. The map is therefore accurate over distances
+//! that can be seen at once, and drifts slowly beyond. If the robot comes back to a place within the search window, it is
+//! matched with what it saw first.
 //!
 //! The state is bounded by [`Parameters::max_tiles`]. An update allocates nothing.
 
@@ -16,7 +16,7 @@ use crate::occupancy::Occupancy;
 use crate::scan::{Beam, Scan};
 use crate::{Error, Map, Parameters};
 
-/// How far the robot may go before the field around it is drawn anew, metres.
+/// How far the robot may go before the field around it is redrawn, metres.
 const FIELD_MARGIN_M: f64 = 1.5;
 
 /// What was done with a scan.
@@ -44,7 +44,7 @@ impl Driven {
     }
 }
 
-/// All that a checkpoint holds.
+/// Everything that a checkpoint contains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     map: Occupancy,
@@ -86,7 +86,7 @@ impl Mapper {
         Ok(Self::with(parameters, state))
     }
 
-    /// Goes on from a checkpoint.
+    /// Resumes from a checkpoint.
     ///
     /// # Errors
     /// [`Error::Parameter`]; [`Error::State`] if the state does not belong to the parameters.
@@ -127,10 +127,10 @@ impl Mapper {
         &self.state.map
     }
 
-    /// Takes where the robot believes to be by its wheels, and what it sees there.
+    /// Takes the pose by odometry and what the laser sees there.
     ///
     /// # Errors
-    /// [`Error::Scan`] if scan or odometry are invalid; nothing changes then.
+    /// [`Error::Scan`] if scan or odometry are invalid; nothing changes in that case.
     pub fn update(&mut self, odometry: Pose<Odom>, scan: &Scan<'_>) -> Result<Outcome, Error> {
         scan.check()?;
         let numbers = [odometry.x, odometry.y, odometry.yaw_rad];
@@ -150,7 +150,7 @@ impl Mapper {
         Ok(if enters { Outcome::Entered(fit) } else { Outcome::Matched(fit) })
     }
 
-    /// Moves the pose as the wheels say.
+    /// Moves the pose by the odometry.
     fn advance(&mut self, odometry: Pose<Odom>) {
         if let Some(before) = self.state.odometry.replace(odometry) {
             let step = before.motion_to(&odometry);
@@ -205,7 +205,7 @@ impl Mapper {
         }
     }
 
-    /// Enters a scan at the present pose, and draws the field anew.
+    /// Enters a scan at the present pose and redraws the field.
     fn enter(&mut self, scan: &Scan<'_>) {
         let (pose, parameters) = (self.state.pose, &self.parameters);
         let in_cells = |[x, y]: [f64; 2]| {

@@ -15,7 +15,7 @@ use sketchnav_schemas::message::MAX_BEAMS;
 use crate::{Map, Parameters};
 use field::Field;
 
-/// What the odometry says, before the scan is looked at.
+/// What the odometry says, before the scan is considered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
     /// The guess.
@@ -37,7 +37,7 @@ pub struct Fit {
     pub covariance: Matrix3<f64>,
 }
 
-/// Matches scans with a field. Its working memory is as large as the parameters say, and never grows.
+/// Matches scans with a field. Its working memory has the size that the parameters give and never grows.
 #[derive(Debug)]
 pub struct Matcher {
     blur_m: f64,

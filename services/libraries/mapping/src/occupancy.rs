@@ -1,9 +1,9 @@
 //! Occupancy of cells by log odds (Moravec and Elfes 1985; Thrun, Burgard and Fox 2005, 9.2), in tiles.
 //!
-//! A tile exists where a beam has been. Their number is bounded: when all are in use, cells of further tiles are
-//! not entered, and counted. A cell is changed once a scan, whatever the number of beams through it.
+//! A tile exists where a beam has been. The number of tiles is bounded: when all are in use, cells of further tiles are not
+//! entered but counted. A cell is changed once per scan, whatever the number of beams through it.
 //!
-//! People who walk leave no wall: a beam that ends deep in free space counts little, and later beams pass there.
+//! People walking by leave no wall: a beam that ends deep in free space counts little, and later beams pass there.
 
 use serde::{Deserialize, Serialize};
 
@@ -26,7 +26,7 @@ const MOST: u8 = 127;
 const DEEPLY_FREE: u8 = 16;
 const FREE_UP_TO: u8 = 60;
 const OCCUPIED_FROM: u8 = 68;
-/// The cell has been changed by the scan that is being entered.
+/// The cell has been changed by the scan being entered.
 const TOUCHED: u8 = 128;
 
 /// The map. Cells are addressed by whole numbers of cells from the origin.
@@ -35,10 +35,10 @@ pub struct Occupancy {
     cell_m: f64,
     tiles_per_side: usize,
     max_tiles: usize,
-    /// Which tile a place of the map has.
+    /// The tile of each place in the map.
     slots: Vec<u16>,
     levels: Vec<u8>,
-    /// How many cells were not entered for want of a tile or of extent.
+    /// How many cells were not entered because no tile was left or they were beyond the extent.
     left_out: u64,
 }
 
@@ -97,12 +97,12 @@ impl Occupancy {
         self.levels.len() / TILE_CELLS
     }
 
-    /// How many changes were lost because the map was full or did not reach so far.
+    /// How many changes were lost because the map was full or did not reach far enough.
     pub fn left_out(&self) -> u64 {
         self.left_out
     }
 
-    /// What is known of a cell.
+    /// What is known about a cell.
     pub fn at(&self, cell: [i32; 2]) -> Cell {
         classify(self.level(cell))
     }
@@ -217,7 +217,7 @@ impl Entering<'_> {
         });
     }
 
-    /// A beam goes from a place (in cells) to another; the cells before `clear` cells of its end are free.
+    /// A beam goes from one place (in cells) to another; its cells up to `clear` cells before its end are free.
     pub fn pass(&mut self, from: [f64; 2], to: [f64; 2], clear: f64) {
         let along = [to[0] - from[0], to[1] - from[1]];
         let length = along[0].hypot(along[1]) - clear;
@@ -304,7 +304,7 @@ mod tests {
         assert_eq!(seen, [[20, 0]]);
     }
 
-    /// Someone crosses the corridor, for three scans, where the robot had looked ten times before.
+    /// For three scans, a person crosses the corridor where the robot had looked ten times before.
     #[test]
     fn who_walks_by_leaves_no_wall() {
         let mut map = map();

@@ -1,8 +1,8 @@
 //! Outlines: of what a drawing shows as free, and of what a robot has seen as free.
 //!
-//! An outline goes round counter-clockwise and closes. That of a drawing is a cyclic sequence of samples, each a place and the
-//! direction of the wall there. That of a map is one of *pieces*: pieces of wall, and gaps, beyond which the robot
-//! has not looked. Only the outer border is taken; what stands free inside has no part in it.
+//! An outline is closed and runs counter-clockwise. That of a drawing is a cyclic sequence of samples, each a place and the
+//! direction of the wall there. That of a map is a sequence of *pieces*: pieces of wall, and gaps, beyond which the robot has
+//! not looked. Only the outer border is taken; what stands free inside has no part in it.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,7 +12,7 @@ use crate::region::Region;
 /// A place, x and y.
 pub type Place = [f64; 2];
 
-/// Most points that are kept of a gap.
+/// Most points kept for a gap.
 const GAP_POINTS: usize = 96;
 
 /// The outline of a drawing.
@@ -20,27 +20,28 @@ const GAP_POINTS: usize = 96;
 pub struct Outline {
     /// Samples at equal distances along the outline.
     pub places: Vec<Place>,
-    /// The direction of the outline at each, as a unit vector.
+    /// The direction of the outline at each sample, as a unit vector.
     pub directions: Vec<[f64; 2]>,
-    /// The way round.
+    /// Its length.
     pub length: f64,
 }
 
 impl Outline {
-    /// Of a region that hangs together: so many samples, smoothed over `smoothing` cells (the standard deviation of a Gaussian).
+    /// The outline of a connected region: `samples` samples, smoothed over `smoothing` cells (the standard deviation of a
+    /// Gaussian).
     pub fn of_region(region: &Region, samples: usize, smoothing: f64) -> Self {
         let border = region.border();
         let middles: Vec<_> = border.iter().map(|at| at.map(|k| k as f64 + 0.5)).collect();
         Self::of_polygon(&smoothed(&middles, smoothing), samples)
     }
 
-    /// Makes it so many times as large.
+    /// Enlarges it by a factor.
     pub fn scale(&mut self, times: f64) {
         self.places.iter_mut().flatten().for_each(|part| *part *= times);
         self.length *= times;
     }
 
-    /// Of a closed polygon, counter-clockwise.
+    /// The outline of a closed, counter-clockwise polygon.
     pub fn of_polygon(corners: &[Place], samples: usize) -> Self {
         if corners.is_empty() || samples == 0 {
             return Self::default();
@@ -73,7 +74,7 @@ pub enum Piece {
 /// The outline of what a robot has seen, in the frame of its map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SeenOutline {
-    /// Round the region.
+    /// In order around the region.
     pub pieces: Vec<Piece>,
     /// Points of each gap, in order.
     pub gaps: Vec<Vec<Place>>,
@@ -88,16 +89,16 @@ pub struct Taking {
     pub smoothing_m: f64,
     /// An outline is wall up to this distance from what is occupied.
     pub wall_m: f64,
-    /// A shorter gap between walls is wall, ...
+    /// A shorter gap between walls counts as wall, ...
     pub least_gap_m: f64,
-    /// ... and a shorter wall between gaps is none.
+    /// ... and a shorter wall between gaps as part of the gap.
     pub least_wall_m: f64,
     /// Most pieces.
     pub most_pieces: usize,
 }
 
-/// What of a map is free and hangs together with the robot's place: slits a cell wide between beams are closed. Empty
-/// where the robot stands in nothing that is free.
+/// The free part of a map that is connected to the robot's place; slits a cell wide between beams are closed. Empty if the
+/// robot's place is not free.
 pub fn free_around(grid: &CellGrid, robot: Place, within_m: f64) -> Region {
     let free = Region::of(grid.width, grid.height, |k| grid.cells[k] == Cell::Free);
     let mut closed = free.grown(1).shrunk(1);
@@ -110,7 +111,7 @@ pub fn free_around(grid: &CellGrid, robot: Place, within_m: f64) -> Region {
 }
 
 impl SeenOutline {
-    /// Of a free region of a map. What lies near a cell of `shut`, too, is wall: gaps that show nothing behind them.
+    /// The outline of a free region of a map. What lies near a cell of `shut` is wall, too: gaps that show nothing behind them.
     pub fn of_map(grid: &CellGrid, free: &Region, shut: &[Place], taking: &Taking) -> Self {
         let border = free.border();
         if border.len() < 8 {
@@ -198,7 +199,7 @@ fn runs(line: &[bool]) -> Vec<Run> {
     (0..changes.len()).map(run).collect()
 }
 
-/// Gives stretches that are shorter than `least` and have this value the other one.
+/// Flips stretches that have this value and are shorter than `least`.
 fn settle(line: &mut [bool], least: usize, value: bool) {
     for run in runs(line) {
         if run.is_set == value && run.length < least {
@@ -234,7 +235,7 @@ fn arc_lengths(line: &[Place]) -> Vec<f64> {
     std::iter::once(0.0).chain(steps).collect()
 }
 
-/// Places at lengths along a line, which rise; beyond its ends, the ends.
+/// Places at increasing lengths along a line; beyond its ends, the ends.
 fn resampled(line: &[Place], along: &[f64], at: impl Iterator<Item = f64>) -> Vec<Place> {
     let mut k = 0;
     at.map(|length| {
@@ -253,7 +254,7 @@ fn minus(a: Place, b: Place) -> Place {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// The unit vector along one; x where it has no length.
+/// The unit vector along a vector; that of x if it has no length.
 fn unit(v: Place) -> Place {
     let length = v[0].hypot(v[1]);
     if length > 0.0 { v.map(|part| part / length) } else { [1.0, 0.0] }
@@ -272,7 +273,7 @@ mod tests {
         most_pieces: 500,
     };
 
-    /// A room of 4 × 3 m with a door of 1 m in the right wall that nobody has looked through.
+    /// A room of 4 × 3 m with a door of 1 m in the right wall, through which the robot has not looked.
     fn room() -> CellGrid {
         let mut grid = CellGrid::unknown(100, 80, 0.05, [0.0, 0.0]);
         for row in 9..71 {

@@ -7,11 +7,11 @@ use crate::Error;
 /// How far odometry may be off, one standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OdometryNoise {
-    /// Metres a metre driven.
+    /// Metres per metre driven.
     pub position_per_m: f64,
-    /// Radians a metre driven.
+    /// Radians per metre driven.
     pub yaw_per_m: f64,
-    /// Radians a radian turned.
+    /// Radians per radian turned.
     pub yaw_per_rad: f64,
     /// Metres, whatever was driven.
     pub position_floor_m: f64,
@@ -26,11 +26,11 @@ pub struct Parameters {
     pub cell_m: f64,
     /// The map reaches half of this in each direction from its origin. Farther cells are not entered.
     pub extent_m: f64,
-    /// Most tiles of 32 by 32 cells: the bound of the map's memory, 1 KiB a tile.
+    /// Most tiles of 32 by 32 cells, which bounds the map's memory: 1 KiB per tile.
     pub max_tiles: usize,
     /// Beams change the map up to this range.
     pub mapping_range_m: f64,
-    /// Beams without a return show free space up to this range; 0 where a lost return says nothing.
+    /// Beams without a return show free space up to this range; 0 if a lost return says nothing.
     pub open_range_m: f64,
     /// Beams up to this range are matched.
     pub matching_range_m: f64,
@@ -46,18 +46,18 @@ pub struct Parameters {
     pub window_max_rad: f64,
     /// Standard deviation of a reading about a wall.
     pub blur_m: f64,
-    /// The logarithm of the odds of a scan that fits fully against one that does not fit. Beams are not independent:
-    /// this says how many of them count.
+    /// The logarithm of the odds of a scan that fits completely against one that does not fit. Beams are not independent; this
+    /// says how many of them count.
     pub evidence: f64,
-    /// A scan is matched after so many metres.
+    /// A scan is matched after this many metres.
     pub match_m: f64,
-    /// A scan is matched after so many radians.
+    /// A scan is matched after this many radians.
     pub match_rad: f64,
-    /// A scan is entered into the map after so many metres.
+    /// A scan is entered into the map after this many metres.
     pub enter_m: f64,
-    /// A scan is entered into the map after so many radians.
+    /// A scan is entered into the map after this many radians.
     pub enter_rad: f64,
-    /// A robot that stands enters each of so many scans: people who leave are forgotten.
+    /// A standing robot enters one in this many scans, so that people who leave are forgotten.
     pub enter_scans: u32,
 }
 
@@ -97,7 +97,7 @@ impl Parameters {
     /// Checks bounds; memory and work follow from them.
     ///
     /// # Errors
-    /// [`Error::Parameter`], of the first that is out of bounds.
+    /// [`Error::Parameter`] for the first that is out of bounds.
     pub fn check(&self) -> Result<(), Error> {
         let noise = &self.odometry;
         let bounds = [

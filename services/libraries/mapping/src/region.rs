@@ -1,4 +1,4 @@
-//! Regions of cells: what hangs together, what lies near, and the border around it.
+//! Regions of cells: connectivity, neighbourhoods, and the border around a region.
 
 /// A set of cells of a rectangle; row 0 is the lowest, cells of a row go along x.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -15,23 +15,23 @@ pub struct Region {
 const AROUND: [[i64; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 
 impl Region {
-    /// The cells for which `holds`.
+    /// The cells for which `holds` is true.
     pub fn of(width: usize, height: usize, holds: impl FnMut(usize) -> bool) -> Self {
         Self { width, height, cells: (0..width * height).map(holds).collect() }
     }
 
-    /// The place of a cell in `cells`; `None` beside the rectangle.
+    /// The index of a cell in `cells`; `None` outside the rectangle.
     pub fn index(&self, at: [i64; 2]) -> Option<usize> {
         let is_within = (0..self.width as i64).contains(&at[0]) && (0..self.height as i64).contains(&at[1]);
         is_within.then(|| at[1] as usize * self.width + at[0] as usize)
     }
 
-    /// Whether it holds a cell; nothing beside the rectangle.
+    /// Whether it contains a cell; no cell outside the rectangle.
     pub fn holds(&self, at: [i64; 2]) -> bool {
         self.index(at).is_some_and(|index| self.cells[index])
     }
 
-    /// How many cells it holds.
+    /// How many cells it contains.
     pub fn count(&self) -> usize {
         self.cells.iter().filter(|cell| **cell).count()
     }
@@ -41,7 +41,7 @@ impl Region {
         [(index % self.width) as i64, (index / self.width) as i64]
     }
 
-    /// The cells that hang together with `seed` by their sides; none where it does not hold the seed.
+    /// The cells connected to `seed` by their sides; none if the region does not contain the seed.
     pub fn connected(&self, seed: usize) -> Self {
         let mut found = Self { cells: vec![false; self.cells.len()], ..*self };
         let mut waiting = Vec::new();
@@ -59,8 +59,7 @@ impl Region {
         found
     }
 
-    /// Takes out the cells that hang together with `seed` by their sides: how many they were. `waiting` is memory that is used
-    /// again.
+    /// Removes the cells connected to `seed` by their sides and returns how many they were. `waiting` is memory to be reused.
     pub fn take_connected(&mut self, seed: usize, waiting: &mut Vec<usize>) -> usize {
         let mut count = 0;
         if std::mem::take(&mut self.cells[seed]) {
@@ -77,7 +76,7 @@ impl Region {
         count
     }
 
-    /// The cells beside a cell, at its sides.
+    /// The neighbours of a cell at its sides.
     fn beside(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
         let column = index % self.width;
         let beside = [
@@ -89,7 +88,7 @@ impl Region {
         beside.into_iter().flatten()
     }
 
-    /// The cell that is nearest to `at`, the first of those that are equally near, up to a distance in cells.
+    /// The cell nearest to `at` within a distance in cells; the first of several that are equally near.
     pub fn nearest(&self, at: [f64; 2], within: f64) -> Option<usize> {
         let [low, high] = [-1.0, 1.0].map(|side| [0, 1].map(|k| (at[k] + side * within).floor() as i64));
         let mut best = (None, within * within);
@@ -106,7 +105,7 @@ impl Region {
         best.0
     }
 
-    /// With every cell that is at most `radius` columns and rows away.
+    /// The region plus every cell at most `radius` columns and rows away.
     pub fn grown(&self, radius: usize) -> Self {
         if self.cells.is_empty() {
             return self.clone();
@@ -126,7 +125,7 @@ impl Region {
         Self { cells: grown, ..*self }
     }
 
-    /// The same in cells that are so many times as long: held where all of their cells are. What remains at the ends is left out.
+    /// The same in cells `times` as long, each contained if all of its cells are. What remains at the ends is left out.
     pub fn coarser(&self, times: usize) -> Self {
         let (width, height) = (self.width / times, self.height / times);
         Self::of(width, height, |k| {
@@ -136,16 +135,16 @@ impl Region {
         })
     }
 
-    /// Without every cell that is at most `radius` columns or rows from one that it does not hold. Beside the rectangle
-    /// counts as held.
+    /// The region without every cell at most `radius` columns and rows from one that it does not contain. Cells outside the
+    /// rectangle count as contained.
     pub fn shrunk(&self, radius: usize) -> Self {
         let inverse = Self { cells: self.cells.iter().map(|cell| !cell).collect(), ..*self };
         let grown = inverse.grown(radius);
         Self { cells: grown.cells.iter().map(|cell| !cell).collect(), ..*self }
     }
 
-    /// The cells of the outer border, counter-clockwise, from the lowest row's first cell on (Moore's neighbour tracing). The
-    /// region is taken to hang together; holes have no part in it.
+    /// The cells of the outer border, counter-clockwise, beginning with the first cell of the lowest row (Moore's neighbour
+    /// tracing). The region is assumed to be connected; holes have no part in it.
     pub fn border(&self) -> Vec<[i64; 2]> {
         let Some(first) = self.cells.iter().position(|cell| *cell) else { return Vec::new() };
         let start = self.at(first);

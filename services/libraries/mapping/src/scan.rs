@@ -22,14 +22,14 @@ pub struct Scan<'a> {
     pub base_from_laser: Pose<Base>,
 }
 
-/// What a beam says.
+/// What a beam measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Beam {
     /// It ended at a range, metres.
     Hit(f64),
     /// Nothing returned up to the laser's longest range.
     Open,
-    /// Nothing can be said.
+    /// Nothing is known.
     Invalid,
 }
 

@@ -1,5 +1,5 @@
-//! Local mapping on real logs. Errors of relative poses are against the logs' corrected poses (the metric of Burgard
-//! et al. 2009), beside those of the odometry alone. Skipped, with a notice, where the logs are missing.
+//! Local mapping on real logs. Errors of relative poses are against the logs' corrected poses (the metric of Burgard et al.
+//! 2009), next to those of the odometry alone. Skipped, with a notice, if the logs are missing.
 
 mod support;
 
@@ -22,7 +22,7 @@ fn scan(of: &LogScan) -> Scan<'_> {
     }
 }
 
-/// Mean errors of relative poses between scans that are a way apart: metres and degrees.
+/// Mean errors of relative poses between scans that are some distance apart: metres and degrees.
 #[derive(Debug, Clone, Copy)]
 struct Errors {
     m: f64,
@@ -55,7 +55,7 @@ fn truth_off<F>(truth: &Pose<F>, found: &Pose<F>) -> (f64, f64) {
     (off.x.hypot(off.y), off.yaw_rad.abs().to_degrees())
 }
 
-/// Prints errors of odometry and mapper after 1, 5 and 20 m; gives both, the odometry's first.
+/// Prints errors of odometry and mapper after 1, 5 and 20 m; returns both, the odometry's first.
 fn errors(name: &str, scans: &[LogScan], parameters: Parameters) -> [[Errors; 2]; 3] {
     let mut mapper = Mapper::new(parameters).unwrap();
     let plain = |x: f64, y: f64, yaw: f64| Plain::new(x, y, yaw);
@@ -93,7 +93,7 @@ fn freiburg_079() {
         return;
     };
     let errors = errors("Freiburg, Building 079", &scans, Parameters::default());
-    // Seen: 0.05, 0.08 and 0.15 m.
+    // Measured: 0.05, 0.08 and 0.15 m.
     is_as_good(&errors, [0.07, 0.12, 0.25]);
 }
 
@@ -101,6 +101,6 @@ fn freiburg_079() {
 fn intel() {
     let Some(scans) = carmen::read(&needs::data().join("logs/intel-corrected.log.gz")) else { return };
     let errors = errors("Intel Research Lab", &scans, Parameters::default());
-    // Seen: 0.05, 0.10 and 0.29 m.
+    // Measured: 0.05, 0.10 and 0.29 m.
     is_as_good(&errors, [0.07, 0.14, 0.40]);
 }

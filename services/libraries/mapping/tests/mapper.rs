@@ -1,4 +1,4 @@
-//! The mapper as a whole: it corrects wheels that drift, and goes on from a checkpoint with the same bits.
+//! The mapper as a whole: it corrects drifting odometry, and resumes from a checkpoint with the same bits.
 
 use sketchnav_mapping::{Map, Mapper, Parameters, Scan};
 use sketchnav_schemas::geometry::{Odom, Pose};
@@ -36,7 +36,7 @@ fn scan(ranges_m: &[f32]) -> Scan<'_> {
     }
 }
 
-/// A drive in an arc through the room: where the robot is, and where its wheels believe to be, 5 % too far and turned.
+/// A drive in an arc through the room: true poses, and odometry that is 5 % too far and turned.
 fn drive() -> Vec<(Pose<Map>, Pose<Odom>)> {
     let at = |k: usize| {
         let share = k as f64 / 60.0;
@@ -50,7 +50,7 @@ fn drive() -> Vec<(Pose<Map>, Pose<Odom>)> {
     (0..=60).map(at).collect()
 }
 
-/// From the first pose to where the mapper believes to be.
+/// Distance and angle from the true pose to where the mapper believes it is.
 fn off(mapper: &Mapper, start: &Pose<Map>, truth: &Pose<Map>) -> (f64, f64) {
     let error =
         start.motion_to(truth).motion_to(&Pose::new(mapper.pose().x, mapper.pose().y, mapper.pose().yaw_rad));

@@ -1,7 +1,7 @@
-//! The agenda of a planner: which task is under way, what people order, time limits, and what is sent of it all.
+//! The agenda of a planner: which task is under way, what people order, time limits, and what is sent about all of this.
 //!
-//! Every planner has one. It hears orders, says in each step what is due, and sends the command and the status of the
-//! step. It knows neither what a task is about nor how the robot gets there.
+//! Every planner has one. It hears orders, says in each step what is due, and sends the command and the status of the step. It
+//! knows neither what a task is about nor how the robot moves.
 
 use std::fmt::Display;
 
@@ -28,14 +28,14 @@ pub enum Phase {
     Over,
 }
 
-/// Why the robot stands although there is something left to do.
+/// Why the robot is held although there is something left to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Hold {
     /// A person stopped it.
     Paused,
     /// The link to the driver was lost.
     Unattended,
-    /// A person aborted the mission, and may go on with it.
+    /// A person aborted the mission, and may continue it.
     Aborted,
     /// It does not know where it is, and waits for a person's help.
     Lost,
@@ -44,7 +44,7 @@ pub enum Hold {
 }
 
 impl Hold {
-    /// What a status says; `None` where the reason was said when it was held.
+    /// What a status says; `None` if the reason was given when the robot was held.
     fn status(self) -> Option<(TaskState, &'static str)> {
         match self {
             Self::Paused => Some((TaskState::Paused, "stopped by a person")),
@@ -57,7 +57,7 @@ impl Hold {
 
 const ABORTED: &str = "given up by a person";
 
-/// What a status says of a task, whatever the task is about.
+/// What a status says about a task, whatever the task is about.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TaskInfo {
     /// Name, for people.
@@ -79,11 +79,11 @@ pub enum Due {
     Begin,
     /// It drives on.
     Drive,
-    /// The robot stands; the status says why.
+    /// The robot stands still; the status says why.
     Stand,
 }
 
-/// What is known of a robot's motion.
+/// What is known about a robot's motion.
 #[derive(Debug, Clone, Copy)]
 pub enum Motion<'a> {
     /// By its odometry.
@@ -101,7 +101,7 @@ impl<'a> From<&'a Odometry> for Motion<'a> {
     }
 }
 
-/// How far an agenda has been worked through: what a checkpoint holds of it.
+/// How far an agenda has been worked through, as stored in a checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Standing {
     phase: Phase,
@@ -109,7 +109,7 @@ pub struct Standing {
     ordered: bool,
     task: usize,
     reached: u32,
-    /// What the next status says: a number of [`TaskState`].
+    /// The state in the next status: a number of [`TaskState`].
     state: u32,
     reason: Text<96>,
     elapsed_s: f64,
@@ -130,12 +130,12 @@ pub struct Agenda {
 }
 
 impl Agenda {
-    /// Of the tasks of a mission. Whether people take part in its run decides what an order means.
+    /// The agenda of a mission's tasks. What an order means depends on whether people take part in the run.
     pub fn new(run: &RunConfig) -> Self {
         Self { tasks: run.mission.task.iter().map(TaskInfo::from).collect(), ..Self::empty(run) }
     }
 
-    /// Of tasks that are not known yet.
+    /// An agenda whose tasks are not known yet.
     pub fn empty(run: &RunConfig) -> Self {
         Self {
             pad: run.pad,
@@ -146,7 +146,7 @@ impl Agenda {
         }
     }
 
-    /// Takes other tasks.
+    /// Replaces the tasks.
     pub fn set_tasks(&mut self, tasks: impl IntoIterator<Item = TaskInfo>) {
         self.tasks.clear();
         self.tasks.extend(tasks);
@@ -157,13 +157,13 @@ impl Agenda {
         self.now
     }
 
-    /// Goes on from a checkpoint.
+    /// Resumes from a checkpoint.
     pub fn restore(&mut self, standing: Standing) {
         self.now = standing;
     }
 
-    /// Begins, without a checkpoint, with the task that a predecessor's last status was about. A person's
-    /// pause or abort stays in force until the order to resume.
+    /// Resumes without a checkpoint, with the task of the last status that was sent before the restart. A person's pause or
+    /// abort stays in force until the order to resume.
     pub fn recover(&mut self, remains: &dyn Remains) {
         let Some(last) = remains.of(STATUS) else { return };
         let state = TaskState::from_code(last.state);
@@ -177,8 +177,8 @@ impl Agenda {
         self.now.reached = last.reached_count;
     }
 
-    /// Whether a planner that has its instructions, or has not, can take a step. In lockstep the first step waits for
-    /// the order to start, too; in real time the robot stands until all has come.
+    /// Whether a planner can take a step, given whether it has its instructions. In lockstep the first step also waits for the
+    /// order to start; in real time the robot stands still until everything has arrived.
     pub fn is_ready(&self, has_instructions: bool) -> bool {
         self.now.ordered && has_instructions || !self.waits_for_order
     }
@@ -193,7 +193,7 @@ impl Agenda {
         self.now.task
     }
 
-    /// The time that the task has taken, seconds. The clock stands while the robot is held.
+    /// The time that the task has taken, seconds. The clock is stopped while the robot is held.
     pub fn elapsed_s(&self) -> f64 {
         self.now.elapsed_s
     }
@@ -208,12 +208,12 @@ impl Agenda {
         self.now.ordered && self.now.held.is_none() && self.now.phase != Phase::Over
     }
 
-    /// Whether it is over for good: no person can give it new tasks.
+    /// Whether it is over for good because no person can give it new tasks.
     fn is_last(&self) -> bool {
         self.now.phase == Phase::Over && !self.pad.draws()
     }
 
-    /// Forgets what it was about; the robot stands until the start is ordered again.
+    /// Discards all progress; the robot stands still until the start is ordered again.
     pub fn begin_again(&mut self) {
         let now = &mut self.now;
         (now.phase, now.held, now.ordered) = (Phase::Waiting, None, false);
@@ -221,8 +221,8 @@ impl Agenda {
         (now.elapsed_s, now.path_m) = (0.0, 0.0);
     }
 
-    /// Does what a person orders, and returns the order; `None` for another message. Unknown orders are ignored, and so
-    /// are unknown tasks.
+    /// Carries out a person's order and returns it; `None` for any other message. Unknown orders are ignored, and so are
+    /// unknown tasks.
     ///
     /// # Errors
     /// As [`Heard::order`].
@@ -237,7 +237,7 @@ impl Agenda {
         Ok(Some(order))
     }
 
-    /// Begins a task instead of the one that is under way, and lets go of a robot that is held.
+    /// Begins a task instead of the one under way, and releases a robot that is held.
     fn go_to(&mut self, task: usize) {
         if !self.is_last() {
             self.wait_for(task);
@@ -263,18 +263,18 @@ impl Agenda {
                 (self.now.phase, self.now.held) = (Phase::Over, None);
                 self.report(TaskState::Aborted, ABORTED);
             }
-            // The supervisor's order to start may come after it: what a person says at the pad goes before.
+            // The supervisor's order to start may come after it; what a person orders on the pad takes precedence.
             Order::Abort if self.pad == Pad::Watches => self.now.held = Some(Hold::Aborted),
             Order::Abort => self.hold(Hold::Aborted),
             Order::Pause => self.hold(Hold::Paused),
             Order::Unattended => self.hold(Hold::Unattended),
             Order::Resume => self.now.held = None,
-            // Of a task that there is not; and where the robot is, which is for those who navigate to take in.
+            // A task that does not exist; or the robot's place, which the navigator handles itself.
             Order::Goal | Order::Here => {}
         }
     }
 
-    /// What was aborted is not merely paused.
+    /// An abort is not replaced by a mere pause.
     fn hold(&mut self, hold: Hold) {
         let is_under_way = self.now.ordered && self.now.phase != Phase::Over;
         if is_under_way && self.now.held != Some(Hold::Aborted) {
@@ -282,8 +282,8 @@ impl Agenda {
         }
     }
 
-    /// Takes over the time and the motion of a step. Returns the time since the last step, seconds; at the first one
-    /// that between two ticks.
+    /// Takes the time and the motion of a step. Returns the time since the last step, seconds; at the first step, the time
+    /// between two ticks.
     pub fn begin_step<'a>(&mut self, stamp_ns: u64, motion: impl Into<Motion<'a>>) -> f64 {
         let since = self.now.last_stamp_ns.map(|last| stamp_ns.saturating_sub(last) as f64 * 1e-9);
         let dt_s = since.unwrap_or(self.nominal_dt_s);
@@ -302,7 +302,7 @@ impl Agenda {
         dt_s
     }
 
-    /// Takes over the odometry; the way since the last one.
+    /// Takes the odometry and returns the distance since the last one.
     fn way_to(&mut self, odometry: &Odometry) -> f64 {
         let robot = odometry.pose();
         self.now.speed_mps = odometry.twist.vx_mps.hypot(odometry.twist.vy_mps);
@@ -311,7 +311,7 @@ impl Agenda {
     }
 
     /// What to do in this step. The first task begins once the start is ordered and nothing is `missing`, the next in the
-    /// step after one has ended. A robot that stands reports why.
+    /// step after one has ended. If the robot is held, the status says why.
     pub fn due(&mut self, missing: Option<impl Display>) -> Due {
         if self.is_held() {
             return Due::Stand;
@@ -352,7 +352,7 @@ impl Agenda {
         Due::Stand
     }
 
-    /// Whether a person or a lost link holds the robot; the status says so.
+    /// Whether a person or a lost link holds the robot; if so, the status says it.
     fn is_held(&mut self) -> bool {
         let Some(hold) = self.now.held else { return false };
         if let Some((state, reason)) = hold.status() {
@@ -361,7 +361,7 @@ impl Agenda {
         true
     }
 
-    /// The task goes on, unless its time is over. Returns whether it goes on.
+    /// Continues the task unless its time is over. Returns whether it continues.
     pub fn go_on(&mut self, reason: impl Display) -> bool {
         let limit_s = self.tasks.get(self.now.task).map_or(f64::INFINITY, |task| task.time_limit_s);
         let is_in_time = self.now.elapsed_s < limit_s;
@@ -373,15 +373,15 @@ impl Agenda {
         is_in_time
     }
 
-    /// Ends the task that is under way.
+    /// Ends the task under way.
     pub fn end(&mut self, state: TaskState, reason: impl Display) {
         self.now.phase = Phase::Ended;
         self.now.reached += u32::from(state == TaskState::Reached);
         self.report(state, reason);
     }
 
-    /// The robot does not know where it is. Where people take part it stands until one of them has it resume; else the
-    /// task ends.
+    /// Reports that the robot does not know where it is. If people take part, the robot stands still until one of them orders
+    /// it to resume; otherwise the task ends.
     pub fn lose(&mut self, reason: impl Display) {
         if self.pad.is_absent() {
             self.end(TaskState::Lost, reason);
@@ -391,19 +391,18 @@ impl Agenda {
         }
     }
 
-    /// Stands until a person has answered, or [`Agenda::find`] lets it go on. A mission in which nobody takes part never
-    /// asks.
+    /// Holds the robot until a person has answered or [`Agenda::find`] releases it. Never called in a mission without people.
     pub fn ask(&mut self, question: impl Display) {
         self.now.held = Some(Hold::Asks);
         self.report(TaskState::Paused, question);
     }
 
-    /// Why it stands.
+    /// Why the robot is held.
     pub fn held(&self) -> Option<Hold> {
         self.now.held
     }
 
-    /// A robot that is lost, or asks, has its answer: it goes on.
+    /// Releases a robot that was lost or asked a question, because it has its answer.
     pub fn find(&mut self) {
         self.now.held.take_if(|held| matches!(held, Hold::Lost | Hold::Asks));
     }
@@ -413,7 +412,7 @@ impl Agenda {
         (self.now.state, self.now.reason) = (state.code(), Text::of(reason));
     }
 
-    /// Sends the command of the step and, last of all, its status. `remaining_m` is the way that is left of the task.
+    /// Sends the command of the step and, last of all, its status. `remaining_m` is the distance left in the task.
     ///
     /// # Errors
     /// As [`Outbox::send`].
@@ -465,7 +464,7 @@ mod tests {
         agenda
     }
 
-    /// A agenda that was paused and then aborted stayed paused, and its system ran for ever.
+    /// An agenda that was paused and then aborted stayed paused, and its system ran for ever.
     #[test]
     fn what_is_aborted_while_it_is_held_is_over() {
         for hold in [Order::Pause, Order::Unattended] {
@@ -494,7 +493,7 @@ mod tests {
             let mut agenda = driving(pad);
             agenda.obey(Order::Abort);
             assert_eq!((agenda.now.held, agenda.is_driving()), (Some(Hold::Aborted), false));
-            // The link breaks while it stands: it stays what a person said of it.
+            // The link breaks while the robot is held: what a person ordered stays in force.
             agenda.obey(Order::Unattended);
             assert_eq!(agenda.now.held, Some(Hold::Aborted));
             agenda.obey(Order::Resume);
@@ -532,8 +531,8 @@ mod tests {
         assert_eq!((agenda.now.phase, agenda.now.task, agenda.is_driving()), (Phase::Waiting, 0, true));
     }
 
-    /// The planner reads what comes from the pad first. Of a agenda from a file it once forgot an abort that came
-    /// before the supervisor's order to start, and drove off.
+    /// The planner reads what comes from the pad first. With a mission from a file, it once forgot an abort that came before
+    /// the supervisor's order to start, and drove off.
     #[test]
     fn a_mission_from_a_file_can_be_aborted_before_it_is_started() {
         let mut agenda = waiting(Pad::Watches);

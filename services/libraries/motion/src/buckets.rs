@@ -1,17 +1,17 @@
 //! A queue of cells by their cost, roughly: a ring of buckets (R. B. Dial, 1969), each a list linked
 //! through its cells.
 //!
-//! Within a bucket there is no order. Where a bucket is no wider than the cheapest step, none of its cells can make
-//! another one cheaper. A search that empties one bucket after the other then settles every cell once. Where it is
-//! wider, a cell that became cheaper comes again. Either way the costs are Dijkstra's. Every cell is in the queue at
-//! most once: its room is known beforehand, nothing is allocated.
+//! Within a bucket there is no order. If a bucket is no wider than the cheapest step, none of its cells can make another one
+//! cheaper, and a search that empties one bucket after another settles every cell once. If it is wider, a cell that became
+//! cheaper comes up again. Either way the costs are Dijkstra's. Every cell is in the queue at most once, so the memory needed
+//! is known beforehand and nothing is allocated.
 
 /// Buckets of the ring.
 const RING: usize = 4096;
-/// Costs in the queue spread over fewer buckets than the ring has, also where they were rounded.
+/// Costs in the queue spread over fewer buckets than the ring has, even after rounding.
 const SPREAD: f32 = (RING - 4) as f32;
 const NONE: u32 = u32::MAX;
-/// Marks the number of a bucket where else the number of a cell stands.
+/// Marks the number of a bucket in place of the number of a cell.
 const BUCKET: u32 = 1 << 31;
 
 /// Neighbours in the list of a bucket.
@@ -55,8 +55,8 @@ impl Buckets {
         self.current
     }
 
-    /// Puts a cell where its cost belongs, wherever it was. The cost is finite, no less than that of the cell
-    /// popped last, and no more than the costliest step above it.
+    /// Moves a cell to the bucket of its cost. The cost must be finite, no less than that of the cell popped last, and above it
+    /// by no more than the costliest step.
     pub fn put(&mut self, cell: usize, cost: f32) {
         debug_assert!(cost.is_finite(), "cell {cell}: {cost}");
         self.unlink(cell);
@@ -69,7 +69,7 @@ impl Buckets {
         self.count += 1;
     }
 
-    /// Takes a cell out of the first bucket that holds one.
+    /// Takes a cell out of the first bucket that is not empty.
     pub fn pop(&mut self) -> Option<usize> {
         if self.count == 0 {
             return None;

@@ -1,12 +1,12 @@
-//! Moving a robot, as several navigators share it: pure functions and state.
+//! Moving a robot, as shared by several navigators: pure functions and state.
 //!
-//! - [`agenda`]: the frame of a planner: task order, people's orders, time limits, command and status;
+//! - [`agenda`]: the framework of a planner: task order, people's orders, time limits, command and status;
 //! - [`obstacles`]: what the laser saw around the robot; [`local`]: a path through it;
 //! - [`pursuit`]: velocities that follow the path and hit nothing;
 //! - [`progress`]: whether the robot is stuck; [`recovery`]: what it does then;
 //! - [`weighted_grid`], [`buckets`]: Dijkstra's algorithm on grids.
 //!
-//! Nothing here knows a clock, a file, a channel or a map. Time, messages and configuration arrive as arguments.
+//! Nothing here uses a clock, a file, a channel or a map. Time, messages and configuration arrive as arguments.
 
 pub mod agenda;
 pub mod buckets;

@@ -1,8 +1,8 @@
 //! The metric local planner (Boniardi et al. 2015, III-C): Dijkstra's algorithm on what the laser saw lately.
 //!
 //! A cell nearer to an obstacle than the robot's radius and a margin is impassable. A cell within the inflation radius
-//! costs more, and so does an unseen cell. A robot that stands too near to something, pushed or by a drift of
-//! odometry, may leave the way it finds.
+//! costs more, and so does an unseen cell. A robot that stands too near to something, because it was pushed or odometry
+//! drifted, may leave by any way it finds.
 
 use fearless_simd::{Level, dispatch};
 use serde::{Deserialize, Serialize};
@@ -13,13 +13,13 @@ use super::weighted_grid::{Frontier, Weights, chamfer};
 
 /// Most points of a local path.
 pub const MAX_PATH: usize = 512;
-/// Ways longer than this are not looked for, metres of cost.
+/// Ways that cost more than this are not searched for, metres of cost.
 const MOST_COST_M: f32 = 30.0;
-/// What an unseen cell costs more, times the length.
+/// Extra cost of an unseen cell, times the length.
 const UNSEEN: f32 = 0.5;
-/// What coming near an obstacle costs more at most, times the length.
+/// Greatest extra cost of coming near an obstacle, times the length.
 const NEAR: f32 = 8.0;
-/// What leaving an obstacle's neighbourhood costs, times the length.
+/// Cost of leaving an obstacle's neighbourhood, times the length.
 const ESCAPE: f32 = 15.0;
 /// How far such an escape may lead, metres.
 const ESCAPE_M: f64 = 0.5;
@@ -29,7 +29,7 @@ const ESCAPE_M: f64 = 0.5;
 pub struct Room {
     /// Nothing may come nearer to the robot's middle than this.
     pub hard_m: f64,
-    /// From here on nothing matters any more.
+    /// Beyond this distance obstacles do not matter.
     pub soft_m: f64,
 }
 
@@ -42,14 +42,14 @@ pub struct LocalPlanner {
     frontier: Frontier,
 }
 
-/// What counts from one plan to the next, as it is read back from a checkpoint: where there is room.
+/// What is kept from one plan to the next, as read back from a checkpoint: where there is room.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     corner: Cell,
     weight: Vec<f32>,
 }
 
-/// The same where it lies, to be written: field by field a [`State`].
+/// The same by reference, for writing: field by field a [`State`].
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct StateView<'a> {
     corner: Cell,
@@ -74,7 +74,7 @@ impl LocalPlanner {
         StateView { corner: self.corner, weight: &self.weight }
     }
 
-    /// Goes on from another planner's state. The ways that it found are to be searched for again.
+    /// Resumes from another planner's state. Ways have to be searched for again.
     pub fn restore(&mut self, state: State) {
         self.corner = state.corner;
         for (weight, remembered) in self.weight.iter_mut().zip(state.weight) {
@@ -82,7 +82,7 @@ impl LocalPlanner {
         }
     }
 
-    /// Takes over the obstacles around the robot at `robot`.
+    /// Takes the obstacles around the robot at `robot`.
     pub fn prepare(&mut self, obstacles: &Obstacles, robot: Point<Odom>, room: Room) {
         self.corner = obstacles.corner();
         let occupied = obstacles.occupied();
@@ -102,13 +102,12 @@ impl LocalPlanner {
         }
     }
 
-    /// Free space around a cell's middle: obstacles fill half a cell to either side of theirs.
+    /// Free space around a cell's middle; obstacles fill half a cell to either side of their cell's middle.
     fn beside_m(&self, index: usize) -> f64 {
         beside_m(self.clearance_m[index])
     }
 
-    /// Finds the ways from `robot`: to `target` alone where it is given and can be reached, else to
-    /// every cell.
+    /// Finds the ways from `robot`: only to `target` if it is given and can be reached, otherwise to every cell.
     pub fn search(&mut self, robot: Point<Odom>, target: Option<Point<Odom>>) {
         let weights = Weights { weight: &self.weight, stride: SIDE, cell_length: CELL_M as f32 };
         let stop = target.and_then(|place| index_of(self.corner, place));
@@ -127,9 +126,9 @@ impl LocalPlanner {
         index_of(self.corner, place).is_some()
     }
 
-    /// Among the reachable cells it takes the least sum of `share` times the length of the cheapest way there, and
-    /// `rest_m`. That is the rest of the way from there, metres. Where several are equal the first one counts. Length
-    /// and not cost: a narrow passage must not keep the robot from getting on.
+    /// The reachable cell with the least sum of `share` times the length of the cheapest way there and `rest_m`, the rest of
+    /// the way from there, metres; the first of several equal ones. Length is used rather than cost, because a narrow passage
+    /// must not keep the robot from getting on.
     pub fn best(&self, share: f64, mut rest_m: impl FnMut(Point<Odom>) -> f64) -> Option<Point<Odom>> {
         let mut best = (None, f64::INFINITY);
         let (costs, lengths) = (self.frontier.costs(), self.frontier.lengths());
@@ -145,14 +144,13 @@ impl LocalPlanner {
         best.0
     }
 
-    /// Length of the cheapest way to `place`, metres; `None` where there is none.
+    /// Length of the cheapest way to `place`, metres; `None` if there is none.
     pub fn length_m(&self, place: Point<Odom>) -> Option<f64> {
         let index = index_of(self.corner, place)?;
         self.frontier.costs()[index].is_finite().then(|| f64::from(self.frontier.lengths()[index]))
     }
 
-    /// Writes the cheapest way from the robot to `target`, one point a cell, both ends included;
-    /// nothing where there is none.
+    /// Writes the cheapest way from the robot to `target`, one point per cell, both ends included; nothing if there is none.
     pub fn path(&self, target: Point<Odom>, path: &mut Vec<Point<Odom>>) {
         path.clear();
         let Some(mut index) = index_of(self.corner, target) else { return };
@@ -168,7 +166,7 @@ impl LocalPlanner {
         path.reverse();
     }
 
-    /// Weighs the cells of a row by how much room there is.
+    /// Sets the weights of a row's cells by how much room there is.
     #[inline(always)]
     fn weigh(&mut self, row: usize, known: &[bool], room: Room) {
         let inner = row * SIDE + 1..(row + 1) * SIDE - 1;
@@ -183,7 +181,7 @@ impl LocalPlanner {
         }
     }
 
-    /// A robot that has too little room now, `least_m`, may go through cells near by that have more.
+    /// Lets a robot that has too little room now, `least_m`, go through nearby cells that have more.
     fn let_escape(&mut self, robot: Point<Odom>, room: Room, least_m: f64) {
         for index in (1..SIDE - 1).flat_map(|row| row * SIDE + 1..(row + 1) * SIDE - 1) {
             let clearance = self.beside_m(index);
@@ -205,7 +203,7 @@ fn cell_at(corner: Cell, index: usize) -> Cell {
     Cell { x: corner.x + (index % SIDE) as i32, y: corner.y + (index / SIDE) as i32 }
 }
 
-/// The index of a place's cell, `None` where it lies outside or on the border.
+/// The index of a place's cell, `None` if it lies outside or on the border.
 fn index_of(corner: Cell, place: Point<Odom>) -> Option<usize> {
     let cell = Cell::of(place);
     let (x, y) = (cell.x - corner.x, cell.y - corner.y);

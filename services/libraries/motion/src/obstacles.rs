@@ -1,12 +1,12 @@
 //! What the laser saw lately: a rolling grid of obstacles in the odometry frame.
 //!
-//! It is the local grid map of Boniardi et al. 2015 of the scaled scan, in metres, with a memory. A laser that does
-//! not look back forgets the table into which the robot is about to turn. A beam's end marks a cell, the way there
-//! clears cells; what was not seen for long is forgotten, because odometry drifts.
+//! This is the local grid map of the scaled scan of Boniardi et al. 2015, in metres, with a memory: with a laser that does not
+//! look back, the robot would otherwise forget the table into which it is about to turn. A beam's end marks a cell, and the way
+//! there clears cells. What has not been seen for long is forgotten, because odometry drifts.
 //!
-//! The grid lies fixed in the odometry frame and its window moves with the robot. Cell (x, y) is kept in slot (x mod
-//! [`SIDE`], y mod [`SIDE`]), and nothing is ever moved. What is asked thousands of times a step, which cells of the
-//! window are occupied, is tabulated once a scan.
+//! The grid is fixed in the odometry frame and its window moves with the robot. Cell (x, y) is kept in slot (x mod [`SIDE`], y
+//! mod [`SIDE`]), and nothing is ever moved. Which cells of the window are occupied is asked thousands of times per step, so it
+//! is tabulated once per scan.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose};
 use sketchnav_schemas::message::LaserScan;
 
-/// Cells a side of the window, a power of two.
+/// Cells along a side of the window, a power of two.
 pub const SIDE: usize = 128;
 /// Side of a cell, metres.
 pub const CELL_M: f64 = 0.055;
@@ -53,7 +53,7 @@ impl Cell {
     }
 }
 
-/// What a scan says of a cell: beams pass it, or end there.
+/// What a scan says about a cell: beams pass it, or end there.
 const PASSED: u8 = 1;
 const ENDED: u8 = 2;
 
@@ -69,14 +69,14 @@ pub struct Obstacles {
     window: Window,
 }
 
-/// The window's cells, row by row from its corner: what follows from the rest at each scan.
+/// The window's cells, row by row from its corner, derived from the rest at each scan.
 #[derive(Debug, Clone)]
 struct Window {
     /// What the scan says.
     marks: Vec<u8>,
     known: Vec<bool>,
     occupied: Vec<bool>,
-    /// The occupied cells once more, a bit each.
+    /// The occupied cells again, one bit each.
     rows: Vec<u128>,
 }
 
@@ -97,7 +97,7 @@ impl Window {
 }
 
 impl Obstacles {
-    /// Nothing known; what is marked is forgotten after `obstacle_memory_s` seconds without being seen.
+    /// An empty grid; what is marked is forgotten after `obstacle_memory_s` seconds without being seen.
     pub fn new(obstacle_memory_s: f64) -> Self {
         let cells = SIDE * SIDE;
         Self {
@@ -131,7 +131,7 @@ impl Obstacles {
         &self.window.known
     }
 
-    /// Whether an obstacle is known there; what lies outside of the window is free.
+    /// Whether an obstacle is known there; what lies outside the window is free.
     pub fn is_occupied(&self, cell: Cell) -> bool {
         self.index(cell).is_some_and(|index| self.window.occupied[index])
     }
@@ -143,7 +143,7 @@ impl Obstacles {
 
     /// Distance from `place` to the nearest side of an occupied cell, at most `cap_m`, metres.
     pub fn clearance_m(&self, place: Point<Odom>, cap_m: f64) -> f64 {
-        /// More than the distance of any cell is rounded by.
+        /// More than the rounding error of any cell's distance.
         const ROUNDED_M: f64 = 1e-9;
         let own = Cell::of(place);
         let reach = (cap_m / CELL_M).ceil() as i32;
@@ -194,8 +194,8 @@ impl Obstacles {
         (x < SIDE as u32 && y < SIDE as u32).then_some(y as usize * SIDE + x as usize)
     }
 
-    /// The ranges of indices in the window that lie as ranges of slots, too: a row's parts before and behind the grid's
-    /// edge. Each with its first slot.
+    /// The ranges of indices in the window that are contiguous in slots, too: a row's parts before and after the grid's edge,
+    /// each with its first slot.
     fn parts(corner: Cell) -> impl Iterator<Item = (Range<usize>, usize)> {
         let shift = (corner.x & MASK) as usize;
         (0..SIDE).flat_map(move |row| {
@@ -323,15 +323,15 @@ fn is_one_wall(first: Point<Odom>, second: Point<Odom>, third: Point<Odom>) -> b
     b.norm() <= JOIN_M && a.dot(&b) >= STRAIGHT_COS * a.norm() * b.norm()
 }
 
-/// Bits of a cell's fractions along a beam: its way is walked in whole numbers.
+/// Fractional bits of a cell along a beam, which is traced in integer arithmetic.
 const FRACTION_BITS: u32 = 32;
 
 fn fixed(cells: f64) -> i64 {
     (cells * (1_i64 << FRACTION_BITS) as f64) as i64
 }
 
-/// How many steps of `by` from a place on stay within the window, that place included, both in cells with fractions.
-/// `None` where the place is outside.
+/// How many steps of `by` from a place stay within the window, counting the place itself; both in cells with fractions. `None`
+/// if the place is outside.
 fn passed(from: [i64; 2], by: [i64; 2]) -> Option<usize> {
     const END: i64 = (SIDE as i64) << FRACTION_BITS;
     let along = |from: i64, by: i64| match by {
@@ -343,7 +343,8 @@ fn passed(from: [i64; 2], by: [i64; 2]) -> Option<usize> {
     is_within.then(|| along(from[0], by[0]).min(along(from[1], by[1])) as usize)
 }
 
-/// What a scan says of some cells: however many beams pass a cell, or end in it, they count once, the ends last.
+/// Applies what a scan says about some cells: however many beams pass a cell, or end in it, they count once, and ends count
+/// last.
 fn take(evidence: &mut [u8], marks: &[u8]) {
     for (evidence, mark) in evidence.iter_mut().zip(marks) {
         let missed = evidence.saturating_sub(1).max(FREE);
@@ -353,7 +354,7 @@ fn take(evidence: &mut [u8], marks: &[u8]) {
     }
 }
 
-/// Which of some cells are known, and which are occupied: marked often enough, and not before `oldest_ms`.
+/// Which of some cells are known, and which are occupied, that is, marked often enough and not before `oldest_ms`.
 fn judge(evidence: &[u8], marked_ms: &[u32], oldest_ms: u32, known: &mut [bool], occupied: &mut [bool]) {
     let cells = known.iter_mut().zip(occupied).zip(evidence).zip(marked_ms);
     for (((known, occupied), &evidence), &marked_ms) in cells {
@@ -362,8 +363,7 @@ fn judge(evidence: &[u8], marked_ms: &[u32], oldest_ms: u32, known: &mut [bool],
     }
 }
 
-/// The greatest whole number that is not above `x`, or the nearest that there is. (Older processors have no
-/// instruction for it.)
+/// The greatest integer not above `x`, or the nearest representable one. (Older processors have no instruction for it.)
 #[inline]
 fn floor(x: f64) -> i32 {
     let whole = x as i32;
@@ -426,8 +426,8 @@ mod tests {
         obstacles.observe(&robot, 0.2, &robot, &scan(stamp_s, ranges));
     }
 
-    /// A laser of a degree a beam that looks along a wall hits it every half metre. The planner found its way through
-    /// the wall, between the hits, and turned back and forth in the door.
+    /// A laser with one beam per degree that looks along a wall hits it every half metre. The planner found a way through the
+    /// wall, between the hits, and turned back and forth in the door.
     #[test]
     fn a_wall_seen_along_its_length_has_no_holes() {
         let mut obstacles = Obstacles::new(10.0);

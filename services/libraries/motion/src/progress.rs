@@ -1,33 +1,34 @@
-//! The progress checker: whether the robot is stuck, and how often it was.
+//! The progress checker: whether the robot is stuck, and how often it has been.
 //!
-//! A robot is stuck that has not moved, that drives about one place, or that drives around without coming nearer to its goal.
+//! A robot is stuck if it has not moved, if it drives about one place, or if it drives around without coming nearer to its
+//! goal.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point};
 
 /// A cost-to-go that grows by more than this in one step comes from an estimate that jumped, metres.
 const JUMP_M: f64 = 1.0;
-/// Coming nearer by less than this is none, metres.
+/// Coming nearer by less than this does not count, metres.
 const NEARER_M: f64 = 0.1;
-/// A robot that is stuck this far from where it was stuck before is elsewhere, metres.
+/// Distance from where the robot was stuck before at which it counts as stuck elsewhere, metres.
 const ELSEWHERE_M: f64 = 2.0;
-/// A robot that may only drive slower than this needs longer for the same way, and is waited for as much longer, m/s.
+/// A robot that is limited to less than this needs longer for the same distance, and gets proportionally more time, m/s.
 pub const USUAL_MPS: f64 = 0.5;
-/// So many places at which it was stuck are remembered.
+/// How many places at which the robot was stuck are remembered.
 const REMEMBERED: usize = 16;
 
 /// When a robot is stuck, and how often it may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgressParameters {
-    /// No way driven for this long, seconds.
+    /// Stuck after not moving for this long, seconds.
     pub stuck_time_s: f64,
-    /// Less than this is no way, metres.
+    /// Moving less than this does not count, metres.
     pub stuck_radius_m: f64,
-    /// Not coming nearer for this long, seconds.
+    /// Stuck after not coming nearer for this long, seconds.
     pub no_progress_time_s: f64,
-    /// Driving about one place for as long as this path takes at the most that the robot may drive, metres.
+    /// Stuck after driving about one place for as long as this path takes at the robot's speed limit, metres.
     pub circling_path_m: f64,
-    /// Less than this from where it began is about one place, metres.
+    /// Staying within this distance from where it began is driving about one place, metres.
     pub circling_radius_m: f64,
     /// How often to recover at about one place.
     pub recoveries: u32,
@@ -106,14 +107,14 @@ impl ProgressChecker {
 pub struct StuckCounter {
     /// Of the whole task.
     pub total: u32,
-    /// At about the last place, from one to the next: a robot that tries a wall all along gets no farther.
+    /// At about the last place, from one to the next: a robot that tries all along a wall makes no progress.
     pub here: u32,
-    /// Of the last ones, in turn.
+    /// Of the last ones, as a ring.
     places: [Option<Point<Odom>>; REMEMBERED],
 }
 
 impl StuckCounter {
-    /// Counts one; false where there were too many.
+    /// Counts one; returns false if there have been too many.
     pub fn count(&mut self, robot: Point<Odom>, parameters: &ProgressParameters) -> bool {
         let newest = self.total as usize % REMEMBERED;
         self.places[newest] = Some(robot);
@@ -122,11 +123,11 @@ impl StuckCounter {
         self.here <= parameters.recoveries && self.total <= parameters.recoveries_per_task
     }
 
-    /// How many of the remembered places hang together with one of them, it included.
+    /// How many of the remembered places are connected to one of them, itself included.
     fn joined_with(&self, first: usize) -> u32 {
         let mut joined = [false; REMEMBERED];
         joined[first] = true;
-        // What is joined by the last of several is found in as many rounds.
+        // Places connected through several others are found in as many rounds.
         for _ in 0..REMEMBERED {
             for place in 0..REMEMBERED {
                 joined[place] |= (0..REMEMBERED).any(|other| joined[other] && self.are_near(place, other));
@@ -162,8 +163,8 @@ mod tests {
         assert!(!at(6.9) && at(7.1));
     }
 
-    /// A robot crept through a door at a tenth of a metre a second, as it slows down there. It was taken for one that
-    /// stands still. It gave up.
+    /// A robot crept through a door at a tenth of a metre per second, since it slows down there. It was taken to be standing
+    /// still, and gave up.
     #[test]
     fn a_slow_robot_is_waited_for() {
         let mut progress = ProgressChecker::new(0.0, Point::new(0.0, 0.0));
@@ -176,8 +177,8 @@ mod tests {
         assert!(!at(70.0) && at(95.0), "standing still");
     }
 
-    /// It once was not: whenever the estimate jumped, the watch began anew, and the robot drove in circles
-    /// until the time was over.
+    /// This once failed: whenever the estimate jumped, the watch started over, and the robot drove in circles until its time
+    /// was over.
     #[test]
     fn a_robot_that_circles_about_one_place_is_stuck_whatever_the_estimate_says() {
         let mut progress = ProgressChecker::new(0.0, Point::new(0.7, 0.0));
@@ -209,7 +210,7 @@ mod tests {
         assert!(counter.count(Point::new(5.0, 0.0), &PARAMETERS));
     }
 
-    /// A robot that tried a shut wall every metre once tried it until its time was over.
+    /// A robot that tried a closed wall every metre once went on until its time was over.
     #[test]
     fn being_stuck_along_a_wall_is_at_one_place() {
         let mut counter = StuckCounter::default();

@@ -1,7 +1,7 @@
 //! The velocity that follows a local path: pure pursuit (R. C. Coulter, 1992) for a robot that turns, straight pursuit
-//! for one that moves in any direction. Both face where they drive, so that the laser looks ahead.
+//! for one that moves in any direction. Both face the way they drive, so that the laser looks ahead.
 //!
-//! Never commands into a place too near to a known obstacle, and never more than the limits allow.
+//! Commands never lead to a place too near to a known obstacle, and never exceed the limits.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, wrap_angle};
@@ -12,28 +12,28 @@ use super::obstacles::Obstacles;
 
 /// The farthest point of the path to head for, metres.
 const LOOK_AHEAD_M: f64 = 0.7;
-/// The same after obstacles forbade the way to a farther one, metres: then the robot keeps to the path.
+/// The same after obstacles ruled out the way to a farther one, metres: the robot then keeps to the path.
 const SHORT_AHEAD_M: f64 = 0.15;
 /// Free space beyond the robot's radius that a shortcut to a point of the path needs, metres.
 const SHORTCUT_M: f64 = 0.06;
-/// Turn rate a radian of heading error, 1/s.
+/// Turn rate per radian of heading error, 1/s.
 const TURN_GAIN: f64 = 2.0;
-/// A differential drive turns on the spot from this error on, radians, ...
+/// A differential drive turns on the spot if the error exceeds this, radians, ...
 const TURN_FROM_RAD: f64 = 1.0;
 /// ... until the error is less than this.
 const TURN_UNTIL_RAD: f64 = 0.35;
-/// A drive that moves in any direction waits for its laser from this error on.
+/// A drive that moves in any direction waits for its laser if the error exceeds this, radians.
 const BLIND_RAD: f64 = 1.7;
-/// Slowest share of the top speed beside obstacles.
+/// Slowest share of the top speed next to obstacles.
 const SLOWEST: f64 = 0.3;
-/// Free space beyond the robot's radius at which it goes at full speed, metres.
+/// Free space beyond the robot's radius at which it drives at full speed, metres.
 const WIDE_M: f64 = 0.4;
 /// Free space beyond the robot's radius that no command may use up, metres.
 const SAFETY_M: f64 = 0.02;
 /// From a command to its effect, seconds.
 const LATENCY_S: f64 = 0.2;
 
-/// What a follower must know about its robot.
+/// What a follower needs to know about its robot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Body {
     /// Radius of the footprint, metres.
@@ -44,15 +44,15 @@ pub struct Body {
     pub limits: Limits,
 }
 
-/// A follower of local paths; remembers its last command, and whether it turns on the
-/// spot or was stopped by an obstacle.
+/// A follower of local paths. It remembers its last command, and whether it is turning on the spot or was stopped by an
+/// obstacle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Pursuit {
     body: Body,
     /// The last command: vx, vy in m/s, turn rate in rad/s.
     last: [f64; 3],
     turning: bool,
-    /// Whether obstacles have forbidden the last wish.
+    /// Whether obstacles ruled out the last wish.
     cramped: bool,
 }
 
@@ -75,8 +75,7 @@ impl Pursuit {
         twist
     }
 
-    /// Follows `path` (odometry frame; its end is where to stop) for `dt_s` seconds. `share` of
-    /// the top speed is the most that is used.
+    /// Follows `path` (odometry frame; its end is where to stop) for `dt_s` seconds. At most `share` of the top speed is used.
     pub fn follow(
         &mut self,
         path: &[Point<Odom>],
@@ -97,7 +96,7 @@ impl Pursuit {
         self.command(wish, robot, obstacles, dt_s)
     }
 
-    /// Goes with `wish` as far as the limits and the obstacles allow.
+    /// Follows `wish` as far as the limits and the obstacles allow.
     pub fn command(&mut self, wish: Twist, robot: &Pose<Odom>, obstacles: &Obstacles, dt_s: f64) -> Twist {
         let reachable = self.within_limits(wish, dt_s);
         let safe = self.safe(reachable, robot, obstacles);
@@ -111,8 +110,8 @@ impl Pursuit {
         self.remember(self.within_limits(STILL, dt_s))
     }
 
-    /// The farthest point of the path within the look-ahead to which the straight way is free, and
-    /// the length of the path that remains.
+    /// The farthest point of the path within the look-ahead to which the straight way is free, and the length of the rest of
+    /// the path.
     fn target(
         &self,
         path: &[Point<Odom>],

@@ -1,6 +1,6 @@
 //! Recovery behaviours: what a stuck robot does before it tries again.
 //!
-//! It backs up, forgets what the laser saw, turns, and looks anew.
+//! It backs up, forgets what the laser saw, turns, and looks again.
 
 use std::f64::consts::TAU;
 
@@ -19,35 +19,35 @@ const TURN_RAD: f64 = 2.2;
 /// For how long at most, seconds.
 const TURN_S: f64 = 8.0;
 
-/// The behaviour that is under way.
+/// The behaviour under way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Recovery {
     /// Drive backwards.
     BackUp {
         /// From here.
         from: Point<Odom>,
-        /// At the latest until then, seconds.
+        /// The latest end, seconds.
         until_s: f64,
     },
     /// Turn on the spot.
     Spin {
-        /// So far yet, radians, counter-clockwise.
+        /// The angle still to turn, radians, counter-clockwise.
         left_rad: f64,
         /// The last heading, radians.
         yaw_rad: f64,
-        /// At the latest until then, seconds.
+        /// The latest end, seconds.
         until_s: f64,
     },
 }
 
-/// What a recovery behaviour wants next.
+/// What a recovery behaviour asks for next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Next {
     /// Drive like this.
     Drive(Twist),
     /// Clear the obstacles that the laser saw, and spin.
     ClearAndSpin(Recovery),
-    /// Go on to the goal.
+    /// Continue to the goal.
     Done,
 }
 
@@ -62,7 +62,7 @@ impl Recovery {
         Self::Spin { left_rad: TAU, yaw_rad: robot.yaw_rad, until_s: now_s + 2.0 * TAU / turn_rate_radps }
     }
 
-    /// Takes a step; `count` says which way to turn.
+    /// Takes a step; `count` decides which way to turn.
     pub fn step(&mut self, now_s: f64, robot: &Pose<Odom>, count: u32, turn_rate_radps: f64) -> Next {
         match self {
             Self::BackUp { from, until_s } => {

@@ -1,8 +1,8 @@
 //! Dijkstra's algorithm on a grid of weighted cells with eight neighbours (E. W. Dijkstra, 1959).
 //!
-//! A grid is a slice of weights in rows of `stride` cells. A weight is the cost of a cell's length of way; an infinite
-//! one is impassable. The outermost cells must be impassable: then no neighbour's index leaves the grid. Ties are
-//! broken by index, so equal inputs give equal bits.
+//! A grid is a slice of weights in rows of `stride` cells. A weight is the cost of a way as long as a cell; an infinite one is
+//! impassable. The outermost cells must be impassable, so that no neighbour's index leaves the grid. Ties are broken by index,
+//! so equal inputs give equal bits.
 
 use super::buckets::Buckets;
 
@@ -20,22 +20,21 @@ impl Frontier {
         Self { cost: vec![f32::INFINITY; cells], length: vec![0.0; cells], buckets: Buckets::new(cells) }
     }
 
-    /// The cost of every cell: infinite where no way was found yet.
+    /// The cost of every cell: infinite if no way was found yet.
     pub fn costs(&self) -> &[f32] {
         &self.cost
     }
 
-    /// The length of the cheapest way to every cell that has a finite cost; of the shortest, where
-    /// several are the cheapest.
+    /// The length of the cheapest way to every cell that has a finite cost; if several are the cheapest, of the shortest.
     pub fn lengths(&self) -> &[f32] {
         &self.length
     }
 
-    /// Lowers the cell's cost to `cost` where that is less, by a way of this length.
+    /// Lowers the cell's cost to `cost` if that is less, by a way of this length.
     #[inline(always)]
     fn lower(&mut self, cell: usize, cost: f32, length: f32) {
         let before = self.cost[cell];
-        // As long a way, or an impassable one: most are.
+        // An equally long way, or an impassable one: most are.
         if cost > before || cost == f32::INFINITY {
             return;
         }
@@ -50,17 +49,17 @@ impl Frontier {
 /// A grid of weights and the length of a cell's side.
 #[derive(Debug, Clone, Copy)]
 pub struct Weights<'a> {
-    /// Row by row; infinite on the border and where nobody can pass.
+    /// Row by row; infinite on the border and in impassable cells.
     pub weight: &'a [f32],
-    /// Cells a row.
+    /// Cells per row.
     pub stride: usize,
     /// Length of a cell's side, in the unit of way.
     pub cell_length: f32,
 }
 
 impl Weights<'_> {
-    /// The cost of the step from `cell` to each neighbour, the four straight ones first. A diagonal step brushes the two cells
-    /// beside it, so it costs the mean of all four: it never slips between two walls.
+    /// The cost of the step from `cell` to each neighbour, the four straight ones first. A diagonal step touches the two
+    /// adjacent cells, so it costs the mean of all four and never slips between two walls.
     fn edges(&self, cell: usize) -> [(usize, f32); 8] {
         let (w, s) = (self.weight, self.stride);
         let (half, quarter) = (self.cell_length / 2.0, self.cell_length * std::f32::consts::SQRT_2 / 4.0);
@@ -79,8 +78,8 @@ impl Weights<'_> {
         ]
     }
 
-    /// Finds the cost of the cheapest way from `seed` to every cell. The search may end with all cells as near as
-    /// `stop`, or with those up to the cost `limit`. The seed must not lie on the border.
+    /// Finds the cost of the cheapest way from `seed` to every cell. The search may end once all cells as near as `stop`, or
+    /// those up to the cost `limit`, are settled. The seed must not lie on the border.
     pub fn flood(&self, frontier: &mut Frontier, seed: usize, stop: Option<usize>, limit: f32) {
         let [least, most] = self.steps();
         frontier.cost.fill(f32::INFINITY);
@@ -117,9 +116,9 @@ impl Weights<'_> {
         frontier.lower(south + 1, cost + quarter * (own + se + s + e), diagonal);
     }
 
-    /// The costs of the cheapest and of the costliest step that there can be.
+    /// The costs of the cheapest and of the costliest possible step.
     fn steps(&self) -> [f32; 2] {
-        // Weights are not negative: their bits are in their order.
+        // Weights are not negative, so their bits have the same order.
         const IMPASSABLE: u32 = f32::INFINITY.to_bits();
         let bits = |w: &f32| w.to_bits();
         let least = self.weight.iter().map(bits).fold(IMPASSABLE, u32::min);
@@ -129,8 +128,7 @@ impl Weights<'_> {
         [least * self.cell_length, most * self.cell_length * std::f32::consts::SQRT_2]
     }
 
-    /// The next cell on the cheapest way from `cell` back to the seed; `None` at the seed and where
-    /// no way was found.
+    /// The next cell on the cheapest way from `cell` back to the seed; `None` at the seed, and if no way was found.
     pub fn downhill(&self, frontier: &Frontier, cell: usize) -> Option<usize> {
         let costs = &frontier.cost;
         let mut best = (cell, f32::INFINITY);
@@ -143,9 +141,9 @@ impl Weights<'_> {
     }
 }
 
-/// The distance of every cell to the nearest cell of `solid`, from middle to middle, at most `cap`. It takes two
-/// passes of the chamfer (0.955, 1.369) (G. Borgefors, 1986), which errs by 4.5 % at most. Cells on the border keep
-/// what `solid` says of them.
+/// The distance of every cell to the nearest cell of `solid`, from middle to middle, at most `cap`, by two passes of the
+/// chamfer (0.955, 1.369) (G. Borgefors, 1986), whose error is at most 4.5 %. Cells on the border keep what `solid` says about
+/// them.
 pub fn chamfer(solid: impl Fn(usize) -> bool, stride: usize, cell_length: f32, cap: f32, out: &mut [f32]) {
     for (cell, distance) in out.iter_mut().enumerate() {
         *distance = if solid(cell) { 0.0 } else { cap };
@@ -176,10 +174,10 @@ pub fn chamfer(solid: impl Fn(usize) -> bool, stride: usize, cell_length: f32, c
     }
 }
 
-/// Cells of a row that are looked at together.
+/// Cells of a row that are processed together.
 const TOGETHER: usize = 8;
 
-/// Passes the distances of a row on to the row beside it.
+/// Passes the distances of a row on to the adjacent row.
 fn pass_row(from: &[f32], to: &mut [f32], side: f32, corner: f32) {
     let inner = to.len() - 2;
     for (to, from) in to[1..=inner].iter_mut().zip(from.windows(3)) {
@@ -188,12 +186,12 @@ fn pass_row(from: &[f32], to: &mut [f32], side: f32, corner: f32) {
     }
 }
 
-/// Whether any cell has a lesser distance by the one beside it.
+/// Whether any cell has a lesser distance through its neighbour.
 fn is_passed(beside: &[f32], cells: &[f32], side: f32) -> bool {
     beside.iter().zip(cells).fold(false, |any, (beside, cell)| any | (beside + side < *cell))
 }
 
-/// The lesser of two numbers. (That of the library asks for NaN, too.)
+/// The lesser of two numbers. (The library's function checks for NaN, too.)
 #[inline(always)]
 fn lesser(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }

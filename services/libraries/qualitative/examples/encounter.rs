@@ -1,11 +1,11 @@
-//! Two people pass each other in a corridor: QTC_C and QTC_BC, sample by sample, and what distances they were at.
+//! Two people pass each other in a corridor: QTC_C and QTC_BC, sample by sample, and the distances between them.
 //!
 //! `cargo run -p sketchnav-qualitative --example encounter`
 
 use sketchnav_qualitative::argd::{Bound, Scale};
 use sketchnav_qualitative::{Calculus, Error, Options, Point, Quantisation, Stream, qtc, series};
 
-/// One walks east, and around the other, who walks west.
+/// One person walks east and around the other, who walks west.
 fn scene(time_s: f64) -> Result<[Point; 2], Error> {
     let x = -4.0 + 1.2 * time_s;
     let sidestep = 0.6 * (-x * x).exp();

@@ -1,10 +1,10 @@
 //! What calculi have in common: base relations, sets of them, conceptual neighbourhood, converse, composition.
 //!
 //! The base relations of a calculus are jointly exhaustive and pairwise disjoint: exactly one holds. Neighbourhood
-//! follows from continuity (Freksa 1991) by the theory of dominance (Galton 2001). A relation that is an equation,
-//! such as "touches" or "0", holds at the instant that ends or begins a time of another. So each calculus says only
-//! which relation may hold at the end of which: [`Relation::limits_to`]. Composition is weak composition: the set of
-//! all relations that some three objects show.
+//! follows from continuity (Freksa 1991) by the theory of dominance (Galton 2001). A relation that is an equation, such as
+//! "touches" or "0", holds at the instant that ends or begins a period of another. Each calculus therefore says only which
+//! relation may hold at the end of which: [`Relation::limits_to`]. Composition is weak composition: the set of all relations
+//! that some three objects show.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -18,18 +18,18 @@ const WORDS: usize = MAX_RELATIONS / 64;
 
 /// A base relation of a calculus.
 pub trait Relation: Copy + Eq + fmt::Debug + fmt::Display + FromStr<Err = Error> + 'static {
-    /// The identifier of the calculus, QSRlib's where it has one.
+    /// The identifier of the calculus; QSRlib's if it has one.
     const CALCULUS: &'static str;
     /// How many base relations there are; at most [`MAX_RELATIONS`].
     const COUNT: usize;
 
-    /// Its place among the base relations, from 0.
+    /// Its index among the base relations, from 0.
     fn index(self) -> usize;
 
-    /// The relation at a place; `None` from [`Self::COUNT`] on.
+    /// The relation at an index; `None` from [`Self::COUNT`] on.
     fn from_index(index: usize) -> Option<Self>;
 
-    /// Whether `instant` may hold at the instant that ends a time in which `self` held.
+    /// Whether `instant` may hold at the instant that ends a period in which `self` held.
     ///
     /// Time may run backwards, so the same pairs say what may hold after an instant. No relation limits to itself here.
     fn limits_to(self, instant: Self) -> bool;
@@ -51,7 +51,7 @@ pub trait Relation: Copy + Eq + fmt::Debug + fmt::Display + FromStr<Err = Error>
     }
 
     /// What must have held between two observations that are not neighbours: the one relation that is a neighbour of
-    /// both. `None` where nothing is missing and where several could have held.
+    /// both. `None` if nothing is missing, or if several could have held.
     fn between(self, next: Self) -> Option<Self> {
         if self == next || self.is_neighbour(next) {
             return None;
@@ -63,17 +63,17 @@ pub trait Relation: Copy + Eq + fmt::Debug + fmt::Display + FromStr<Err = Error>
 
 /// Base relations whose converse is a base relation.
 pub trait Converse: Relation {
-    /// The relation of b to a, where `self` is that of a to b.
+    /// The relation of b to a, `self` being that of a to b.
     fn converse(self) -> Self;
 }
 
 /// Base relations whose composition is known.
 pub trait Compose: Relation {
-    /// Every relation that a may have to c, where `self` is that of a to b and `next` that of b to c.
+    /// Every relation that a may have to c, `self` being that of a to b and `next` that of b to c.
     fn compose(self, next: Self) -> RelationSet<Self>;
 }
 
-/// A set of base relations: what is known where it is not known which of them holds.
+/// A set of base relations, for when it is not known which of them holds.
 pub struct RelationSet<R> {
     words: [u64; WORDS],
     relation: PhantomData<R>,
@@ -98,13 +98,13 @@ impl<R: Relation> RelationSet<R> {
         self.words[relation.index() / 64] >> (relation.index() % 64) & 1 == 1
     }
 
-    /// What is in either.
+    /// The relations in either.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self { words: std::array::from_fn(|i| self.words[i] | other.words[i]), ..self }
     }
 
-    /// What is in both.
+    /// The relations in both.
     #[must_use]
     pub fn intersection(self, other: Self) -> Self {
         Self { words: std::array::from_fn(|i| self.words[i] & other.words[i]), ..self }

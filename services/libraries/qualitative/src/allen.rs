@@ -9,7 +9,7 @@ use crate::algebra::{Compose, Converse, Relation, RelationSet, words};
 use crate::geometry::Interval;
 
 words! {
-    /// How an interval lies to another.
+    /// The relation of one interval to another.
     Allen, "allen", limits = Allen::reaches, {
         /// Before: a ends before b begins.
         Before = "<",
@@ -42,15 +42,14 @@ words! {
 
 const COUNT: usize = 13;
 
-/// How ends compare. The order is begin and begin, end and end, the end of a and the begin of b, the begin of a and
-/// the end of b.
+/// How ends compare: begin and begin, end and end, the end of a and the begin of b, the begin of a and the end of b.
 type Ends = [Ordering; 4];
 
 impl Allen {
     /// The relation of two intervals, ends that differ by no more than `tolerance` being equal.
     ///
-    /// A tolerance above the length of an interval leaves no difference between its ends. Intervals that touch so are
-    /// said to be equal, or else to meet.
+    /// A tolerance greater than the length of an interval leaves no difference between its ends. Intervals that touch in this
+    /// way are reported as equal, or otherwise as meeting.
     pub fn of(a: Interval, b: Interval, tolerance: f64) -> Self {
         let compare = |a: f64, b: f64| {
             let difference = a - b;
@@ -127,7 +126,7 @@ impl Converse for Allen {
     }
 }
 
-/// For each two relations a bit for each relation of their composition.
+/// For each pair of relations, a bit for each relation of their composition.
 static COMPOSITION: [[u16; COUNT]; COUNT] = composition();
 
 const fn compare(a: usize, b: usize) -> Ordering {

@@ -3,11 +3,11 @@
 //!
 //! A scale of n thresholds has n labels. Two readings are in use, and they give different labels:
 //!
-//! - [`Bound::Upper`], QSRlib: a threshold is the greatest distance of its label, and included in it. What is beyond
-//!   the last threshold has the last label too.
-//! - [`Bound::Lower`], Patil 2019, 3.1.2: a threshold is the least distance of its label. What is below the first
-//!   threshold has the first label too. With Near 3.0 m, Medium 3.5 m, Far 4.0 m a distance of 3.7 m is Medium; by the
-//!   other reading it is Far.
+//! - [`Bound::Upper`], QSRlib: a threshold is the greatest distance of its label, inclusive. Anything beyond the last threshold
+//!   has the last label too.
+//! - [`Bound::Lower`], Patil 2019, 3.1.2: a threshold is the least distance of its label. Anything below the first threshold
+//!   has the first label too. With Near 3.0 m, Medium 3.5 m and Far 4.0 m, a distance of 3.7 m is Medium; by the other reading
+//!   it is Far.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -23,7 +23,7 @@ use crate::geometry::{MAX_COORDINATE, Point};
 /// How many thresholds a scale may have at most.
 pub const MAX_THRESHOLDS: usize = 64;
 
-/// Which end of a label's distances its threshold is.
+/// Which end of a label's range of distances its threshold is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Bound {
     /// The greatest distance: QSRlib.
@@ -40,12 +40,12 @@ pub struct Scale {
     bound: Bound,
 }
 
-/// A qualitative distance: the place of its label on the scale, from 0, the nearest first. It is symmetric.
+/// A qualitative distance: the index of its label on the scale, from 0, the nearest first. It is symmetric.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Rank(u8);
 
 impl Rank {
-    /// Its place on the scale, from 0.
+    /// Its index on the scale, from 0.
     pub const fn place(self) -> usize {
         self.0 as usize
     }
@@ -55,8 +55,8 @@ impl Scale {
     /// A scale of labels with their thresholds, in any order.
     ///
     /// # Errors
-    /// [`Error::Thresholds`] where there is none or more than [`MAX_THRESHOLDS`]; [`Error::Threshold`] where one is not
-    /// finite, not above 0 or there twice.
+    /// [`Error::Thresholds`] if there is none or more than [`MAX_THRESHOLDS`]; [`Error::Threshold`] if one is not
+    /// finite, not above 0 or given twice.
     pub fn new<L: Into<String>>(
         labels: impl IntoIterator<Item = (L, f64)>,
         bound: Bound,
@@ -82,7 +82,7 @@ impl Scale {
         self.labels.len()
     }
 
-    /// Never: a scale has a label.
+    /// Always false: a scale has at least one label.
     pub fn is_empty(&self) -> bool {
         self.labels.is_empty()
     }
@@ -99,7 +99,7 @@ impl Scale {
         Rank(rank as u8)
     }
 
-    /// The rank's label; `None` where the scale ends before it.
+    /// The rank's label; `None` if it is beyond the scale.
     pub fn label(&self, rank: Rank) -> Option<&str> {
         self.labels.get(rank.place()).map(String::as_str)
     }
@@ -107,7 +107,7 @@ impl Scale {
     /// The rank of a label.
     ///
     /// # Errors
-    /// [`Error::UnknownRelation`] where the scale has no such label.
+    /// [`Error::UnknownRelation`] if the scale has no such label.
     pub fn parse(&self, label: &str) -> Result<Rank, Error> {
         let place = self.labels.iter().position(|own| own == label);
         place.map(|place| Rank(place as u8)).ok_or_else(|| Error::UnknownRelation {
@@ -127,18 +127,18 @@ impl Scale {
         [below.map_or(0.0, |i| self.thresholds[i]), above.map_or(f64::INFINITY, |i| self.thresholds[i])]
     }
 
-    /// Every distance that a and c may have, where a and b have `first` and b and c have `next`. By the inequality of
-    /// the triangle it is from |d₁ − d₂| to d₁ + d₂. It depends on the thresholds.
+    /// Every distance that a and c may have, if a and b have `first` and b and c have `next`: by the triangle inequality, from
+    /// |d₁ − d₂| to d₁ + d₂. It depends on the thresholds.
     pub fn compose(&self, first: Rank, next: Rank) -> RangeInclusive<Rank> {
         let ([a_low, a_high], [b_low, b_high]) = (self.distances(first), self.distances(next));
         let low = (a_low - b_high).max(b_low - a_high).max(0.0);
-        // The supremum of a sum is not reached where a label excludes its greatest distance.
+        // The supremum of a sum is not reached if a label excludes its greatest distance.
         let high = a_high + b_high;
         let highest = match self.bound {
             Bound::Upper => self.rank(high),
             Bound::Lower => self.rank(high.next_down()),
         };
-        // The infimum of a difference is not reached where a label excludes its least distance (upper bounds), or its
+        // The infimum of a difference is not reached if a label excludes its least distance (upper bounds), or its
         // greatest (lower bounds), unless it is 0.
         let lowest = match self.bound {
             Bound::Upper if low > 0.0 => self.rank(low.next_up()),

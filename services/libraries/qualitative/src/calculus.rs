@@ -1,4 +1,4 @@
-//! A calculus with its parameters: what makes a relation of a scene.
+//! A calculus with its parameters, which derives a relation from a scene.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,10 +15,10 @@ pub trait Calculus {
     type Scene: Copy;
     /// The base relations.
     type Relation: Relation;
-    /// Whether a relation is of the motion between two times; else it is of one time, and `before` is not looked at.
+    /// Whether a relation describes the motion between two times; otherwise it describes one time, and `before` is ignored.
     const OF_MOTION: bool;
 
-    /// The relation; `None` where it takes two scenes and there is one.
+    /// The relation; `None` if it takes two scenes and there is only one.
     fn relate(&self, before: Before<'_, Self::Scene>, now: &Self::Scene) -> Option<Self::Relation>;
 }
 
@@ -37,19 +37,19 @@ impl Quantisation {
     /// Any motion counts.
     pub const NONE: Self = Self(Unchecked::Distance(0.0));
 
-    /// Motion counts that goes farther than this, however long it takes. QSRlib's `quantisation_factor`.
+    /// Motion counts if it goes farther than this, however long it takes. QSRlib's `quantisation_factor`.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not a finite number from 0.
+    /// [`Error::Parameter`] if it is not a finite number from 0.
     pub fn distance(distance: f64) -> Result<Self, Error> {
         Ok(Self(Unchecked::Distance(not_negative("quantisation distance", distance)?)))
     }
 
-    /// Motion counts that is faster than this, in length units a second. Where samples are irregular, or of two
-    /// rates, the relations do not depend on the rate.
+    /// Motion counts if it is faster than this, in length units per second. The relations then do not depend on the sampling
+    /// rate, even if it is irregular or changes.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not a finite number from 0.
+    /// [`Error::Parameter`] if it is not a finite number from 0.
     pub fn speed(per_s: f64) -> Result<Self, Error> {
         Ok(Self(Unchecked::Speed(not_negative("quantisation speed", per_s)?)))
     }

@@ -1,7 +1,7 @@
 //! Cardinal directions between points (Frank 1991): eight cones of 45°, or the same place. QSRlib's `cardir`.
 //!
-//! North is the second axis, east the first. The cones of the axes (n, e, s, w) are open and those between them
-//! closed. So converse and mirror image hold at the borders too. QSRlib's are half open.
+//! North is the second axis, east the first. The cones of the axes (n, e, s, w) are open and those between them closed, so that
+//! converse and mirror image hold at the borders too. QSRlib's are half open.
 
 use std::f64::consts::SQRT_2;
 
@@ -59,7 +59,7 @@ impl Direction {
         }
     }
 
-    /// The direction between the centres of two rectangles, as QSRlib's.
+    /// The direction between the centres of two rectangles, as in QSRlib.
     pub fn of_centres(a: Rect, b: Rect) -> Self {
         Self::of(a.centre(), b.centre())
     }

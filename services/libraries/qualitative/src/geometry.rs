@@ -1,6 +1,6 @@
-//! Points, oriented points and rectangles, checked once: what a calculus is given is finite and has an extent.
+//! Points, oriented points and rectangles, checked once, so that a calculus is given only finite values with an extent.
 //!
-//! Lengths are in one unit of the caller's, the same in all arguments; x and y are right-handed.
+//! Lengths are in one unit of the caller's choice, the same in all arguments; x and y are right-handed.
 
 use std::ops::Sub;
 
@@ -29,7 +29,7 @@ impl Point {
     /// A point.
     ///
     /// # Errors
-    /// [`Error::Coordinate`] where a coordinate is not finite or beyond [`MAX_COORDINATE`].
+    /// [`Error::Coordinate`] if a coordinate is not finite or beyond [`MAX_COORDINATE`].
     pub fn new(x: f64, y: f64) -> Result<Self, Error> {
         Ok(Self { x: coordinate("x", x)?, y: coordinate("y", y)? })
     }
@@ -87,7 +87,7 @@ impl Vector {
         self.x * other.x + self.y * other.y
     }
 
-    /// The third component of the vector product: above 0 where `other` points to the left of `self`.
+    /// The third component of the vector product: above 0 if `other` points to the left of `self`.
     pub fn cross(self, other: Self) -> f64 {
         self.x * other.y - self.y * other.x
     }
@@ -109,12 +109,12 @@ impl Oriented {
     /// An oriented point; headings are counter-clockwise from the first axis.
     ///
     /// # Errors
-    /// [`Error::Coordinate`] where the heading is not finite.
+    /// [`Error::Coordinate`] if the heading is not finite.
     pub fn new(position: Point, heading_rad: f64) -> Result<Self, Error> {
         Ok(Self { position, heading_rad: coordinate("heading_rad", heading_rad)? })
     }
 
-    /// The later of two positions, with the heading of the motion; `None` where nothing moved.
+    /// The later of two positions, with the heading of the motion; `None` if nothing moved.
     pub fn from_motion(before: Point, now: Point) -> Option<Self> {
         let moved = now - before;
         (moved.length() > 0.0).then(|| Self { position: now, heading_rad: moved.y.atan2(moved.x) })
@@ -195,7 +195,7 @@ impl Rect {
     /// The rectangle between two opposite corners.
     ///
     /// # Errors
-    /// [`Error::Coordinate`], and [`Error::Extent`] where `high` is not above `low` in both coordinates.
+    /// [`Error::Coordinate`], and [`Error::Extent`] if `high` is not above `low` in both coordinates.
     pub fn new(low: [f64; 2], high: [f64; 2]) -> Result<Self, Error> {
         let [x, y] =
             [Interval::named("width", low[0], high[0])?, Interval::named("height", low[1], high[1])?];

@@ -1,5 +1,5 @@
-//! The histogram of forces between two polygons (Matsakis and Wendling 1999). It says how much of one is in each
-//! direction of the other; near parts count more.
+//! The histogram of forces between two polygons (Matsakis and Wendling 1999). It says how much of one is in each direction from
+//! the other; near parts count more.
 //!
 //! The force of an argument A on a referent B in direction θ is a sum over all pairs of points p in A and q in B.
 //! Those with p − q in direction θ count, and each attracts by |p − q|^−r:
@@ -13,8 +13,8 @@
 //! - [`Pair`]: two objects, prepared for any exponent and direction.
 //! - [`View`]: a histogram as seen with a heading: degrees of truth, main direction, width, surround relations.
 //!
-//! A force can be infinite ([`Force::Infinite`]). For r ≥ 1 it is where the objects overlap in the direction, for r ≥
-//! 2 where they touch along an edge. For r ≥ 3 it is where they touch at a point.
+//! A force can be infinite ([`Force::Infinite`]): for r ≥ 1 if the objects overlap in the direction, for r ≥ 2 if they touch
+//! along an edge, and for r ≥ 3 if they touch at a point.
 
 use std::ops::Add;
 

@@ -24,7 +24,7 @@ impl Motion {
 /// [`Motion`] of one point.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Motions {
-    /// From where on a motion counts.
+    /// How far a motion must go to count.
     pub quantisation: Quantisation,
 }
 

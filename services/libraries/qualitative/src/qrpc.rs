@@ -1,18 +1,18 @@
 //! The qualitative rectilinear projection calculus (QRPC; Glez-Cabrera, Álvarez-Bravo and Díaz 2013, as Patil 2019,
-//! 2.2.2, gives it). It says how the straight projections of two oriented points i and j lie to each other.
+//! 2.2.2, gives it). It describes the relation between the straight projections of two oriented points i and j.
 //!
 //! - [`Disposition`]: the projections are parallel or one line, in the same direction or opposite, or they cross at C.
 //! - `side`: i is left of the projection of j, **−**; on it, **0**; right of it, **+**.
 //! - `i_ahead`, `j_ahead`: C is in front of i (of j), **+**; where it is, **0**; behind it, **−**.
-//! - `ahead`: i is in front of j, **+**, abreast, **0**, or behind, **−**, when both lie on one line. Where the
-//!   projections cross, that of i is first turned about C, such that the two face each other. So the sign is that of
-//!   the sum of the distances of i and j to C.
+//! - `ahead`: i is in front of j, **+**, abreast, **0**, or behind, **−**, when both lie on one line. If the projections cross,
+//!   that of i is first turned about C so that the two face each other; the sign is then that of the sum of the distances of i
+//!   and j to C.
 //!
-//! Patil 2019 says that without a crossing C counts as (+,+) or (−,−), and does not say when. Here it is (−,−) where the
-//! two point away from each other, and else (+,+).
+//! Patil 2019 says that without a crossing C counts as (+,+) or (−,−), but not when. Here it is (−,−) if the two point away
+//! from each other, and (+,+) otherwise.
 //!
-//! Of the combinations of these signs, 41 exist. The side of j to i is not always known from the relation of i to j; so
-//! the converse is a set: [`Qrpc::converses`].
+//! Of the combinations of these signs, 41 exist. The side of j relative to i does not always follow from the relation of i to
+//! j, so the converse is a set: [`Qrpc::converses`].
 
 use std::fmt;
 use std::str::FromStr;
@@ -66,7 +66,7 @@ impl Projections {
     /// `distance` count as on a line or at one place.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where either is not a finite number from 0.
+    /// [`Error::Parameter`] if either is not a finite number from 0.
     pub fn new(angle_rad: f64, distance: f64) -> Result<Self, Error> {
         Ok(Self {
             angle_rad: not_negative("angle_rad", angle_rad)?,
@@ -84,7 +84,7 @@ impl Default for Projections {
 
 use Sign::{Minus, Plus, Zero};
 
-/// The sign of a sum, where it follows from the signs.
+/// The sign of a sum, if it follows from the signs of the terms.
 const fn sum(a: Sign, b: Sign) -> Option<Sign> {
     match (a, b) {
         (Zero, other) | (other, Zero) => Some(other),
@@ -141,7 +141,7 @@ impl Qrpc {
         Self { disposition, side, i_ahead: crossing, j_ahead: crossing, ahead }
     }
 
-    /// A relation by its parts; `None` where no two oriented points have it.
+    /// A relation by its parts; `None` if no two oriented points have it.
     pub fn new(
         disposition: Disposition,
         side: Sign,
@@ -166,7 +166,7 @@ impl Qrpc {
         self.disposition
     }
 
-    /// On which side of the projection of j i is.
+    /// The side of the projection of j on which i is.
     pub const fn side(self) -> Sign {
         self.side
     }
@@ -193,7 +193,7 @@ impl Qrpc {
             Disposition::Crossed if self.i_ahead == Zero => {
                 [with(self.j_ahead, self.ahead), with(self.j_ahead.inverted(), self.ahead)]
             }
-            // i is left of j where j comes from the right and C is ahead of i.
+            // i is left of j if j comes from the right and C is ahead of i.
             Disposition::Crossed => {
                 let turn = product(self.side, self.i_ahead).inverted();
                 [with(product(self.j_ahead, turn), self.ahead), None]
@@ -208,7 +208,7 @@ impl Qrpc {
         Self { side: self.side.inverted(), ..self }
     }
 
-    /// Whether i may be in front of j, by `ahead`, where both come to lie in one line, in the same direction.
+    /// Whether i may be in front of j, by `ahead`, when both come to lie on one line in the same direction.
     fn comes_in_line(self, ahead: Sign) -> bool {
         let apart = sum(self.j_ahead, self.i_ahead.inverted());
         apart.is_none_or(|apart| reaches(apart, ahead))

@@ -1,18 +1,18 @@
-//! What QSRlib (Gatsoulis et al. 2016; strands_qsr_lib 0.4.1) says, relation for relation: to compare with it, or to
-//! replace it.
+//! The results of QSRlib (Gatsoulis et al. 2016; strands_qsr_lib 0.4.1), relation for relation, for comparing with it or
+//! replacing it.
 //!
-//! Where it differs from this crate's own calculi:
+//! It differs from this crate's own calculi as follows:
 //!
-//! - **QTC**: where both points coincide, all signs are 0. Times are counted from 1, unless nothing is collapsed and
-//!   nothing validated. QTC_BC inserts what [`crate::qtc::QtcBc`] shows not to suffice where the distance passes the
-//!   threshold. Every object must be seen at all times.
+//! - **QTC**: if both points coincide, all signs are 0. Times are counted from 1, unless nothing is collapsed and nothing
+//!   validated. When the distance passes the threshold, QTC_BC inserts a relation that [`crate::qtc::QtcBc`] shows to be
+//!   insufficient. Every object must be seen at all times.
 //! - **RCC**: gaps up to twice the quantisation connect. With a quantisation above 0, regions that touch or are less
 //!   than that apart count as overlapping.
 //! - **RCC4**: equal regions are `pp` both ways.
 //! - **Directions**: the cones are half open, clockwise.
-//! - **TPCC**: a border of 45° belongs to the next sector counter-clockwise. It takes the direction of sight for east
-//!   where origin and relatum coincide. Within 0.26° of a right angle positions are straight, but only within 0.0006°
-//!   of the line of sight. It fails on some points straight ahead; that is not copied: `sb` is right.
+//! - **TPCC**: a border of 45° belongs to the next sector counter-clockwise. If origin and relatum coincide, it takes east for
+//!   the direction of sight. Within 0.26° of a right angle positions are straight, but only within 0.0006° of the line of
+//!   sight. It fails on some points straight ahead, which is not reproduced: `sb` is right.
 //!
 //! `argprobd` is left out: it draws random numbers.
 
@@ -94,7 +94,7 @@ pub struct Parameters {
     pub distance_threshold: f64,
     /// `qsr_relations_and_values`, of distances.
     pub scale: Option<Scale>,
-    /// `qsrs_for`: the objects to relate, in the order of the relation. All permutations where there is none.
+    /// `qsrs_for`: the objects to relate, in the order of the relation. All permutations if `None`.
     pub qsrs_for: Option<Vec<Vec<String>>>,
 }
 
@@ -140,9 +140,9 @@ pub struct World {
 /// The time of an answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum At {
-    /// The time of the sample; of motion, of the later one.
+    /// The time of the sample; for motion, of the later one.
     Time(f64),
-    /// The place in the series, from 1: QTC that was collapsed or validated.
+    /// The position in the series, from 1, for QTC that was collapsed or validated.
     Place(usize),
 }
 
@@ -169,7 +169,7 @@ impl fmt::Display for At {
 /// Every relation of a world, in the order of the objects and then of time.
 ///
 /// # Errors
-/// [`Error::Object`] where `qsrs_for` names no object, or too few or too many; [`Error::Thresholds`] where distances
+/// [`Error::Object`] if `qsrs_for` names no object, or too few or too many; [`Error::Thresholds`] if distances
 /// have no scale.
 pub fn request(which: Which, world: &World, parameters: &Parameters) -> Result<Vec<Answer>, Error> {
     let mut answers = Vec::new();
@@ -186,7 +186,7 @@ pub fn request(which: Which, world: &World, parameters: &Parameters) -> Result<V
     Ok(answers)
 }
 
-/// The places of the objects to relate.
+/// The indices of the objects to relate.
 fn tuples(which: Which, world: &World, parameters: &Parameters) -> Result<Vec<Vec<usize>>, Error> {
     let Some(asked) = &parameters.qsrs_for else {
         return Ok(permutations(world.names.len(), which.arity()));
@@ -200,7 +200,7 @@ fn tuples(which: Which, world: &World, parameters: &Parameters) -> Result<Vec<Ve
     asked.iter().map(tuple).collect()
 }
 
-/// All choices of so many of the first `count` numbers, in all orders.
+/// All choices of `arity` of the first `count` numbers, in all orders.
 fn permutations(count: usize, arity: usize) -> Vec<Vec<usize>> {
     if arity == 0 {
         return vec![Vec::new()];
@@ -268,7 +268,7 @@ fn relations(
     })
 }
 
-/// The series of QTC of two points: made, then collapsed, then validated. QTC_B is given as [`QtcBc::Far`], QTC_C as
+/// The series of QTC of two points: made, then collapsed, then validated. QTC_B is returned as [`QtcBc::Far`], QTC_C as
 /// [`QtcBc::Near`].
 pub fn qtc(which: Which, points: &[[Point; 2]], parameters: &Parameters) -> Vec<QtcBc> {
     let steps = points.windows(2).map(|step| {
@@ -288,13 +288,13 @@ pub fn qtc(which: Which, points: &[[Point; 2]], parameters: &Parameters) -> Vec<
     if parameters.validate { validated(&states) } else { states }
 }
 
-/// QSRlib's QTC_C: by the distance from the double cross, that of coincident points being 0.
+/// QSRlib's QTC_C: by the distance from the double cross, which is 0 for coincident points.
 fn qtc_c(k: [Point; 2], l: [Point; 2], quantisation: f64) -> QtcC {
     let is_cross = k[0] != l[0];
     if is_cross { QtcC::of(k, l, quantisation) } else { QtcC::from_signs([qtc::Sign::Zero; 4]) }
 }
 
-/// With the states that QSRlib inserts.
+/// The series with the states that QSRlib inserts.
 fn validated(states: &[QtcBc]) -> Vec<QtcBc> {
     let mut found = Vec::with_capacity(states.len());
     for (i, state) in states.iter().enumerate() {
@@ -304,8 +304,8 @@ fn validated(states: &[QtcBc]) -> Vec<QtcBc> {
     found
 }
 
-/// Where the distance passes the threshold, QSRlib looks at the first two signs, and gives the inserted state the form
-/// of the later one.
+/// When the distance passes the threshold, QSRlib looks at the first two signs and gives the inserted state the form of the
+/// later one.
 fn inserted(before: QtcBc, now: QtcBc) -> Option<QtcBc> {
     match (before, now) {
         (QtcBc::Near(before), QtcBc::Near(now)) => {
@@ -342,7 +342,7 @@ pub fn rcc8(a: Box2, b: Box2, q: f64) -> Rcc8 {
         (_, true, _) => return Rcc8::Ntppi,
         _ => {}
     }
-    // The low side of one and the high side of another, that are between q and 2 q apart.
+    // The low side of one and the high side of the other are between q and 2 q apart.
     let touches = |low: f64, high: f64| low - q <= high + q && low - q >= high;
     let is_touching = touches(cx, bx) || touches(ax, dx) || touches(cy, by) || touches(ay, dy);
     if is_touching { Rcc8::Ec } else { Rcc8::Po }

@@ -1,28 +1,28 @@
-//! The qualitative trajectory calculus (QTC; Van de Weghe 2004; Delafontaine, Cohn and Van de Weghe 2011). It says how
-//! two points k and l move to each other. QSRlib's `qtcbs`, `qtccs`, `qtcbcs`.
+//! The qualitative trajectory calculus (QTC; Van de Weghe 2004; Delafontaine, Cohn and Van de Weghe 2011). It describes how two
+//! points k and l move relative to each other. QSRlib's `qtcbs`, `qtccs`, `qtcbcs`.
 //!
 //! Between a time t − 1 and a time t, with d = l(t−1) − k(t−1):
 //!
 //! - the first sign: k moves towards l, **−**; away from it, **+**; neither, **0**. It is −sgn((k(t) − k(t−1))·d).
 //!   The reference is where l was at t − 1.
-//! - the second sign: the same of l to k.
+//! - the second sign: the same for l towards k.
 //! - the third sign, in QTC_C: k moves to the left of the directed line from k to l, **−**; to the right, **+**.
-//! - the fourth sign: l, of the line from l to k.
+//! - the fourth sign: the same for l and the line from l to k.
 //!
 //! Motion across a sign's line that is no longer than the quantisation is 0. QTC_B has the first two signs, QTC_C all
-//! four (after Zimmermann and Freksa's double cross). QTC_BC has the four where the points are near at t, and else the
-//! first two (Dondrup et al. 2015). These are the simplified calculi: they leave the relative speed out.
+//! four (after Zimmermann and Freksa's double cross). QTC_BC has all four if the points are near at t, and otherwise the first
+//! two (Dondrup et al. 2015). These are the simplified calculi, which leave out the relative speed.
 //!
-//! Patil 2019, 2.2.1, has the signs as here. In the rules of 3.1.3 they are inverted, because there the robot is at
-//! rest in its own frame and the markers move.
+//! Patil 2019, 2.2.1, defines the signs as here. In the rules of 3.1.3 they are inverted, because there the robot is at rest in
+//! its own frame and the markers move.
 //!
-//! Where both points coincide at t − 1 there is no line: a point that moves, moves away, and to no side.
+//! If both points coincide at t − 1 there is no line: a point that moves is moving away, and to neither side.
 //!
 //! # Neighbourhood
-//! − and + are not neighbours: motion passes 0. The sign 0 may hold for an instant, the others not. So no sign leaves 0
-//! at the instant at which another reaches it. QTC_B has 9 relations and 16 pairs of neighbours, QTC_C 81 and 544.
-//! For QTC_BC the same is said of the distance: it is near at the instant at which it reaches the threshold.
-//! That gives 225 pairs that join QTC_B and QTC_C.
+//! − and + are not neighbours, because motion passes through 0. The sign 0 may hold for an instant, but the others may not, so
+//! no sign leaves 0 at the instant at which another reaches it. QTC_B has 9 relations and 16 pairs of neighbours, QTC_C has
+//! 81 relations and 544 pairs. In QTC_BC the same applies to the distance: it is near at the instant at which it reaches the
+//! threshold. That gives 225 pairs that connect QTC_B and QTC_C.
 
 use std::fmt;
 use std::str::FromStr;
@@ -111,7 +111,7 @@ pub struct QtcC {
     pub l_side: Sign,
 }
 
-/// A relation of QTC_BC: of QTC_B where the points are far, of QTC_C where they are near.
+/// A relation of QTC_BC: of QTC_B if the points are far, of QTC_C if they are near.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum QtcBc {
     /// The points are far from each other.
@@ -177,7 +177,7 @@ impl QtcB {
         Self { k, l }
     }
 
-    /// The relation with all signs inverted: what it is in the frame of the other (Patil 2019, 3.1.3).
+    /// The relation with all signs inverted, as in the frame of the other (Patil 2019, 3.1.3).
     #[must_use]
     pub const fn inverted(self) -> Self {
         Self { k: self.k.inverted(), l: self.l.inverted() }
@@ -208,12 +208,12 @@ fn reaches<const N: usize>(from: [Sign; N], instant: [Sign; N]) -> bool {
     from.iter().zip(instant).all(|(from, at)| at == *from || at == Sign::Zero)
 }
 
-/// Where signs pass on their way: what differs is 0.
+/// The signs passed through on the way: those that differ are 0.
 fn meeting<const N: usize>(from: [Sign; N], to: [Sign; N]) -> [Sign; N] {
     std::array::from_fn(|i| if from[i] == to[i] { from[i] } else { Sign::Zero })
 }
 
-/// What QSRlib inserts between two relations: `None` where they are equal or neighbours.
+/// What QSRlib inserts between two relations: `None` if they are equal or neighbours.
 pub(crate) fn inserted<const N: usize>(from: [Sign; N], to: [Sign; N]) -> Option<[Sign; N]> {
     let is_neighbour = reaches(from, to) || reaches(to, from);
     (!is_neighbour).then(|| meeting(from, to))
@@ -268,8 +268,8 @@ macro_rules! signed {
                 self != instant && reaches(self.signs(), instant.signs())
             }
 
-            /// Signs that jump over 0, and signs that leave 0 where another reaches it, are 0 in between (as QSRlib
-            /// has it). Where neither of two signs jumps, both could also differ from 0 in between.
+            /// Signs that jump over 0, and signs that leave 0 as another reaches it, are 0 in between (as in QSRlib). If
+            /// neither of two signs jumps, both could also differ from 0 in between.
             fn between(self, next: Self) -> Option<Self> {
                 inserted(self.signs(), next.signs()).map(Self::from_signs)
             }
@@ -341,8 +341,8 @@ impl Relation for QtcBc {
         }
     }
 
-    /// As in QTC_B and QTC_C. Where the distance passes the threshold, the relation in between is one of QTC_C, for
-    /// the instant belongs to it.
+    /// As in QTC_B and QTC_C. When the distance passes the threshold, the relation in between is one of QTC_C, because the
+    /// instant belongs to it.
     fn between(self, next: Self) -> Option<Self> {
         if self.is_neighbour(next) {
             return None;
@@ -380,33 +380,33 @@ impl FromStr for QtcBc {
 /// [`QtcB`] of two points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Basic {
-    /// From where on a motion counts.
+    /// How far a motion must go to count.
     pub quantisation: Quantisation,
 }
 
 /// [`QtcC`] of two points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DoubleCross {
-    /// From where on a motion counts.
+    /// How far a motion must go to count.
     pub quantisation: Quantisation,
 }
 
 /// [`QtcBc`] of two points.
 #[derive(Debug, Clone, Copy)]
 pub struct Switching {
-    /// From where on a motion counts.
+    /// How far a motion must go to count.
     pub quantisation: Quantisation,
     near: f64,
 }
 
-/// The distance up to which QSRlib's QTC_BC has the sides: the end of the personal space of Hall 1966, in metres.
+/// The distance up to which QSRlib's QTC_BC has the side signs: the limit of the personal space of Hall 1966, in metres.
 pub const PERSONAL_SPACE_M: f64 = 1.22;
 
 impl Switching {
-    /// With sides up to a distance at the later of the two times.
+    /// The calculus with side signs up to a distance at the later of the two times.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not a finite number from 0.
+    /// [`Error::Parameter`] if it is not a finite number from 0.
     pub fn new(quantisation: Quantisation, near: f64) -> Result<Self, Error> {
         Ok(Self { quantisation, near: not_negative("distance of QTC_BC", near)? })
     }

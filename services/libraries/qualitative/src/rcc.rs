@@ -1,8 +1,8 @@
 //! The region connection calculus (Randell, Cui and Cohn 1992): RCC8, and the coarser RCC5, RCC4, RCC3 and RCC2.
 //!
 //! The regions are rectangles here; the calculus is not bound to them. RCC8 follows from the rectangle algebra, the
-//! others from RCC8. RCC4 and RCC3 are QSRlib's; RCC4 is no algebra, because its `pp` has equal regions too: what the
-//! converse of `pp` is, depends. RCC3's `o` are all regions of which one is part of the other.
+//! others from RCC8. RCC4 and RCC3 are QSRlib's; RCC4 is not an algebra: its `pp` includes equal regions, so the converse of
+//! `pp` is not a single relation. RCC3's `o` covers all regions of which one is part of the other.
 
 use crate::algebra::{Compose, Converse, Relation, RelationSet, words};
 use crate::allen::Allen;
@@ -12,7 +12,7 @@ use crate::geometry::{Rect, not_negative};
 use crate::rectangle::Rectangular;
 
 words! {
-    /// How a region is connected with another.
+    /// How one region is connected with another.
     Rcc8, "rcc8", limits = Rcc8::reaches, {
         /// Disconnected.
         Dc = "dc",
@@ -36,7 +36,7 @@ words! {
 words! {
     /// RCC8 without borders.
     Rcc5, "rcc5", limits = coarse_limits, {
-        /// Discrete: nothing is shared but borders.
+        /// Discrete: only borders are shared.
         Dr = "dr",
         /// Partially overlapping.
         Po = "po",
@@ -86,8 +86,8 @@ words! {
 }
 
 impl Rcc8 {
-    /// The relation of two rectangles, sides that differ by no more than `tolerance` being in line. Rectangles with a
-    /// gap or an overlap of no more than that touch.
+    /// The relation of two rectangles. Sides that differ by no more than `tolerance` count as in line; rectangles with a gap or
+    /// an overlap of no more than that touch.
     pub fn of(a: Rect, b: Rect, tolerance: f64) -> Self {
         Rectangular::of(a, b, tolerance).into()
     }
@@ -197,7 +197,7 @@ impl Converse for Rcc5 {
 }
 
 impl Rcc4 {
-    /// What b may be to a, where `self` is the relation of a to b.
+    /// Which relations b may have to a, `self` being the relation of a to b.
     pub fn converses(self) -> RelationSet<Self> {
         refined(self).map(|fine| fine.converse().into()).collect()
     }
@@ -254,7 +254,7 @@ macro_rules! coarse {
 }
 coarse!(Rcc5 Rcc4 Rcc3 Rcc2);
 
-/// [`Rcc8`], or what is coarser, of two rectangles.
+/// [`Rcc8`], or a coarser relation, of two rectangles.
 #[derive(Debug, Clone, Copy)]
 pub struct Regions<R = Rcc8> {
     tolerance: f64,
@@ -262,10 +262,10 @@ pub struct Regions<R = Rcc8> {
 }
 
 impl<R> Regions<R> {
-    /// With sides in line that differ by no more than `tolerance`.
+    /// The calculus in which sides that differ by no more than `tolerance` are in line.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not a finite number from 0.
+    /// [`Error::Parameter`] if it is not a finite number from 0.
     pub fn new(tolerance: f64) -> Result<Self, Error> {
         Ok(Self { tolerance: not_negative("tolerance", tolerance)?, relation: std::marker::PhantomData })
     }

@@ -11,7 +11,7 @@ use crate::calculus::{Before, Calculus};
 use crate::error::Error;
 use crate::geometry::{Rect, not_negative};
 
-/// How a rectangle lies to another: 169 relations.
+/// The relation of one rectangle to another: 169 relations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Rectangular {
     /// The relation of the projections on the first axis.
@@ -21,12 +21,12 @@ pub struct Rectangular {
 }
 
 impl Rectangular {
-    /// The relation of two rectangles, sides that differ by no more than `tolerance` being in line.
+    /// The relation of two rectangles; sides that differ by no more than `tolerance` count as in line.
     pub fn of(a: Rect, b: Rect, tolerance: f64) -> Self {
         Self { x: Allen::of(a.x(), b.x(), tolerance), y: Allen::of(a.y(), b.y(), tolerance) }
     }
 
-    /// The relation in the image that turns the first axis round.
+    /// The relation in the mirror image that reverses the first axis.
     #[must_use]
     pub fn mirrored(self) -> Self {
         Self { x: self.x.mirrored(), ..self }
@@ -87,10 +87,10 @@ pub struct Rectangles {
 }
 
 impl Rectangles {
-    /// With sides in line that differ by no more than `tolerance`.
+    /// The calculus in which sides that differ by no more than `tolerance` are in line.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not a finite number from 0.
+    /// [`Error::Parameter`] if it is not a finite number from 0.
     pub fn new(tolerance: f64) -> Result<Self, Error> {
         Ok(Self { tolerance: not_negative("tolerance", tolerance)? })
     }

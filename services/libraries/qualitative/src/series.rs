@@ -1,14 +1,14 @@
-//! Series of relations: from samples in time to what held, from when to when.
+//! Series of relations: from samples in time to what held over which period.
 //!
-//! A [`Stream`] takes a sample at a time and keeps nothing but the last; it allocates nothing. [`series`] does it for a
-//! whole recording.
+//! A [`Stream`] takes one sample at a time and keeps only the last; it allocates nothing. [`series`] does the same for a whole
+//! recording.
 //!
 //! **Times.** A relation of one time (RCC, directions) has the time of its sample as [`Timed::from_s`] and
-//! [`Timed::to_s`]. A relation of motion (QTC, moving or stationary) is of two samples. `from_s` is the time of the
-//! first, to whose poses "towards" and "left" refer. `to_s` is that of the second.
+//! [`Timed::to_s`]. A relation of motion (QTC, moving or stationary) has two samples: `from_s` is the time of the first, to
+//! whose poses "towards" and "left" refer, and `to_s` that of the second.
 //!
-//! **Gaps.** A sample may have no scene, because an object was not seen. What was seen before and after is not
-//! compared: no motion, no insertion, no neighbourhood. A pause longer than [`Options::max_gap_s`] is a gap too.
+//! **Gaps.** A sample may have no scene, because an object was not seen. What was seen before a gap is not compared with what
+//! was seen after it: no motion, no insertion, no neighbourhood. A pause longer than [`Options::max_gap_s`] is a gap too.
 
 use serde::{Deserialize, Serialize};
 
@@ -19,12 +19,12 @@ use crate::error::Error;
 /// What is done with a series.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Options {
-    /// Whether equal relations, one after the other, are one.
+    /// Whether consecutive equal relations are merged.
     pub collapse: bool,
-    /// Whether what continuous motion must have passed between two observations is inserted
+    /// Whether relations that continuous motion must have passed through between two observations are inserted
     /// ([`Relation::between`]).
     pub validate: bool,
-    /// The longest pause between two samples that belong together, in seconds; any, where there is none.
+    /// The longest pause between two samples that belong together, in seconds; `None` for any.
     pub max_gap_s: Option<f64>,
 }
 
@@ -39,7 +39,7 @@ impl Default for Options {
 pub enum Change {
     /// Nothing was seen just before: the beginning, or the end of a gap.
     First,
-    /// The same relation goes on.
+    /// The same relation continues.
     Same,
     /// A conceptual neighbour of the relation before.
     Neighbour,
@@ -62,7 +62,7 @@ pub struct Timed<R> {
     pub change: Change,
 }
 
-/// What a sample adds to a series: nothing, a relation, or an inserted relation and one more.
+/// What a sample adds to a series: nothing, a relation, or an inserted relation and another one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step<R> {
     inserted: Option<Timed<R>>,
@@ -72,7 +72,7 @@ pub struct Step<R> {
 impl<R> Step<R> {
     const NOTHING: Self = Self { inserted: None, observed: None };
 
-    /// The relation that was observed; `None` where it goes on and equal relations are one.
+    /// The relation that was observed; `None` if it continues and equal relations are merged.
     pub fn observed(self) -> Option<Timed<R>> {
         self.observed
     }
@@ -109,7 +109,7 @@ impl<S, R> Default for State<S, R> {
     }
 }
 
-/// Makes relations of samples, one at a time.
+/// Derives relations from samples, one at a time.
 #[derive(Debug, Clone)]
 pub struct Stream<C: Calculus> {
     calculus: C,
@@ -123,12 +123,12 @@ impl<C: Calculus> Stream<C> {
         Self::resumed(calculus, options, State::default())
     }
 
-    /// A stream that goes on where another was.
+    /// A stream that continues from the state of another.
     pub fn resumed(calculus: C, options: Options, state: State<C::Scene, C::Relation>) -> Self {
         Self { calculus, options, state }
     }
 
-    /// Where it is.
+    /// Its state.
     pub fn state(&self) -> State<C::Scene, C::Relation> {
         self.state
     }
@@ -138,16 +138,16 @@ impl<C: Calculus> Stream<C> {
         &self.calculus
     }
 
-    /// What holds since when, by the last sample; `None` in a gap.
+    /// What holds according to the last sample, and since when; `None` in a gap.
     pub fn current(&self) -> Option<Timed<C::Relation>> {
         let ((relation, from_s), to_s) = (self.state.last?, self.state.time_s?);
         Some(Timed { relation, from_s, to_s, change: Change::Same })
     }
 
-    /// Takes a sample in: the scene at a time, `None` where not all of its objects were seen.
+    /// Takes a sample: the scene at a time, `None` if not all of its objects were seen.
     ///
     /// # Errors
-    /// [`Error::Time`] where the time is not a number later than the sample's before; the stream is as it was then.
+    /// [`Error::Time`] if the time is not a number later than that of the sample before; the stream is then unchanged.
     pub fn push(&mut self, time_s: f64, scene: Option<C::Scene>) -> Result<Step<C::Relation>, Error> {
         let after_s = self.state.time_s.unwrap_or(f64::NEG_INFINITY);
         if !(time_s > after_s && time_s < f64::INFINITY) {
@@ -192,11 +192,11 @@ impl<C: Calculus> Stream<C> {
     }
 }
 
-/// The series of relations of a recording. Where equal relations are one, [`Timed::to_s`] is the time of the last
-/// sample that shows the relation.
+/// The series of relations of a recording. If equal relations are merged, [`Timed::to_s`] is the time of the last sample that
+/// shows the relation.
 ///
 /// # Errors
-/// [`Error::Time`] where a sample is not later than the one before.
+/// [`Error::Time`] if a sample is not later than the one before.
 pub fn series<C: Calculus>(
     calculus: C,
     options: Options,
@@ -216,9 +216,9 @@ pub fn series<C: Calculus>(
     Ok(found)
 }
 
-/// Joins the tracks of two objects to scenes: at each time that either has, both or nothing.
+/// Joins the tracks of two objects into scenes: at each time in either track, both objects or nothing.
 ///
-/// The times of a track rise; times are the same where they are equal.
+/// The times of a track must increase; only equal times count as the same.
 pub fn joined<'a, O: Copy>(
     first: &'a [(f64, O)],
     second: &'a [(f64, O)],
@@ -235,7 +235,7 @@ pub fn joined<'a, O: Copy>(
         let b = b.filter(|(at_s, _)| *at_s <= time_s);
         i += usize::from(a.is_some());
         j += usize::from(b.is_some());
-        // A time that is no number belongs to neither: it is passed on, and rejected by the stream.
+        // A time that is not a number belongs to neither; it is passed on, and rejected by the stream.
         if a.is_none() && b.is_none() {
             (i, j) = (i + 1, j + 1);
         }

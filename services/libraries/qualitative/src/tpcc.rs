@@ -1,13 +1,13 @@
-//! The ternary point configuration calculus (TPCC; Moratz, Nebel and Freksa 2003). It says where a referent is, seen
-//! by somebody at the origin who looks at the relatum. QSRlib's `tpcc`.
+//! The ternary point configuration calculus (TPCC; Moratz, Nebel and Freksa 2003). It says where a referent is, as seen by an
+//! observer at the origin who looks at the relatum. QSRlib's `tpcc`.
 //!
 //! Straight on is "back": behind the relatum. The word of a relation begins with c (close: no farther from the relatum
-//! than the origin is) or d (distant). Then comes the sector, of 45°, or s for a straight or right-angled position. So
-//! `clb` is close, left of straight back, and `cbl` is farther to the left. The same place as the relatum is `sam`;
-//! where origin and relatum coincide, there is no direction: `dou`, and `tri` where all three do.
+//! than the origin is) or d (distant). Then comes the sector, of 45°, or s for a straight or right-angled position. For
+//! example, `clb` is close, left of straight back, and `cbl` is farther to the left. The same place as the relatum is `sam`. If
+//! origin and relatum coincide there is no direction: this is `dou`, or `tri` if all three coincide.
 //!
-//! A border of 45° belongs to the sector at the line of sight, so that the mirror image holds. In place of a converse a
-//! ternary relation has permutations of its arguments ([`Permutation`]), whose results are sets.
+//! A border of 45° belongs to the sector at the line of sight, so that the mirror image holds. In place of a converse a ternary
+//! relation has permutations of its arguments ([`Permutation`]), whose results are sets.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -101,7 +101,7 @@ impl Tpcc {
         Self::ALL[around + if distance > base * (1.0 + border) { AROUND } else { 0 }]
     }
 
-    /// The place among the sectors and lines, of a direction with these parts; a part up to `straight` counts as none.
+    /// The index among the sectors and lines of a direction with these components; a component up to `straight` counts as 0.
     fn around(ahead: f64, left: f64, straight: f64, border: f64) -> usize {
         let is_back = ahead > 0.0;
         let on_left = if left.abs() <= straight && left.abs() <= ahead.abs() {
@@ -121,8 +121,8 @@ impl Tpcc {
 
     /// Every relation that the same three points may have in another order.
     ///
-    /// It is found by looking. The borders of all relations, in the plane of the referent, are lines and circles. On
-    /// each piece of the plane between them the relations are the same. This takes some microseconds and allocates.
+    /// It is found by trying. In the plane of the referent, the borders of all relations are lines and circles, and on each
+    /// piece of the plane between them the relations are the same. This takes some microseconds and allocates.
     pub fn permuted(self, permutation: Permutation) -> RelationSet<Self> {
         let [origin, relatum] = ORIGIN_AND_RELATUM.map(known);
         match self {
@@ -140,7 +140,7 @@ impl Tpcc {
         }
     }
 
-    /// The place around the relatum and whether it is distant; `None` for coincident points.
+    /// The index around the relatum, and whether it is distant; `None` for coincident points.
     fn polar(self) -> Option<(usize, bool)> {
         let index = self.index();
         (index < 2 * AROUND).then_some((index % AROUND, index >= AROUND))
@@ -157,7 +157,7 @@ impl Tpcc {
                 _ => true,
             };
         };
-        // What is at no greater distance is closed, and so are lines, and sectors at their border of 45°.
+        // "Close" includes equal distance; lines are closed, and so are sectors at their border of 45°.
         let is_line = |at: usize| at.is_multiple_of(3);
         let is_beside = matches!((to + AROUND - at) % AROUND, 1 | 11);
         let has_border = matches!((at, to), (2, 1) | (4, 5) | (8, 7) | (10, 11));
@@ -189,7 +189,7 @@ pub enum Permutation {
 }
 
 impl Permutation {
-    /// The three in the other order.
+    /// The three in this order.
     pub fn apply<T>(self, [a, b, c]: [T; 3]) -> [T; 3] {
         match self {
             Self::Inverse => [b, a, c],
@@ -262,8 +262,8 @@ impl Curve {
     }
 }
 
-/// The borders. On one the referent is straight or at 45° to either of the others, or they are to each other seen from
-/// it. On another two of the distances are equal.
+/// The borders. On some, the referent is straight or at 45° to either of the others, or they are so to each other, seen from
+/// it. On others, two of the distances are equal.
 fn borders() -> Vec<Curve> {
     let [a, b] = ORIGIN_AND_RELATUM;
     let turns = (0..4).map(|i| f64::from(i) * FRAC_PI_2 / 2.0).map(|angle| [angle.cos(), angle.sin()]);
@@ -275,7 +275,7 @@ fn borders() -> Vec<Curve> {
     curves
 }
 
-/// A point of each piece of the plane: of each crossing, of each stretch of a border, and of what is on its sides.
+/// A point of each piece of the plane: each crossing, each stretch of a border, and either side of it.
 fn pieces() -> Vec<Point> {
     const ASIDE: f64 = 1e-4;
     let curves = borders();
@@ -313,13 +313,13 @@ pub struct Configurations {
 }
 
 impl Configurations {
-    /// The tolerance of the default: points that are in line except for rounding are.
+    /// The default tolerance: points that are in line except for rounding count as in line.
     pub const TOLERANCE_RAD: f64 = 1e-9;
 
-    /// With positions straight that are within `tolerance_rad` of it.
+    /// The calculus in which positions within `tolerance_rad` of straight count as straight.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where it is not from 0 to below π/4.
+    /// [`Error::Parameter`] if it is not from 0 to below π/4.
     pub fn new(tolerance_rad: f64) -> Result<Self, Error> {
         if (0.0..FRAC_PI_2 / 2.0).contains(&tolerance_rad) {
             Ok(Self { tolerance_rad })

@@ -1,4 +1,4 @@
-//! QSRlib's own expected results, of strands_qsr_lib 0.4.1: `qsrlib` gives them all.
+//! QSRlib's own expected results, from strands_qsr_lib 0.4.1: `qsrlib` reproduces all of them.
 //!
 //! The data is not part of the project: without `data/qsr` these tests do nothing, and say so.
 
@@ -58,7 +58,7 @@ fn only(which: Which, numbers: &[usize]) -> Option<Vec<Vec<String>>> {
     Some(vec![numbers.iter().take(which.arity()).map(|number| format!("o{number}")).collect()])
 }
 
-/// What the name of a file says of the parameters: see the testers of QSRlib.
+/// The parameters that the name of a file implies: see QSRlib's testers.
 fn parameters(which: Which, case: &str) -> Parameters {
     let defaults = Parameters { scale: scale(), ..Parameters::default() };
     let first = if which == Which::Mos { only(which, &[1]) } else { only(which, &[1, 2]) };
@@ -126,7 +126,7 @@ fn every_expected_file_of_one_calculus_is_met() {
     assert!(count >= 79, "{count} files");
 }
 
-/// What one line of a file of several calculi says, `argprobd` left out: the time and the objects, and the relations.
+/// The content of a line in a file of several calculi, without `argprobd`: the time and the objects, and the relations.
 fn combined(line: &str) -> (String, BTreeSet<String>) {
     let (key, list) = line.split_once(",[").unwrap();
     let words = list.trim_end_matches(']').split(", ").map(|word| word.trim_matches('\'').to_owned());

@@ -20,13 +20,13 @@ fn force(a: &Polygon, b: &Polygon, r: f64, angle_rad: f64) -> Force {
     Pair::new(a, b).force(r, angle_rad, &mut Workspace::default()).unwrap()
 }
 
-/// The sum over all directions, by so many.
+/// The sum over all directions, sampled at this many.
 fn total(a: &Polygon, b: &Polygon, r: f64, directions: usize) -> f64 {
     let forces = Pair::new(a, b).histogram(r, directions).unwrap();
     forces.iter().map(|force| force.finite().unwrap()).sum::<f64>() / directions as f64 * TAU
 }
 
-/// Two unit squares, one unit apart: F_0, F_1, F_2 by degrees. Computed in two other ways before this was written.
+/// Two unit squares, one unit apart: F_0, F_1, F_2 by degrees. Computed in two other ways before this test was written.
 const PUBLISHED: [(f64, [f64; 3]); 4] = [
     (0.0, [1.0, 0.523_248_144, 0.287_682_072]),
     (10.0, [0.657_332_395, 0.346_921_163, 0.192_450_449]),
@@ -73,7 +73,7 @@ fn sections_on_one_line_have_the_closed_forms() {
         ];
         for (r, expected) in expected.into_iter().enumerate() {
             let found = force(&a, &b, r as f64, 0.0).finite().unwrap() / 0.7;
-            // The closed form for r = 1 itself loses digits where the gap is large.
+            // The closed form for r = 1 itself loses digits if the gap is large.
             let tolerance = if r == 1 && y > 100.0 { 1e-7 } else { 1e-9 };
             assert!(
                 (found / expected - 1.0).abs() < tolerance,
@@ -273,13 +273,13 @@ fn it_is_true_of_one_direction_and_of_no_opposite() {
     let forces = Pair::new(&a, &b).histogram(0.0, 180).unwrap();
     let degree = |degrees: f64| degree_of_truth(&forces, degrees.to_radians()).unwrap();
     assert!((degree(0.0) - 1.0).abs() < 1e-12 && degree(180.0) == 0.0);
-    // Half, and what the threshold counts as straight.
+    // Half, plus what the threshold counts as straight.
     assert!((degree(45.0) - 0.5).abs() < 0.1 && (degree(-45.0) - degree(45.0)).abs() < 1e-12);
     for degrees in 0..9 {
         let degrees = f64::from(degrees) * 10.0;
         assert!(degree(degrees) > degree(degrees + 10.0), "{degrees}");
     }
-    // All around: it is in every direction, and hardly.
+    // All around: it is in every direction, but to a low degree.
     let ring = Polygon::from_rings(
         [square([-3.0, -3.0], 7.0).corners(), square([-2.0, -2.0], 5.0).corners()].map(<[Point]>::to_vec),
     )
@@ -317,8 +317,8 @@ fn is_near(a: Force, b: Force) -> bool {
     }
 }
 
-/// A ring that crosses itself where a corner is on an edge was taken for a simple one. Its chords were signed sums,
-/// and F_0 was 0.25 in place of 0.62. Found by `chords_and_sections_agree` in 20,000 cases.
+/// A ring that crosses itself where a corner is on an edge was taken for a simple one. Its chords were signed sums, and F_0 was
+/// 0.25 instead of 0.62. Found by `chords_and_sections_agree` in 20,000 cases.
 #[test]
 fn a_ring_that_crosses_itself_at_a_corner_is_not_simple() {
     let a = polygon(&[[5.2, 3.9], [5.2, 4.9], [6.2, 3.9]]);
@@ -345,7 +345,8 @@ proptest! {
         }
     }
 
-    /// Constant forces of objects that a line parts are those of chords; other exponents, however small, those of sections.
+    /// Constant forces of objects that a line separates are those of chords; forces of other exponents, however small, those of
+    /// sections.
     #[test]
     fn chords_and_sections_agree(a in shape(), b in shape(), angle in 0.0..TAU, distance in 6.5..30.0) {
         let a = moved(&a, 0.0, 1.0, [distance * 0.8, distance * 0.6]);

@@ -23,7 +23,7 @@ fn point(i: u32, salt: u32) -> Point {
     Point::try_from(walk(i, salt)).unwrap()
 }
 
-/// Every option that makes work: insertions, jumps, gaps.
+/// With every option that adds work: insertions, jumps, gaps.
 fn allocates_nothing<C: Calculus>(calculus: C, scene: impl Fn(u32) -> C::Scene) {
     let mut stream = Stream::new(calculus, Options { max_gap_s: Some(3.0), ..Options::default() });
     let mut found = 0;

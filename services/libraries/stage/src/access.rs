@@ -1,4 +1,4 @@
-//! What a stage may read and write: what the table of channels says of its process.
+//! What a stage may read and write, according to the table of channels.
 
 use sketchnav_schemas::channels::{self, ChannelSpec, NAVIGATORS, Role};
 use sketchnav_schemas::codes::Process;
@@ -10,7 +10,7 @@ pub struct Access {
     kind: String,
 }
 
-/// A stage uses a channel that it can never have a message of.
+/// A stage uses a channel from which it can never get a message.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Denied {
     /// A channel that its process does not read.
@@ -54,7 +54,7 @@ pub enum Denied {
 }
 
 impl Access {
-    /// That of `process` in a run of this kind of navigator.
+    /// The access of `process` in a run of this kind of navigator.
     pub fn new(process: Process, kind: &str) -> Self {
         Self { process, kind: kind.to_owned() }
     }
@@ -73,7 +73,7 @@ impl Access {
         self.to_read(spec)?;
         match spec.role {
             Role::Instruction | Role::Request => Ok(()),
-            // Whoever looks on takes no steps, and hears everything.
+            // Observers take no steps, and hear everything.
             _ if !NAVIGATORS.contains(&self.process) => Ok(()),
             role => Err(Denied::Hear { channel: spec.name, role }),
         }
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use crate::{Heard, InProcess, Instant};
 
-    /// A planner of this kind asks for the newest message of a channel, where none has come yet.
+    /// A planner of this kind asks for the newest message of a channel before any has come.
     fn newest<T: Message>(kind: &str, channel: channels::Channel<T>) -> Result<bool, String> {
         let (access, inputs) =
             (Access::new(Process::Planner, kind), InProcess::of_reader(Process::Planner, kind));
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(newest(KIND, PLACE), Ok(false));
     }
 
-    /// The navigator waited for ever.
+    /// The navigator once waited for ever.
     #[test]
     fn a_channel_that_the_table_does_not_grant_is_an_error() {
         assert_eq!(

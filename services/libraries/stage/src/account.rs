@@ -1,37 +1,37 @@
-//! What is to be said of a run when it is over, as the navigator itself says it.
+//! What a navigator itself reports about a run when it is over.
 //!
-//! An [`Account`] hears the recorded messages of a run and gives a [`Summary`]: figures by name, which `judge` prints and a
-//! report lists, and charts over time for the report. It is as pure as a stage, and knows what was recorded and no more.
+//! An [`Account`] hears the recorded messages of a run and gives a [`Summary`]: named figures, which `judge` prints and a
+//! report lists, and charts over time for the report. It is as pure as a stage, and knows only what was recorded.
 
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::time::seconds;
 
 use crate::{Denied, Heard};
 
-/// What a navigator says of a run.
+/// What a navigator reports about a run.
 ///
 /// It hears the channels of its kind, and `status`, in the order of the recording.
 pub trait Account {
-    /// Takes in a message. Those of channels that do not matter are to be ignored.
+    /// Receives a message. Messages of irrelevant channels are to be ignored.
     ///
     /// # Errors
     /// [`Denied`] for a channel of another kind of navigator.
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied>;
 
-    /// Says what it has gathered.
+    /// Reports what it has gathered.
     fn tell(&self, summary: &mut Summary);
 }
 
-/// What an account comes to.
+/// The result of an account.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Summary {
-    /// Figures: what each is, and its value with the unit.
+    /// Figures: the name of each, and its value with the unit.
     pub figures: Vec<(String, String)>,
     /// What changed over time.
     pub charts: Vec<Chart>,
 }
 
-/// Curves over time that have a unit in common.
+/// Curves over time with a common unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
     /// What is shown.
@@ -47,7 +47,7 @@ pub struct Chart {
 pub struct Curve {
     /// Its name in the legend.
     pub name: &'static str,
-    /// Seconds since the mission's start, and the value; NaN where there is none.
+    /// Seconds since the mission's start, and the value; NaN if there is none.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -57,7 +57,7 @@ impl Summary {
         self.figures.push((name.into(), value.into()));
     }
 
-    /// Adds a chart; none where no curve has a point.
+    /// Adds a chart; none if no curve has a point.
     pub fn chart(&mut self, title: &'static str, unit: &'static str, curves: impl Into<Vec<Curve>>) {
         let curves = curves.into();
         if curves.iter().any(|curve| !curve.points.is_empty()) {
@@ -67,7 +67,7 @@ impl Summary {
 }
 
 impl Curve {
-    /// A value of each of these messages, at their times.
+    /// The curve of a value of each of these messages, at their times.
     pub fn of<'a, T: 'a>(
         name: &'static str,
         messages: impl IntoIterator<Item = &'a T>,

@@ -1,4 +1,4 @@
-//! What people draw for a navigator on the pad's page, and what it makes of that.
+//! What people draw for a navigator on the pad's page, and what the navigator makes of it.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::mission::Mission;
@@ -10,28 +10,28 @@ use crate::lookout::Walls;
 /// What a navigator makes of drawings.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawn {
-    /// The walls of a drawing as its sketcher understands them; `None` where that refuses it.
+    /// The walls of a drawing as its sketcher understands them; `None` if the sketcher refuses it.
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,
     /// Writes what was drawn into a mission, which is then driven without a page.
     pub keep: fn(&mut Mission, &Kept<'_>) -> Result<(), StageError>,
 }
 
-/// A drawing that is to be kept, with what is marked in it.
+/// A drawing that is to be kept, with the marks in it.
 #[derive(Debug, Clone, Copy)]
 pub struct Kept<'a> {
-    /// The file that it lies in.
+    /// The file that contains it.
     pub drawing: &'a str,
-    /// Width and height of the grid that was made of it.
+    /// Width and height of the grid made from it.
     pub size_px: [u32; 2],
-    /// Pixels of the grid an image pixel.
+    /// Pixels of the grid per image pixel.
     pub scale: f64,
     /// The marks that placed the robot: these or earlier ones.
     pub placing: &'a Marks,
-    /// The marks that hold.
+    /// The marks in force.
     pub marks: &'a Marks,
 }
 
-/// What a person marked beside the walls; image pixels. Alone, as JSON with these keys, it is what the pad sends
+/// What a person marked in addition to the walls; image pixels. By itself, as JSON with these keys, it is what the pad sends
 /// after the drawing.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -39,10 +39,10 @@ pub struct Marks {
     /// Where the robot starts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartMark>,
-    /// Where it shall go.
+    /// Where it is to go.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub goals: Vec<GoalMark>,
-    /// Or how.
+    /// Or the route it is to take.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub route: Option<Vec<[f64; 2]>>,
 }

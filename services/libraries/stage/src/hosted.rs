@@ -1,4 +1,4 @@
-//! What a stage is, and what its hosts see of it.
+//! What a stage is, and how its hosts see it.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -7,26 +7,26 @@ use crate::{Heard, Instant, Outbox, Remains, StageError};
 
 /// A part of a navigator.
 ///
-/// The same messages in the same order must give the same messages, to the bit: a host computes steps anew after a
-/// kill. All that changes is in [`Stage::state`], except for what follows from the instructions that hold: those are
-/// heard again before the state is restored.
+/// The same messages in the same order must give the same messages, to the bit, because a host recomputes steps after a kill.
+/// Everything that changes is in [`Stage::state`], except for what follows from the instructions in force: those are heard
+/// again before the state is restored.
 pub trait Stage {
-    /// Name and version of the form of the state: `sketch planner 5`. A change of the form changes it.
+    /// Name and version of the state's format, for example `sketch planner 5`. Change it whenever the format changes.
     const FORM: &'static str;
     /// The state as it is read back.
     type State: DeserializeOwned;
 
-    /// Takes in a message that belongs to no instant: an instruction that holds from now on, or a request.
+    /// Receives a message that belongs to no instant: an instruction, which is in force from now on, or a request.
     ///
     /// # Errors
-    /// A message that the stage cannot work with ends its process. A request of a person should be answered instead.
+    /// A message that the stage cannot work with; it ends the process. A person's request should be answered instead.
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
         let _ = message;
         Ok(())
     }
 
-    /// Says what there is to say outside of a step: at its start, after each request, and again when it goes on after a
-    /// kill. It must follow from the state, for a message that was sent already is dropped by its number.
+    /// Sends what is to be sent outside a step: at the start, after each request, and again on resuming after a kill. It must
+    /// follow from the state, because a message that was already sent is dropped by its number.
     ///
     /// # Errors
     /// As [`Stage::hear`].
@@ -40,7 +40,7 @@ pub trait Stage {
         true
     }
 
-    /// Takes the step of an instant: reads what belongs to it, sends what follows.
+    /// Takes the step of an instant: reads what belongs to the instant and sends what follows from it.
     ///
     /// # Errors
     /// As [`Stage::hear`].
@@ -49,23 +49,23 @@ pub trait Stage {
         Ok(())
     }
 
-    /// All that changes, written as a [`Stage::State`] is; nothing needs to be copied for it.
+    /// Everything that changes, serialized as a [`Stage::State`] is; nothing needs to be copied for it.
     fn state(&self) -> impl Serialize;
 
-    /// Goes on from a state.
+    /// Resumes from a state.
     ///
     /// # Errors
-    /// A state that does not belong to this run. The host then begins anew, without it: see [`Stage::recover`].
+    /// A state that does not belong to this run. The host then starts over without it: see [`Stage::recover`].
     fn restore(&mut self, state: Self::State) -> Result<(), StageError>;
 
-    /// Begins without a state after a kill, because none can be used: `remains` has the last messages that a
-    /// predecessor sent. Called before anything is heard.
+    /// Starts without a state after a kill, because none can be used; `remains` has the last messages sent before. Called
+    /// before anything is heard.
     fn recover(&mut self, remains: &dyn Remains) {
         let _ = remains;
     }
 }
 
-/// A stage as its hosts hold it. Every [`Stage`] is one.
+/// A stage as its hosts store it. Every [`Stage`] is one.
 pub trait Hosted {
     /// As [`Stage::FORM`].
     fn form(&self) -> &'static str;
@@ -77,15 +77,15 @@ pub trait Hosted {
     fn is_ready(&self) -> bool;
     /// As [`Stage::step`].
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError>;
-    /// Writes the state to the beginning of `room`; how many bytes. Allocates nothing.
+    /// Writes the state to the beginning of `room` and returns its length in bytes. Allocates nothing.
     ///
     /// # Errors
-    /// [`postcard::Error::SerializeBufferFull`] where there is not room enough.
+    /// [`postcard::Error::SerializeBufferFull`] if there is not enough room.
     fn save(&self, room: &mut [u8]) -> Result<usize, postcard::Error>;
-    /// Goes on from a state that [`Hosted::save`] wrote.
+    /// Resumes from a state that [`Hosted::save`] wrote.
     ///
     /// # Errors
-    /// No such state, or as [`Stage::restore`].
+    /// Bytes that are no such state; otherwise as [`Stage::restore`].
     fn load(&mut self, state: &[u8]) -> Result<(), StageError>;
     /// As [`Stage::recover`].
     fn recover(&mut self, remains: &dyn Remains);

@@ -1,4 +1,4 @@
-//! The messages of a process in ordinary memory: what a host without channels keeps of them.
+//! The messages of a process in ordinary memory, as kept by a host without channels.
 
 use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::Process;
@@ -8,12 +8,12 @@ use crate::{Denied, Inputs, Put, Reading, Sink, StageError};
 
 /// Sees every message as it is sent, and does nothing else.
 pub trait Tap {
-    /// A message; `cells` is the slice behind it, empty where its channel has none.
+    /// Called with a message; `cells` is the slice that follows it, empty if its channel has none.
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]);
 }
 
-/// The newest message of each channel that a process writes, made one after the other in the same place. A stage sends
-/// its messages here.
+/// The newest message of each channel that a process writes, made in the same memory each time. A stage sends its messages
+/// here.
 #[derive(Debug, Clone, Default)]
 pub struct InProcess {
     slots: Vec<Slot>,
@@ -28,12 +28,12 @@ struct Slot {
 }
 
 impl InProcess {
-    /// For what `process` writes in a run of this kind of navigator.
+    /// Memory for what `process` writes in a run of this kind of navigator.
     pub fn of_writer(process: Process, kind: &str) -> Self {
         Self::of(channels::written_by(process, kind))
     }
 
-    /// For what `process` reads in a run of this kind of navigator.
+    /// Memory for what `process` reads in a run of this kind of navigator.
     pub fn of_reader(process: Process, kind: &str) -> Self {
         Self::of(channels::read_by(process, kind))
     }
@@ -43,13 +43,12 @@ impl InProcess {
         Self { slots: specs.map(slot).collect() }
     }
 
-    /// The newest message of a channel, where there is one.
+    /// The newest message of a channel, if there is one.
     pub fn get(&self, spec: &ChannelSpec) -> Option<&Owned> {
         self.slots.iter().find(|slot| slot.spec == spec && slot.seq > 0).map(|slot| &slot.newest)
     }
 
-    /// Keeps a message that has its number as the newest of its channel; others than those of this memory are left
-    /// out.
+    /// Keeps a numbered message as the newest of its channel; messages of channels not in this memory are ignored.
     pub fn keep(&mut self, spec: &ChannelSpec, message: Owned) {
         if let Some(slot) = self.slots.iter_mut().find(|slot| slot.spec == spec) {
             slot.seq = erased::header(message.bytes()).seq;
@@ -57,7 +56,7 @@ impl InProcess {
         }
     }
 
-    /// What there is now is of an earlier instant from here on.
+    /// From here on, what is stored belongs to an earlier instant.
     pub fn end_instant(&mut self) {
         self.slots.iter_mut().for_each(|slot| slot.is_fresh = false);
     }

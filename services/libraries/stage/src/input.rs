@@ -1,4 +1,4 @@
-//! What comes to a stage.
+//! What a stage receives.
 
 use sketchnav_schemas::channels::{Channel, ChannelSpec, MISSION, ORDERS};
 use sketchnav_schemas::erased;
@@ -6,20 +6,20 @@ use sketchnav_schemas::message::{Header, Message, MissionCommand};
 
 use crate::access::{Access, Denied};
 
-/// A message with the cells behind it, where it lies.
+/// A message with the cells that follow it, by reference.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading<'a> {
     /// The message.
     pub message: &'a [u8],
-    /// The bytes behind it.
+    /// The bytes that follow it.
     pub cells: &'a [u8],
-    /// Whether it came since the instant before.
+    /// Whether it arrived since the previous instant.
     pub is_fresh: bool,
 }
 
-/// What a host has of an instant.
+/// What a host provides for an instant.
 pub trait Inputs {
-    /// The newest message of a channel that belongs to the instant or to one before it.
+    /// The newest message of a channel, from the instant or an earlier one.
     fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>>;
 }
 
@@ -34,21 +34,21 @@ pub struct Instant<'a> {
 }
 
 impl<'a> Instant<'a> {
-    /// The instant of the tick number `tick`, for the process of `access`.
+    /// The instant of tick number `tick`, for the process of `access`.
     pub fn new(access: &'a Access, tick: u64, stamp_ns: u64, inputs: &'a dyn Inputs) -> Self {
         Self { tick, stamp_ns, access, inputs }
     }
 
-    /// The newest message of a sensor, or the message that the step answers; `None` before the first. A sensor that
-    /// is slower than the heartbeat has one of an earlier instant.
+    /// The newest message of a sensor, or the message that the step answers; `None` before the first. If a sensor is slower
+    /// than the heartbeat, it may be from an earlier instant.
     ///
     /// # Errors
-    /// [`Denied`] for a channel of which no message can ever come.
+    /// [`Denied`] for a channel from which no message can ever come.
     pub fn newest<T: Message>(&self, channel: Channel<T>) -> Result<Option<&'a T>, Denied> {
         Ok(self.reading(channel.spec)?.map(|reading| bytemuck::from_bytes(reading.message)))
     }
 
-    /// The same where it came since the instant before.
+    /// The same, but only if it arrived since the previous instant.
     ///
     /// # Errors
     /// As [`Instant::newest`].
@@ -70,7 +70,7 @@ pub struct Heard<'a> {
     spec: &'static ChannelSpec,
     message: &'a [u8],
     cells: &'a [u8],
-    /// How often this message was heard before, each time with the process dead afterwards.
+    /// How often this message was heard before, with the process dying each time.
     pub attempts: u32,
 }
 
@@ -80,22 +80,22 @@ impl<'a> Heard<'a> {
         Self { access, spec, message, cells, attempts: 0 }
     }
 
-    /// The same, heard so often before.
+    /// The same message, heard this often before.
     #[must_use]
     pub fn again(self, attempts: u32) -> Self {
         Self { attempts, ..self }
     }
 
-    /// The message, where it is one of this channel.
+    /// The message, if it is one of this channel.
     ///
     /// # Errors
-    /// [`Denied`] for a channel of which no message can ever be heard.
+    /// [`Denied`] for a channel from which no message can ever be heard.
     pub fn on<T: Message>(&self, channel: Channel<T>) -> Result<Option<&'a T>, Denied> {
         self.access.to_hear(channel.spec)?;
         Ok((self.spec == channel.spec).then(|| bytemuck::from_bytes(self.message)))
     }
 
-    /// The order that it is, from the supervisor, the command line or the pad.
+    /// The message as an order, if it is one: from the supervisor, the command line or the pad.
     ///
     /// # Errors
     /// [`Denied`] for a process that takes no orders.
@@ -103,7 +103,7 @@ impl<'a> Heard<'a> {
         Ok(self.on(MISSION)?.or(self.on(ORDERS)?))
     }
 
-    /// The bytes behind it.
+    /// The bytes that follow it.
     pub fn cells(&self) -> &'a [u8] {
         self.cells
     }
@@ -114,9 +114,9 @@ impl<'a> Heard<'a> {
     }
 }
 
-/// The last messages that a predecessor sent.
+/// The last messages that the process sent before it was restarted.
 pub trait Remains {
-    /// A copy of the last one of a channel; `None` where there is none, or where its channel has cells.
+    /// A copy of the last one on a channel; `None` if there is none, or if the channel has cells.
     fn last(&self, spec: &ChannelSpec) -> Option<Vec<u64>>;
 }
 

@@ -1,16 +1,16 @@
 //! A stage: one part of a navigator, as a pure function from messages to messages, with its state.
 //!
-//! A navigator has three stages. The *sketcher* takes in what a person gives; the *localizer* says in what situation
-//! the robot is; the *planner* drives. Each is declared once, by [`Stage`], and hosted three times.
-//! `sketchnav-runtime` hosts it as a process over shared memory. `sketchnav-rehearsal` hosts it in one process without
-//! that, and against a recording. Channels, positions, checkpoints, waiting and health are the hosts'.
+//! A navigator has three stages. The *sketcher* reads what a person provides, the *localizer* works out the robot's situation,
+//! and the *planner* drives. Each is declared once, by implementing [`Stage`], and can be hosted in three ways:
+//! `sketchnav-runtime` hosts it as a process over shared memory, and `sketchnav-rehearsal` in one process without shared
+//! memory, or against a recording. Channels, positions, checkpoints, waiting and health are the hosts' work.
 //!
 //! - [`Stage`]: what the author of a navigator writes.
-//! - [`Instant`] has the inputs of a step. [`Heard`] is a message that may come at any time. In [`Outbox`] a stage's
-//!   messages are made, in the memory that they are sent from.
-//! - [`Navigator`]: three stages under the name by which a mission chooses them.
+//! - [`Instant`] has the inputs of a step. [`Heard`] is a message that may come at any time. [`Outbox`] makes a stage's
+//!   messages, in the memory that they are sent from.
+//! - [`Navigator`]: three stages under the name by which a mission selects them.
 //! - [`lookout`]: what a page shows of them while they drive. [`drawn`]: what people draw for them on it. [`doubts`]: warnings
-//!   before the start. [`account`]: what is said of them when the run is over.
+//!   before the start. [`account`]: what they report when the run is over.
 //! - [`Hosted`], [`Access`], [`Inputs`], [`Sink`], [`Remains`]: what a host works with. [`InProcess`] is a host's side in ordinary
 //!   memory.
 //!
@@ -18,7 +18,7 @@
 //!
 //! # A stage, and a step of it
 //!
-//! A planner that drives ahead for a hundred steps. Its host here is ordinary memory, as in a test.
+//! This planner drives ahead for a hundred steps. Its host here is ordinary memory, as in a test.
 //!
 //! ```
 //! use serde::Serialize;
@@ -66,7 +66,7 @@
 //! # Ok::<(), StageError>(())
 //! ```
 //!
-//! `tests/stranger/wall_follower.rs` is a whole navigator, and `docs/write-a-navigator.md` goes through it.
+//! `tests/stranger/wall_follower.rs` is a complete navigator, and `docs/write-a-navigator.md` walks through it.
 
 mod access;
 pub mod account;
@@ -86,5 +86,5 @@ pub use input::{Heard, Inputs, Instant, Reading, Remains};
 pub use navigator::{Files, Make, Navigator, Review, Watch};
 pub use output::{Outbox, Put, Sink};
 
-/// Why a stage cannot go on: a parameter, a drawing, a message that it cannot work with.
+/// Why a stage cannot continue: a parameter, a drawing or a message that it cannot work with.
 pub type StageError = Box<dyn std::error::Error + Send + Sync>;

@@ -1,7 +1,7 @@
-//! What a page shows of a run while it drives, as the navigator itself says it.
+//! What a page shows of a run in progress, as drawn by the navigator itself.
 //!
 //! A [`Lookout`] hears messages and draws a [`Picture`]. It is as pure as a stage: the pad reads the channels, brings the
-//! picture onto its canvas and sends it to the pages. A navigator without a lookout is shown by [`Sensors`] alone.
+//! picture onto its canvas and sends it to the pages. For a navigator without a lookout only [`Sensors`] are shown.
 
 mod around;
 mod shapes;
@@ -15,9 +15,9 @@ pub use shapes::{Color, Shape, Stroke, thinned};
 
 /// What a navigator shows.
 ///
-/// It hears every sensor and the channels of its kind, as far as the table names the pad among the readers.
+/// It hears every sensor and the channels of its kind, provided that the table names the pad among the readers.
 pub trait Lookout {
-    /// Takes in a message. Those of channels that do not matter are to be ignored.
+    /// Receives a message. Messages of irrelevant channels are to be ignored.
     ///
     /// # Errors
     /// [`Denied`] for a channel that the pad does not read.
@@ -28,47 +28,47 @@ pub trait Lookout {
         Sheet::Robot
     }
 
-    /// The walls of the drawing where other ones have come since the last call.
+    /// The walls of the drawing, if new ones have arrived since the last call.
     fn take_walls(&mut self) -> Option<Walls> {
         None
     }
 
-    /// Whether the robot may be sent on its way: whether it knows where it is, where it needs to.
+    /// Whether the robot may be sent on its way: whether it knows where it is, if it needs to.
     fn is_ready(&self) -> bool {
         true
     }
 
-    /// The places among which a person is asked to choose where the robot is, the likeliest first; none where it may be
-    /// anywhere. `None` while nobody is asked.
+    /// The places among which a person is asked to choose where the robot is, the likeliest first; empty if it may be anywhere.
+    /// `None` while nothing is asked.
     fn question(&self) -> Option<Vec<[f64; 2]>> {
         None
     }
 
-    /// Draws what there is to see now.
+    /// Draws the current picture.
     fn draw(&mut self, picture: &mut Picture);
 }
 
-/// What a lookout draws on. All its places and lengths are in the units of its sheet.
+/// What a lookout draws on. All places and lengths are in the units of the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sheet {
-    /// What lies around the robot, in its own axes: metres ahead and to the left.
+    /// The robot's surroundings, in its own axes: metres ahead and to the left.
     Robot,
     /// A drawing of this width and height, pixels: origin lower left, y up. `None` before it is known.
     Drawing(Option<[u32; 2]>),
 }
 
-/// What there is to see at a moment.
+/// What is shown at a moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Picture {
     /// What is drawn, the lowest first.
     pub shapes: Vec<Shape>,
-    /// What is drawn below that, and seldom changes: given once, it stays until the next.
+    /// What is drawn below the shapes and seldom changes: given once, it stays until replaced.
     pub lasting: Option<Vec<Shape>>,
-    /// Guesses of where the robot is. Given once, they move along with it until the next.
+    /// Guesses of where the robot is. Given once, they move along with the robot until replaced.
     pub particles: Option<Vec<[f64; 2]>>,
     /// Where the robot is in the drawing, as far as it knows.
     pub robot: Option<Whereabouts>,
-    /// What it is about, in words.
+    /// Words that describe what is happening.
     pub words: Vec<String>,
 }
 
@@ -79,7 +79,7 @@ impl Picture {
     }
 }
 
-/// Where a robot believes to be in a drawing.
+/// Where a robot believes it is in a drawing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Whereabouts {
     /// Its centre.

@@ -1,4 +1,4 @@
-//! A navigator: the stages that a mission names.
+//! A navigator: the stages that a mission selects.
 
 use sketchnav_schemas::channels::{ChannelSpec, NAVIGATORS};
 use sketchnav_schemas::codes::Process;
@@ -14,7 +14,7 @@ use crate::drawn::Drawn;
 use crate::lookout::Lookout;
 use crate::{Hosted, StageError};
 
-/// Reads the files that a mission names; the path is as the mission has it.
+/// Reads the files that a mission names, by the paths in the mission.
 pub type Files<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + 'a;
 
 /// Makes a stage for a run.
@@ -23,24 +23,24 @@ pub type Make = fn(&RunConfig, &Files<'_>) -> Result<Box<dyn Hosted>, StageError
 /// Makes what a page shows of a run.
 pub type Watch = fn(&RunConfig) -> Box<dyn Lookout>;
 
-/// Makes what is said of a run when it is over.
+/// Makes the account of a run when it is over.
 pub type Review = fn(&RunConfig) -> Box<dyn Account>;
 
-/// Says what is doubted about the files of a run.
+/// Finds what is doubtful about the files of a run.
 pub type Doubt = fn(&RunConfig, &Files<'_>) -> Result<Doubts, StageError>;
 
-/// Finds the drawing in which a robot believes to be somewhere; `None` in a run without.
+/// Finds the drawing in which the robot is localized; `None` in a run without one.
 pub type FindCanvas = fn(&RunConfig, &Files<'_>) -> Result<Option<Canvas>, StageError>;
 
 /// Checks a mission against the markers of its floor.
 pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;
 
-/// Tells the parameters of a mission's stages.
+/// Returns the parameters of a mission's stages.
 pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 
-/// Three stages under the name by which a mission chooses them, and all that others show and say of them.
+/// Three stages under the name by which a mission selects them, and everything that others show and report about them.
 ///
-/// [`Navigator::new`] has the stages; whatever else a navigator has stands before it:
+/// [`Navigator::new`] takes the stages; everything else comes before it:
 ///
 /// ```
 /// # use sketchnav_stage::{Navigator, StageError};
@@ -54,46 +54,45 @@ pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Navigator {
-    /// The word: `[navigator] kind = "sketch"`.
+    /// Its name in a mission: `[navigator] kind = "sketch"`.
     pub kind: &'static str,
-    /// What a person gives it, and what it drives by, in a sentence.
+    /// What a person provides, and what it drives by, in a sentence.
     pub about: &'static str,
-    /// What its `[navigator] method` can be, the default first; none where there is nothing to choose.
+    /// The possible values of `[navigator] method`, the default first; empty if there is no choice.
     pub methods: &'static [&'static str],
-    /// What it demands of mission and robot, before anything starts. The files that a mission names are the loader's:
-    /// see [`Mission::navigator_files_mut`].
+    /// Checks its requirements on mission and robot, before anything starts. The files that a mission names are checked by the
+    /// loader: see [`Mission::navigator_files_mut`].
     pub check: fn(&Mission, &Robot) -> Result<(), StageError>,
-    /// What it demands of the markers of a floor; `None` for a navigator that needs none.
+    /// Checks its requirements on the markers of a floor; `None` for a navigator that needs none.
     pub check_markers: Option<CheckMarkers>,
-    /// Every parameter of its stages as it is in force in a mission, the defaults too.
+    /// Every parameter of its stages as in force in a mission, including defaults.
     pub parameters: InForce,
-    /// The channels that it has beside those of all navigators, see
+    /// The channels that it has in addition to those of all navigators, see
     /// [`channels!`](sketchnav_schemas::declare::channels).
     pub channels: &'static [&'static ChannelSpec],
-    /// What viewers get of its channels: topics of standard messages, see
+    /// What viewers get from its channels: topics with standard messages, see
     /// [`derived!`](sketchnav_schemas::ros2::derived::derived).
     pub derived: &'static [Derived],
-    /// The stages: the sketcher takes in what a person gives, the localizer says in what situation the robot is, the
-    /// planner drives.
+    /// The stages: sketcher, localizer and planner.
     pub stages: [Make; 3],
-    /// What a page shows of it while it drives; `None` where the robot's sensors are enough.
+    /// What a page shows of it while it drives; `None` if the robot's sensors are enough.
     pub lookout: Option<Watch>,
-    /// What it makes of what people draw on that page; `None` for a navigator that they only watch.
+    /// What it makes of what people draw on that page; `None` for a navigator that people can only watch.
     pub drawn: Option<Drawn>,
-    /// Warnings about the mission's files, given before the start; `None` where it has none to give.
+    /// Warnings about the mission's files, given before the start; `None` if it has none to give.
     pub doubts: Option<Doubt>,
-    /// Warnings about its plan, given before the start; `None` where it plans nothing beforehand.
+    /// Warnings about its plan, given before the start; `None` if it plans nothing beforehand.
     pub planned: Option<Planned>,
-    /// The drawing in which the robot believes to be somewhere, for the order `here`; `None` where it has none.
+    /// The drawing in which the robot is localized, for the order `here`; `None` if there is none.
     pub canvas: Option<FindCanvas>,
-    /// Whether an order to resume can name a state of the route, from which the robot goes on.
+    /// Whether an order to resume can name a state of the route from which the robot continues.
     pub resumes_at_states: bool,
-    /// What is said of a run when it is over; `None` where what is said of every run is enough.
+    /// What it reports about a run when it is over; `None` if what is reported about every run is enough.
     pub account: Option<Review>,
 }
 
 impl Navigator {
-    /// These stages, for sketcher, localizer and planner, and nothing beside.
+    /// A navigator with these stages (sketcher, localizer, planner) and nothing else.
     pub const fn new(kind: &'static str, about: &'static str, stages: [Make; 3]) -> Self {
         Self {
             kind,
@@ -118,7 +117,7 @@ impl Navigator {
     /// The stage that `process` hosts; `None` for a process that hosts none.
     ///
     /// # Errors
-    /// What the run's mission or robot lacks for it.
+    /// What the run's mission or robot lacks for this stage.
     pub fn stage(
         &self,
         process: Process,

@@ -10,9 +10,9 @@ use crate::{Denied, StageError};
 pub struct Put<'a> {
     /// Its channel.
     pub spec: &'static ChannelSpec,
-    /// How many bytes are behind it.
+    /// How many bytes follow it.
     pub cells: usize,
-    /// Whether it is the last message of the channel once more, with its number: see [`Outbox::repeat`].
+    /// Whether it repeats the last message of the channel, with the same number: see [`Outbox::repeat`].
     pub is_repeated: bool,
     /// Fills the message and its cells, which are all zero.
     pub fill: &'a mut dyn FnMut(&mut [u8], &mut [u8]),
@@ -20,7 +20,7 @@ pub struct Put<'a> {
 
 /// Where a host takes a stage's messages.
 pub trait Sink {
-    /// Has the message filled in place, numbers it and sends it; its number.
+    /// Has the message filled in place, numbers and sends it, and returns the number.
     ///
     /// # Errors
     /// A channel that the process may not write, or one that fails.
@@ -33,8 +33,7 @@ pub trait Sink {
     fn last(&self, spec: &ChannelSpec) -> Result<u64, Denied>;
 }
 
-/// Where a stage's messages are made. Time and cause are written into each: those of the instant, or of the
-/// message that was heard.
+/// Where a stage's messages are made. Each gets the time and cause of the instant, or of the message that was heard.
 pub struct Outbox<'a> {
     sink: &'a mut dyn Sink,
     header: Header,
@@ -42,18 +41,18 @@ pub struct Outbox<'a> {
 }
 
 impl<'a> Outbox<'a> {
-    /// For messages of this moment with this cause.
+    /// An outbox for messages of this moment with this cause.
     pub fn new(sink: &'a mut dyn Sink, stamp_ns: u64, source_seq: u64) -> Self {
         Self { sink, header: Header { seq: 0, stamp_ns, source_seq }, is_resuming: false }
     }
 
-    /// The same after a kill.
+    /// Says whether the process is resuming after a kill.
     #[must_use]
     pub fn resuming(self, is_resuming: bool) -> Self {
         Self { is_resuming, ..self }
     }
 
-    /// Sends a message that `fill` fills where it lies: all zero except for its header. Its number.
+    /// Sends a message that `fill` fills in place; it is all zero except for its header. Returns its number.
     ///
     /// # Errors
     /// A channel that the process may not write, or one that fails.
@@ -65,7 +64,7 @@ impl<'a> Outbox<'a> {
         self.send_with(channel, 0, |message, _| fill(message))
     }
 
-    /// The same with `cells` bytes behind the message.
+    /// The same with `cells` bytes following the message.
     ///
     /// # Errors
     /// As [`Outbox::send`]; more cells than the channel takes.
@@ -78,8 +77,8 @@ impl<'a> Outbox<'a> {
         self.put(channel, cells, false, fill)
     }
 
-    /// Sends the last message of a channel once more, with its number, where the process goes on after a kill.
-    /// Messages with cells are not kept for readers that come late.
+    /// Sends the last message of a channel again, with the same number, if the process is resuming after a kill. This is for
+    /// messages with cells, which are not kept for late readers.
     ///
     /// # Errors
     /// As [`Outbox::send_with`].

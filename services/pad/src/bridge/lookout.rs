@@ -1,5 +1,5 @@
-//! What pages see of a run: its navigator's lookout, with the channels that it hears. Where there is no drawing, the robot's
-//! sensors lie below that.
+//! What pages see of a run: its navigator's lookout, with the channels that it hears. If there is no drawing, the
+//! robot's sensors are shown below it.
 
 use sketchnav_runtime::{Node, RawReader};
 use sketchnav_schemas::channels::{self, Role};
@@ -8,7 +8,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::lookout::{Lookout, Picture, Sensors, Sheet, Walls};
 use sketchnav_stage::{Access, Heard, Navigator};
 
-/// The channels that lookouts hear, and the lookouts, the lowest layer first: one or two.
+/// The channels that lookouts hear, and the lookouts, lowest layer first: one or two.
 pub(super) struct Watch {
     access: Access,
     readers: Vec<RawReader>,
@@ -16,7 +16,7 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// Opens the channels that the table lets the pad read of the sensors and of this navigator alone.
+    /// Opens only those channels of the sensors and of this navigator that the table lets the pad read.
     pub(super) fn open(node: &Node, navigator: &Navigator, run: &RunConfig) -> anyhow::Result<Self> {
         let own = navigator.lookout.map(|make| make(run));
         let mut layers: Vec<Box<dyn Lookout>> = Vec::new();
@@ -31,7 +31,7 @@ impl Watch {
         Ok(Self { access: Access::new(Process::Pad, navigator.kind), readers, layers })
     }
 
-    /// Hands the lookouts what has come. Answers whether there is anything new.
+    /// Passes what has arrived to the lookouts. Returns whether there is anything new.
     pub(super) fn receive(&mut self) -> anyhow::Result<bool> {
         let mut is_new = false;
         for reader in &mut self.readers {
@@ -56,7 +56,7 @@ impl Watch {
         self.layers.iter().find_map(|lookout| lookout.question())
     }
 
-    /// The topmost one's.
+    /// The sheet of the topmost lookout.
     pub(super) fn sheet(&self) -> Sheet {
         self.layers.last().map_or(Sheet::Robot, |lookout| lookout.sheet())
     }

@@ -1,10 +1,10 @@
-//! Each word that the machine has to hear, out of the channels that every kind of navigator has.
+//! The messages for the machine, from the channels that every kind of navigator has.
 
 use sketchnav_runtime::{Node, Reader};
 use sketchnav_schemas::channels::{FAULTS, HEALTH, STATUS, UNDERSTOOD};
 use sketchnav_schemas::message::{Fault, Health, MissionStatus, Understood};
 
-/// Something that the machine has to hear.
+/// A message for the machine.
 pub(super) enum News {
     Status(MissionStatus),
     Understood(Understood),
@@ -17,7 +17,7 @@ pub(super) struct Inbox {
     statuses: Reader<MissionStatus>,
     faults: Reader<Fault>,
     health: Reader<Health>,
-    /// What the sketcher says to what was sent.
+    /// The sketcher's answers.
     pub(super) understood: Reader<Understood>,
 }
 
@@ -31,7 +31,7 @@ impl Inbox {
         })
     }
 
-    /// The next word. What the planner said before the sketcher's answer comes before it.
+    /// The next message. Statuses that the planner sent before the sketcher's answer come before it.
     pub(super) fn next(&mut self) -> anyhow::Result<Option<News>> {
         if let Some(fault) = self.faults.receive()? {
             return Ok(Some(News::Fault(*fault)));

@@ -1,4 +1,4 @@
-//! Makes sending idempotent: the page's own names for what it sends, and the answers to it.
+//! Makes sending idempotent, by the page's own names for what it sends and the answers to it.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -6,17 +6,17 @@ use serde_json::Value;
 use crate::board::Answer;
 use crate::protocol::Refusal;
 
-/// The names that the page has given to what it sent.
+/// The names that the page has given to its sendings.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(super) struct Sendings {
-    /// Of what has no answer yet.
+    /// The one that has no answer yet.
     pub(super) pending: Option<String>,
-    /// Of what was answered last, and the answer: its facts in JSON, or why it was refused.
+    /// The one that was answered last, and the answer: its facts in JSON, or why it was refused.
     pub(super) answered: Option<(String, Result<String, String>)>,
 }
 
 impl Sendings {
-    /// The answer to one that comes again: `None` where it does not, `Some(None)` where there is none yet.
+    /// The answer to a sending that is repeated: `None` if it is a new one, `Some(None)` if there is no answer yet.
     pub(super) fn again(&self, name: Option<&str>) -> Option<Option<Answer>> {
         let name = name?;
         if self.pending.as_deref() == Some(name) {

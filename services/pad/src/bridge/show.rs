@@ -1,5 +1,5 @@
-//! What the bridge puts on the board for the pages: who they are and what there is, the walls, the feed. It looks at
-//! what the bridge knows and changes nothing of it but what is about the pictures themselves.
+//! What the bridge puts on the board for the pages: the welcome, the walls, the feed. Of the bridge's state, it only
+//! changes what concerns these pictures.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,15 +15,15 @@ use crate::feed::{self, Feed, PoseView, QuestionView, SIDE_PX, TaskView, View};
 use crate::protocol::{Hello, HereBody, Limits, Refusal, SketchType};
 use crate::walls;
 
-/// Feeds are at least so long apart.
+/// Least time between two feeds.
 const FEED_EVERY: Duration = Duration::from_millis(90);
-/// And at most, so that pages see that nothing comes from the navigation.
+/// Most time between two feeds, so that pages notice when nothing arrives from the navigation.
 const FEED_AT_LEAST: Duration = Duration::from_millis(500);
-/// The canvas of Boniardi et al. 2016, IV.
+/// The canvas of Boniardi et al. 2016, section IV.
 const CANVAS: [u32; 2] = [2540, 1252];
 
 impl Bridge<'_> {
-    /// Has the walls of the drawing that holds painted, in a thread of its own, where they are not yet.
+    /// Paints the walls of the current drawing in a thread of their own, unless they have been painted.
     pub(super) fn paint(&mut self) {
         let memory = self.machine.memory();
         let sketch = memory.sketch.as_ref().filter(|_| memory.path.is_none() || self.painting == 0);
@@ -36,7 +36,7 @@ impl Bridge<'_> {
         let caller = self.caller.clone();
         std::thread::spawn(move || {
             if let Some(picture) = (drawn.walls)(&run, &bytes).and_then(|walls| walls::png(&walls)) {
-                // Where the pad is ending nobody wants to see them.
+                // If the pad is ending, they are no longer needed.
                 let _ = caller.call(Call::Walls(number, picture));
             }
         });
@@ -72,7 +72,7 @@ impl Bridge<'_> {
         }
     }
 
-    /// A place that a page tells, in the sketch.
+    /// Converts a place that a page sends to the sketch.
     pub(super) fn place(&self, HereBody { at, heading_deg }: HereBody) -> Result<Here, Refusal> {
         let [width, height] = self.canvas();
         if !((0.0..f64::from(width)).contains(&at[0]) && (0.0..f64::from(height)).contains(&at[1])) {
@@ -88,13 +88,13 @@ impl Bridge<'_> {
         Ok(Here { at, yaw_rad: heading_deg.map(f64::to_radians) })
     }
 
-    /// Sends all pages again who they are and what there is.
+    /// Sends all pages the welcome again.
     pub(super) fn welcome(&mut self) {
         self.caller.board.welcome.send_replace(Some(Arc::new(self.greeting())));
         self.is_new = true;
     }
 
-    /// For a page that has just come; the others know all of it.
+    /// Updates the welcome for a page that has just connected; the others know all of it.
     pub(super) fn freshen_welcome(&self) {
         let greeting = Some(Arc::new(self.greeting()));
         self.caller.board.welcome.send_if_modified(|welcome| {
@@ -125,7 +125,7 @@ impl Bridge<'_> {
         Welcome { hello, driver: self.sessions.driver().map(str::to_owned) }
     }
 
-    /// Shows the pages what there is, where it is time.
+    /// Puts a new feed on the board if one is due.
     pub(super) fn feed(&mut self) {
         let now = self.began.elapsed();
         let since = now.saturating_sub(self.fed);
@@ -149,7 +149,7 @@ impl Bridge<'_> {
 
     fn look_at(&mut self, now: Duration) -> Feed {
         self.services.settle(self.stamp_ns);
-        // Before a path has placed the robot in a new sketch, all that is known is about the one before.
+        // Until a path has placed the robot in a new sketch, everything known refers to the previous one.
         let is_placed = !self.run.pad.draws() || self.machine.memory().path.is_some();
         let view = self.view().filter(|_| is_placed);
         let shown = view.map_or_else(Shown::default, |_| self.watch.draw());

@@ -1,4 +1,4 @@
-//! Which processes are up, by the supervisor's reports on `faults`.
+//! Which processes are up, according to the supervisor's reports on `faults`.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use sketchnav_schemas::channels::SERVICES;
 use sketchnav_schemas::codes::{FaultKind, Process};
 use sketchnav_schemas::message::Fault;
 
-/// A process that was started again and has not died since works, whether it has anything to do or not:
+/// A process that was restarted and has not died for this long counts as up, whether it has anything to do or not:
 /// simulation time, nanoseconds.
 const SETTLED_NS: u64 = 3_000_000_000;
 
@@ -15,18 +15,18 @@ const SETTLED_NS: u64 = 3_000_000_000;
 #[derive(Debug, Clone)]
 pub struct Services {
     known: BTreeMap<u32, ServiceView>,
-    /// When those that were started again were.
+    /// When processes were restarted, until they have settled.
     restarted_ns: BTreeMap<u32, u64>,
 }
 
-/// How a process is.
+/// The state of a process.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ServiceView {
-    /// Which.
+    /// Its name.
     pub name: &'static str,
-    /// Whether it works, as far as is known.
+    /// Whether it is up, as far as is known.
     pub up: bool,
-    /// How often it was started again.
+    /// How often it was restarted.
     pub restarts: u32,
 }
 
@@ -38,7 +38,7 @@ impl Default for Services {
 }
 
 impl Services {
-    /// Something went wrong with a process, or right again.
+    /// Takes a fault or a recovery of a process.
     pub fn on_fault(&mut self, fault: &Fault) {
         let Some(service) = self.known.get_mut(&fault.process) else { return };
         match FaultKind::from_code(fault.kind) {
@@ -55,7 +55,7 @@ impl Services {
         }
     }
 
-    /// It is `now_ns` of simulation time.
+    /// Counts restarted processes as up when enough time has passed; `now_ns`: simulation time, nanoseconds.
     pub fn settle(&mut self, now_ns: u64) {
         let settled = self.restarted_ns.extract_if(.., |_, since| now_ns.saturating_sub(*since) > SETTLED_NS);
         for (process, _) in settled {
@@ -65,12 +65,12 @@ impl Services {
         }
     }
 
-    /// All of them.
+    /// The state of all processes.
     pub fn views(&self) -> Vec<ServiceView> {
         self.known.values().cloned().collect()
     }
 
-    /// The names of those that do not work.
+    /// The names of the processes that are not up.
     pub fn down(&self) -> impl Iterator<Item = &'static str> + '_ {
         self.known.values().filter(|service| !service.up).map(|service| service.name)
     }

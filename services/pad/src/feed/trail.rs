@@ -1,10 +1,10 @@
-//! The way that the robot came, thinned as it grows.
+//! The robot's trail, thinned as it grows.
 
 use std::collections::VecDeque;
 
-/// Most points that are kept.
+/// Maximum number of points.
 const MAX_POINTS: usize = 2000;
-/// Points are this far apart at first, pixels of the canvas.
+/// The distance between points at first, pixels of the canvas.
 const FIRST_STEP_PX: f64 = 2.0;
 
 /// Where the robot has been.
@@ -21,7 +21,7 @@ impl Default for Trail {
 }
 
 impl Trail {
-    /// The robot is here now. Where the trail grows too long every second point goes.
+    /// Adds the robot's current position. If the trail grows too long, every second point is removed.
     pub fn go_to(&mut self, place: [f64; 2]) {
         let far = |last: &[f64; 2]| (last[0] - place[0]).hypot(last[1] - place[1]) >= self.step_px;
         if self.points.back().is_none_or(far) {
@@ -33,12 +33,12 @@ impl Trail {
         }
     }
 
-    /// All of it, oldest first.
+    /// All points, oldest first.
     pub fn points(&self) -> Vec<[f64; 2]> {
         self.points.iter().copied().collect()
     }
 
-    /// Its newest point.
+    /// The newest point.
     pub fn last(&self) -> Option<[f64; 2]> {
         self.points.back().copied()
     }

@@ -8,23 +8,23 @@ use sketchnav_schemas::message::MissionStatus;
 
 use super::Services;
 
-/// Something that people should know.
+/// A warning for people.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Warning {
     /// `lost`, `doubtful`, `blocked`, `stopped`, `restarting` or `link`.
     pub kind: &'static str,
-    /// In words.
+    /// The text.
     pub text: String,
 }
 
-/// How the tasks of this drive ended that did not reach their goal.
+/// How those tasks of this drive ended that did not reach their goal.
 #[derive(Debug, Clone, Default)]
 pub struct Ends {
     failed: Vec<(u32, Warning)>,
 }
 
 impl Ends {
-    /// The planner has said how the mission stands.
+    /// Takes a status of the planner.
     pub fn on_status(&mut self, status: &MissionStatus) {
         let kind = match TaskState::from_code(status.state) {
             Some(TaskState::Blocked) => "blocked",
@@ -38,13 +38,13 @@ impl Ends {
         }
     }
 
-    /// Another drive begins.
+    /// Forgets them, because another drive begins.
     pub fn clear(&mut self) {
         self.failed.clear();
     }
 }
 
-/// What there is to say: about the robot, its tasks, its processes and the link to the driver.
+/// The current warnings about the robot, its tasks, its processes and the link to the driver.
 pub fn warnings(
     status: Option<&MissionStatus>,
     tracking: Option<Tracking>,

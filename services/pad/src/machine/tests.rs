@@ -12,7 +12,7 @@ fn status(state: TaskState) -> MissionStatus {
     MissionStatus { state: state.code(), ..Zeroable::zeroed() }
 }
 
-/// A machine whose navigation answers, and the moment.
+/// A machine whose navigation answers, and the current time.
 struct Scene {
     machine: Machine,
     now: Duration,
@@ -25,7 +25,7 @@ impl Scene {
         scene
     }
 
-    /// The planner says so until it counts.
+    /// The planner reports the state until it counts.
     fn say(&mut self, state: TaskState) {
         for _ in 0..SETTLING {
             self.now += Duration::from_millis(100);
@@ -104,7 +104,7 @@ fn what_was_aborted_is_restored_or_started_again() {
     assert_eq!(scene.machine.state(), State::Driving);
 }
 
-/// A status that was on its way when an order was given is about the time before it.
+/// A status that was in transit when an order was given refers to the time before it.
 #[test]
 fn an_older_status_does_not_undo_an_order() {
     let mut scene = Scene::new(true);
@@ -187,9 +187,9 @@ fn a_mission_from_a_file_can_be_stopped_and_gone_on_with() {
     assert_eq!(scene.machine.check(Step::Sketch, true, scene.now).unwrap_err().status(), 409);
 }
 
-/// The order to start such a mission is the supervisor's. The planner waited for the sketcher, who read a large photo.
-/// Or it had said nothing yet, in lockstep or to a pad that had just been started again. The pad took the mission for
-/// one that nobody had ordered. It threw an abort away, said `ok`, and the robot drove off.
+/// The supervisor gives the order to start such a mission. The planner was waiting for the sketcher, which was reading
+/// a large photo; or it had sent nothing yet, in lockstep or to a pad that had just been restarted. The pad took the
+/// mission for one that had not been ordered, ignored an abort with the answer `ok`, and the robot drove off.
 #[test]
 fn a_mission_from_a_file_can_be_aborted_before_the_robot_drives() {
     let mut scene = Scene { machine: Machine::new(false), now: s(1) };
@@ -206,8 +206,8 @@ fn a_mission_from_a_file_can_be_aborted_before_the_robot_drives() {
     assert_eq!(scene.machine.state(), State::Aborted);
 }
 
-/// At many times real time more statuses are on their way than the pad waits for. The robot was told to go on, and an
-/// abort was refused since it had not said so.
+/// At many times real time, more statuses are in transit than the pad waits for. The robot had been ordered to go on,
+/// and an abort was refused because it had not confirmed that yet.
 #[test]
 fn what_was_ordered_to_go_on_can_be_aborted_before_the_planner_says_so() {
     let mut scene = Scene::new(false);
@@ -229,7 +229,7 @@ fn a_sketcher_that_does_not_answer_is_given_up() {
     assert!(scene.machine.has_waited_too_long(scene.now + PATIENCE + s(1)));
     assert!(!scene.machine.has_waited_too_long(scene.now + PATIENCE + s(2)), "told once");
     assert_eq!(scene.allowed(), [Step::Sketch]);
-    // What it says after all is heard: it has taken the drawing over.
+    // A late answer still counts: the sketcher has accepted the drawing.
     assert_eq!(scene.answer(true), Some(Ok(())));
     assert_eq!(scene.machine.state(), State::Sketch);
 }
@@ -248,7 +248,7 @@ fn a_successor_that_knows_nothing_can_stop_a_robot_that_drives() {
     assert_eq!(scene.machine.memory().drawing_seq, 8);
 }
 
-/// Nobody knows whether the robot is about to drive until the planner says so: until then it is taken to.
+/// Until the planner sends a status, the robot may be about to drive, and is assumed to be.
 #[test]
 fn a_successor_that_knows_nothing_can_stop_a_robot_of_which_nothing_was_heard() {
     let mut machine = Machine::new(true);
@@ -275,8 +275,7 @@ fn a_successor_is_where_its_predecessor_was() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Whatever happens in whatever order: what is allowed is done, what is not is refused, and a robot that drives
-    /// can be stopped.
+    /// Whatever happens in whatever order, allowed steps are taken, others are refused, and a driving robot can be stopped.
     #[test]
     fn a_robot_that_drives_can_always_be_stopped(events in prop::collection::vec(0..14_u32, 0..60)) {
         let mut scene = Scene::new(true);
@@ -308,7 +307,7 @@ proptest! {
     }
 }
 
-/// A navigator without a drawing was never ready: nobody says where in a drawing it is.
+/// A navigator without a drawing was once never ready, because nothing says where in a drawing the robot is.
 #[test]
 fn a_navigator_without_a_drawing_is_ready_when_it_answers() {
     let mut machine = Machine::new(false);

@@ -1,8 +1,8 @@
-//! The listener: takes connections in, has each of them say what it wants in time, and bounds how long it stays.
+//! The listener: accepts connections, gives each a time to make its request, and limits how long it stays open.
 //!
-//! A connection is one request: each answer closes it, and there is none that only waits for the next. Its head has to
-//! come soon, and all of it some time after. A WebSocket is bounded by its own rules from then on. Who has to go
-//! before the head has come gets the reason (408, 431, 503).
+//! A connection carries one request: each answer closes it, and none stays open to wait for the next. Its head has to
+//! arrive soon, and the rest within some time. A WebSocket has limits of its own from then on. A connection that is
+//! closed before its head has arrived gets the reason (408, 431, 503).
 
 use std::io::{Cursor, ErrorKind};
 use std::net::{IpAddr, SocketAddr};
@@ -21,40 +21,39 @@ use tokio::time::{sleep, timeout};
 
 use crate::doors::Doors;
 
-/// Longest that the head of a request may take to come.
+/// Longest that the head of a request may take to arrive.
 const HEAD_WITHIN: Duration = Duration::from_secs(10);
 /// Longest head, bytes.
 const MAX_HEAD: usize = 16 * 1024;
-/// Longest that a request may take from its head to the end of its answer: the body, the sketcher, and the way
-/// back.
+/// Longest that a request may take from its head to the end of its answer: the body, the sketcher, and the way back.
 const DONE_WITHIN: Duration = Duration::from_secs(180);
-/// Longest that the last words to a connection may take.
+/// Longest that the last answer to a connection may take.
 const LAST_WORDS: Duration = Duration::from_secs(1);
-/// Until the next try where the system has no connections left.
+/// The pause before the next attempt if the system has no connections left.
 const PAUSE: Duration = Duration::from_millis(200);
 
-/// The connections whose owners are not known yet.
+/// The connections whose session is not known yet.
 type Lobby = Arc<Mutex<Doors<oneshot::Sender<()>>>>;
 
-/// A connection's place among them, until its owner is known.
+/// A connection's place among them, until its session is known.
 pub(super) struct Place {
     lobby: Lobby,
     id: u64,
 }
 
 impl Place {
-    /// Takes a place; the bell rings when the connection has to go for another one.
+    /// Takes a place; the bell rings when the connection has to be closed in favour of another.
     fn enter(lobby: &Lobby, from: IpAddr) -> (Arc<Self>, oneshot::Receiver<()>) {
         let (sender, bell) = oneshot::channel();
         let (id, goes) = lobby.lock().unwrap_or_else(PoisonError::into_inner).enter(from, sender);
         if let Some(goes) = goes {
-            // One that has just ended by itself does not hear it.
+            // A connection that has just ended by itself does not receive it.
             let _ = goes.send(());
         }
         (Arc::new(Self { lobby: lobby.clone(), id }), bell)
     }
 
-    /// Its owner is known: from now on the bell does not ring.
+    /// Its session is known: from now on the bell does not ring.
     pub(super) fn leave(&self) {
         self.lobby.lock().unwrap_or_else(PoisonError::into_inner).leave(self.id);
     }
@@ -72,9 +71,9 @@ pub(super) async fn listen(listener: TcpListener, router: Router) -> std::io::Er
     loop {
         match listener.accept().await {
             Ok((stream, from)) => drop(tokio::spawn(attend(stream, from, lobby.clone(), router.clone()))),
-            // One that has gone before it was let in says nothing about the next.
+            // A connection that ended before it was accepted does not affect the next ones.
             Err(error) if is_about_one_connection(error.kind()) => {}
-            // No connections left, say: some will end.
+            // No connections left, for example; some will end.
             Err(error) if error.raw_os_error().is_some() => sleep(PAUSE).await,
             Err(error) => return error,
         }
@@ -87,7 +86,7 @@ fn is_about_one_connection(kind: ErrorKind) -> bool {
 
 async fn attend(stream: TcpStream, from: SocketAddr, lobby: Lobby, router: Router) {
     let (place, mut bell) = Place::enter(&lobby, from.ip());
-    // Small answers are not held back for more.
+    // Small answers are sent without delay.
     let _ = stream.set_nodelay(true);
     let (mut reader, mut writer) = stream.into_split();
     let told = tokio::select! {
@@ -97,7 +96,7 @@ async fn attend(stream: TcpStream, from: SocketAddr, lobby: Lobby, router: Route
     let head = match told {
         Ok(head) => head,
         Err(dismissal) => {
-            // Who does not listen either is cut off.
+            // A client that does not read the answer either is cut off.
             let _ = timeout(LAST_WORDS, writer.write_all(dismissal.text().as_bytes())).await;
             return;
         }
@@ -113,28 +112,28 @@ async fn attend(stream: TcpStream, from: SocketAddr, lobby: Lobby, router: Route
     }
 }
 
-/// Waits until the bell rings; forever where it cannot any more.
+/// Waits until the bell rings; forever if it no longer can.
 async fn rings(bell: &mut oneshot::Receiver<()>) {
     if bell.await.is_err() {
         std::future::pending().await
     }
 }
 
-/// Why a connection has to go before it has said what it wants.
+/// Why a connection is closed before it has made its request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Dismissal {
     /// It takes too long.
     Late,
-    /// It says too much.
+    /// Its head is too long.
     Long,
-    /// Others want in.
+    /// Other connections need the place.
     Crowd,
-    /// It has gone by itself.
+    /// It has ended by itself.
     Gone,
 }
 
 impl Dismissal {
-    /// The whole answer.
+    /// The complete HTTP response.
     fn text(self) -> String {
         let (status, words) = match self {
             Self::Late => {
@@ -159,7 +158,7 @@ impl Dismissal {
     }
 }
 
-/// What has come up to the end of the head, and what has come with it.
+/// What has arrived up to the end of the head, and anything that came with it.
 async fn head(reader: &mut (impl AsyncRead + Unpin)) -> Result<Vec<u8>, Dismissal> {
     let mut come = Vec::with_capacity(1024);
     loop {
@@ -178,7 +177,7 @@ async fn head(reader: &mut (impl AsyncRead + Unpin)) -> Result<Vec<u8>, Dismissa
     }
 }
 
-/// Where the head ends, where it has come; before `searched` there is no end.
+/// The end of the head, if it has arrived; the part before `searched` does not contain it.
 fn head_end(come: &[u8], searched: usize) -> Option<usize> {
     let from = searched.saturating_sub(3);
     come[from..].windows(4).position(|four| four == b"\r\n\r\n").map(|at| from + at + 4)
@@ -209,8 +208,8 @@ mod tests {
         assert!(head_end(b"GET / HTTP/1.1\r\nhost: x\r\n\r", 0).is_none() && head_end(b"", 0).is_none());
     }
 
-    /// The length was checked only where the end had not come yet. A head of 20 kB whose end came with the last read
-    /// was accepted.
+    /// The length was once only checked as long as the end had not arrived. A head of 20 kB whose end came with the
+    /// last read was accepted.
     #[test]
     fn a_head_is_too_long_also_when_all_of_it_has_come() {
         let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();

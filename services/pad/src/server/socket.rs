@@ -1,6 +1,6 @@
-//! A page's WebSocket: newest pictures out, few words in.
+//! A page's WebSocket: sends the newest pictures, receives short messages.
 //!
-//! What comes in is heard while what goes out waits for a slow link, so that an abort never does.
+//! Messages are received even while sending waits for a slow link, so that an abort never has to wait.
 
 use std::time::Duration;
 
@@ -15,35 +15,35 @@ use crate::board::{Call, Caller, Picture, Welcome};
 use crate::guard::Bucket;
 use crate::protocol::{Hello, Said};
 
-/// Feeds that may be on the way unseen.
+/// Feeds that may be in transit unseen.
 const MAX_UNSEEN: u64 = 2;
-/// A page that does not say what it has seen gets a feed so often.
+/// How often a page that does not confirm what it has seen gets a feed.
 const UNSEEN_EVERY: Duration = Duration::from_secs(1);
 /// How often the page's browser is asked for a sign of life.
 const PING_EVERY: Duration = Duration::from_millis(500);
-/// Words of the page that wait for the answering task; more are dropped.
+/// Messages of the page that wait for the answering task; more are dropped.
 const MAX_WORDS: usize = 32;
 
-/// A page from which nothing comes for so long has gone, whatever the operating system believes. Its browser answers
-/// every ping. While the page still takes in what came before, it pings the pad itself.
+/// A page from which nothing arrives for this long is gone, whatever the operating system believes. Its browser answers
+/// every ping. While the page still receives older data, it pings the pad itself.
 const SILENT: Duration = Duration::from_secs(20);
-/// What a page says is heard so often at once, and each second after that; the rest waits on its own link.
+/// Messages of a page that are handled at once, and per second after that; the rest waits on its own link.
 const WORDS: [f64; 2] = [200.0, 60.0];
-/// The bridge learns so often that a page was heard.
+/// How often the bridge is notified that a page was heard.
 const HEARD_EVERY: Duration = Duration::from_millis(100);
 
-/// Talks to a page until it goes.
+/// Serves a page until it disconnects.
 pub(super) async fn serve(socket: WebSocket, session: &str, caller: &Caller) {
     let (sink, stream) = socket.split();
     let (words, said) = mpsc::channel(MAX_WORDS);
-    // Each ends with the other: a link on which nothing can be sent any more may wait for long.
+    // Each ends with the other: a link on which nothing can be sent any more may wait for a long time.
     tokio::select! {
         () = listen(stream, session, caller, words) => {}
         () = talk(sink, session, caller, said) => {}
     }
 }
 
-/// Sends the page the newest of everything, and answers it.
+/// Sends the page the newest state, and answers it.
 async fn talk(
     mut sink: SplitSink<WebSocket, Message>,
     session: &str,
@@ -84,7 +84,7 @@ fn text(text: String) -> Message {
     Message::Text(Utf8Bytes::from(text))
 }
 
-/// Hears the page until it goes, or falls silent.
+/// Receives the page's messages until it disconnects or falls silent.
 async fn listen(
     mut stream: SplitStream<WebSocket>,
     session: &str,
@@ -96,13 +96,13 @@ async fn listen(
     let mut told: Option<Instant> = None;
     while let Ok(Some(Ok(message))) = timeout(SILENT, stream.next()).await {
         if told.is_none_or(|told| told.elapsed() >= HEARD_EVERY) {
-            // A bridge that has too much to do hears the next one.
+            // If the bridge is too busy, it gets the next notification.
             let _ = caller.call(Call::Heard(session.to_owned()));
             told = Some(Instant::now());
         }
         if let Message::Text(text) = message {
             match Said::parse(&text) {
-                // What becomes of it is in the feed.
+                // Its result is shown by the feed.
                 Some(Said::Abort) => drop(caller.abort()),
                 Some(word) => drop(words.try_send(word)),
                 None => {}
@@ -114,7 +114,7 @@ async fn listen(
     }
 }
 
-/// What a page got and has seen.
+/// What a page has been sent and has seen.
 struct Talk {
     session: String,
     sent: u64,

@@ -1,4 +1,4 @@
-//! What the tests of the recorder share: a run, a system of its own with all channels, and the world's headers.
+//! Shared by the tests of the recorder: a run, a system of its own with all channels, and the world's headers.
 
 use std::path::Path;
 use std::rc::Rc;
@@ -29,7 +29,7 @@ pub struct TestSystem {
 }
 
 impl TestSystem {
-    /// That of the run.
+    /// Creates the system of the run.
     pub fn create(run: &RunConfig) -> Self {
         sketchnav_navigators::register(&[]).unwrap();
         let system = Rc::new(System::create(run).unwrap());
@@ -38,12 +38,12 @@ impl TestSystem {
         Self { system, supervisor, channels }
     }
 
-    /// A process of it.
+    /// Joins it as a process.
     pub fn join(&self, process: Process) -> Node {
         Node::join(System::open(self.system.name()).unwrap(), process).unwrap()
     }
 
-    /// Takes it away, when its processes and their ends of channels have gone.
+    /// Removes it, once its processes and their ends of channels are gone.
     pub fn remove(self) {
         drop((self.channels, self.supervisor));
         Rc::into_inner(self.system).unwrap().remove().unwrap();

@@ -1,4 +1,4 @@
-//! A process as what it is to a recording: inputs in, outputs out.
+//! A process as a recording sees it: inputs in, outputs out.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -23,15 +23,15 @@ pub(super) enum Subject {
     Stage(Box<Staged>),
 }
 
-/// One that hosts a stage.
+/// A process that hosts a stage.
 pub(super) struct Staged {
     part: Part,
-    /// What it read: the newest of each channel.
+    /// What it has read: the newest message of each channel.
     inputs: InProcess,
     /// What it answers.
     trigger: Option<&'static ChannelSpec>,
     reads: Vec<&'static ChannelSpec>,
-    /// The ticks that it answered; `None`: all.
+    /// The ticks to answer; `None` for all.
     answered: Option<BTreeSet<u64>>,
     rejections: Rejections,
 }
@@ -54,14 +54,14 @@ impl Subject {
         })))
     }
 
-    /// Leaves the ticks that are not among these without an answer; `None`: answers all.
+    /// Leaves all other ticks without an answer; `None` answers all.
     pub(super) fn answers(&mut self, ticks: Option<BTreeSet<u64>>) {
         if let Self::Stage(staged) = self {
             staged.answered = ticks;
         }
     }
 
-    /// What it says before it hears anything.
+    /// Sends what it has to say before it hears anything.
     pub(super) fn begin(&mut self, tap: &mut impl Tap) -> Result<(), RerunError> {
         let said = match self {
             Self::World(world) => world.observe(tap),
@@ -70,7 +70,7 @@ impl Subject {
         Ok(said.map_err(RehearsalError::Stage)?)
     }
 
-    /// What it says to a message of another process.
+    /// Hears a message of another process and sends what that causes.
     pub(super) fn hear(&mut self, message: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
         match self {
             Self::World(world) => hear_command(world, message, tap),
@@ -78,7 +78,7 @@ impl Subject {
         }
     }
 
-    /// The invalid messages among what it heard; the world hears commands alone.
+    /// The invalid messages among what it heard; the world only hears commands.
     pub(super) fn rejections(self) -> Rejections {
         match self {
             Self::World(_) => Rejections::default(),
@@ -86,7 +86,7 @@ impl Subject {
         }
     }
 
-    /// How long it took so far: without reading, encoding, comparing and writing.
+    /// How long it has taken so far, excluding reading, encoding, comparing and writing.
     pub(super) fn spent(&self) -> Duration {
         match self {
             Self::World(world) => world.spent,
@@ -113,14 +113,14 @@ impl Staged {
         };
         let message = match raw.decode(spec) {
             Err(error) if error.is_one_message() => {
-                // The process has heard nothing of it.
+                // The process did not hear it, either.
                 self.rejections.count_undecoded(raw, &error);
                 return Ok(());
             }
             decoded => decoded?,
         };
         if let Err(why) = spec.message.check(message.bytes()) {
-            // The process has rejected it, too.
+            // The process rejected it, too.
             self.rejections.count(raw, &why);
             return Ok(());
         }

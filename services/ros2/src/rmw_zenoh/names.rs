@@ -1,16 +1,16 @@
 //! What ROS 2's rmw_zenoh writes into Zenoh: keys of topics, liveliness tokens of the graph, attachments of messages.
 //!
-//! Source: the design document of rmw_zenoh. A slash inside a part of a token is a `%`, and so is an empty part.
+//! Source: the design document of rmw_zenoh. In the parts of a token, a slash is replaced by `%`, and so is an empty part.
 
 use crate::topics::Delivery;
 
-/// What the tokens of all nodes, publishers and subscriptions begin with.
+/// The prefix of the tokens of all nodes, publishers and subscriptions.
 const GRAPH: &str = "@ros2_lv";
 /// The number of our node in its session.
 const NODE_ID: u32 = 0;
-/// A depth that rmw_zenoh leaves out of a token.
+/// The depth that rmw_zenoh omits from a token.
 const DEPTH_LEFT_OUT: usize = 42;
-/// Bytes of an attachment: two numbers, the length of the identity, the identity.
+/// Length of an attachment: two numbers, the length of the identity, the identity; bytes.
 const ATTACHMENT_BYTES: usize = 8 + 8 + 1 + 16;
 
 /// A node of ROS 2.
@@ -18,7 +18,7 @@ const ATTACHMENT_BYTES: usize = 8 + 8 + 1 + 16;
 pub struct Node {
     /// The ROS 2 domain.
     pub domain: u16,
-    /// The Zenoh session, as it writes itself.
+    /// The id of the Zenoh session.
     pub session: String,
     /// The namespace, without slashes around it; empty for none.
     pub namespace: String,
@@ -38,7 +38,7 @@ pub enum End {
 /// A topic of a node with its type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Typed<'a> {
-    /// The topic's name in the node's namespace, without a slash before it.
+    /// The topic's name in the node's namespace, without a leading slash.
     pub topic: &'a str,
     /// `package::msg::dds_::Type_`.
     pub type_name: &'a str,
@@ -53,12 +53,12 @@ impl Node {
         format!("{domain}{topic}/{}/{}", typed.type_name, typed.type_hash)
     }
 
-    /// The token that says that the node is there.
+    /// The token that announces the node.
     pub fn token(&self) -> String {
         self.part_of_graph(NODE_ID, "NN")
     }
 
-    /// The token of a publisher or a subscription: the number `id` of the session, 1 or more.
+    /// The token of a publisher or subscription, which has the number `id` in the session, 1 or more.
     pub fn token_of(&self, id: u32, end: End, typed: &Typed<'_>, delivery: Delivery) -> String {
         let end = match end {
             End::Publisher => "MP",
@@ -74,7 +74,7 @@ impl Node {
         format!("{GRAPH}/{domain}/{session}/{NODE_ID}/{id}/{kind}/%/{namespace}/{name}")
     }
 
-    /// With its slashes, as `/lab/scan`.
+    /// The full name with its slashes, as `/lab/scan`.
     fn full(&self, topic: &str) -> String {
         let slash = if self.namespace.is_empty() { "" } else { "/" };
         format!("{slash}{}/{topic}", self.namespace)
@@ -85,7 +85,7 @@ fn mangled(name: &str) -> String {
     name.replace('/', "%")
 }
 
-/// Reliability, durability, history and depth, deadline, lifespan, liveliness. What is the default is left out.
+/// Reliability, durability, history and depth, deadline, lifespan, liveliness. Defaults are omitted.
 fn quality(delivery: Delivery) -> String {
     let (reliability, durability) = match delivery {
         Delivery::Sensor => ("2", ""),
@@ -97,12 +97,12 @@ fn quality(delivery: Delivery) -> String {
     format!("{reliability}:{durability}:,{depth}:,:,:,,")
 }
 
-/// The identity of a publisher, of its token.
+/// The identity of a publisher, derived from its token.
 pub fn identity(token: &str) -> [u8; 16] {
     twox_hash::XxHash3_128::oneshot(token.as_bytes()).to_le_bytes()
 }
 
-/// What travels beside a message: its number, from 1 on; when it was sent, ns since 1970; who sent it.
+/// What accompanies a message: its number, from 1; when it was sent, ns since 1970; its publisher's identity.
 pub fn attachment(number: i64, sent_ns: i64, identity: [u8; 16]) -> [u8; ATTACHMENT_BYTES] {
     let mut bytes = [0; ATTACHMENT_BYTES];
     bytes[..8].copy_from_slice(&number.to_le_bytes());
@@ -112,7 +112,7 @@ pub fn attachment(number: i64, sent_ns: i64, identity: [u8; 16]) -> [u8; ATTACHM
     bytes
 }
 
-/// Where the newest message of a latched topic is asked for, and what says so.
+/// The key at which the newest message of a latched topic is queried, and the token that announces it.
 ///
 /// Source: the advanced publisher of zenoh-ext, which rmw_zenoh uses. It distinguishes messages by their time stamps.
 pub fn latched(key: &str, session: &str) -> String {
@@ -160,7 +160,7 @@ mod tests {
         assert_eq!(quality(Delivery::Reliable { depth: 42 }), "::,:,:,:,,");
     }
 
-    /// Found by the reference, the Python package `xxhash`: rmw_zenoh takes the lower half first.
+    /// Computed with the reference, the Python package `xxhash`; rmw_zenoh puts the lower half first.
     #[test]
     fn an_identity_is_the_hash_of_the_token() {
         let hex = |token: &str| identity(token).map(|byte| format!("{byte:02x}")).concat();

@@ -1,4 +1,4 @@
-//! The hash of a ROS 2 type (RIHS01, REP 2016), of its definition and those that it uses.
+//! The hash of a ROS 2 type (RIHS01, REP 2016), computed from its definition and those of the types that it uses.
 //!
 //! It is the SHA-256 of a description in JSON. Comments and constants do not count.
 
@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use sha2::{Digest, Sha256};
 
-/// What is added to the number of an element's type.
+/// The offset of an array's type number from that of its elements.
 const ARRAY: u32 = 48;
 const BOUNDED_SEQUENCE: u32 = 96;
 const SEQUENCE: u32 = 144;
@@ -22,10 +22,10 @@ pub struct DefinitionError {
     found: String,
 }
 
-/// The hash of `package/msg/Type`, of its `ros2msg` schema: the text, and behind it those that it uses.
+/// The hash of `package/msg/Type`, from its `ros2msg` schema: its definition, followed by those of the types that it uses.
 ///
 /// # Errors
-/// [`DefinitionError`] where the schema is none, or says what ROS 2 does not know.
+/// [`DefinitionError`] if the schema is invalid, or contains something unknown to ROS 2.
 pub fn of_schema(kind: &str, schema: &str) -> Result<String, DefinitionError> {
     let mut texts = BTreeMap::new();
     let mut name = kind.to_owned();
@@ -70,7 +70,7 @@ fn description(kind: &str, lines: &[&str]) -> Result<String, DefinitionError> {
         }
     }
     if fields.is_empty() {
-        // What ROS 2 puts into a message without fields.
+        // The field that ROS 2 puts into a message without fields.
         fields.extend(field("uint8", "structure_needs_at_least_one_member").ok());
     }
     Ok(format!(r#"{{"type_name": "{kind}", "fields": [{}]}}"#, fields.join(", ")))
@@ -125,7 +125,7 @@ mod tests {
     use crate::topics;
     use sketchnav_schemas::channels;
 
-    /// Those of ROS 2 Jazzy and Kilted: what a key has there.
+    /// The hashes of ROS 2 Jazzy and Kilted, as keys contain them there.
     #[test]
     fn standard_types_have_the_hashes_of_ros_2() {
         for (kind, hash) in [

@@ -1,5 +1,5 @@
-//! The channels that a stage reads. It hears instructions and requests. An instant is made of a tick, the readings that
-//! the tick names, and the message that the step answers.
+//! The channels that a stage reads. It hears instructions and requests. An instant consists of a tick, the readings
+//! that the tick names, and the message that the step answers.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{self, ChannelSpec, Role};
@@ -8,16 +8,16 @@ use sketchnav_stage::{Access, Instant, Reading};
 
 use crate::{Node, RawReader, RawSample, Result};
 
-/// The last number of each channel that was taken, by part.
+/// The number of the last message taken from each channel, by part.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Positions {
     instructions: Vec<u64>,
     requests: Vec<u64>,
-    /// Of the reading that belongs to the last instant.
+    /// The readings that belong to the last instant.
     sensors: Vec<u64>,
     tick: u64,
     trigger: u64,
-    /// The tick that was answered before a begin without a checkpoint.
+    /// The last tick that was answered before a start without a checkpoint.
     answered: u64,
     /// Time and number of the last request.
     last_request: (u64, u64),
@@ -30,26 +30,26 @@ pub(super) struct Inputs {
     last_request: (u64, u64),
     sensors: Vec<Sensor>,
     ticks: Option<Queue>,
-    /// What the step answers, where that is not the tick.
+    /// What the step answers, if that is not the tick.
     triggers: Option<Queue>,
-    /// What was answered before a begin without a checkpoint.
+    /// The last tick that was answered before a start without a checkpoint.
     answered: u64,
-    /// Memory for [`Inputs::positions`].
+    /// Buffer for [`Inputs::positions`].
     positions: Positions,
 }
 
 struct Requests {
     reader: RawReader,
-    /// The last one that was taken in.
+    /// The number of the last message taken in.
     taken: u64,
 }
 
-/// A channel whose messages make instants, one at a time: the ticks, or what the step answers.
+/// A channel whose messages form instants one at a time: the ticks, or what the step answers.
 struct Queue {
     reader: RawReader,
-    /// Of the instant that is being put together.
+    /// The message of the instant that is being assembled.
     current: Option<RawSample>,
-    /// Of the last instant.
+    /// The number of the last instant's message.
     taken: u64,
 }
 
@@ -93,13 +93,13 @@ impl Inputs {
         Ok(None)
     }
 
-    /// Whether each instruction has come, or a newer one.
+    /// Whether each instruction, or a newer one, has arrived.
     pub(super) fn has_instructions(&self, awaited: &Positions) -> bool {
         let came = self.instructions.iter().map(RawReader::position);
         came.zip(&awaited.instructions).all(|(came, &awaited)| came >= awaited)
     }
 
-    /// The next request, and the index of its channel. It counts as taken once [`Inputs::take_request`] says so.
+    /// The next request, and the index of its channel. It stays the next one until [`Inputs::take_request`] is called.
     pub(super) fn next_request(&mut self) -> Result<Option<(usize, RawSample)>> {
         for (index, requests) in self.requests.iter_mut().enumerate() {
             if let Some(sample) = requests.reader.receive_valid()? {
@@ -123,8 +123,8 @@ impl Inputs {
         self.last_request
     }
 
-    /// Goes on to the next instant, where all of it has come; otherwise it waits. Which part of it comes first is
-    /// chance: a reader that joins late gets each channel's history when its writer comes to it.
+    /// Advances to the next instant if all of it has arrived; otherwise waits. Which part arrives first is chance: a
+    /// reader that joins late gets each channel's history when its writer next serves it.
     pub(super) fn next_instant(&mut self, node: &Node) -> Result<bool> {
         let Self { ticks, triggers, answered, sensors, .. } = self;
         let Some(ticks) = ticks else { return Ok(false) };
@@ -141,13 +141,13 @@ impl Inputs {
         Ok(is_whole)
     }
 
-    /// The instant that [`Inputs::next_instant`] went on to.
+    /// The instant that [`Inputs::next_instant`] advanced to.
     pub(super) fn instant(&self) -> Option<Instant<'_>> {
         let tick = self.ticks.as_ref()?.current.as_ref()?.header();
         Some(Instant::new(&self.access, tick.seq, tick.stamp_ns, self))
     }
 
-    /// The step is done: what has come is of an earlier instant now.
+    /// Ends the step: what has arrived so far belongs to an earlier instant now.
     pub(super) fn end_instant(&mut self) {
         self.queues_mut().for_each(Queue::end_instant);
         self.sensors.iter_mut().for_each(Sensor::end_instant);
@@ -177,8 +177,8 @@ impl Inputs {
         self.ticks.as_ref().is_some_and(|ticks| ticks.taken < tick)
     }
 
-    /// Goes on after what a predecessor took. Instructions are heard again, and of each sensor the newest reading
-    /// comes once more: it belongs to instants that follow.
+    /// Resumes after what a predecessor took. Instructions are heard again, and the newest reading of each sensor comes
+    /// once more, because it belongs to the instants that follow.
     pub(super) fn resume(&mut self, positions: &Positions) {
         for (requests, &taken) in self.requests.iter_mut().zip(&positions.requests) {
             requests.taken = taken;
@@ -200,8 +200,8 @@ impl Inputs {
         self.last_request = positions.last_request;
     }
 
-    /// Goes on after the tick `answered`, with whatever the channels still have. What the pad asked for before is left
-    /// out, but for drawings, which nobody has any more.
+    /// Resumes after the tick `answered` with whatever the channels still have. Earlier requests of the pad are
+    /// skipped. Drawings need not be: no history keeps them.
     pub(super) fn begin_behind(&mut self, answered: u64, node: &Node) -> Result<()> {
         self.answered = answered;
         for requests in self.requests.iter_mut().filter(|requests| is_of_people(requests.reader.spec())) {
@@ -240,7 +240,7 @@ fn reading(sample: &RawSample, is_fresh: bool) -> Reading<'_> {
 }
 
 impl Queue {
-    /// The next one that no predecessor has answered, where there is none yet; whether there is one.
+    /// Takes the next message that no predecessor has answered, unless there is one already; returns whether there is one.
     fn next_after(&mut self, answered: u64) -> Result<bool> {
         while self.current.is_none() {
             let Some(next) = self.reader.receive_valid()? else { return Ok(false) };
@@ -249,8 +249,8 @@ impl Queue {
         Ok(true)
     }
 
-    /// The next one whose tick there is; whether both are there. Where the tick is missing, as after an overflow in real
-    /// time, it is left out: its readings may be missing, too.
+    /// Takes the next message whose tick has arrived; returns whether both are there. A message without its tick, as
+    /// after an overflow in real time, is skipped: its readings may be missing, too.
     fn next_with_tick(&mut self, ticks: &mut Self, answered: u64) -> Result<bool> {
         while self.next_after(answered)? {
             if !ticks.advance_to(self.tick())? {
@@ -264,7 +264,7 @@ impl Queue {
         Ok(false)
     }
 
-    /// The tick of this number or the first one after it; whether it is there.
+    /// Advances to the tick of this number or the first one after it; returns whether it is there.
     fn advance_to(&mut self, tick: u64) -> Result<bool> {
         while self.tick() < tick {
             let Some(next) = self.reader.receive_valid()? else { return Ok(false) };
@@ -273,7 +273,7 @@ impl Queue {
         Ok(true)
     }
 
-    /// The tick that the current one is, or that caused it; 0 where there is none.
+    /// The number of the current tick, or of the tick that caused the current message; 0 if there is none.
     fn tick(&self) -> u64 {
         self.current.as_ref().map_or(0, |current| self.tick_of(current))
     }
@@ -291,12 +291,12 @@ impl Queue {
 /// A sensor's channel, read no further than the tick says.
 struct Sensor {
     reader: RawReader,
-    /// Its place in [`Tick::newest`].
+    /// Its index in [`Tick::newest`].
     index: usize,
     newest: Option<RawSample>,
-    /// One that belongs to a later instant.
+    /// A reading that belongs to a later instant.
     next: Option<RawSample>,
-    /// The number of the newest reading at the instant before.
+    /// The number of the newest reading at the previous instant.
     before: u64,
 }
 
@@ -306,7 +306,7 @@ impl Sensor {
         Self { reader, index, newest: None, next: None, before: 0 }
     }
 
-    /// Takes the readings up to the number `seq`; whether all have come. Invalid ones are rejected and counted.
+    /// Takes the readings up to the number `seq`; returns whether all have arrived. Invalid ones are rejected and counted.
     fn advance_to(&mut self, seq: u64, node: &Node) -> Result<bool> {
         loop {
             if self.next.is_none() && self.reader.position() < seq {

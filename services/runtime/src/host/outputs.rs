@@ -14,7 +14,7 @@ pub(super) struct Positions(Vec<u64>);
 
 pub(super) struct Outputs {
     writers: Vec<RawWriter>,
-    /// Memory for [`Outputs::positions`].
+    /// Buffer for [`Outputs::positions`].
     positions: Positions,
 }
 
@@ -32,14 +32,14 @@ impl Outputs {
         &self.positions
     }
 
-    /// Goes on after what a predecessor sent.
+    /// Resumes after what a predecessor sent.
     pub(super) fn resume(&mut self, positions: &Positions) {
         for (writer, &last) in self.writers.iter_mut().zip(&positions.0) {
             writer.resume_after(last);
         }
     }
 
-    /// The same for those channels that are not there yet.
+    /// The same, for those channels that are not that far yet.
     pub(super) fn resume_no_earlier(&mut self, positions: &Positions) {
         for (writer, &last) in self.writers.iter_mut().zip(&positions.0) {
             writer.resume_after(last.max(writer.last_seq()));

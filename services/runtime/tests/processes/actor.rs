@@ -1,4 +1,4 @@
-//! The actor: this very binary, started again as a process that obeys.
+//! The actor: this same binary, started again as a process that takes orders.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use sketchnav_stage::Hosted;
 use crate::hosted::{Counter, Curious, fill_estimate};
 
 const LONG: Duration = Duration::from_secs(600);
-/// How often an actor looks for an answer before it says that none came, and how long it sleeps in between.
+/// How often an actor looks for an answer before it reports that none came, and how long it sleeps in between.
 const LOOKS: u32 = 6000;
 const LOOK: Duration = Duration::from_millis(5);
 const CLEARING: Duration = Duration::from_millis(500);
@@ -62,7 +62,7 @@ impl Actor {
                 self.node = Some(Node::join(System::open(name)?, process.parse().unwrap())?);
             }
             ["be-asked-to-end"] => {
-                // As the supervisor starts a process: the signal waits until somebody listens.
+                // As the supervisor starts a process: the signal waits until the process listens.
                 SigSet::from(Signal::SIGTERM).thread_block().unwrap();
                 raise(Signal::SIGTERM).unwrap();
             }
@@ -141,7 +141,7 @@ impl Actor {
         Ok(writer.last_seq().to_string())
     }
 
-    /// Everything that has come: first and last number, how many, how many lost.
+    /// Everything that has arrived: first and last number, how many, how many lost.
     fn receive(&mut self) -> Result<String> {
         let reader = self.scan_reader.as_mut().unwrap();
         let mut numbers = Vec::new();
@@ -181,7 +181,7 @@ impl Actor {
         Ok(writer.last_seq().to_string())
     }
 
-    /// An estimate that says that it belongs to this tick.
+    /// Sends an estimate that belongs to this tick.
     fn estimate(&mut self, tick: u64) -> Result<()> {
         let writer = self.estimate_writer.as_mut().unwrap();
         writer.send(|estimate| {
@@ -200,7 +200,7 @@ impl Actor {
         Ok(sample.map(|command| (command.header, command.last)))
     }
 
-    /// The answers up to that to `tick`: the ticks, the numbers, what the stage had counted.
+    /// The answers up to that to `tick`: the ticks, the numbers, and the stage's counts.
     fn answers(
         &mut self,
         tick: u64,
@@ -219,7 +219,7 @@ impl Actor {
         Ok(format!("no answer to tick {tick} after {}", told.join(" ")))
     }
 
-    /// What the supervisor finds among the files of the system.
+    /// The supervisor's complaint about the files of the system.
     fn complaint(&self) -> String {
         for _ in 0..LOOKS {
             if let Err(error) = self.node().check_shared_memory() {
@@ -264,7 +264,7 @@ impl Actor {
         Ok(place_in_file(sketch.cells().as_ptr()))
     }
 
-    /// Allocations of this thread while a thousand messages are sent and the health is reported.
+    /// Allocations of this thread while it sends a thousand messages and reports its health.
     fn count_sending(&mut self) -> Result<String> {
         let (writer, node) = (self.scan_writer.as_mut().unwrap(), self.node.as_ref().unwrap());
         let mut health = HealthReporter::new(node)?;
@@ -308,7 +308,7 @@ fn fill(scan: &mut LaserScan) {
     scan.ranges_m[100] = 2.5;
 }
 
-/// Which byte of which file an address is: the file's device, inode and path, and the offset.
+/// The place of an address in a file: the file's device, inode and path, and the offset.
 fn place_in_file<T>(address: *const T) -> String {
     let address = address as usize;
     let maps = std::fs::read_to_string("/proc/self/maps").unwrap();

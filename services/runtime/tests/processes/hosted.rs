@@ -1,4 +1,4 @@
-//! A stage under its host: what it answers when its process is killed, or its state lost or refused.
+//! A stage under its host: what it answers when its process is killed, or its state is lost or rejected.
 
 use std::fs::OpenOptions;
 use std::os::unix::fs::FileExt;
@@ -19,7 +19,7 @@ pub struct Counter {
 }
 
 impl Counter {
-    /// One that does not take a state where it `refuses`.
+    /// A counter that rejects any state if `refuses`.
     pub fn new(process: Process, refuses: bool) -> Self {
         Self { process, count: 0, refuses }
     }
@@ -29,7 +29,7 @@ impl NavigatorStage for Counter {
     const FORM: &'static str = "counter 1";
     type State = u32;
 
-    /// Tells the test that the channels are open.
+    /// Notifies the test that the channels are open.
     fn speak(&mut self, _: &mut Outbox<'_>) -> Result<(), StageError> {
         println!("\n> open");
         Ok(())
@@ -63,14 +63,14 @@ impl NavigatorStage for Counter {
     }
 }
 
-/// Asks for what no navigator may read.
+/// Asks for a channel that no navigator may read.
 pub struct Curious;
 
 impl NavigatorStage for Curious {
     const FORM: &'static str = "curious 1";
     type State = ();
 
-    /// Tells the test that the channels are open.
+    /// Notifies the test that the channels are open.
     fn speak(&mut self, _: &mut Outbox<'_>) -> Result<(), StageError> {
         println!("\n> open");
         Ok(())
@@ -88,7 +88,7 @@ impl NavigatorStage for Curious {
     }
 }
 
-/// Makes it valid.
+/// Makes the estimate valid.
 pub fn fill_estimate(estimate: &mut PoseEstimate, header: Header, count: u32) {
     (estimate.header, estimate.particle_count) = (header, count);
     estimate.pose.orientation_w = 1.0;
@@ -101,14 +101,14 @@ fn hosting(stage: &Stage, system: &str, process: Process, order: &str) -> Player
     host
 }
 
-/// The answers from one tick to another, the first of them with the number `seq`, to a stage that has counted so many.
+/// The answers from one tick to another, the first of them with the number `seq`, by a stage that had counted `count` ticks.
 fn told(ticks: std::ops::RangeInclusive<u64>, seq: u64, count: u64) -> String {
     let first = *ticks.start();
     let one = |tick| format!("{tick}:{}:{}", seq + tick - first, count + tick - first);
     ticks.map(one).collect::<Vec<_>>().join(" ")
 }
 
-/// Each file of a checkpoint has its version taken away.
+/// Removes the version from each file of a checkpoint.
 fn damage_checkpoints(stage: &Stage, system: &str) {
     let files = [0, 1].map(|slot| stage.shared_memory(system, &format!("checkpoint_localizer_{slot}")));
     for path in files.concat() {
@@ -131,7 +131,7 @@ fn a_killed_stage_answers_each_tick_once() {
     }
 }
 
-/// Killed once more before its next checkpoint, a process that had begun anew once answered old ticks again.
+/// When killed once more before its next checkpoint, a process that had started again once answered old ticks a second time.
 #[test]
 fn a_stage_that_began_anew_and_is_killed_again_answers_no_tick_twice() {
     let stage = Stage::new();
@@ -153,7 +153,7 @@ fn a_stage_that_began_anew_and_is_killed_again_answers_no_tick_twice() {
     }
 }
 
-/// It ended the mission: the error counted as one of the mission's, which no restart mends.
+/// This once ended the mission: the error counted as one of the mission, which no restart can cure.
 #[test]
 fn a_stage_that_refuses_its_state_begins_anew() {
     let stage = Stage::new();
@@ -178,8 +178,8 @@ fn a_stage_that_refuses_its_state_begins_anew() {
     assert_eq!(recorder.tell("estimates 42"), told(41..=42, 41, 1));
 }
 
-/// A planner that had overslept, as in real time, took an estimate for that of the first tick that was still there. From
-/// then on each estimate belonged to another tick.
+/// A planner that had overslept, as in real time, once took an estimate for that of the first tick that was still
+/// there. From then on each estimate belonged to another tick.
 #[test]
 fn what_a_stage_answers_belongs_to_its_tick_after_an_overflow() {
     let stage = Stage::new();
@@ -187,7 +187,7 @@ fn what_a_stage_answers_belongs_to_its_tick_after_an_overflow() {
     let mut world = stage.join("overslept", Process::World, &["tick-writer"]);
     let mut localizer = stage.join("overslept", Process::Localizer, &["estimate-writer"]);
     let mut recorder = stage.join("overslept", Process::Recorder, &["command-reader"]);
-    // Of 300 ticks 173 to 300 are in the history; of the estimates all.
+    // Of 300 ticks, the history holds 173 to 300; of the estimates, all.
     world.tell("tick 300");
     for tick in (100..=103).chain(171..=174).chain(298..=300) {
         localizer.does(&format!("estimate {tick}"));
@@ -201,7 +201,7 @@ fn what_a_stage_answers_belongs_to_its_tick_after_an_overflow() {
     assert_eq!(recorder.tell("commands 300"), expected.join(" "));
 }
 
-/// It got none, ever, and waited for the first.
+/// Such a stage once never got a message, and waited for the first one.
 #[test]
 fn a_stage_that_asks_for_a_channel_that_it_may_not_read_ends_with_the_channel_s_name() {
     let stage = Stage::new();

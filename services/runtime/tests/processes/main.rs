@@ -1,8 +1,8 @@
 //! Real processes on real shared memory.
 //!
-//! A test starts this very binary again as actors and talks to them line by line. An order goes to an actor's standard
-//! input, an answer comes from its standard output. Each test has a root of its own, so the tests do not see each
-//! other either.
+//! A test starts this same binary again as actors and talks to them line by line: orders go to an actor's standard
+//! input, answers come from its standard output. Each test has a root of its own, so the
+//! tests do not affect each other either.
 
 mod actor;
 mod hosted;
@@ -81,12 +81,13 @@ fn observers_leave_the_pipeline_its_places() {
         reader.does("open scan-reader");
         reader.kill();
     }
-    // The place of one that was killed is free again.
+    // The place of a killed observer is free again.
     observers[0].kill();
     observers[6].does("open scan-reader");
 }
 
-/// As root, with `fs.protected_symlinks` off, a link among the files of a system had somebody's own file overwritten.
+/// As root, with `fs.protected_symlinks` off, a link among the files of a system once
+/// caused an unrelated file to be overwritten.
 #[test]
 fn a_link_among_the_files_of_a_system_is_named_and_not_followed() {
     let stage = Stage::new();
@@ -109,9 +110,9 @@ fn a_link_among_the_files_of_a_system_is_named_and_not_followed() {
     assert_eq!(stage.leftovers("intruder"), Vec::<String>::new());
 }
 
-/// Where the next file of a system will lie that has its first one only.
+/// The path of the next file of a system that only has its first one.
 fn next_file(stage: &Stage, system: &str) -> PathBuf {
-    // Names in `/dev/shm` are all tests'.
+    // All tests share the names in `/dev/shm`.
     let other = format!("{system}-before");
     let mut supervisor = stage.system(&other);
     let path = stage.shared_memory(&other, ".global_mgmt").remove(0).display().to_string();
@@ -121,7 +122,8 @@ fn next_file(stage: &Stage, system: &str) -> PathBuf {
     PathBuf::from(owner.replace("_owner", &format!("_{name}")))
 }
 
-/// Whoever saw the first file of a system could make the next one: "UnableToGenerateUniqueNodeId" was all that one read.
+/// A process that saw the first file of a system could create the next one; the only error was
+/// "UnableToGenerateUniqueNodeId".
 #[test]
 fn a_link_in_the_way_of_a_start_is_named() {
     let stage = Stage::new();
@@ -135,7 +137,7 @@ fn a_link_in_the_way_of_a_start_is_named() {
     assert_eq!(stage.leftovers("linked"), Vec::<String>::new());
 }
 
-/// iceoryx2 0.10 waited for ever, as root, for another user to fill the file that it needed itself: no word, no end.
+/// As root, iceoryx2 0.10 waited forever and in silence for another user to fill a file that it needed itself.
 #[test]
 fn a_file_of_another_user_in_the_way_of_a_start_ends_it() {
     if !nix::unistd::getuid().is_root() {
@@ -154,7 +156,7 @@ fn a_file_of_another_user_in_the_way_of_a_start_ends_it() {
     assert_eq!(stage.leftovers("late"), Vec::<String>::new());
 }
 
-/// A writer whose history lost its pages died by SIGBUS, without a word.
+/// A writer whose history lost its pages once died by SIGBUS, without a word.
 #[test]
 fn a_writer_whose_history_is_cut_off_ends_with_a_code() {
     let stage = Stage::new();
@@ -175,11 +177,11 @@ fn sending_and_receiving_allocate_nothing() {
     let _supervisor = stage.system("allocations");
     let mut writer = stage.join("allocations", Process::World, &["scan-writer"]);
     let mut reader = stage.join("allocations", Process::Localizer, &["scan-reader"]);
-    // The first message connects the two.
+    // The first message connects writer and reader.
     writer.tell("send 1");
     assert_eq!(reader.tell("until 1"), "1");
     reader.begin("count-receiving");
-    // Two messages a round: the scan and the health.
+    // Two messages per round: the scan and the health.
     assert_eq!(writer.tell("count-sending"), "0 and 2000 handles");
     assert_eq!(reader.answer(), "0");
 }
@@ -291,7 +293,7 @@ fn history_reaches_a_late_reader() {
     let _supervisor = stage.system("late");
     let mut writer = stage.join("late", Process::World, &["scan-writer"]);
     writer.tell("send 100");
-    // The writer sleeps until a reader comes; the reader sleeps until it has been served.
+    // The writer sleeps until a reader joins; the reader sleeps until it has been served.
     writer.begin("wait");
     let mut reader = stage.join("late", Process::Planner, &["scan-reader"]);
     reader.begin("until 100");
@@ -326,7 +328,7 @@ fn a_dead_reader_stops_nobody() {
     assert_eq!(alive.tell("receive"), "1..101 101 lost 0");
 }
 
-/// iceoryx2 0.10 waits for ever, as root, for the maker of an empty connection.
+/// As root, iceoryx2 0.10 waits forever for the maker of an empty connection.
 #[test]
 fn a_reader_killed_while_it_connects_stops_nobody() {
     let stage = Stage::new();
@@ -372,7 +374,7 @@ fn a_request_to_end_wakes_a_sleeper() {
 }
 
 /// A process that was asked to end while it joined had its bell rung by the signal before it first looked at the bell.
-/// It took the ring for an old one and slept for good. On a loaded machine one in five systems that were interrupted
+/// It took the ring for an old one and slept for good. On a loaded machine, one in five systems that were interrupted
 /// at once hung.
 #[test]
 fn a_request_to_end_before_joining_is_heard() {

@@ -1,4 +1,4 @@
-//! Starting actors and talking to them.
+//! Starts actors and talks to them.
 
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use sketchnav_schemas::codes::Process;
 
-/// A root of systems that is this test's own.
+/// A root of systems that only this test uses.
 pub struct Stage {
     root: tempfile::TempDir,
 }
@@ -36,7 +36,7 @@ impl Stage {
         Player { child, orders, answers }
     }
 
-    /// A supervisor of the system `name`.
+    /// Starts a supervisor of the system `name`.
     pub fn system(&self, name: &str) -> Player {
         let mut supervisor = self.player();
         supervisor.does(&format!("create {name}"));
@@ -56,8 +56,8 @@ impl Stage {
         self.root.path().join("sketchnav")
     }
 
-    /// The files of `system` in shared memory whose names end so. Files of a system with the same name in another
-    /// root are left out: an earlier test that was killed may have left them.
+    /// The files of `system` in shared memory whose names end with `end`. Those of a system with the same name in
+    /// another root are left out, because an earlier test that was killed may have left them.
     pub fn shared_memory(&self, system: &str, end: &str) -> Vec<PathBuf> {
         let mark = format!("sketchnav_{system}_");
         let mut found = names(Path::new("/dev/shm"));
@@ -65,14 +65,14 @@ impl Stage {
         found.iter().map(|name| Path::new("/dev/shm").join(name)).collect()
     }
 
-    /// Whether the owner of a file in shared memory names a folder outside of this root.
+    /// Whether the owner of a file in shared memory names a folder outside this root.
     fn is_elsewhere(&self, name: &str) -> bool {
         let prefix = name.splitn(4, '_').take(3).collect::<Vec<_>>().join("_");
         let owner = std::fs::read_to_string(format!("/dev/shm/{prefix}_owner"));
         owner.is_ok_and(|folder| !Path::new(&folder).starts_with(self.root.path()))
     }
 
-    /// What lies in the root, except for its guard, and in shared memory under the name of `system`.
+    /// The content of the root, except for its guard, and of shared memory under the name of `system`.
     pub fn leftovers(&self, system: &str) -> Vec<String> {
         let mut found = names(&self.folder());
         found.retain(|name| name != ".guard");
@@ -127,7 +127,7 @@ impl Player {
         assert_eq!(self.tell(order), answer, "{order}");
     }
 
-    /// The code that it ends with, instead of an answer.
+    /// The exit code with which it ends instead of answering.
     pub fn exit_code(&mut self) -> Option<i32> {
         let mut line = String::new();
         while self.answers.read_line(&mut line).unwrap() > 0 {

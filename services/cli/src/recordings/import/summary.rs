@@ -1,4 +1,4 @@
-//! What was taken over of a log and what was not, for people and programs.
+//! What was converted from a log and what was not, for people and programs.
 
 use std::collections::BTreeMap;
 
@@ -10,29 +10,29 @@ use sketchnav_recordings::import::Imported;
 use crate::output::{out, say};
 use crate::recordings::args::ImportOptions;
 
-/// Reasons, and lines of a reason, that are shown to people; programs get more of them.
+/// Maximum number of reasons, and of lines per reason, that are shown to people; programs get more of them.
 const MAX_SHOWN: usize = 5;
 
-/// What became of a log.
+/// The result of converting a log.
 #[derive(Debug, Serialize)]
 pub struct Summary {
     recording: String,
     scans: u64,
-    /// What the lines of the scans begin with.
+    /// The first word of the scans' lines.
     kind: &'static str,
     lasers: Vec<LaserFigures>,
     odometry: Odometry,
     left_out: LeftOut,
-    /// Lines of kinds that are not read, by their first words.
+    /// Lines of kinds that are not supported, by their first words.
     not_read: BTreeMap<String, u64>,
     warnings: Vec<String>,
 }
 
-/// Scans whose beams point the same way.
+/// Scans whose beams have the same directions.
 #[derive(Debug, Serialize)]
 struct LaserFigures {
     beams: usize,
-    /// From the first beam to the last.
+    /// The angle from the first beam to the last.
     span_deg: f64,
     scans: u64,
 }
@@ -43,7 +43,7 @@ struct Odometry {
     way_m: f64,
 }
 
-/// What was left out: all of it is counted, the first thousand lines are named.
+/// What was left out: all of it is counted, and the first thousand lines are named.
 #[derive(Debug, Serialize)]
 struct LeftOut {
     lines: u64,
@@ -104,7 +104,7 @@ impl Summary {
         }
     }
 
-    /// Prints it as text, or as one JSON object; warnings on standard error too.
+    /// Prints it as text or as one JSON object, and the warnings to standard error.
     pub fn print(&self, json: bool) -> anyhow::Result<()> {
         for warning in &self.warnings {
             say!("warning: {warning}");
@@ -143,7 +143,7 @@ impl LaserFigures {
     }
 }
 
-/// A line for each reason, with the lines of the log that it holds for.
+/// A line for each reason, with the lines of the log to which it applies.
 fn grouped(all: &[Why]) -> Vec<String> {
     let mut groups: Vec<(&str, Vec<u64>)> = Vec::new();
     for Why { line, why } in all {

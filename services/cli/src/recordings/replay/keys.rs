@@ -1,4 +1,4 @@
-//! Keys of a terminal, one at a time, without waiting for them.
+//! Reads the keys of a terminal one at a time, without waiting for them.
 
 use std::collections::VecDeque;
 use std::io::{IsTerminal, Read, Stdin, stdin};
@@ -11,26 +11,26 @@ use nix::unistd::{getpgrp, tcgetpgrp};
 /// What a key asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wish {
-    /// Pause, or go on.
+    /// Pause or continue.
     Pause,
-    /// One instant: all its messages.
+    /// Step by one instant, with all its messages.
     Step,
-    /// Forward or backward, seconds.
+    /// Seek forward or backward, seconds.
     Seek(f64),
-    /// Another rate, by a factor.
+    /// Change the rate by a factor.
     Rate(f64),
-    /// The end.
+    /// End.
     Quit,
 }
 
 const SEEK_S: f64 = 10.0;
 
-/// The keys; the terminal is as it was when this is dropped.
+/// The keys; dropping this restores the terminal.
 pub struct Keys {
     input: Stdin,
-    /// How the terminal was; none where there is no terminal, or it is not ours.
+    /// The terminal's previous settings; `None` if there is no terminal, or it is not ours.
     before: Option<Termios>,
-    /// What was read and is not understood yet: keys that are held come several at once.
+    /// What was read but not interpreted yet: keys that are held arrive several at once.
     read: VecDeque<u8>,
 }
 
@@ -41,13 +41,13 @@ impl Keys {
         if let Some(before) = &before {
             let mut single = before.clone();
             single.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
-            // Where it cannot be set, keys come with the next line.
+            // If it cannot be set, keys only arrive with the next line.
             let _ = tcsetattr(input.as_fd(), SetArg::TCSANOW, &single);
         }
         Self { input, before, read: VecDeque::new() }
     }
 
-    /// The next wish, where a key was pressed.
+    /// The next wish, if a key was pressed.
     pub fn next(&mut self) -> Option<Wish> {
         self.before.as_ref()?;
         let mut bytes = [0; 64];
@@ -60,7 +60,7 @@ impl Keys {
     }
 }
 
-/// Whether the terminal listens to us: who reads from one in the background, or sets it, is stopped.
+/// Whether the terminal is ours: a process in the background that reads from one, or changes its settings, is stopped.
 fn is_ours(input: &Stdin) -> bool {
     input.is_terminal() && tcgetpgrp(input).is_ok_and(|group| group == getpgrp())
 }
@@ -73,10 +73,10 @@ impl Drop for Keys {
     }
 }
 
-/// Takes what was read up to the first key that asks for something.
+/// Consumes what was read up to the first key that has a meaning.
 fn wish(read: &mut VecDeque<u8>) -> Option<Wish> {
     while let Some(key) = read.pop_front() {
-        // An arrow is an escape, a bracket (or an O) and a letter.
+        // An arrow key sends an escape, a bracket (or an O) and a letter.
         let is_arrow = key == 0x1b && matches!(read.front(), Some(b'[' | b'O'));
         let key = if is_arrow { read.drain(..2.min(read.len())).next_back() } else { Some(key) };
         let wish = match (is_arrow, key) {
@@ -106,7 +106,7 @@ mod tests {
         };
         assert_eq!(all(b" "), [Wish::Pause]);
         assert_eq!(all(b"x\x1b[D"), [Wish::Seek(-SEEK_S)]);
-        // Held arrows come several at once, and none of them counted.
+        // Held arrow keys arrive several at once, and once none of them counted.
         assert_eq!(
             all(b"\x1b[C\x1b[C\x1bOCs"),
             [Wish::Seek(10.0), Wish::Seek(10.0), Wish::Seek(10.0), Wish::Step]

@@ -1,4 +1,4 @@
-//! What of a recording is played, and into which channels: made before anything is started.
+//! Which parts of a recording are played, and into which channels; decided before anything is started.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -16,21 +16,21 @@ use crate::recordings::args::ReplayOptions;
 
 /// What is played.
 pub struct Plan {
-    /// By channel the topic of the recording that is played into it.
+    /// For each channel, the topic of the recording that is played into it.
     topics: BTreeMap<&'static str, String>,
-    /// When; there is some message in it.
+    /// The period; it contains at least one message.
     pub times_ns: Range<u64>,
-    /// What is played of the supervisor's own.
+    /// Which of the supervisor's own channels are played.
     pub ceded: Ceded,
 }
 
-/// In whose name a channel is played.
+/// The process in whose name a channel is played.
 pub fn speaker(channel: &ChannelSpec) -> Process {
     channel.writer.unwrap_or(Process::World)
 }
 
 impl Plan {
-    /// Rejects an unknown channel or topic, and a time without messages.
+    /// Rejects an unknown channel or topic, and a period without messages.
     pub fn new(recording: &Recording, options: &ReplayOptions) -> anyhow::Result<Self> {
         let (first_ns, last_ns) = recording.index()?.span_ns().context("the recording has no message")?;
         let asked = options.times.ns()?;
@@ -42,7 +42,7 @@ impl Plan {
         for topic in remapped.chain(named) {
             ensure!(known.contains(&topic), "topic {topic}: expected one of {}", known.join(", "));
         }
-        // An end of its own is not beyond the recording's.
+        // A period of its own does not extend beyond the recording's.
         let times_ns = asked.start.max(first_ns)..asked.end.min(last_ns.saturating_add(1));
         let mut plan = Self { topics, times_ns, ceded: Ceded::default() };
         let is_there = |times: &Range<u64>| !times.is_empty() && plan.has_message(recording, times.clone());
@@ -55,8 +55,7 @@ impl Plan {
             seconds(first_ns),
             seconds(last_ns),
         );
-        // Orders that the recording does not have this system's supervisor gives to a live planner; nobody else
-        // needs them.
+        // If the recording has no orders, this system's supervisor gives them to a live planner; no other process needs them.
         let has_orders = plan.topic_of(MISSION.spec).is_some_and(|topic| has_message_of(recording, topic));
         plan.ceded.mission = has_orders || !options.live.contains(&Process::Planner);
         plan.ceded.faults = options.live.is_empty();
@@ -66,17 +65,17 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The topic of the recording that is played into a channel, where one is.
+    /// The topic of the recording that is played into a channel, if there is one.
     pub fn topic_of(&self, channel: &ChannelSpec) -> Option<&str> {
         self.topics.get(channel.name).map(String::as_str)
     }
 
-    /// The messages of all times that are played.
+    /// The messages that are played, at all times.
     pub fn selection(&self) -> Selection {
         Selection::of_topics(self.topics.values().cloned())
     }
 
-    /// A damaged one counts: the player reports it.
+    /// A damaged message counts: the player reports it.
     fn has_message(&self, recording: &Recording, times_ns: Range<u64>) -> bool {
         let selected = recording.select(self.selection().between(times_ns));
         selected.is_ok_and(|mut messages| messages.next().is_some())
@@ -91,10 +90,10 @@ fn plain(topic: &str) -> &str {
     topic.trim_start_matches('/')
 }
 
-/// By channel the topic that is played into it. The channels are those of the processes that are not live, all or
-/// those that are named. The topic is their own or the one that is mapped to them.
+/// For each channel, the topic that is played into it. The channels are those of the processes that are not live, or
+/// those of them that are named. The topic is the channel's own, or the one that is mapped to it.
 fn topics(options: &ReplayOptions, kind: &str) -> anyhow::Result<BTreeMap<&'static str, String>> {
-    // What befalls live processes this system's supervisor tells.
+    // Faults of live processes are reported by this system's supervisor.
     let is_told = |spec: &ChannelSpec| spec.name == FAULTS.spec.name && !options.live.is_empty();
     let is_played =
         |spec: &&ChannelSpec| spec.is_recorded() && !options.live.contains(&speaker(spec)) && !is_told(spec);

@@ -1,4 +1,4 @@
-//! Plays, pauses, steps and seeks; waits for what lives.
+//! Plays, pauses, steps and seeks; waits for live processes.
 
 use std::iter::Peekable;
 use std::ops::Range;
@@ -25,17 +25,17 @@ use crate::recordings::args::{Rate, ReplayOptions};
 
 /// Longest sleep between two looks at keys and readers.
 const NAP: Duration = Duration::from_millis(20);
-/// Sleep while an answer is awaited: it comes soon.
+/// How long to sleep while waiting for an answer, which comes soon.
 const SHORT_NAP: Duration = Duration::from_micros(200);
-/// So long a live process may take to start and answer.
+/// How long a live process may take to start, and to answer.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 /// How it ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// At its end.
+    /// The recording has reached its end.
     Played,
-    /// By a signal.
+    /// A signal ended it.
     Interrupted,
 }
 
@@ -50,13 +50,13 @@ pub struct Player<'a> {
     bar: ProgressBar,
     plan: &'a Plan,
     shift: Shift,
-    /// The tick that was played last, as it was numbered.
+    /// The number of the last tick that was played.
     tick: u64,
     /// The latest stamp that was sent.
     sent_ns: u64,
 }
 
-/// What became of an instant.
+/// How an instant ended.
 enum Turn {
     Next,
     Seek(u64),
@@ -91,7 +91,7 @@ impl<'a> Player<'a> {
         })
     }
 
-    /// Plays to the end.
+    /// Plays the recording to its end.
     pub fn play(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<End> {
         let mut from_ns = self.plan.times_ns.start;
         if self.wait_for_lives(supervisor)? == Wake::Terminate {
@@ -119,8 +119,8 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// Waits for the first word of each live process: it hears everything from then on. One that came to its
-    /// channels after a short recording was over had heard nothing of it.
+    /// Waits for the first message of each live process, which hears everything from then on. A process that joined
+    /// after a short recording was over would have heard nothing of it.
     fn wait_for_lives(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<Wake> {
         let since = Instant::now();
         loop {
@@ -146,7 +146,7 @@ impl<'a> Player<'a> {
         let mut instant_ns = None;
         while let Some(message) = timeline.next().transpose()? {
             if instant_ns.replace(message.stamp_ns) != Some(message.stamp_ns) {
-                // Whatever the rate, each instant is a chance to end, and to serve who has come late.
+                // At any rate, each instant is an opportunity to end, and to serve late readers.
                 supervisor.poll(Duration::ZERO)?;
                 if self.ports.nap(Duration::ZERO) == Wake::Terminate {
                     return Ok(Turn::End(End::Interrupted));
@@ -155,7 +155,7 @@ impl<'a> Player<'a> {
                 self.bar.set_position(since_ns / 1_000_000);
             }
             if message.topic.is(TICK) {
-                // The world in lockstep hears the command before it goes on; so do we.
+                // The world in lockstep gets the command before it goes on, and so does the player.
                 self.wait_for_answers(self.tick, supervisor)?;
             }
             match self.wait_until_due(&message, supervisor)? {
@@ -176,7 +176,7 @@ impl<'a> Player<'a> {
         Ok(())
     }
 
-    /// Stamps and scans go on after a jump back; what is latched is said again.
+    /// After a jump back, stamps and scans continue, and latched messages are sent again.
     fn begin_at(
         &mut self,
         from_ns: u64,
@@ -195,7 +195,7 @@ impl<'a> Player<'a> {
             Some(Ok(first)) => first.stamp_ns,
             _ => from_ns,
         };
-        // Who begins in the middle has not heard the orders before it.
+        // If playing begins in the middle, the earlier orders have not been heard.
         let orders = if self.sent_ns == 0 { self.orders(from_ns)? } else { Vec::new() };
         for earlier in self.recording.latched_before(from_ns)?.into_iter().chain(orders) {
             self.ports.play(&RawMessage { stamp_ns: at_ns, ..earlier }, self.shift, supervisor)?;
@@ -215,7 +215,7 @@ impl<'a> Player<'a> {
         Ok(self.recording.select(selection)?.collect::<Result<_, _>>()?)
     }
 
-    /// Waits by the clock, and does what keys ask for meanwhile.
+    /// Waits by the clock, and handles keys in the meantime.
     fn wait_until_due(&mut self, message: &RawMessage, supervisor: &mut Supervisor) -> anyhow::Result<Turn> {
         loop {
             match self.keys.next() {
@@ -250,7 +250,7 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// Waits until what lives has answered a tick.
+    /// Waits until the live processes have answered a tick.
     fn wait_for_answers(&mut self, tick: u64, supervisor: &mut Supervisor) -> anyhow::Result<()> {
         let Some(answers) = &mut self.answers else { return Ok(()) };
         let since = Instant::now();
@@ -277,7 +277,7 @@ fn bar(times_ns: &Range<u64>) -> ProgressBar {
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// What the live processes have answered.
+/// The answers of the live processes.
 struct Answers {
     answers: Vec<Answer>,
     _node: Node,
@@ -288,7 +288,7 @@ struct Answer {
     reader: RawReader,
     /// The newest tick that was answered.
     newest: u64,
-    /// How many ticks it may be behind.
+    /// How many ticks it may lag behind.
     window: u64,
 }
 

@@ -16,12 +16,12 @@ use sketchnav_supervisor::Supervisor;
 
 use super::plan::{Plan, speaker};
 
-/// What is added to numbers and stamps, so that they go on after a jump back.
+/// Added to numbers and stamps, so that they continue after a jump back.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Shift {
-    /// To the number of the tick that is the cause.
+    /// Added to the number of the tick that is the cause.
     pub ticks: u64,
-    /// To the stamp, nanoseconds.
+    /// Added to the stamp, nanoseconds.
     pub ns: u64,
 }
 
@@ -38,9 +38,9 @@ impl Shift {
 /// A channel that is played into.
 struct Port {
     writer: RawWriter,
-    /// In whose name.
+    /// The process in whose name it is written.
     process: Process,
-    /// What is added to the numbers.
+    /// Added to the numbers.
     ahead: u64,
 }
 
@@ -49,7 +49,7 @@ impl Port {
         let spec = self.writer.spec();
         let header = erased::header(message.bytes());
         if spec.writer.is_some() && !spec.is_latched() {
-            // After a jump back the numbers go on; after one forward they show what was left out.
+            // After a jump back the numbers continue; after one forward they show what was skipped.
             if header.seq + self.ahead <= self.writer.last_seq() {
                 self.ahead = self.writer.last_seq() + 1 - header.seq;
             }
@@ -61,7 +61,7 @@ impl Port {
         cells.copy_from_slice(message.cells());
         *erased::header_mut(bytes) = shift.of(header);
         if spec.role == Role::Tick {
-            // What is not played does not come.
+            // Channels that are not played have no readings.
             node.name_readings(bytemuck::from_bytes_mut(bytes));
         }
         loan.send()?;
@@ -72,13 +72,13 @@ impl Port {
 /// The channels, by the topic of the recording that is played into each.
 pub struct Ports {
     ports: BTreeMap<String, Port>,
-    /// Behind the ports, which are to go first.
+    /// After the ports, which must be dropped first.
     nodes: BTreeMap<Process, Node>,
     rejected: Rejections,
 }
 
 impl Ports {
-    /// Opens the channels that are played into; those of the supervisor by its own node.
+    /// Opens the channels that are played into; the supervisor's own through its node.
     pub fn open(system: &str, plan: &Plan, supervisor: &Supervisor) -> anyhow::Result<Self> {
         let mut ports =
             Self { ports: BTreeMap::new(), nodes: BTreeMap::new(), rejected: Rejections::default() };
@@ -123,7 +123,7 @@ impl Ports {
         &self.rejected
     }
 
-    /// Sleeps, and hands what was sent before to readers that have come; whether the process is to end.
+    /// Sleeps, and hands earlier messages to readers that have joined; returns whether the process is asked to end.
     pub fn nap(&self, timeout: Duration) -> Wake {
         let mut wake = Wake::Timeout;
         for (i, node) in self.nodes.values().enumerate() {

@@ -1,4 +1,4 @@
-//! The page of a recording that this project did not write: what is in it, and what its topics say of places.
+//! The page of a recording that this project did not write: its content, and the positions in its topics.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ pub fn report(whole: &Whole, recording: &Recording, output: &Path, json: bool) -
     let mut info = info::info(recording.path()).or_input()?;
     let is_told = !whole.lacks().cut_off.is_empty();
     info.clean_end &= !is_told;
-    // What cannot be read of the places is said; the rest is shown.
+    // Positions that cannot be read are reported; the rest is shown.
     let ways = poses::read(recording).unwrap_or_else(|error| {
         say!("notice: places are not shown: {error}");
         Vec::new()
@@ -73,7 +73,7 @@ fn rows(info: &Info) -> Vec<Vec<String>> {
     info.topics.iter().map(row).collect()
 }
 
-/// How far each thing was from where it began.
+/// How far each object was from its first position.
 fn places(ways: &[Way]) -> Markup {
     let times = || ways.iter().flat_map(|way| way.places.iter().map(|place| place.time_s));
     let (Some(begin_s), Some(end_s)) = (times().reduce(f64::min), times().reduce(f64::max)) else {

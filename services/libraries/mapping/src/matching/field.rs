@@ -49,7 +49,7 @@ impl Field {
         self.side
     }
 
-    /// Draws the walls around a cell of the map anew.
+    /// Redraws the walls around a cell of the map.
     pub fn rebuild(&mut self, map: &Occupancy, middle: [i32; 2]) {
         let half = (self.side / 2) as i32;
         self.low = middle.map(|at| at - half);
@@ -74,8 +74,7 @@ impl Field {
         }
     }
 
-    /// The largest value of a block; 0 beside the field. `level` is a place in [`BLOCKS`], `at` counts from
-    /// [`Self::low`].
+    /// The largest value of a block; 0 outside the field. `level` is an index into [`BLOCKS`], `at` counts from [`Self::low`].
     #[inline]
     pub(crate) fn block(&self, level: usize, at: [i32; 2]) -> u8 {
         let (x, y) = (at[0] as usize, at[1] as usize);
@@ -103,7 +102,7 @@ fn spline(at: f64) -> [f64; 3] {
     [left, 1.0 - left - right, right]
 }
 
-/// Maxima over blocks twice as large: of four blocks of the finer level.
+/// Maxima over blocks twice as large, each from four blocks of the finer level.
 fn double(finer: &[u8], coarser: &mut [u8], side: usize, block: usize) {
     for y in 0..side {
         let upper = (y + block).min(side - 1);

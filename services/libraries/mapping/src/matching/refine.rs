@@ -1,5 +1,5 @@
-//! From the best cell to the best pose: the posterior is a parabola near its peak. Its slopes and curvatures are
-//! measured over a cell, then over half a cell, on the interpolated field. So the steps of the raster even out.
+//! From the best cell to the best pose: the posterior is a parabola near its peak. Its slopes and curvatures are measured on
+//! the interpolated field, over a cell and then over half a cell, which evens out the steps of the raster.
 
 use nalgebra::{Matrix3, Vector3};
 use sketchnav_schemas::geometry::{Pose, wrap_angle};
@@ -10,10 +10,10 @@ use crate::Map;
 
 /// Over how many cells slopes and curvatures are measured, step by step.
 const STENCILS: [f64; 5] = [1.0, 1.0, 0.5, 0.5, 0.5];
-/// A step is at most so many cells.
+/// Longest step, cells.
 const LONGEST_CELLS: f64 = 1.0;
 
-/// The part of the posterior that the scan says.
+/// The part of the posterior that comes from the scan.
 struct Likelihood<'a> {
     field: &'a Field,
     points: &'a [[f64; 2]],
@@ -33,7 +33,7 @@ impl Likelihood<'_> {
         self.evidence * self.score(pose)
     }
 
-    /// Slope, and information: the negative of the curvature where that is positive.
+    /// Slope, and information: the negative of the curvature, if that is positive.
     fn parabola(&self, pose: &Pose<Map>, stencil: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
         let at = |a: usize, by_a: f64, b: usize, by_b: f64| {
             let mut off = Vector3::zeros();
@@ -60,7 +60,7 @@ impl Likelihood<'_> {
     }
 }
 
-/// Refines a pose; where no step makes the posterior larger it stays as it is.
+/// Refines a pose, which stays as it is if no step makes the posterior larger.
 pub(super) fn refine(
     field: &Field,
     points: &[[f64; 2]],
@@ -163,7 +163,7 @@ mod tests {
         }
     }
 
-    /// Two long walls say nothing about the way along them: there the prior holds, and the covariance shows it.
+    /// Two long walls say nothing about the way along them: the prior decides there, and the covariance shows it.
     #[test]
     fn a_corridor_leaves_its_direction_to_the_odometry() {
         let field = room();

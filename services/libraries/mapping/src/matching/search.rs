@@ -7,7 +7,7 @@ use super::Prior;
 use super::field::{BLOCKS, Field};
 use crate::{Map, Parameters};
 
-/// Most angles that are tried; the step widens where the window has more.
+/// Most angles that are tried; the step is wider if the window has more.
 const MAX_ANGLES: usize = 161;
 const COARSEST: usize = BLOCKS.len() - 1;
 
@@ -18,7 +18,7 @@ pub(super) struct Window {
     pub half_rad: f64,
 }
 
-/// Shifts of one angle: a block of them.
+/// A block of shifts of one angle.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     angle: usize,
@@ -35,7 +35,7 @@ pub(super) struct Search {
     nodes: Vec<Node>,
 }
 
-/// What a search knows.
+/// What is given to a search.
 struct Problem<'a> {
     field: &'a Field,
     cells: &'a [[i32; 2]],
@@ -53,7 +53,7 @@ impl Search {
         let per_side = (2.0 * parameters.window_max_m / parameters.cell_m) as usize / BLOCKS[COARSEST] + 2;
         Self {
             cells: Vec::with_capacity(MAX_ANGLES * parameters.max_points),
-            // All blocks of all angles, and on the way down three siblings a level.
+            // All blocks of all angles and, on the way down, three siblings per level.
             nodes: Vec::with_capacity(MAX_ANGLES * per_side * per_side + 4 * BLOCKS.len()),
         }
     }
@@ -117,7 +117,7 @@ impl Problem<'_> {
                 nodes.push(self.node(angle, shift, COARSEST));
             }
         }
-        // The best on top. Equal bounds keep an order that depends on nothing else.
+        // The best on top. Equal bounds have an order that depends on nothing else.
         let order = |a: &Node, b: &Node| {
             a.bound.total_cmp(&b.bound).then(b.angle.cmp(&a.angle)).then(b.shift.cmp(&a.shift))
         };

@@ -12,7 +12,7 @@ pub struct LogScan {
     pub odometry: Pose<Odom>,
 }
 
-/// All scans of a log; `None`, with a notice, where the file is missing.
+/// All scans of a log; `None`, with a notice, if the file is missing.
 #[allow(clippy::disallowed_methods, reason = "a test reads its data")]
 pub fn read(path: &Path) -> Option<Vec<LogScan>> {
     let Ok(file) = std::fs::File::open(path) else {
@@ -27,7 +27,7 @@ pub fn read(path: &Path) -> Option<Vec<LogScan>> {
         let word = words.next();
         let numbers: Vec<f64> = words.map_while(|word| word.parse().ok()).collect();
         match word {
-            // In these logs the first ODOM line behind a scan repeats the scan's reference pose.
+            // In these logs the first ODOM line after a scan repeats the scan's reference pose.
             Some("ODOM") => {
                 let now = Pose::new(numbers[0], numbers[1], numbers[2]);
                 if let Some(before) = last.replace(now) {

@@ -1,11 +1,11 @@
-//! Constant forces of two objects that a line parts: the product of their chords, integrated.
+//! Constant forces of two objects that a line separates: the product of their chords, integrated.
 //!
-//! Where all of the argument is after the referent, F_0(θ) = ∫ X(u) Z(u) du. X and Z are the lengths of the two
-//! objects on the parallel u. The length in a simple ring follows from the edges that the parallel meets. It is the
-//! sum of the heights of those that go one way, less those that go back. It is linear between corners, so nothing has
-//! to be sorted along the direction.
+//! If all of the argument is after the referent, F_0(θ) = ∫ X(u) Z(u) du, with X and Z the lengths of the two objects on the
+//! parallel u. The length in a simple ring follows from the edges that the parallel meets: it is the sum of the heights of
+//! those that go one way, less those that go back. It is linear between corners, so nothing has to be sorted along the
+//! direction.
 
-/// An edge across the direction: from where to where it goes, and its line's height at 0 and slope, with the sign of its way.
+/// An edge across the direction: where it begins and ends, and its line's height at 0 and slope, signed by its direction.
 #[derive(Debug, Clone, Copy)]
 struct Edge {
     low: f64,
@@ -14,15 +14,15 @@ struct Edge {
     slope: f64,
 }
 
-/// The edges of two objects between two parallels: kept, so that nothing is allocated again.
+/// The edges of two objects between two parallels, kept so that memory is reused.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Chords {
     edges: [Vec<Edge>; 2],
 }
 
 impl Chords {
-    /// What F_0 needs: the edges of both objects, and their corners across and along the direction. From these follow
-    /// the parallels that both objects meet, and the corners between them in their order across.
+    /// What F_0 needs: the edges of both objects, and their corners across and along the direction. These determine the
+    /// parallels that both objects meet, and the corners between them in their order across.
     pub(super) fn constant_force(
         &mut self,
         edges: [&[[usize; 2]]; 2],

@@ -9,7 +9,7 @@ use super::{Force, Polygon, polygon};
 use crate::error::Error;
 use crate::geometry::{MAX_COORDINATE, Point};
 
-/// Lengths below this part of the objects' size are rounding: objects so near to each other touch.
+/// Lengths below this part of the objects' size are rounding errors: objects this near to each other touch.
 const ROUNDING: f64 = 1e-12;
 
 /// Two objects, prepared for any exponent and direction.
@@ -19,22 +19,22 @@ pub struct Pair {
     knots: Vec<Point>,
     /// How many corners the argument has, and how many both have.
     corners: [usize; 2],
-    /// Edges of the argument, then those of the referent, by the places of their ends.
+    /// Edges of the argument, then those of the referent, by the indices of their ends.
     edges: Vec<[usize; 2]>,
     /// The two edges at each corner.
     edges_at: Vec<[usize; 2]>,
     /// A circle around each object: its centre and radius.
     circles: [([f64; 2], f64); 2],
-    /// Lengths up to this are rounding.
+    /// Lengths up to this are rounding errors.
     rounding: f64,
-    /// Where both are one ring that does not cross itself, and a line parts them: its normal, towards the argument.
+    /// If each is one ring that does not cross itself, and a line separates them: the line's normal, towards the argument.
     normal: Option<[f64; 2]>,
 }
 
-/// What a direction needs: kept, so that nothing is allocated again.
+/// Working memory for a direction, kept so that it is reused.
 #[derive(Debug, Clone, Default)]
 pub struct Workspace {
-    /// Sine and cosine of as many directions as were asked for last.
+    /// Sine and cosine of the directions that were last asked for.
     turns: Vec<(f64, f64)>,
     /// The knots across and along the direction.
     turned: Vec<[f64; 2]>,
@@ -63,14 +63,14 @@ struct Line {
 }
 
 impl Pair {
-    /// The argument A and the referent B: the forces are large where A is, seen from B.
+    /// The pair of argument A and referent B: the forces are large in the direction in which A is, seen from B.
     pub fn new(argument: &Polygon, referent: &Polygon) -> Self {
         let mut pair = Self::default();
         pair.prepare(argument, referent);
         pair
     }
 
-    /// Becomes another pair, in the memory that it has.
+    /// Turns into another pair, reusing its memory.
     pub fn prepare(&mut self, argument: &Polygon, referent: &Polygon) {
         let (a, b) = (argument.corners(), referent.corners());
         self.knots.clear();
@@ -102,7 +102,7 @@ impl Pair {
         self.normal = if are_simple && are_rings { self.parting_normal() } else { None };
     }
 
-    /// Whether a ring does not touch itself either: where a corner is on an edge, the ring may cross itself there.
+    /// Whether a ring does not even touch itself: if a corner is on an edge, the ring may cross itself there.
     fn is_simple(&self, edges: &[[usize; 2]]) -> bool {
         let neighbours = |i: usize, j: usize| j == i + 1 || i + j + 1 == edges.len() && i == 0;
         let pairs = (0..edges.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
@@ -112,7 +112,7 @@ impl Pair {
             .all(|(i, j)| !polygon::touch(ends(i), ends(j), self.rounding))
     }
 
-    /// The normal of a line that parts the objects: tried are the direction between their circles and the axes.
+    /// The normal of a line that separates the objects; the direction between their circles and the axes are tried.
     fn parting_normal(&self) -> Option<[f64; 2]> {
         let [(a, _), (b, _)] = self.circles;
         let between = [a[0] - b[0], a[1] - b[1]];
@@ -129,7 +129,7 @@ impl Pair {
     /// The force F_r(θ), with r the exponent of the distance.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where r is not from 0 to 16 or the angle is not finite.
+    /// [`Error::Parameter`] if r is not from 0 to 16 or the angle is not finite.
     pub fn force(&self, exponent: f64, angle_rad: f64, workspace: &mut Workspace) -> Result<Force, Error> {
         let power = Power::new(exponent)?;
         if angle_rad.abs() > MAX_COORDINATE || angle_rad.is_nan() {
@@ -145,18 +145,18 @@ impl Pair {
     /// The forces in `directions` directions, from 0 on, evenly spaced.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where r is not from 0 to 16.
+    /// [`Error::Parameter`] if r is not from 0 to 16.
     pub fn histogram(&self, exponent: f64, directions: usize) -> Result<Vec<Force>, Error> {
         let mut forces = vec![Force::ZERO; directions];
         self.histogram_into(exponent, &mut forces, &mut Workspace::default())?;
         Ok(forces)
     }
 
-    /// The same into a slice, in as many directions as it has places. Nothing is allocated once the workspace has
-    /// seen objects of that many corners.
+    /// The same into a slice, with one direction per element. Nothing is allocated once the workspace has been used for objects
+    /// of that many corners.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where r is not from 0 to 16.
+    /// [`Error::Parameter`] if r is not from 0 to 16.
     pub fn histogram_into(
         &self,
         exponent: f64,
@@ -261,7 +261,7 @@ impl Force {
     }
 }
 
-/// From where to where points go across a direction and along it.
+/// The extent of points across a direction and along it.
 struct Extent {
     across: [f64; 2],
     along: [f64; 2],
@@ -288,7 +288,7 @@ fn circle(corners: &[Point]) -> ([f64; 2], f64) {
     (centre, radius)
 }
 
-/// Sorts the places of points by where they are across the direction; quick where they nearly are.
+/// Sorts the indices of points by their position across the direction; quick if they are nearly sorted.
 fn sort(order: &mut Vec<usize>, turned: &[[f64; 2]]) {
     if order.len() != turned.len() {
         order.clear();
@@ -316,7 +316,7 @@ impl Cut {
     /// An edge begins or ends at a knot.
     fn toggle(&mut self, edge: usize, knot: usize, ends: [usize; 2], turned: &[[f64; 2]]) {
         if let Some(place) = self.lines.iter().position(|line| line.edge == edge) {
-            // The order is made anew before it counts.
+            // The order is made again before it is used.
             self.lines.swap_remove(place);
             return;
         }
@@ -327,14 +327,14 @@ impl Cut {
         self.lines.push(Line { edge, begin, slope, cut: [begin[1]; 2] });
     }
 
-    /// The strip begins where the last one ended.
+    /// Begins a strip where the last one ended.
     fn begin_at(&mut self, across: f64) {
         for line in &mut self.lines {
             line.cut[0] = line.begin[1] + (across - line.begin[0]) * line.slope;
         }
     }
 
-    /// The strip goes up to here: cuts the edges and sorts them along the direction.
+    /// Extends the strip to here: cuts the edges and sorts them along the direction.
     fn move_to(&mut self, across: f64) {
         let mut is_sorted = true;
         let mut before = f64::NEG_INFINITY;

@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::geometry::Point;
 
-/// A polygon of one or more rings. A point is inside where an odd number of rings is around it. So a ring in another
-/// one is a hole, and rings beside each other are parts. Where the edges of a ring cross, the same rule holds.
+/// A polygon of one or more rings. A point is inside if an odd number of rings surrounds it: a ring inside another one is a
+/// hole, and rings next to each other are parts. The same rule applies where the edges of a ring cross.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
     corners: Vec<Point>,
@@ -16,7 +16,7 @@ impl Polygon {
     /// A polygon of one ring by its corners, in either order.
     ///
     /// # Errors
-    /// [`Error::Extent`] where there are fewer than three corners, or all in one line.
+    /// [`Error::Extent`] if there are fewer than three corners, or all in one line.
     pub fn new(corners: impl IntoIterator<Item = Point>) -> Result<Self, Error> {
         Self::from_rings([corners])
     }
@@ -24,7 +24,7 @@ impl Polygon {
     /// A polygon of several rings.
     ///
     /// # Errors
-    /// [`Error::Extent`] where there is no ring, or one of fewer than three corners, or one with all in one line.
+    /// [`Error::Extent`] if there is no ring, or one of fewer than three corners, or one with all in one line.
     pub fn from_rings(
         rings: impl IntoIterator<Item = impl IntoIterator<Item = Point>>,
     ) -> Result<Self, Error> {
@@ -38,7 +38,7 @@ impl Polygon {
         if polygon.ends.is_empty() { Err(no_extent()) } else { Ok(polygon) }
     }
 
-    /// Becomes a polygon of one ring, in the memory that it has.
+    /// Turns into a polygon of one ring, reusing its memory.
     ///
     /// # Errors
     /// As [`Self::new`]; the polygon stays as it was.
@@ -55,7 +55,7 @@ impl Polygon {
         Ok(())
     }
 
-    /// The corners of all rings, one ring after the other.
+    /// The corners of all rings, one ring after another.
     pub fn corners(&self) -> &[Point] {
         &self.corners
     }
@@ -70,7 +70,7 @@ impl Polygon {
         begins.zip(&self.ends).map(|(begin, end)| [begin, *end])
     }
 
-    /// The edges by the places of their ends in [`Self::corners`].
+    /// The edges by the indices of their ends in [`Self::corners`].
     pub(super) fn edge_places(&self) -> impl Iterator<Item = [usize; 2]> {
         self.ranges()
             .flat_map(|[begin, end]| (begin..end).map(move |i| [i, if i + 1 == end { begin } else { i + 1 }]))
@@ -92,7 +92,7 @@ impl Polygon {
         crossed.count() % 2 == 1
     }
 
-    /// The proximity: the least distance between a point of this object and one of the other, 0 where they overlap.
+    /// The proximity: the least distance between a point of this object and one of the other, 0 if they overlap.
     pub fn distance(&self, other: &Self) -> f64 {
         let is_inside = |of: &Self, ring: &[Point]| of.contains(ring[0]);
         if other.rings().any(|ring| is_inside(self, ring)) || self.rings().any(|ring| is_inside(other, ring))
@@ -131,7 +131,7 @@ fn to_edge(at: Point, [from, to]: [Point; 2]) -> f64 {
     (off.x - part * along.x).hypot(off.y - part * along.y)
 }
 
-/// 0 where they cross.
+/// The distance between two edges, 0 if they cross.
 fn between_edges(a: [Point; 2], b: [Point; 2]) -> f64 {
     if crossing(a, b).is_some() {
         return 0.0;
@@ -140,7 +140,7 @@ fn between_edges(a: [Point; 2], b: [Point; 2]) -> f64 {
     ends.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Where two edges cross, their ends left out.
+/// Where two edges, ends excluded, cross.
 pub(super) fn crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Point> {
     let apart = |[a, b]: [f64; 2], [c, d]: [f64; 2]| a.max(b) < c.min(d) || c.max(d) < a.min(b);
     if apart([a.x(), b.x()], [c.x(), d.x()]) || apart([a.y(), b.y()], [c.y(), d.y()]) {
@@ -153,7 +153,7 @@ pub(super) fn crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Point> 
     if is_inside { Point::new(a.x() + s * ab.x, a.y() + s * ab.y).ok() } else { None }
 }
 
-/// Whether two edges meet, their ends counted, or nearly do.
+/// Whether two edges, ends included, meet or nearly do.
 pub(super) fn touch([a, b]: [Point; 2], [c, d]: [Point; 2], rounding: f64) -> bool {
     let apart =
         |[a, b]: [f64; 2], [c, d]: [f64; 2]| a.max(b) + rounding < c.min(d) || c.max(d) + rounding < a.min(b);

@@ -1,16 +1,16 @@
 //! The force of one section of an object on another along parallels, in closed form.
 //!
-//! Within a strip each end of a section is linear across the parallels. So the double integral of a power of a distance
-//! is a difference of four powers. Its integral over the strip is a difference quotient. Where the objects are far
-//! from each other for their size these differences would cancel; Gauss's quadrature takes their place there.
+//! Within a strip each end of a section is linear across the parallels, so the double integral of a power of a distance is a
+//! difference of four powers, and its integral over the strip is a difference quotient. If the objects are far apart for their
+//! size, these differences would cancel, and Gauss's quadrature is used instead.
 
 use super::Force;
 use crate::error::Error;
 use crate::geometry::not_negative;
 
-/// Sections that are farther apart than so many of their lengths are taken by quadrature.
+/// Sections that are farther apart than this many of their lengths are integrated by quadrature.
 const FAR: f64 = 4.0;
-/// Distances that change by less than this factor in a strip: five places give their logarithms to 1e-10.
+/// Distances that change by less than this factor in a strip: five points give their logarithms to 1e-10.
 const STEADY: f64 = 1.4;
 
 /// A section of an object by a parallel, at both sides of a strip: its low and its high end.
@@ -43,7 +43,7 @@ impl Power {
         t.powf(-self.r)
     }
 
-    /// A second integral of t^−r, that is 0 at 0 where one is.
+    /// A second integral of t^−r, the one that is 0 at 0 if there is one.
     fn second(self, t: f64) -> f64 {
         if t <= 0.0 {
             0.0
@@ -56,7 +56,7 @@ impl Power {
         }
     }
 
-    /// A third integral, that is 0 at 0 where one is.
+    /// A third integral, the one that is 0 at 0 if there is one.
     fn third(self, t: f64) -> f64 {
         if t <= 0.0 {
             0.0
@@ -85,7 +85,7 @@ impl Power {
     }
 }
 
-/// Gauss's quadrature on [0, 1], with five places: each with its weight.
+/// Gauss's quadrature on [0, 1] with five points, each with its weight.
 const GAUSS: [(f64, f64); 5] = [
     (0.046_910_077_030_668_02, 0.118_463_442_528_094_54),
     (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
@@ -106,7 +106,7 @@ pub(super) fn mean_force(
         return Force::Finite(constant([a_low, a_high], [b_low, b_high]));
     }
     let apart = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|i| a[i] - b[i]);
-    // What is within rounding of 0 at both sides is 0, so that the two have one sign.
+    // What is 0 up to rounding at both sides is 0, so that the two have the same sign.
     let rounded = |t: [f64; 2]| t.map(|t| if t.abs() <= rounding { 0.0 } else { t });
     let whole = rounded(apart(a_high, b_low));
     let gap = rounded(apart(a_low, b_high));
@@ -143,12 +143,12 @@ fn longest(a: Section, b: Section) -> f64 {
 /// F_0 of sections with a gap between them: the product of their lengths x and z, which are linear in the strip.
 fn constant(a: Section, b: Section) -> f64 {
     let [x, z] = [a, b].map(|[low, high]| [0, 1].map(|i| high[i] - low[i]));
-    // A section that is rounding may have a length below 0.
+    // A section that is a rounding error may have a length below 0.
     ((2.0 * (x[0] * z[0] + x[1] * z[1]) + x[0] * z[1] + x[1] * z[0]) / 6.0).max(0.0)
 }
 
 /// F_2 of sections with a gap y between them that changes little in the strip: ln[(x + y)(y + z) / (y(x + y + z))].
-/// The form ln(1 + xz / (y(x + y + z))) loses no digits however far they are.
+/// The form ln(1 + xz / (y(x + y + z))) loses no digits, however far apart they are.
 fn gravitational([a_low, a_high]: Section, [b_low, b_high]: Section) -> f64 {
     let between = |[from, to]: [f64; 2], at: f64| from + (to - from) * at;
     let part = |(at, weight)| {

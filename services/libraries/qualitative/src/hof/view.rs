@@ -1,5 +1,5 @@
-//! What a histogram of forces says. How true is it that the argument is in a direction? Does one direction describe it
-//! at all? How wide is it, and does it surround the referent?
+//! Interpreting a histogram of forces. How true is it that the argument is in a direction? Does one direction describe it at
+//! all? How wide is it, and does it surround the referent?
 //!
 //! Sources: Matsakis et al. 2001 (degree of truth); Chronis 2007, 3.2.2 (sixteen directions, surround relations).
 //! Nothing here allocates.
@@ -10,18 +10,18 @@ use serde::{Deserialize, Serialize};
 
 use super::Force;
 
-/// A histogram as seen with a heading. The histogram is turned, not the objects. Its directions are those of the
-/// plane, from 0 on and evenly spaced. Those that are asked for and answered are counter-clockwise from the heading.
+/// A histogram as seen with a heading. The histogram is turned, not the objects. Its directions are those of the plane, evenly
+/// spaced from 0. Directions passed to and returned by its methods are counter-clockwise from the heading.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
     forces: &'a [Force],
     heading_rad: f64,
 }
 
-/// The direction that describes best where the argument is.
+/// The direction that best describes where the argument is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Assessment {
-    /// Which of the directions, from 0 at the heading on, counter-clockwise.
+    /// The index of the direction, counter-clockwise from 0 at the heading.
     pub direction: usize,
     /// How true it is that the argument is there, from 0 to 1.
     pub degree: f64,
@@ -43,15 +43,15 @@ pub enum Grade {
 pub enum Surround {
     /// On the side of the main direction.
     From(usize),
-    /// But for an opening in this direction, which is opposite to the main one.
+    /// Except for an opening in this direction, which is opposite to the main one.
     OpeningAt(usize),
     /// On all sides.
     Completely,
 }
 
 impl Assessment {
-    /// The grade. Neither Matsakis et al. 2001 nor Chronis 2007 says from which degree on: these are ours. A ring
-    /// of constant forces has a degree of 0.5 where it is closed over 240°.
+    /// The grade. Neither Matsakis et al. 2001 nor Chronis 2007 gives the thresholds; these are ours. A ring of constant forces
+    /// has a degree of 0.5 if it is closed over 240°.
     pub fn grade(self) -> Grade {
         match self.degree {
             degree if degree >= 0.75 => Grade::Satisfactory,
@@ -62,8 +62,8 @@ impl Assessment {
 }
 
 impl Surround {
-    /// The relation by the width of the histogram of constant forces. From π/3 to 2π/3 the referent is surrounded from
-    /// the main direction. Above, it is surrounded, with an opening where it can escape. `None` below π/3.
+    /// The relation by the width of the histogram of constant forces. From π/3 to 2π/3 the referent is surrounded from the main
+    /// direction. Above, it is surrounded, with an opening if it can escape. `None` below π/3.
     pub fn by_width(width_rad: f64, main: usize, directions: usize, can_escape: bool) -> Option<Self> {
         if width_rad < FRAC_PI_3 {
             None
@@ -88,12 +88,12 @@ impl<'a> View<'a> {
         degree_of_truth(self.forces, self.heading_rad + direction_rad)
     }
 
-    /// The best of `directions` directions; the first of equal ones. `None` where no degree is known.
+    /// The best of `directions` directions; the first of equally good ones. `None` if no degree is known.
     pub fn assess(&self, directions: usize) -> Option<Assessment> {
         best(directions, |direction_rad| self.degree(direction_rad))
     }
 
-    /// The best by two histograms, of constant and of gravitational forces: the degree is the lesser of their two. Where
+    /// The best by two histograms, of constant and of gravitational forces; the degree is the lesser of the two. If
     /// gravitational forces are infinite, constant ones decide.
     pub fn assess_with(&self, gravitational: &Self, directions: usize) -> Option<Assessment> {
         best(directions, |direction_rad| {
@@ -102,13 +102,13 @@ impl<'a> View<'a> {
         })
     }
 
-    /// The width: over how much of a turn there are forces, from 0 to 2π.
+    /// The width: the part of a full turn over which there are forces, from 0 to 2π.
     pub fn width_rad(&self) -> f64 {
         let some = self.forces.iter().filter(|force| force.is_some()).count();
         some as f64 * TAU / self.forces.len() as f64
     }
 
-    /// The widest opening: the middle of the directions without forces, from −π to π, and their width. `None` where there
+    /// The widest opening: the middle of the directions without forces, from −π to π, and their width. `None` if there
     /// are forces all around.
     pub fn opening(&self) -> Option<(f64, f64)> {
         let count = self.forces.len();
@@ -140,18 +140,18 @@ fn best(directions: usize, degree: impl Fn(f64) -> Option<f64>) -> Option<Assess
 }
 
 /// How true it is that the argument is in a direction of the referent, from 0 to 1 (after Matsakis et al. 2001). The
-/// histogram has directions from 0 on that are evenly spaced. `None` where a force is infinite or none is above 0.
+/// histogram has directions from 0 on that are evenly spaced. `None` if a force is infinite or none is above 0.
 ///
-/// - Forces more than a right angle off `direction_rad` contradict it. Their moments about the right angle on their side
-///   cancel as much of the moments of the forces within, from that right angle on inwards. What is left is effective.
-/// - A threshold separates the optimal parts of the effective forces from the others. It is their mean with weights of
-///   1 up to a quarter of a right angle off the direction, and 0 from a half on. The part of a force up to it is
-///   optimal: it counts as if it were in the direction. The part above keeps its angle.
+/// - Forces more than a right angle off `direction_rad` contradict it. Their moments about the right angle on their side cancel
+///   as much of the moments of the forces within, from that right angle inwards. What is left is effective.
+/// - A threshold separates the optimal parts of the effective forces from the others. The threshold is their mean with weights
+///   of 1 up to a quarter of a right angle off the direction, falling to 0 at a half. The part of a force up to the threshold
+///   is optimal and counts as if it were in the direction; the part above keeps its angle.
 /// - The degree is 1 − |mean angle| / (π/2), times the share of the effective forces in all.
 pub fn degree_of_truth(histogram: &[Force], direction_rad: f64) -> Option<f64> {
     let bins = Bins::new(histogram, direction_rad);
     let mut all = 0.0;
-    // Moments of what contradicts, left and right; which bins are within.
+    // Moments of the contradicting forces, left and right; which bins are within.
     let mut moments = [0.0; 2];
     let mut within = [usize::MAX, 0];
     for k in 0..histogram.len() {
@@ -181,7 +181,7 @@ pub fn degree_of_truth(histogram: &[Force], direction_rad: f64) -> Option<f64> {
     Some((1.0 - mean.abs() / FRAC_PI_2).max(0.0) * sum / all)
 }
 
-/// A histogram from the opposite of a direction on, all the way around.
+/// A histogram, all the way around from the opposite of a direction.
 #[derive(Debug, Clone, Copy)]
 struct Bins<'a> {
     histogram: &'a [Force],
@@ -211,7 +211,7 @@ impl<'a> Bins<'a> {
 struct Effective<'a> {
     bins: &'a Bins<'a>,
     places: std::ops::Range<usize>,
-    /// The first place with forces, and what is cancelled of it.
+    /// The first bin with forces, and how much of it is cancelled.
     low: (usize, f64),
     /// The last one.
     high: (usize, f64),

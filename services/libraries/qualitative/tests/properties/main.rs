@@ -1,4 +1,4 @@
-//! What holds for all relations, and for all scenes.
+//! Properties of all relations, and of all scenes.
 
 mod motion;
 mod scenes;

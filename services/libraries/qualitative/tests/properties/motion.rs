@@ -44,8 +44,7 @@ fn curve() -> impl Strategy<Value = Curve> {
         .prop_map(|([x, y], [r1, w1, p1], [r2, w2, p2])| Curve([x / 4.0, y / 4.0, r1, w1, p1, r2, w2, p2]))
 }
 
-/// Follows a motion from 0 to 3. A difference from one time to the next is looked at more closely until each change is
-/// one between neighbours.
+/// Follows a motion from 0 to 3. A difference between successive times is refined until each change is one between neighbours.
 fn passes_neighbours_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<usize, TestCaseError> {
     fn refined<R: Relation>(
         f: &impl Fn(f64) -> R,
@@ -77,7 +76,7 @@ fn passes_neighbours_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<us
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// What holds for an instant only, such as a sign of 0, lasts a while here: within a tolerance.
+    /// Here a relation that holds for an instant only, such as a sign of 0, lasts a while, because of a tolerance.
     #[test]
     fn continuous_motion_passes_neighbours_only(k in curve(), l in curve(), m in curve(), sizes in [0.5..4.0, 0.5..4.0, 0.5..4.0, 0.5..4.0]) {
         let step = 1e-3;

@@ -230,7 +230,7 @@ proptest! {
         is_continuous(series(Basic::default(), Options::default(), samples.clone()).unwrap())?;
         is_continuous(series(DoubleCross::default(), Options::default(), samples.clone()).unwrap())?;
         is_continuous(series(Switching::new(Quantisation::NONE, 4.0).unwrap(), Options::default(), samples.clone()).unwrap())?;
-        // Whole, it is QSRlib's, but for points that coincide.
+        // The whole series is QSRlib's, except for points that coincide.
         if samples.iter().all(|(_, scene)| scene.is_some_and(|[k, l]| k != l)) {
             let ours = series(DoubleCross::default(), Options::default(), samples.clone()).unwrap();
             let points: Vec<_> = samples.iter().filter_map(|(_, scene)| *scene).collect();

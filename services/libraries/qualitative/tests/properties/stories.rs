@@ -1,4 +1,4 @@
-//! What once went wrong, here or in QSRlib, and what the literature says of single scenes.
+//! What once went wrong, here or in QSRlib, and what the literature says about particular scenes.
 
 use std::fmt::Debug;
 
@@ -43,7 +43,7 @@ fn a_relation_of_motion_has_the_times_of_both_poses() {
 
 #[test]
 fn an_object_that_is_not_seen_leaves_a_gap() {
-    // QSRlib stops with an error, or relates what lies before and after (its issues 27, 88 and 237).
+    // QSRlib stops with an error, or relates what is before with what is after (its issues 27, 88 and 237).
     let seen = |time_s, x: f64| (time_s, Some([point([x, 0.0]), point([10.0, 0.0])]));
     let samples =
         [seen(0.0, 0.0), seen(1.0, 1.0), (2.0, None), seen(3.0, 0.5), seen(4.0, 0.0), seen(5.0, -1.0)];
@@ -82,7 +82,7 @@ fn what_was_missed_between_two_samples_is_inserted_or_marked() {
         |x: f64| [Rect::new([x, 0.0], [x + 2.0, 2.0]).unwrap(), Rect::new([5.0, -1.0], [9.0, 3.0]).unwrap()];
     let samples = [(0.0, 0.0), (1.0, 4.0), (2.0, 6.0)].map(|(time_s, x)| (time_s, Some(boxes(x))));
     let found = series(Regions::<Rcc8>::default(), Options::default(), samples).unwrap();
-    // Between partial overlap and inside, regions may have been a tangential part, or equal: that is left open.
+    // Between partial overlap and inside, regions may have been a tangential part, or equal; this is left open.
     let expected = ["dc 0..0 First", "ec 0..1 Inserted", "po 1..1 Neighbour", "ntpp 2..2 Jump"];
     assert_eq!(words(found), expected);
     let samples = [(0.0, 0.0), (1.0, 6.0)].map(|(time_s, x)| (time_s, Some(boxes(x))));
@@ -96,7 +96,7 @@ fn what_was_missed_between_two_samples_is_inserted_or_marked() {
 
 #[test]
 fn whoever_leaves_a_common_place_moves_away() {
-    // QSRlib divides by the distance of 0 and says that nothing moves.
+    // QSRlib divides by the distance of 0 and reports that nothing moves.
     let [here, there] = [point([1.0, 1.0]), point([2.0, 1.0])];
     assert_eq!(QtcC::of([here, there], [here, here], 0.0).to_string(), "+,0,0,0");
     assert_eq!(QtcC::of([here, there], [here, here], 1.5).to_string(), "0,0,0,0");
@@ -126,7 +126,7 @@ fn touching_boxes_touch_within_a_tolerance() {
 
 #[test]
 fn points_straight_ahead_have_a_relation_whatever_is_rounded() {
-    // QSRlib: IndexError, where an angle of −1e-16 becomes a full turn.
+    // QSRlib: IndexError, when an angle of −1e-16 becomes a full turn.
     for i in 0..2000 {
         let angle = f64::from(i) * 0.0123;
         let along = |r: f64| rotated(point([r, 0.0]), angle, [0.3, -0.7]);
@@ -158,8 +158,8 @@ fn a_border_of_two_sectors_has_a_mirror_image() {
 
 #[test]
 fn passing_the_threshold_of_qtc_bc_inserts_what_holds_at_it() {
-    // Far and −, then near and +: at the threshold near holds. QSRlib agrees. The other way round it inserts (0 0), which
-    // nothing leads to from (- 0 + 0): −, near, cannot become 0 and far at once.
+    // Far and −, then near and +: at the threshold near holds, and QSRlib agrees. The other way around it inserts (0 0), which
+    // cannot be reached from (- 0 + 0): − and near cannot become 0 and far at the same time.
     let relation = |word: &str| word.parse::<QtcBc>().unwrap();
     assert_eq!(relation("-,0").between(relation("+,0,+,0")), Some(relation("0,0,+,0")));
     assert_eq!(relation("-,0,+,0").between(relation("+,0")), Some(relation("0,0,+,0")));

@@ -134,7 +134,7 @@ fn compositions_are_algebras() {
 
 #[test]
 fn the_interval_algebra_has_409_compositions() {
-    // Allen 1983, figure 4: so many entries has the whole table.
+    // Allen 1983, figure 4: the number of entries in the whole table.
     let entries = |a: Allen| Allen::all().map(|b| a.compose(b).len()).sum::<usize>();
     assert_eq!(Allen::all().map(entries).sum::<usize>(), 409);
     assert_eq!(Allen::Overlaps.compose(Allen::Overlaps).to_string(), "{< m o}");

@@ -1,4 +1,4 @@
-//! What lies around a robot: its sensors, in its own axes.
+//! A robot's surroundings: its sensors, in its own axes.
 
 use sketchnav_schemas::channels::{SCAN, SONAR};
 use sketchnav_schemas::geometry::Pose;
@@ -8,7 +8,7 @@ use sketchnav_schemas::robot::{MarkerCamera, Robot};
 use super::{Color, Lookout, Picture, Shape, thinned};
 use crate::{Denied, Heard};
 
-/// Most that is shown to each side, metres.
+/// The most that is shown to each side, metres.
 const MOST_REACH_M: f64 = 6.0;
 /// How many windows of a camera that looks down are shown to each side.
 const WINDOWS: f64 = 3.0;
@@ -23,7 +23,7 @@ pub struct Around {
 }
 
 impl Around {
-    /// As far as the robot's sensors see.
+    /// As far as the robot's sensors reach.
     pub fn robot(robot: &Robot) -> Self {
         let ranges = [
             robot.laser.as_ref().map(|laser| laser.range_max_m),
@@ -31,7 +31,7 @@ impl Around {
             robot.camera.as_ref().map(|camera| camera.range_max_m),
         ];
         let reach_m = match &robot.view {
-            // Of a robot that looks down.
+            // For a robot that looks down.
             Some(view) => WINDOWS * view.side_m,
             None => ranges.into_iter().flatten().fold(0.0, f64::max).clamp(1.0, MOST_REACH_M),
         };

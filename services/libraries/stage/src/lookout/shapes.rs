@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Most points of a list that is thinned.
+/// Most points left in a thinned list.
 const MAX_POINTS: usize = 256;
 
 /// A thing on the sheet.
@@ -48,7 +48,7 @@ pub enum Shape {
     },
     /// Words.
     Text {
-        /// Their middle.
+        /// Their centre.
         at: [f64; 2],
         /// The words.
         text: String,
@@ -61,7 +61,7 @@ pub enum Shape {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stroke {
-    /// As lines are.
+    /// An ordinary line.
     Plain,
     /// With gaps.
     Dashed,
@@ -83,13 +83,13 @@ pub enum Color {
     Scan,
     /// What is remembered.
     Particle,
-    /// What the robot goes by.
+    /// What the robot is heading for or navigating by.
     Goal,
     /// Where the robot is about to go.
     Plan,
-    /// What of the drawing it has seen.
+    /// The part of the drawing that it has seen.
     Seen,
-    /// What of the drawing it could not see.
+    /// The part of the drawing that it could not see.
     Hidden,
 }
 

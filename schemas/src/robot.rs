@@ -162,7 +162,7 @@ pub struct MarkerCamera {
     pub slant_max_deg: f64,
     /// Pictures per second.
     pub rate_hz: f64,
-    /// Standard deviation of the distance of a marker that looks at the camera, metres a metre; that of the pixels comes on top.
+    /// Standard deviation of the distance of a marker that faces the camera, metres per metre; the error from the pixels is added.
     pub noise_per_m: f64,
     /// Standard deviation of the direction in which it sees a marker, degrees.
     pub bearing_noise_deg: f64,

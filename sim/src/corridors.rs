@@ -1,8 +1,8 @@
 //! Corridors with markers on their walls: straight ones as in Patil 2019, 5.3, and ones with corners, a junction and
 //! closed ends. A [`Corridor`] makes the floor plan; [`Corridor::drives`] says where robots drive in it.
 //!
-//! Lengths that the thesis does not give are chosen here: how far walls reach beyond the way, and where markers hang.
-//! [`Corridor::published`] chooses them by what the thesis says of its own corridor.
+//! Lengths that the thesis does not give are chosen here: how far walls extend beyond the way, and where markers hang.
+//! [`Corridor::published`] derives them from what the thesis says of its own corridor.
 
 use sketchnav_schemas::floor_plan::{FloorPlan, Marker, Wall};
 use sketchnav_schemas::geometry::{Pose, World};

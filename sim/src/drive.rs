@@ -45,8 +45,8 @@ impl Slip {
     }
 }
 
-/// The command as far as the robot can obey it. A command that is not finite stops it. One above its speed is
-/// shortened in its direction. A differential drive does not go sideways.
+/// The command as far as the robot can obey it. A command that is not finite stops it, and one above its speed is shortened in
+/// its direction. A differential drive does not move sideways.
 pub fn feasible(command: &Twist, drive: Drive, limits: &Limits) -> Twist {
     let Twist { vx_mps, vy_mps, yaw_rate_radps } = *command;
     if ![vx_mps, vy_mps, yaw_rate_radps].iter().all(|v| v.is_finite()) {

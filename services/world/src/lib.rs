@@ -27,7 +27,7 @@ const LOOK_UP: Duration = Duration::from_millis(20);
 /// How often to look for the first answer, and how long to wait for it.
 const LOOK_SOON: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The form of [`Positions`] and [`World`].
+/// The format of [`Positions`] and [`World`].
 const CHECKPOINT: &str = "world 5";
 
 /// The world's positions in its channels before its sensors are read: the last number that was sent, or the number

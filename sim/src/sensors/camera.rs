@@ -1,10 +1,10 @@
 //! A camera that finds fiducial markers: which ones it sees, and its errors.
 //!
-//! It sees a marker that lies in its field of view and range, that does not look away too far, and that nothing hides.
-//! Errors of distance and facing grow with the distance. No two errors of a picture depend on each other.
+//! It sees a marker that is within its field of view and range, does not face away too far, and is not hidden by anything.
+//! Errors of distance and facing grow with the distance. All errors in a picture are independent.
 //!
-//! Without pixels in the robot's file a slanted marker's distance errs more. With them the marker must appear large enough,
-//! and its distance is that of its upright edges, which no slant shortens.
+//! If the robot's file has no pixels, the distance of a slanted marker has a greater error. With pixels, the marker must appear
+//! large enough, and its distance comes from its upright edges, which no slant shortens.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -76,8 +76,8 @@ impl Camera {
         camera.markers.iter().filter_map(seen).collect()
     }
 
-    /// Writes the picture number `number`; all but the header. The same arguments give the same picture. Of more
-    /// markers than a message holds it has those with the smallest numbers.
+    /// Writes picture number `number`, except for the header. The same arguments give the same picture. If there are more
+    /// markers than fit into a message, it has those with the smallest numbers.
     pub fn fill(&self, scene: &Scene<'_>, number: u64, view: &mut MarkerView) {
         self.fill_geometry(view);
         let camera = scene.robot.compose(&self.model.mount());

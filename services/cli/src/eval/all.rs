@@ -209,7 +209,7 @@ fn command(name: &str, methods: &[String], options: &EvalOptions) -> String {
     given.into_iter().flatten().fold(format!("sketchnav eval {name}"), |line, option| line + " " + &option)
 }
 
-/// A table as Markdown has it, and a free line.
+/// A Markdown table, followed by an empty line.
 fn markdown(header: &[String], rows: &[Vec<String>]) -> String {
     Table { header: header.to_vec(), rows: rows.to_vec() }.markdown() + "\n"
 }

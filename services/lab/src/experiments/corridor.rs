@@ -261,3 +261,21 @@ pub(crate) fn told() -> Vec<Told> {
     };
     of("qtc-b", QTC_B).chain(of("argd", ARGD)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::outcome::Kind;
+    use crate::experiments::run;
+
+    /// A robot that stood still for 20 s because no pair of markers was in view counted as lost, like one that had driven and
+    /// lost its markers on the way. The thesis has no drives that never begin.
+    #[test]
+    fn a_robot_without_a_pair_at_its_start_never_moved() {
+        let suite = suite(&Folders::of_checkout()).unwrap();
+        let trial =
+            suite.trials.iter().find(|trial| trial.name.starts_with("straight-3.0-opposite-equal/right"));
+        let ended = run::run(trial.unwrap(), "qtc-b", 1, 1).unwrap().remove(0);
+        assert_eq!((ended.kind, ended.reason.as_str()), (Kind::NeverMoved, "no pair of markers for 20 s"));
+    }
+}

@@ -422,4 +422,19 @@ mod tests {
             assert!(sees_a_pair(&trial.robot, &world, start).unwrap(), "{}", trial.name);
         }
     }
+
+    /// From A to B and back to A is one drive (5.4.1): one outcome, with the way of both.
+    #[test]
+    fn there_and_back_is_one_drive() {
+        let conditions = Conditions { heading_deg: 0.0, ..Conditions::published().unwrap() };
+        let trial = conditions.draw(&Folders::of_checkout(), 1).unwrap().trials.remove(0);
+        let ended = crate::experiments::run::run(&trial, METHODS[0], 1, 1).unwrap();
+        assert_eq!(ended.len(), 1);
+        assert_eq!(
+            (ended[0].task.as_str(), ended[0].is_success()),
+            ("from A to B, back to A", true),
+            "{ended:?}"
+        );
+        assert!(ended[0].path_m > 13.0 && ended[0].time_s > 130.0, "{ended:?}");
+    }
 }

@@ -6,6 +6,9 @@
 //! ```text
 //! <!--= people outline share-->97.5 % (95 to 99) of 320<!--=-->
 //! <!--= deformed outline percent 0.5; 1-->100 %, 82.1 %<!--=-->
+//! <!--= directions-success 1 percent success: 5 mm, D/R-->28.0 % (25.1 to 31.0) of 925<!--=-->
+//! <!--= directions-paths 1 number value: 15: D of the D/R path over the shortest-->1.03 (1.01 to 1.05) of 30<!--=-->
+//! <!--= directions-calibration 1 table--> … the first table of the study … <!--=-->
 //! <!--= experiments--> … a table of all experiments with their commands … <!--=-->
 //! <!--= corridor-unknowns lines--> … a table with a row for each line of the experiment's own … <!--=-->
 //! <!--= corridor-published verdicts--> … its conditions beside those of the thesis … <!--=-->
@@ -22,6 +25,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::EvalError;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::statistics::Tally;
+use crate::experiments::studies::{Table, report};
 use crate::experiments::suite::Suite;
 use crate::experiments::table::Table;
 use crate::experiments::{corridor_published, studies, suites};
@@ -29,9 +33,9 @@ use crate::experiments::{corridor_published, studies, suites};
 const BEGIN: &str = "<!--= ";
 const OPEN: &str = "-->";
 const END: &str = "<!--=-->";
-/// The table entry of a study, which drives no missions.
-const STUDIED: &str = "tables and curves, see the text";
-/// Marks a figure that was not driven again.
+/// What stands in the table for a study, which drives no missions.
+const STUDIED: &str = "tables and curves";
+/// Behind a figure that was not driven again.
 const EARLIER: &str = " †";
 /// The marker of the table of all experiments.
 const EXPERIMENTS: &str = "experiments";
@@ -56,9 +60,23 @@ pub struct Experiment {
     pub program: String,
     /// The methods; empty for a study.
     pub methods: Vec<Method>,
-    /// What the reader of its figures must know.
+    /// The tables of a study.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub notices: Vec<String>,
+    pub tables: Vec<Table>,
+}
+
+impl Experiment {
+    /// What a marker shows of a study; `None` where its tables were not kept.
+    fn study(&self, number: &str, shown: &Shown) -> Result<Option<String>, Wrong> {
+        let known =
+            || (1..=self.tables.len()).map(|number| number.to_string()).collect::<Vec<_>>().join(", ");
+        let index = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+        match index.and_then(|index| self.tables.get(index)) {
+            None if self.tables.is_empty() => Ok(None),
+            None => Err(one_of(&known(), number)),
+            Some(table) => shown.of(table).map(Some),
+        }
+    }
 }
 
 /// The results of the drives by one method.
@@ -126,9 +144,15 @@ impl Figures {
 
     /// The text inside a marker; `None` if its experiment was not driven.
     fn text(&self, marker: &Marker<'_>, not_driven: &mut BTreeSet<String>) -> Result<Option<String>, Wrong> {
-        let experiment = match marker {
+        let (experiment, form, lines, method) = match marker {
             Marker::Experiments => return Ok(Some(self.table())),
-            Marker::Whole { experiment, .. } | Marker::Figure { experiment, .. } => *experiment,
+            Marker::Study { experiment, table, shown } => {
+                let found = self.experiments.get(*experiment).map(|found| found.study(table, shown));
+                let text = found.transpose()?.flatten();
+                not_driven.extend(text.is_none().then(|| (*experiment).to_owned()));
+                return Ok(text);
+            }
+            Marker::Figure { experiment, method, form, lines } => (experiment, form, lines, method),
         };
         let Some(found) = self.experiments.get(experiment) else {
             not_driven.insert(experiment.to_owned());
@@ -217,6 +241,7 @@ enum Marker<'a> {
     Experiments,
     Whole { experiment: &'a str, form: Whole },
     Figure { experiment: &'a str, method: &'a str, form: Form, lines: String },
+    Study { experiment: &'a str, table: &'a str, shown: Shown },
 }
 
 impl<'a> Marker<'a> {
@@ -230,7 +255,14 @@ impl<'a> Marker<'a> {
                 Ok(Self::Whole { experiment, form })
             }
             [experiment, method, form, ref lines @ ..] => {
-                is_suite(experiment)?;
+                if studies::find(experiment).is_some() {
+                    let shown = Shown::read(form, &lines.join(" "))?;
+                    return Ok(Self::Study { experiment, table: method, shown });
+                }
+                if !suites::names().any(|known| known == experiment) {
+                    let known: Vec<_> = suites::names().chain(studies::names()).collect();
+                    return Err(one_of(&known.join(", "), experiment));
+                }
                 let form = Form::read(form).ok_or_else(|| one_of(FORMS, form))?;
                 Ok(Self::Figure { experiment, method, form, lines: lines.join(" ") })
             }
@@ -239,33 +271,55 @@ impl<'a> Marker<'a> {
     }
 }
 
-fn is_suite(experiment: &str) -> Result<(), Wrong> {
-    let is_known = suites::names().any(|known| known == experiment);
-    let wrong = || one_of(&suites::names().collect::<Vec<_>>().join(", "), experiment);
-    is_known.then_some(()).ok_or_else(wrong)
+/// What is shown of a study's table.
+enum Shown {
+    /// All of it.
+    Whole,
+    /// A cell of a column and a row, with its interval and its count where the table has them; in percent or not.
+    Cell { column: String, row: String, is_percent: bool },
 }
 
-/// What is shown of all of an experiment.
-#[derive(Clone, Copy)]
-enum Whole {
-    /// A row for each line of its table, a column for each method.
-    Lines,
-    /// The conditions of Patil 2019.
-    Verdicts,
-    /// What the reader must know.
-    Notices,
-}
+impl Shown {
+    fn read(form: &str, words: &str) -> Result<Self, Wrong> {
+        let cell = |is_percent| match words.split_once(": ") {
+            Some((column, row)) => Ok(Self::Cell { column: column.into(), row: row.into(), is_percent }),
+            None => Err(("COLUMN: ROW".to_owned(), words.to_owned())),
+        };
+        match form {
+            "table" if words.is_empty() => Ok(Self::Whole),
+            "percent" => cell(true),
+            "number" => cell(false),
+            _ => Err(one_of("table, percent, number", form)),
+        }
+    }
 
-impl Whole {
-    fn read(word: &str) -> Option<Self> {
-        Some(match word {
-            "lines" => Self::Lines,
-            "verdicts" => Self::Verdicts,
-            "notices" => Self::Notices,
-            _ => return None,
-        })
+    fn of(&self, table: &Table) -> Result<String, Wrong> {
+        let Self::Cell { column, row, is_percent } = self else {
+            return Ok(format!("\n\n{}", report::words(table).markdown()));
+        };
+        let head = &table.head[1..];
+        let at = head.iter().position(|known| known == column);
+        let at = at.ok_or_else(|| one_of(&head.join("; "), column))?;
+        let names = || table.rows.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join("; ");
+        let found = table.rows.iter().find(|(name, _)| name == row);
+        let (_, values) = found.ok_or_else(|| one_of(&names(), row))?;
+        let (unit, digits): (_, fn(f64) -> String) = match is_percent {
+            true => (" %", |value| format!("{value:.1}")),
+            false => ("", report::number),
+        };
+        let is = |place: usize, name: &str| head.get(place).is_some_and(|known| known == name);
+        let mut text = format!("{}{unit}", digits(values[at]));
+        if is(at + 1, "low") && is(at + 2, "high") {
+            let _ = write!(text, " ({} to {})", digits(values[at + 1]), digits(values[at + 2]));
+            let count = head.iter().rposition(|name| COUNTS.contains(&name.as_str()));
+            text.extend(count.map(|count| format!(" of {}", values[count])));
+        }
+        Ok(text)
     }
 }
+
+/// The columns that say of how many a share or a mean is.
+const COUNTS: [&str; 2] = ["worlds", "journeys"];
 
 /// How a figure is written.
 #[derive(Clone, Copy)]
@@ -359,9 +413,16 @@ mod tests {
         let lines = [("hall 1".to_owned(), tally(7, 3, 10)), ("yard".to_owned(), tally(2, 0, 2))].into();
         let outline = Method { method: "outline".into(), total: tally(312, 4, 320), lines };
         let (command, program) = ("sketchnav eval people --seed 1".to_owned(), "0.1.0 7".to_owned());
-        let notices = vec!["One house.".to_owned(), "Ten people.".to_owned()];
-        let people = Experiment { command, program, methods: vec![outline], notices };
-        Figures { experiments: [("people".to_owned(), people)].into() }
+        let people = Experiment { command, program, methods: vec![outline], tables: Vec::new() };
+        let table = Table {
+            title: "Success".to_owned(),
+            head: ["plan", "D", "low", "high", "journeys", "lost"].map(str::to_owned).to_vec(),
+            rows: vec![("5 mm, D/R".to_owned(), vec![28.04, 25.1, 31.0, 925.0, 1.5])],
+        };
+        let success = Experiment { methods: Vec::new(), tables: vec![table], ..people.clone() };
+        Figures {
+            experiments: [("people".to_owned(), people), ("directions-success".to_owned(), success)].into(),
+        }
     }
 
     fn filled(page: &str) -> String {
@@ -386,17 +447,16 @@ mod tests {
             ("people outline known hall 1", "100 %"),
             ("people outline wrong-arrival", "0"),
             ("people outline of hall 1; yard", "7 of 10, 2 of 2"),
-            ("people outline majority", "2 of 2"),
-            ("people notices", "One house. Ten people."),
-            (
-                "people lines",
-                "\n\n|  | `outline` |\n|---|---|\n| hall 1 | 7 of 10 (70 %; 40 to 89) |\n| yard | 2 of 2 (100 %; 34 to 100) |\n\n",
-            ),
+            ("directions-success 1 percent D: 5 mm, D/R", "28.0 % (25.1 to 31.0) of 925"),
+            ("directions-success 1 number D: 5 mm, D/R", "28.0 (25.1 to 31) of 925"),
+            ("directions-success 1 number lost: 5 mm, D/R", "1.500"),
         ] {
             let page = format!("| a | <!--= {marker}-->old<!--=--> | b |\nend\n");
             assert_eq!(filled(&page), format!("| a | <!--= {marker}-->{figure}<!--=--> | b |\nend\n"));
         }
         assert_eq!(filled("no marker\n"), "no marker\n");
+        let table = filled("<!--= directions-success 1 table--><!--=-->");
+        assert!(table.contains("| 5 mm, D/R | 28.0 | 25.1 | 31 | 925 | 1.500 |\n\n<!--=-->"), "{table}");
     }
 
     /// Figures of the page were copied by hand, and it was impossible to tell which of them belonged to the code next to it.
@@ -428,6 +488,14 @@ mod tests {
             ("<!--= people-->x<!--=-->", "expected experiment, method and form, found \"people\""),
             ("<!--= people outline share-->x\n", "expected a marker that ends with <!--=-->"),
             ("<!--= people outline", "expected a marker that ends with -->"),
+            ("<!--= directions-success 2 table-->x<!--=-->", "expected one of 1, found \"2\""),
+            ("<!--= directions-success 1 share-->x<!--=-->", "expected one of table, percent, number"),
+            ("<!--= directions-success 1 number D-->x<!--=-->", "expected COLUMN: ROW, found \"D\""),
+            (
+                "<!--= directions-success 1 number E: x-->x<!--=-->",
+                "expected one of D; low; high; journeys; lost, found \"E\"",
+            ),
+            ("<!--= directions-success 1 number D: x-->x<!--=-->", "expected one of 5 mm, D/R, found \"x\""),
         ] {
             assert!(error(page).contains(words), "{}", error(page));
         }

@@ -19,7 +19,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// As Markdown has it.
+    /// As Markdown has it, with an empty line after it.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| {
             let cells: Vec<_> =
@@ -28,7 +28,7 @@ impl Table {
         };
         let rule = format!("|{}\n", "---|".repeat(self.header.len()));
         let rows: String = self.rows.iter().map(|row| line(row)).collect();
-        line(&self.header) + &rule + &rows
+        line(&self.header) + &rule + &rows + "\n"
     }
 }
 

@@ -9,8 +9,7 @@ use sketchnav_recordings::reader::Selection;
 use sketchnav_recordings::sources::{self, RecordedRun};
 use sketchnav_recordings::writer::{Writer, topic_name};
 use sketchnav_recordings::{Recording, RecordingError};
-use sketchnav_rehearsal::rerun::{self, Rerun, RerunError};
-use sketchnav_schemas::channels;
+use sketchnav_rehearsal::rerun::{self, Rerun, RerunError, StepTimes};
 use sketchnav_schemas::codes::Process;
 
 use super::args::RerunOptions;
@@ -137,6 +136,14 @@ fn print(outcome: &Rerun, options: &RerunOptions) -> anyhow::Result<()> {
         core.as_secs_f64(),
         simulated_s / core.as_secs_f64().max(1e-9),
     )?;
+    let milliseconds = |time: std::time::Duration| time.as_secs_f64() * 1e3;
+    let StepTimes { count, mean, within_99, longest } = outcome.steps;
+    out!(
+        "{count} steps: {:.2} ms in the mean, 99 % within {:.2} ms, the longest {:.2} ms",
+        milliseconds(mean),
+        milliseconds(within_99),
+        milliseconds(longest),
+    )?;
     for rejected in outcome.rejected.list() {
         out!("rejected   {rejected}")?;
     }
@@ -161,6 +168,10 @@ fn json(
         "simulated_s": outcome.simulated_s,
         "wall_s": outcome.wall.as_secs_f64(),
         "core_s": outcome.core.as_secs_f64(),
+        "steps": outcome.steps.count,
+        "step_mean_s": outcome.steps.mean.as_secs_f64(),
+        "step_99_s": outcome.steps.within_99.as_secs_f64(),
+        "step_longest_s": outcome.steps.longest.as_secs_f64(),
         "judged": judged,
     })
 }

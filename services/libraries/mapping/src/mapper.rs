@@ -7,12 +7,16 @@
 //!
 //! The state is bounded by [`Parameters::max_tiles`]. An update allocates nothing.
 
+use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Pose};
+use sketchnav_schemas::message::MAX_BEAMS;
 
-use crate::matching::field::{BLOCKS, Field};
+use crate::grid::floor;
+use crate::matching::field::Field;
 use crate::matching::{Fit, Matcher, Prior};
 use crate::occupancy::Occupancy;
+use crate::parameters::Pace;
 use crate::scan::{Beam, Scan};
 use crate::{Error, Map, Parameters};
 
@@ -64,7 +68,29 @@ pub struct Mapper {
     state: State,
     field: Field,
     matcher: Matcher,
+    directions: Directions,
     touched: Vec<u32>,
+}
+
+/// The directions of a laser's beams, as unit vectors in the robot's frame: the same for all of its scans.
+#[derive(Debug)]
+struct Directions {
+    /// The direction of beam 0, and the step from one to the next, radians.
+    laser: [f64; 2],
+    beams: Vec<[f64; 2]>,
+}
+
+impl Directions {
+    fn of(&mut self, scan: &Scan<'_>) -> &[[f64; 2]] {
+        let laser = [scan.base_from_laser.yaw_rad + scan.first_rad, scan.step_rad];
+        if self.laser != laser {
+            self.laser = laser;
+            self.beams.clear();
+        }
+        let known = self.beams.len();
+        self.beams.extend((known..scan.ranges_m.len()).map(|beam| scan.direction(beam)));
+        &self.beams
+    }
 }
 
 impl Mapper {
@@ -103,13 +129,13 @@ impl Mapper {
 
     fn with(parameters: Parameters, state: State) -> Self {
         let reach_m = parameters.matching_range_m + parameters.window_max_m + FIELD_MARGIN_M;
-        let half_m = reach_m + (BLOCKS[BLOCKS.len() - 1] + 8) as f64 * parameters.cell_m;
-        let mut field = Field::new(parameters.cell_m, half_m, parameters.blur_m);
+        let mut field = Field::new(parameters.cell_m, reach_m, parameters.blur_m);
         field.rebuild(&state.map, state.field_middle);
         // Cells that the beams of a scan can reach.
         let range_cells = parameters.mapping_range_m / parameters.cell_m + 4.0;
         let touched = Vec::with_capacity((2.0 * range_cells).powi(2) as usize);
-        Self { matcher: Matcher::new(&parameters), parameters, state, field, touched }
+        let directions = Directions { laser: [0.0; 2], beams: Vec::with_capacity(MAX_BEAMS) };
+        Self { matcher: Matcher::new(&parameters), parameters, state, field, directions, touched }
     }
 
     /// For a checkpoint.
@@ -127,7 +153,12 @@ impl Mapper {
         &self.state.map
     }
 
-    /// Takes the pose by odometry and what the laser sees there.
+    /// Looks at scans as often as this from now on.
+    pub fn keep_pace(&mut self, pace: Pace) {
+        self.parameters.pace = pace;
+    }
+
+    /// Takes where the robot believes to be by its wheels, and what it sees there.
     ///
     /// # Errors
     /// [`Error::Scan`] if scan or odometry are invalid; nothing changes in that case.
@@ -164,18 +195,20 @@ impl Mapper {
 
     fn is_match_due(&self) -> bool {
         let since = &self.state.since_match;
-        since.m >= self.parameters.match_m || since.rad >= self.parameters.match_rad
+        since.m >= self.parameters.pace.match_m || since.rad >= self.parameters.pace.match_rad
     }
 
     fn is_entry_due(&self) -> bool {
         let since = &self.state.since_entry;
-        let has_moved = since.m >= self.parameters.enter_m || since.rad >= self.parameters.enter_rad;
+        let pace = &self.parameters.pace;
+        let has_moved = since.m >= pace.enter_m || since.rad >= pace.enter_rad;
         has_moved || self.state.scans_since_entry >= self.parameters.enter_scans
     }
 
     fn correct(&mut self, scan: &Scan<'_>) -> Option<Fit> {
         self.follow_with_field();
-        self.matcher.set_points(ends(scan, self.parameters.matching_range_m));
+        let directions = self.directions.of(scan);
+        self.matcher.set_points(ends(scan, directions, self.parameters.matching_range_m));
         let fit = self.matcher.fit(&self.field, &self.prior())?;
         self.state.pose = fit.pose;
         self.state.since_match = Driven::default();
@@ -208,21 +241,22 @@ impl Mapper {
     /// Enters a scan at the present pose and redraws the field.
     fn enter(&mut self, scan: &Scan<'_>) {
         let (pose, parameters) = (self.state.pose, &self.parameters);
+        let turned = Rotation2::new(pose.yaw_rad);
         let in_cells = |[x, y]: [f64; 2]| {
-            let at = pose.compose(&Pose::<Map>::new(x, y, 0.0));
-            [at.x / parameters.cell_m, at.y / parameters.cell_m]
+            let moved = turned * Vector2::new(x, y);
+            [(pose.x + moved.x) / parameters.cell_m, (pose.y + moved.y) / parameters.cell_m]
         };
-        let mount = [scan.base_from_laser.x, scan.base_from_laser.y];
+        let (mount, directions) =
+            ([scan.base_from_laser.x, scan.base_from_laser.y], self.directions.of(scan));
         let end = |beam: usize, range_m: f64| {
-            let direction = scan.direction(beam);
-            in_cells([0, 1].map(|axis| mount[axis] + range_m * direction[axis]))
+            in_cells([0, 1].map(|axis| mount[axis] + range_m * directions[beam][axis]))
         };
         let mut entering = self.state.map.scan(&mut self.touched);
         for beam in 0..scan.ranges_m.len() {
             if let Beam::Hit(range_m) = scan.beam(beam)
                 && range_m <= parameters.mapping_range_m
             {
-                entering.hit(end(beam, range_m).map(|at| at.floor() as i32));
+                entering.hit(end(beam, range_m).map(floor));
             }
         }
         let laser = in_cells(mount);
@@ -248,12 +282,15 @@ impl Mapper {
 }
 
 /// Ends of the beams up to a range, in the robot's frame.
-fn ends<'a>(scan: &'a Scan<'a>, longest_m: f64) -> impl Iterator<Item = [f64; 2]> + 'a {
+fn ends<'a>(
+    scan: &'a Scan<'a>,
+    directions: &'a [[f64; 2]],
+    longest_m: f64,
+) -> impl Iterator<Item = [f64; 2]> + 'a {
     let mount = [scan.base_from_laser.x, scan.base_from_laser.y];
     (0..scan.ranges_m.len()).filter_map(move |beam| match scan.beam(beam) {
         Beam::Hit(range_m) if range_m <= longest_m => {
-            let direction = scan.direction(beam);
-            Some([0, 1].map(|axis| mount[axis] + range_m * direction[axis]))
+            Some([0, 1].map(|axis| mount[axis] + range_m * directions[beam][axis]))
         }
         _ => None,
     })

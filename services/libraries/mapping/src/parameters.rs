@@ -3,6 +3,7 @@
 use sketchnav_schemas::message::MAX_BEAMS;
 
 use crate::Error;
+use crate::occupancy::TILE;
 
 /// How far odometry may be off, one standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,6 +18,27 @@ pub struct OdometryNoise {
     pub position_floor_m: f64,
     /// Radians, whatever was driven.
     pub yaw_floor_rad: f64,
+}
+
+/// How often scans are looked at.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace {
+    /// A scan is matched after so many metres.
+    pub match_m: f64,
+    /// A scan is matched after so many radians.
+    pub match_rad: f64,
+    /// A scan is entered into the map after so many metres.
+    pub enter_m: f64,
+    /// A scan is entered into the map after so many radians.
+    pub enter_rad: f64,
+}
+
+impl Pace {
+    /// Of a robot that finds its way by the map.
+    pub const BY_THE_MAP: Self = Self { match_m: 0.1, match_rad: 0.1, enter_m: 0.2, enter_rad: 0.2 };
+    /// Of one that drives by something else: the map is whole, and its poses are corrected as in SLAM that is not driven by
+    /// (0.5 m and 0.5 rad are what slam_toolbox begins with: Macenski and Jambrecic 2021).
+    pub const BESIDE: Self = Self { match_m: 0.5, match_rad: 0.5, enter_m: 0.5, enter_rad: 0.5 };
 }
 
 /// Parameters of the mapper.
@@ -49,15 +71,9 @@ pub struct Parameters {
     /// The logarithm of the odds of a scan that fits completely against one that does not fit. Beams are not independent; this
     /// says how many of them count.
     pub evidence: f64,
-    /// A scan is matched after this many metres.
-    pub match_m: f64,
-    /// A scan is matched after this many radians.
-    pub match_rad: f64,
-    /// A scan is entered into the map after this many metres.
-    pub enter_m: f64,
-    /// A scan is entered into the map after this many radians.
-    pub enter_rad: f64,
-    /// A standing robot enters one in this many scans, so that people who leave are forgotten.
+    /// How often scans are looked at.
+    pub pace: Pace,
+    /// A robot that stands enters each of so many scans: people who leave are forgotten.
     pub enter_scans: u32,
 }
 
@@ -84,16 +100,23 @@ impl Default for Parameters {
             window_max_rad: 0.5,
             blur_m: 0.08,
             evidence: 400.0,
-            match_m: 0.1,
-            match_rad: 0.1,
-            enter_m: 0.2,
-            enter_rad: 0.2,
+            pace: Pace::BY_THE_MAP,
             enter_scans: 50,
         }
     }
 }
 
 impl Parameters {
+    /// Most cells along a side of a map.
+    pub fn cells_per_side(&self) -> usize {
+        self.tiles_per_side() * TILE
+    }
+
+    /// Most tiles along a side of a map.
+    pub(crate) fn tiles_per_side(&self) -> usize {
+        (self.extent_m / (self.cell_m * TILE as f64)).ceil() as usize
+    }
+
     /// Checks bounds; memory and work follow from them.
     ///
     /// # Errors
@@ -118,10 +141,10 @@ impl Parameters {
             ("window_max_rad", self.window_max_rad, 0.0, 1.0, "0 to 1"),
             ("blur_m", self.blur_m, 0.5 * self.cell_m, 4.0 * self.cell_m, "half a cell to 4 cells"),
             ("evidence", self.evidence, 0.1, 10_000.0, "0.1 to 10000"),
-            ("match_m", self.match_m, 0.0, 10.0, "0 to 10"),
-            ("match_rad", self.match_rad, 0.0, 7.0, "0 to 7"),
-            ("enter_m", self.enter_m, 0.0, 10.0, "0 to 10"),
-            ("enter_rad", self.enter_rad, 0.0, 7.0, "0 to 7"),
+            ("pace.match_m", self.pace.match_m, 0.0, 10.0, "0 to 10"),
+            ("pace.match_rad", self.pace.match_rad, 0.0, 7.0, "0 to 7"),
+            ("pace.enter_m", self.pace.enter_m, 0.0, 10.0, "0 to 10"),
+            ("pace.enter_rad", self.pace.enter_rad, 0.0, 7.0, "0 to 7"),
         ];
         let is_within = |&(_, found, low, high, _): &(_, f64, f64, f64, _)| low <= found && found <= high;
         match bounds.iter().find(|bound| !is_within(bound)) {

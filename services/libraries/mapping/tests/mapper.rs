@@ -1,6 +1,7 @@
 //! The mapper as a whole: it corrects drifting odometry, and resumes from a checkpoint with the same bits.
 
-use sketchnav_mapping::{Map, Mapper, Parameters, Scan};
+use sketchnav_mapping::parameters::Pace;
+use sketchnav_mapping::{Map, Mapper, Outcome, Parameters, Scan};
 use sketchnav_schemas::geometry::{Odom, Pose};
 
 const BEAMS: usize = 181;
@@ -71,6 +72,21 @@ fn drifting_wheels_are_corrected_by_what_the_laser_sees() {
         by_wheels_m > 0.15 && by_map_m < 0.04 && by_map_rad < 0.02,
         "{by_wheels_m} {by_map_m} {by_map_rad}"
     );
+}
+
+/// It looks at a fifth of the scans, and is hardly worse for it.
+#[test]
+fn a_map_that_nobody_drives_by_corrects_the_wheels_too() {
+    let (drive, mut mapper) = (drive(), Mapper::new(Parameters::default()).unwrap());
+    mapper.keep_pace(Pace::BESIDE);
+    let mut looked_at = 0;
+    for (truth, wheels) in &drive {
+        let outcome = mapper.update(*wheels, &scan(&ranges(truth))).unwrap();
+        looked_at += usize::from(outcome != Outcome::Skipped);
+    }
+    let start = drive[0].0;
+    let (off_m, off_rad) = off(&mapper, &start, &drive[60].0);
+    assert!(looked_at <= 6 && off_m < 0.08 && off_rad < 0.03, "{looked_at} {off_m} {off_rad}");
 }
 
 #[test]

@@ -200,7 +200,8 @@ impl Driver {
     pub fn observe(&mut self, robot: &Pose<Odom>, sensor: &Pose<Odom>, scan: &LaserScan) {
         self.obstacles.observe(robot, self.radius_m, sensor, scan);
         if let Some(explorer) = &mut self.explorer {
-            explorer.observe(*robot, robot.motion_to(sensor), scan);
+            let leads = self.attempt.guide == Guide::Outline;
+            explorer.observe(*robot, robot.motion_to(sensor), scan, leads);
         }
     }
 

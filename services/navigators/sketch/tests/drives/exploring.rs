@@ -43,7 +43,7 @@ fn it_finds_the_arms_of_a_bent_drawing() {
 }
 
 /// Three rooms in a row, 4 × 4 m each, joined by doors of 0.9 m.
-fn rooms() -> Vec<Line> {
+pub fn rooms() -> Vec<Line> {
     let mut walls =
         vec![[0.5, 0.5, 12.5, 0.5], [12.5, 0.5, 12.5, 4.5], [12.5, 4.5, 0.5, 4.5], [0.5, 4.5, 0.5, 0.5]];
     for x in [4.5, 8.5] {

@@ -14,7 +14,7 @@ use sketchnav_schemas::robot::{Drive, Limits, Robot};
 use sketchnav_schemas::seed;
 
 use crate::convex::{Convex, Segment};
-use crate::description::{Extent, WorldDescription};
+use crate::description::WorldDescription;
 use crate::drive::{self, Slip};
 use crate::error::{SimError, check, check_start};
 use crate::people::Walker;

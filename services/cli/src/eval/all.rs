@@ -16,7 +16,7 @@ use sketchnav_lab::EvalError;
 use sketchnav_lab::experiments::TaskOutcome as Ended;
 use sketchnav_lab::experiments::figures::{Experiment, Method};
 use sketchnav_lab::experiments::studies::{Size, Study, report};
-use sketchnav_lab::experiments::table::{self, Table};
+use sketchnav_lab::experiments::table;
 use sketchnav_lab::experiments::{studies, suites};
 
 use super::page::Pages;
@@ -156,7 +156,8 @@ fn of_suite(
     let of_methods = methods.iter().map(|method| Method::of(&suite, method, &outcomes)).collect();
     let command = command(name, &methods, options);
     let program = machine::program()?;
-    let experiment = Experiment { command, program, methods: of_methods, tables: Vec::new() };
+    let notices = suite.notices.clone();
+    let experiment = Experiment { command, program, methods: of_methods, notices, tables: Vec::new() };
     Ok(Ok(Entry { name, title: suite.title.clone(), experiment, size: None }))
 }
 
@@ -223,6 +224,7 @@ fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Resu
             command: command.clone(),
             program: program.clone(),
             methods: Vec::new(),
+            notices: Vec::new(),
             tables,
         },
         size: Some(format!("{} worlds", size.worlds)),

@@ -92,6 +92,7 @@ mod tests {
             command,
             program,
             methods: vec![serde_json::from_str(json).unwrap()],
+            notices: Vec::new(),
             tables: Vec::new(),
         }
     }

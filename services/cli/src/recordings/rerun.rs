@@ -10,6 +10,7 @@ use sketchnav_recordings::sources::{self, RecordedRun};
 use sketchnav_recordings::writer::{Writer, topic_name};
 use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_rehearsal::rerun::{self, Rerun, RerunError, StepTimes};
+use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
 
 use super::args::RerunOptions;

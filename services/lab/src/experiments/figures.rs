@@ -1,7 +1,7 @@
-//! The figures of experiments as a page shows them: the results of each, and the markers in the page that this fills.
+//! The figures of experiments as a page shows them: what each came to, and markers in the page that this fills.
 //!
-//! A marker is a pair of HTML comments, which readers of the page do not see. The first says what is to stand between them:
-//! experiment, method, form, and lines of the experiment's table unless it is about the whole.
+//! A marker is a pair of comments of HTML, which readers of the page do not see. The first one says what is to stand
+//! between them: experiment, method, form, and lines of the experiment's table where it is not about all of it.
 //!
 //! ```text
 //! <!--= people outline share-->97.5 % (95 to 99) of 320<!--=-->
@@ -15,7 +15,8 @@
 //! <!--= corridor-published notices--> … what the reader of its figures must know … <!--=-->
 //! ```
 //!
-//! A figure of an experiment that was not driven stays as it is and gets a dagger. Nothing here drives anything or reads a file.
+//! A figure of an experiment that was not driven stays as it is and gets a dagger. It never drives anything and reads no
+//! file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -27,7 +28,7 @@ use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::statistics::Tally;
 use crate::experiments::studies::{Table, report};
 use crate::experiments::suite::Suite;
-use crate::experiments::table::Table;
+use crate::experiments::table;
 use crate::experiments::{corridor_published, studies, suites};
 
 const BEGIN: &str = "<!--= ";
@@ -42,7 +43,7 @@ const EXPERIMENTS: &str = "experiments";
 const FORMS: &str = "share, percent, of, rated, reached, attempts, known, majority, or how tasks ended";
 const WHOLE_FORMS: &str = "lines, verdicts or notices";
 
-/// The results of experiments, by name.
+/// What experiments came to, by name.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Figures {
@@ -50,44 +51,33 @@ pub struct Figures {
     pub experiments: BTreeMap<String, Experiment>,
 }
 
-/// The results of one experiment.
+/// What one experiment came to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
-    /// The command that reproduces the figures.
+    /// What makes the figures again.
     pub command: String,
-    /// The program that drove it.
+    /// Which program drove it.
     pub program: String,
-    /// The methods; empty for a study.
+    /// Each method; none where it is a study.
     pub methods: Vec<Method>,
+    /// What the reader of its figures must know.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notices: Vec<String>,
     /// The tables of a study.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<Table>,
 }
 
-impl Experiment {
-    /// What a marker shows of a study; `None` where its tables were not kept.
-    fn study(&self, number: &str, shown: &Shown) -> Result<Option<String>, Wrong> {
-        let known =
-            || (1..=self.tables.len()).map(|number| number.to_string()).collect::<Vec<_>>().join(", ");
-        let index = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
-        match index.and_then(|index| self.tables.get(index)) {
-            None if self.tables.is_empty() => Ok(None),
-            None => Err(one_of(&known(), number)),
-            Some(table) => shown.of(table).map(Some),
-        }
-    }
-}
-
-/// The results of the drives by one method.
+/// What the drives by one method came to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Method {
-    /// The method's name.
+    /// Its word.
     pub method: String,
     /// All tasks that count.
     pub total: Tally,
-    /// The tally of each line of the suite's table.
+    /// Those of each line of the suite's table.
     pub lines: BTreeMap<String, Tally>,
 }
 
@@ -103,7 +93,7 @@ impl Method {
         Self { method: method.to_owned(), total: Tally::of(counted()), lines }
     }
 
-    /// The share of reached tasks as text: ``"`outline` 97.5 % (95 to 99) of 320"``.
+    /// The share of reached tasks in words: ``"`outline` 97.5 % (95 to 99) of 320"``.
     pub fn words(&self) -> String {
         format!("`{}` {}", self.method, share(self.total))
     }
@@ -122,8 +112,8 @@ impl Figures {
     /// Fills the markers of a page. Filling twice changes nothing.
     ///
     /// # Errors
-    /// [`EvalError::Marker`] for one that does not end, or that names an experiment, a method, a form or a line that does not
-    /// exist.
+    /// [`EvalError::Marker`]: one that does not end, or that names an experiment, a method, a form or a line that there
+    /// is not.
     pub fn fill(&self, page: &str) -> Result<Filled, EvalError> {
         let mut filled = Filled { page: String::with_capacity(page.len()), not_driven: BTreeSet::new() };
         let mut rest = page;
@@ -142,17 +132,13 @@ impl Figures {
         Ok(filled)
     }
 
-    /// The text inside a marker; `None` if its experiment was not driven.
+    /// What stands in a marker; `None` where it was not driven.
     fn text(&self, marker: &Marker<'_>, not_driven: &mut BTreeSet<String>) -> Result<Option<String>, Wrong> {
-        let (experiment, form, lines, method) = match marker {
+        let experiment = match marker {
             Marker::Experiments => return Ok(Some(self.table())),
-            Marker::Study { experiment, table, shown } => {
-                let found = self.experiments.get(*experiment).map(|found| found.study(table, shown));
-                let text = found.transpose()?.flatten();
-                not_driven.extend(text.is_none().then(|| (*experiment).to_owned()));
-                return Ok(text);
-            }
-            Marker::Figure { experiment, method, form, lines } => (experiment, form, lines, method),
+            Marker::Whole { experiment, .. }
+            | Marker::Figure { experiment, .. }
+            | Marker::Study { experiment, .. } => *experiment,
         };
         let Some(found) = self.experiments.get(experiment) else {
             not_driven.insert(experiment.to_owned());
@@ -161,6 +147,11 @@ impl Figures {
         let text = match marker {
             Marker::Figure { method, form, lines, .. } => found.figure(method, *form, lines)?,
             Marker::Whole { form, .. } => found.whole(*form),
+            Marker::Study { table, shown, .. } => {
+                let text = found.study(table, shown)?;
+                not_driven.extend(text.is_none().then(|| experiment.to_owned()));
+                return Ok(text);
+            }
             Marker::Experiments => self.table(),
         };
         Ok(Some(text))
@@ -218,10 +209,22 @@ impl Experiment {
                 };
                 let header =
                     [String::new()].into_iter().chain(methods.iter().map(|method| format!("`{method}`")));
-                Table { header: header.collect(), rows: lines.into_iter().map(row).collect() }
+                table::Table { header: header.collect(), rows: lines.into_iter().map(row).collect() }
             }
         };
-        format!("\n\n{}\n", table.markdown())
+        format!("\n\n{}", table.markdown())
+    }
+
+    /// What a marker shows of a study; `None` if its tables were not kept.
+    fn study(&self, number: &str, shown: &Shown) -> Result<Option<String>, Wrong> {
+        let known =
+            || (1..=self.tables.len()).map(|number| number.to_string()).collect::<Vec<_>>().join(", ");
+        let index = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+        match index.and_then(|index| self.tables.get(index)) {
+            None if self.tables.is_empty() => Ok(None),
+            None => Err(one_of(&known(), number)),
+            Some(table) => shown.of(table).map(Some),
+        }
     }
 }
 
@@ -254,20 +257,46 @@ impl<'a> Marker<'a> {
                 let form = Whole::read(form).ok_or_else(|| one_of(WHOLE_FORMS, form))?;
                 Ok(Self::Whole { experiment, form })
             }
+            [experiment, table, form, ref words @ ..] if studies::find(experiment).is_some() => {
+                let shown = Shown::read(form, &words.join(" "))?;
+                Ok(Self::Study { experiment, table, shown })
+            }
             [experiment, method, form, ref lines @ ..] => {
-                if studies::find(experiment).is_some() {
-                    let shown = Shown::read(form, &lines.join(" "))?;
-                    return Ok(Self::Study { experiment, table: method, shown });
-                }
-                if !suites::names().any(|known| known == experiment) {
-                    let known: Vec<_> = suites::names().chain(studies::names()).collect();
-                    return Err(one_of(&known.join(", "), experiment));
-                }
+                is_suite(experiment)?;
                 let form = Form::read(form).ok_or_else(|| one_of(FORMS, form))?;
                 Ok(Self::Figure { experiment, method, form, lines: lines.join(" ") })
             }
             _ => Err(("experiment, method and form".to_owned(), words.to_owned())),
         }
+    }
+}
+
+fn is_suite(experiment: &str) -> Result<(), Wrong> {
+    let is_known = suites::names().any(|known| known == experiment);
+    let known = || suites::names().chain(studies::names()).collect::<Vec<_>>().join(", ");
+    let wrong = || one_of(&known(), experiment);
+    is_known.then_some(()).ok_or_else(wrong)
+}
+
+/// What is shown of all of an experiment.
+#[derive(Clone, Copy)]
+enum Whole {
+    /// A row for each line of its table, a column for each method.
+    Lines,
+    /// The conditions of Patil 2019.
+    Verdicts,
+    /// What the reader must know.
+    Notices,
+}
+
+impl Whole {
+    fn read(word: &str) -> Option<Self> {
+        Some(match word {
+            "lines" => Self::Lines,
+            "verdicts" => Self::Verdicts,
+            "notices" => Self::Notices,
+            _ => return None,
+        })
     }
 }
 
@@ -395,7 +424,7 @@ fn ends(tally: Tally) -> [String; 2] {
     tally.interval().map(|end| format!("{:.0}", 100.0 * end))
 }
 
-/// `97.5 %`, and `100 %` if it is all of them.
+/// `97.5 %`, and `100 %` where it is all of them.
 fn percent(rate: Option<f64>) -> String {
     match rate {
         None => "–".to_owned(),
@@ -413,7 +442,8 @@ mod tests {
         let lines = [("hall 1".to_owned(), tally(7, 3, 10)), ("yard".to_owned(), tally(2, 0, 2))].into();
         let outline = Method { method: "outline".into(), total: tally(312, 4, 320), lines };
         let (command, program) = ("sketchnav eval people --seed 1".to_owned(), "0.1.0 7".to_owned());
-        let people = Experiment { command, program, methods: vec![outline], tables: Vec::new() };
+        let notices = vec!["One house.".to_owned(), "Ten people.".to_owned()];
+        let people = Experiment { command, program, methods: vec![outline], notices, tables: Vec::new() };
         let table = Table {
             title: "Success".to_owned(),
             head: ["plan", "D", "low", "high", "journeys", "lost"].map(str::to_owned).to_vec(),
@@ -450,6 +480,12 @@ mod tests {
             ("directions-success 1 percent D: 5 mm, D/R", "28.0 % (25.1 to 31.0) of 925"),
             ("directions-success 1 number D: 5 mm, D/R", "28.0 (25.1 to 31) of 925"),
             ("directions-success 1 number lost: 5 mm, D/R", "1.500"),
+            ("people outline majority", "2 of 2"),
+            ("people notices", "One house. Ten people."),
+            (
+                "people lines",
+                "\n\n|  | `outline` |\n|---|---|\n| hall 1 | 7 of 10 (70 %; 40 to 89) |\n| yard | 2 of 2 (100 %; 34 to 100) |\n\n",
+            ),
         ] {
             let page = format!("| a | <!--= {marker}-->old<!--=--> | b |\nend\n");
             assert_eq!(filled(&page), format!("| a | <!--= {marker}-->{figure}<!--=--> | b |\nend\n"));
@@ -459,7 +495,7 @@ mod tests {
         assert!(table.contains("| 5 mm, D/R | 28.0 | 25.1 | 31 | 925 | 1.500 |\n\n<!--=-->"), "{table}");
     }
 
-    /// Figures of the page were copied by hand, and it was impossible to tell which of them belonged to the code next to it.
+    /// Figures of the page were copied by hand, and nobody could tell which ones were of the code beside it.
     #[test]
     fn a_figure_that_was_not_driven_gets_a_dagger_once() {
         let page = "<!--= routes outline share-->95.0 %<!--=-->";

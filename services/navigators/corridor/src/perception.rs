@@ -448,7 +448,7 @@ mod tests {
             let terms = Terms { is_steady, ..terms(Parameters::default()) };
             let mut perception = Perception::default();
             let see = |k: u64| {
-                let (time_s, error_m) = (k as f32 * 0.2, if k % 2 == 0 { 0.02 } else { -0.02 });
+                let (time_s, error_m) = (k as f32 * 0.2, if k.is_multiple_of(2) { 0.02 } else { -0.02 });
                 // On the diagonal a step along both axes is longer by √2.
                 let at = |mps: f32| (3.0 - mps * time_s + error_m) / std::f32::consts::SQRT_2;
                 let [left, right] = [at(0.08), at(0.005)];

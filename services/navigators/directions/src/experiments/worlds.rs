@@ -79,12 +79,15 @@ pub fn reliability(effort: Effort, seed: u64) -> Result<Table, Error> {
     Ok(table)
 }
 
+/// A fit's coefficients, and its root mean square and largest residual.
+type Fit = ([f64; 4], [f64; 2]);
+
 /// The fits of equations 1 and 2 by several seeds: the coefficients that are in use, the least and the greatest of all fits; and the
 /// residuals of the first fit, of equation 1 as probabilities, of equation 2 as shares of a variance.
 pub fn fits(effort: Effort, seeds: &[u64]) -> Result<Table, Error> {
     let head = ["coefficient", "in use", "least", "greatest", "fits"];
     let mut table = Table::new("Equations 1 and 2, fitted", &head);
-    let mut all: [Vec<_>; 2] = Default::default();
+    let mut all: [Vec<Fit>; 2] = Default::default();
     for &seed in seeds {
         let (one, two) = (landmarks(effort, seed)?, trajectories(effort, seed)?);
         all[0].push((one.model.coefficients, [one.rms_residual, one.max_residual]));
@@ -92,7 +95,7 @@ pub fn fits(effort: Effort, seeds: &[u64]) -> Result<Table, Error> {
     }
     let in_use = [LandmarkModel::FITTED.coefficients, TrajectoryModel::FITTED.coefficients];
     for ((number, fits), in_use) in (1..).zip(&all).zip(in_use) {
-        let mut row = |name: String, used: f64, of: &dyn Fn(&([f64; 4], [f64; 2])) -> f64| {
+        let mut row = |name: String, used: f64, of: &dyn Fn(&Fit) -> f64| {
             let (least, most) =
                 (fits.iter().map(of).fold(f64::MAX, f64::min), fits.iter().map(of).fold(f64::MIN, f64::max));
             table.row(name, &[used, least, most, fits.len() as f64]);

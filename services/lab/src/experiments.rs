@@ -14,6 +14,7 @@ pub mod ablation;
 pub mod calibration;
 pub mod corridor;
 pub mod corridor_cost;
+pub mod corridor_published;
 pub mod cost;
 pub mod deformed;
 pub mod figures;

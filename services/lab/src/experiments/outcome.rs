@@ -25,11 +25,13 @@ pub enum Kind {
     TimedOut,
     /// The mission ended in another way.
     Aborted,
+    /// It never moved, whatever it said then: by markers in a corridor, where no pair was in view.
+    NeverMoved,
 }
 
 impl Kind {
-    /// All kinds, successes first.
-    pub const ALL: [Self; 8] = [
+    /// All, successes first.
+    pub const ALL: [Self; 9] = [
         Self::Reached,
         Self::WrongArrival,
         Self::WrongSide,
@@ -38,6 +40,7 @@ impl Kind {
         Self::Blocked,
         Self::TimedOut,
         Self::Aborted,
+        Self::NeverMoved,
     ];
 
     /// The word for it in tables.
@@ -51,6 +54,7 @@ impl Kind {
             Self::Blocked => "blocked",
             Self::TimedOut => "timed out",
             Self::Aborted => "aborted",
+            Self::NeverMoved => "never moved",
         }
     }
 

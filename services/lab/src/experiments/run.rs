@@ -22,6 +22,9 @@ use crate::judge::log::Log;
 use crate::judge::states::{Said, StateDriven};
 use crate::judge::{self, TaskSpan, TaskVerdict};
 
+/// A robot that has moved less has not, metres.
+const STILL_M: f64 = 0.01;
+
 /// A run that was driven.
 #[derive(Debug)]
 pub struct Driven {
@@ -128,13 +131,13 @@ fn drive_from(
     let run = trial.run(method, seed, first_task).map_err(wrong)?;
     let sheet = trial.sheet.as_ref();
     let sketch = sheet.map(|_| SketchMission::of(&run.mission)).transpose().map_err(wrong)?;
-    let stops_at_failure = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
+    let is_given_anew = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
     let mut watcher = Watcher {
         log: Log::default(),
         stamps_ns: Vec::new(),
         tasks: &run.mission.task,
         ends_with_contact: trial.ends_with_contact,
-        stops_at_failure,
+        stops_at_failure: is_given_anew || trial.tasks_are_one,
         failed: false,
         bystander: trial
             .person
@@ -152,7 +155,7 @@ fn drive_from(
     let answers = bystander.as_ref().map_or(0, Bystander::answers);
     let is_left_lost = bystander.is_some_and(|bystander| bystander.leaves_it_lost());
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
-    if stops_at_failure {
+    if is_given_anew {
         let failed = verdicts.iter().position(|verdict| !verdict.reached);
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }
@@ -175,7 +178,9 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
         return Kind::Collided;
     }
     let kind = match Kind::of(verdict) {
-        // With a person looking on, a lost robot waits, and its task does not end.
+        Kind::Reached => Kind::Reached,
+        _ if trial.is_corridor() && never_moved(driven) => Kind::NeverMoved,
+        // With somebody who looks on, a lost robot waits, and its task does not end.
         Kind::Aborted if driven.is_left_lost => Kind::Lost,
         kind => kind,
     };
@@ -189,7 +194,13 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
 }
 
-/// The cost of a task of a run. Processor time is known only for the run as a whole; a task gets its share by duration.
+/// Whether the robot stands where it stood at first, and always has.
+fn never_moved(driven: &Driven) -> bool {
+    let Some(first) = driven.log.truth.first().map(|truth| truth.pose().position()) else { return true };
+    driven.log.truth.iter().all(|truth| truth.pose().position().distance(&first) < STILL_M)
+}
+
+/// What a task of a run cost; of the processor's time, which is known of the run as a whole, its share by time.
 fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     let log = &driven.log;
     let whole_s = log.truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
@@ -226,26 +237,37 @@ fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     judge::states::states(&driven.run, &said, is_reached)
 }
 
-/// The outcomes of a run's tasks.
-pub fn outcomes<'a>(
-    trial: &'a Trial,
-    method: &'a str,
-    repetition: u32,
-    driven: &'a Driven,
-) -> impl Iterator<Item = TaskOutcome> + 'a {
+/// A task that was driven: its verdict, when that was, and how it ended.
+struct Ended {
+    verdict: TaskVerdict,
+    span: Option<TaskSpan>,
+    kind: Kind,
+}
+
+/// The outcomes of a run's tasks; one where they are one.
+pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -> Vec<TaskOutcome> {
     let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
-    driven.verdicts.iter().zip(spans).enumerate().map(move |(i, (verdict, span))| {
+    let each = driven.verdicts.iter().cloned().zip(spans).enumerate().map(|(i, (verdict, span))| Ended {
+        verdict,
+        span,
+        kind: kind_of(trial, driven, span.as_ref(), i),
+    });
+    let ended = if trial.tasks_are_one {
+        each.reduce(Ended::followed_by).into_iter().collect()
+    } else {
+        each.collect::<Vec<_>>()
+    };
+    let outcome = |(i, Ended { verdict, span, kind }): (usize, Ended)| {
         let end = span.and_then(|span| span.of(&driven.log.truth).last().copied());
-        let kind = kind_of(trial, driven, span.as_ref(), i);
         TaskOutcome {
             id: format!("{}#{repetition}", trial.name),
             drawing: trial.drawing.clone(),
             method: method.to_owned(),
             seed: driven.run.seed,
-            task: verdict.name.clone(),
+            task: verdict.name,
             task_index: driven.first_task + i,
             kind,
-            reason: verdict.reason.clone(),
+            reason: verdict.reason,
             time_s: verdict.time_s,
             path_m: verdict.path_m,
             end: end.map(|truth| truth.pose()).map(|pose| [pose.x, pose.y, pose.yaw_rad.to_degrees()]),
@@ -255,5 +277,25 @@ pub fn outcomes<'a>(
             states: states(driven, kind == Kind::Reached),
             answers: driven.answers,
         }
-    })
+    };
+    ended.into_iter().enumerate().map(outcome).collect()
+}
+
+impl Ended {
+    /// Both as one: the first failure is that of both, and what comes after it is left out.
+    fn followed_by(self, next: Self) -> Self {
+        if self.kind != Kind::Reached {
+            return self;
+        }
+        let begin_ns = self.span.map(|span| span.begin_ns);
+        let span = next.span.map(|span| TaskSpan { begin_ns: begin_ns.unwrap_or(span.begin_ns), ..span });
+        let verdict = TaskVerdict {
+            name: format!("{}, {}", self.verdict.name, next.verdict.name),
+            time_s: self.verdict.time_s + next.verdict.time_s,
+            path_m: self.verdict.path_m + next.verdict.path_m,
+            collisions: self.verdict.collisions + next.verdict.collisions,
+            ..next.verdict
+        };
+        Self { verdict, span: span.or(self.span), kind: next.kind }
+    }
 }

@@ -26,6 +26,9 @@ pub struct Tally {
     pub timed_out: usize,
     /// Ended in another way.
     pub aborted: usize,
+    /// Never moved.
+    #[serde(default)]
+    pub never_moved: usize,
     /// Tasks, failed or not, in which the robot touched something.
     pub with_collision: usize,
 }
@@ -54,6 +57,7 @@ impl Tally {
             Kind::Blocked => &mut self.blocked,
             Kind::TimedOut => &mut self.timed_out,
             Kind::Aborted => &mut self.aborted,
+            Kind::NeverMoved => &mut self.never_moved,
         }
     }
 
@@ -68,7 +72,12 @@ impl Tally {
         (self.attempts > 0).then(|| self.reached as f64 / self.attempts as f64)
     }
 
-    /// Wilson's interval for the rate.
+    /// Whether most of the tasks were reached.
+    pub fn is_mostly_reached(&self) -> bool {
+        2 * self.reached > self.attempts
+    }
+
+    /// Wilson's interval of the rate.
     pub fn interval(&self) -> [f64; 2] {
         wilson(self.reached, self.attempts)
     }

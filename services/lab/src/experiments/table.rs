@@ -7,6 +7,7 @@ use crate::experiments::cost;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::statistics::Tally;
 use crate::experiments::suite::{Leg, Suite};
+use crate::experiments::trial::Trial;
 
 /// A table: the first column names the line, the others are figures.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -17,8 +18,22 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-/// The outcomes of one method: the paper's table next to ours, if there is one; then a line for each drawing, by how the tasks
-/// ended.
+impl Table {
+    /// As Markdown has it, with an empty line after it.
+    pub fn markdown(&self) -> String {
+        let line = |cells: &[String]| {
+            let cells: Vec<_> =
+                cells.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
+        let rule = format!("|{}\n", "---|".repeat(self.header.len()));
+        let rows: String = self.rows.iter().map(|row| line(row)).collect();
+        line(&self.header) + &rule + &rows + "\n"
+    }
+}
+
+/// The outcomes of one method: the paper's table beside ours, where there is one; then a line for each
+/// drawing, by how the tasks ended.
 pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     let counted: Vec<_> = outcomes.iter().copied().filter(|ended| suite.counts(ended)).collect();
     let kinds = by_drawing(suite, &counted);
@@ -68,15 +83,15 @@ fn by_leg(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
 fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let mut header = vec![suite.lines.unwrap_or("drawing").to_owned(), "reached".into()];
     header.extend(["%".into(), "95 %".into()]);
-    header.extend(Kind::ALL[1..].iter().map(|kind| kind.word().to_owned()));
+    header.extend(failures(suite).map(|kind| kind.word().to_owned()));
     header.extend(["with collision".into(), "failures known".into()]);
     let of_drawing = |drawing: String| {
-        line(&drawing, Tally::of(outcomes.iter().copied().filter(|ended| ended.drawing == drawing)))
+        line(suite, &drawing, Tally::of(outcomes.iter().copied().filter(|ended| ended.drawing == drawing)))
     };
     // Lines of another method have no attempts of this one.
     let is_driven = |drawing: &String| outcomes.iter().any(|ended| ended.drawing == *drawing);
     let mut rows: Vec<_> = suite.drawings().into_iter().filter(is_driven).map(of_drawing).collect();
-    rows.push(line("all", Tally::of(outcomes.iter().copied())));
+    rows.push(line(suite, "all", Tally::of(outcomes.iter().copied())));
     if !suite.told.is_empty() {
         header.extend(["most failures".into(), "published".into()]);
         for row in &mut rows {
@@ -117,9 +132,15 @@ fn told(suite: &Suite, outcomes: &[&TaskOutcome], line: &str) -> String {
     told.map_or(String::new(), |told| told.words.to_owned())
 }
 
-fn line(name: &str, tally: Tally) -> Vec<String> {
+/// How tasks of a suite may fail: in corridors alone a robot that never moved is counted by itself.
+fn failures(suite: &Suite) -> impl Iterator<Item = Kind> {
+    let is_corridor = suite.trials.iter().any(Trial::is_corridor);
+    Kind::ALL.into_iter().skip(1).filter(move |kind| *kind != Kind::NeverMoved || is_corridor)
+}
+
+fn line(suite: &Suite, name: &str, tally: Tally) -> Vec<String> {
     let mut cells = head(name, tally.reached, tally.attempts);
-    cells.extend(Kind::ALL[1..].iter().map(|&kind| tally.count(kind).to_string()));
+    cells.extend(failures(suite).map(|kind| tally.count(kind).to_string()));
     cells.extend([tally.with_collision.to_string(), percent(tally.share_that_knows())]);
     cells
 }

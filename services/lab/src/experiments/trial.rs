@@ -64,7 +64,9 @@ pub struct Trial {
     pub method: Option<String>,
     /// Whether the first touch ends the drive as a failure.
     pub ends_with_contact: bool,
-    /// Scan periods that the cores take for a step, as on a slow machine in real time. 0: lockstep.
+    /// Whether its tasks are one: it is reached where all are, and ends with the first that is not.
+    pub tasks_are_one: bool,
+    /// Scan periods that the cores think about a step: as on a slow machine in real time. 0: lockstep.
     pub thinking_scans: u32,
     /// The trial of which this one is a variant: both get the same seeds.
     pub variant_of: Option<String>,
@@ -85,6 +87,7 @@ impl Trial {
             sheet: None,
             method: None,
             ends_with_contact: false,
+            tasks_are_one: false,
             thinking_scans: 0,
             variant_of: None,
             bytes: None,
@@ -180,6 +183,11 @@ pub struct Sheet {
 }
 
 impl Trial {
+    /// Whether it is driven by the navigator `corridor`.
+    pub fn is_corridor(&self) -> bool {
+        self.mission.navigator.kind == sketchnav_corridor::mission::KIND
+    }
+
     /// The run of the trial from `first_task` on.
     ///
     /// `seed` is the repetition's seed; each run of a trial with restarts gets one of its own.

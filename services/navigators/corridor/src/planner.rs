@@ -65,12 +65,15 @@ struct Attempt {
     was_ahead: bool,
     /// ... which is that after so many turns.
     turns: u32,
+    /// The last answer of the rules. It stays until the next one, even while the robot turns about: without a pair in view "no
+    /// update to the robot's motion can be made" (Patil 2019, figure 5.2).
+    answer: Velocity,
     command: Velocity,
 }
 
 impl Attempt {
-    fn new(start: Pose<Odom>, pairs: u64) -> Self {
-        Self { start, about_rad: None, pairs, was_ahead: false, turns: 0, command: [0.0; 3] }
+    fn new(start: Pose<Odom>, pairs: u64, answer: Velocity) -> Self {
+        Self { start, about_rad: None, pairs, was_ahead: false, turns: 0, answer, command: [0.0; 3] }
     }
 }
 
@@ -188,7 +191,7 @@ impl Planner {
     pub fn new(run: &RunConfig) -> Result<Self, CorridorError> {
         check(&run.mission, &run.robot)?;
         let CorridorMission { method, tasks, .. } = CorridorMission::of(&run.mission)?;
-        let attempt = Attempt::new(Pose::new(0.0, 0.0, 0.0), 0);
+        let attempt = Attempt::new(Pose::new(0.0, 0.0, 0.0), 0, [0.0; 3]);
         let parameters = parameters(&run.mission)?;
         Ok(Self {
             method,
@@ -225,8 +228,8 @@ impl Planner {
         Ok(())
     }
 
-    fn begin(&mut self, relations: &Relations, robot: &Pose<Odom>) {
-        self.attempt = Attempt::new(*robot, relations.pairs);
+    fn begin(&mut self, relations: &Relations, robot: &Pose<Odom>, answer: Velocity) {
+        self.attempt = Attempt::new(*robot, relations.pairs, answer);
         self.course.begin(robot);
     }
 
@@ -235,7 +238,7 @@ impl Planner {
         let Some(about_rad) = self.attempt.about_rad else { return false };
         let left_rad = wrap_angle(about_rad - robot.yaw_rad);
         if left_rad.abs() <= ABOUT_RAD {
-            self.begin(relations, robot);
+            self.begin(relations, robot, self.attempt.answer);
             return false;
         }
         let rate_radps = (ABOUT_PER_S * left_rad).clamp(-ABOUT_RADPS, ABOUT_RADPS);
@@ -317,9 +320,10 @@ impl Planner {
             self.attempt.pairs = relations.pairs;
             if let Some(answer) = self.rules.as_ref().and_then(|rules| rules.answer(relations)) {
                 let Twist { vx_mps, vy_mps, yaw_rate_radps } = answer.twist();
-                self.attempt.command = [vx_mps, vy_mps, yaw_rate_radps];
+                self.attempt.answer = [vx_mps, vy_mps, yaw_rate_radps];
             }
         }
+        self.attempt.command = self.attempt.answer;
         let goes_on = match unseen_s > 1.0 {
             true => self.agenda.go_on(format_args!("no pair of markers in view")),
             false => self.agenda.go_on(Pair(relations)),
@@ -373,7 +377,7 @@ impl std::fmt::Display for Pair<'_> {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "corridor planner 4";
+    const FORM: &'static str = "corridor planner 5";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
@@ -399,8 +403,8 @@ impl Stage for Planner {
         self.observe(instant, relations, &robot)?;
         match self.agenda.due(self.missing()) {
             Due::Begin => {
-                self.begin(relations, &robot);
                 let is_about = self.tasks.get(self.agenda.task()).is_some_and(|task| task.about);
+                self.begin(relations, &robot, if is_about { self.attempt.answer } else { [0.0; 3] });
                 self.attempt.about_rad = is_about.then(|| wrap_angle(robot.yaw_rad + PI));
                 self.drive(relations, &robot, dt_s);
             }

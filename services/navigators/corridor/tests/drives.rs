@@ -284,6 +284,20 @@ fn a_robot_that_turns_about_comes_back_to_where_it_began() {
     }
 }
 
+/// The thesis leaves turning about to other behaviours ("such as turning around", conclusions), so it changes nothing of what the
+/// rules have answered. A robot that comes out of its turn with no pair in view once stood there until its time was over.
+#[test]
+fn after_turning_about_the_last_answer_of_the_rules_goes_on() {
+    let corridor = Corridor::new(Shape::Straight, 2.0);
+    let way = &corridor.drives()[0];
+    let mut plan = corridor.plan();
+    plan.marker.retain(|marker| (marker.at[0] - 5.5).abs() < 0.1);
+    let goal = "metres=7.0\n[[task]]\nname='back'\nabout=true\ntime_limit_s=400\nmetres=0.5\n\
+                [parameters.planner]\nlost_s=0.0";
+    let ended = drive_in(&plan, goal, way, "argd", youbot(), "");
+    assert_eq!((ended.state(), ended.status.unwrap().task), (TaskState::Reached, 1), "{}", ended.words());
+}
+
 /// "Due to lack of any motion updates" the robot of the thesis drives on (figure 5.2). Here the only two markers lie behind it
 /// soon. By the default it is lost 20 s later, without `lost_s` it drives on to the end of its way.
 #[test]

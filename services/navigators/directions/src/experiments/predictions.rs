@@ -98,7 +98,7 @@ pub fn of_paths(sigmas: &[f64], is_walled: bool, worlds: Range<u64>) -> Result<T
     } else {
         "Equations 1 and 2 against drives: paths"
     };
-    let head = ["path", "D, windows", "cluttered, %", "equations, %", "driven, %", "low", "high", "worlds"];
+    let head = ["path", "D, mm", "cluttered, %", "equations, %", "driven, %", "low", "high", "worlds"];
     let mut table = Table::new(title, &head);
     for &sigma in sigmas {
         for (name, objective) in [

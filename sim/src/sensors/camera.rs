@@ -237,8 +237,8 @@ mod tests {
         let found = |distance_m, slant_deg: f64| model.resolves(distance_m, slant_deg.to_radians());
         assert_eq!([7.2, 7.3].map(|distance_m| found(distance_m, 0.0)), [true, false]);
         assert_eq!([3.6, 3.65].map(|distance_m| found(distance_m, 60.0)), [true, false]);
-        let facing = [marker(1, 3.9, 0.0, 180.0), marker(2, 3.9, 0.2, 240.0)];
-        assert_eq!(ids(&seen(&model, &facing, &[])), [1], "the second one is turned by 60 degrees");
+        let facing = [marker(1, 3.9, 0.0, 180.0), marker(2, 3.9, 0.2, 243.0)];
+        assert_eq!(ids(&seen(&model, &facing, &[])), [1], "the second one is seen at 60 degrees");
     }
 
     /// A side of 0.2 m has 38 pixels at 3 m. A corner that errs by a third of a pixel makes the distance err by 0.9 %, and at

@@ -92,6 +92,9 @@ impl TrajectoryModel {
 const QUANTILES: u32 = 21;
 /// The Fibonacci number before that.
 const LATTICE: u32 = 13;
+/// Where the lattice begins: from here the two numbers are uncorrelated. From 0 the least of both fall on each other, and they
+/// correlate by 0.16.
+const OFFSET: u32 = 6;
 
 /// The middles of so many equally probable parts of the standard normal distribution.
 pub fn quantiles() -> impl Iterator<Item = f64> {
@@ -102,7 +105,7 @@ pub fn quantiles() -> impl Iterator<Item = f64> {
 /// lattice.
 fn quantile_pairs() -> impl Iterator<Item = [f64; 2]> {
     let quantile = |part: u32| normal_quantile((f64::from(part) + 0.5) / f64::from(QUANTILES));
-    (0..QUANTILES).map(move |part| [quantile(part), quantile(part * LATTICE % QUANTILES)])
+    (0..QUANTILES).map(move |part| [quantile(part), quantile((part * LATTICE + OFFSET) % QUANTILES)])
 }
 
 /// The quantile of the standard normal distribution, by Abramowitz and Stegun 1964, 26.2.23; 4.5e-4 exact.
@@ -185,7 +188,7 @@ mod tests {
         second.sort_by(f64::total_cmp);
         assert!(second.iter().zip(quantiles()).all(|(a, b)| (a - b).abs() < 1e-12));
         let correlation = pairs.iter().map(|[a, b]| a * b).sum::<f64>() / pairs.len() as f64;
-        assert!(correlation.abs() < 0.1, "{correlation}");
+        assert!(correlation.abs() < 0.01, "{correlation}");
     }
 
     #[test]
@@ -235,6 +238,6 @@ mod tests {
             Reliability::fitted(Noise::of_sigma(0.3)).of(&world, window, 0, slide)
         };
         let (middle, edge) = (hit(0.0), hit(4.8));
-        assert!(middle > 0.9 && edge < 0.7, "{middle} {edge}");
+        assert!(middle > 0.8 && edge < 0.6, "{middle} {edge}");
     }
 }

@@ -344,8 +344,7 @@ pub struct OdometryNoise {
 }
 
 /// How far a robot on wheels strays from its commands. The values are standard deviations of errors that are drawn at the start of
-/// a run and constant during it: shares of the motion, or an angle per metre driven. The sideways slip is that of mecanum wheels,
-/// which roll sideways, too.
+/// a run and constant during it: shares of the motion, or an angle per metre driven. Mecanum wheels also roll sideways.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelSlip {

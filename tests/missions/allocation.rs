@@ -38,7 +38,7 @@ fn navigators_allocate_nothing(report: &Value) {
     }
 }
 
-/// Looking around and aligning in the first seconds allocate. In rooms, the map then grows and is judged without allocating.
+/// Looks around and alignments in the first seconds allocate. Among rooms the map grows and is judged without allocating.
 #[test]
 fn a_running_navigator_allocates_nothing_and_the_world_no_more_than_rapier_does() {
     let place = Place::with_missions("building", "building-a.toml");

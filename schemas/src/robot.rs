@@ -42,7 +42,7 @@ pub struct Robot {
     pub motion_noise: Option<MotionNoise>,
     /// How its odometry errs, if it has one.
     pub odometry: Option<OdometryNoise>,
-    /// How its wheels slip: on a floor alone. Without it the robot moves as it is commanded.
+    /// How its wheels slip; only on a floor. Without it the robot moves exactly as commanded.
     pub slip: Option<WheelSlip>,
 }
 
@@ -162,7 +162,8 @@ pub struct MarkerCamera {
     pub slant_max_deg: f64,
     /// Pictures per second.
     pub rate_hz: f64,
-    /// Standard deviation of the distance of a marker that faces the camera, metres per metre; the error from the pixels is added.
+    /// Standard deviation of the distance of a marker that faces the camera, metres per metre; the error due to the pixels is added
+    /// to it.
     pub noise_per_m: f64,
     /// Standard deviation of the direction in which it sees a marker, degrees.
     pub bearing_noise_deg: f64,
@@ -170,8 +171,8 @@ pub struct MarkerCamera {
     pub facing_noise_deg_per_m: f64,
     /// Share of the markers in view that it misses in a picture at its shortest range; twice as many at its longest.
     pub miss: f64,
-    /// Its pixels, where they say which markers it finds within its range. Without them a slant costs no pixels, and
-    /// makes the distance err more.
+    /// Its pixels, if they determine which markers within its range it detects. Without them a slant costs no pixels, but increases
+    /// the error of the distance.
     pub pixels: Option<Pixels>,
     /// Mounting: forward of the robot's centre, metres.
     #[serde(default)]
@@ -184,8 +185,8 @@ pub struct MarkerCamera {
     pub mount_yaw_deg: f64,
 }
 
-/// How large a marker must appear to be found: a bit that is narrower than about two pixels is not read (two samples for
-/// the smallest part, after the sampling theorem).
+/// How large a marker must appear to be detected: a bit narrower than about two pixels cannot be read (two samples for the smallest
+/// part, by the sampling theorem).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pixels {
@@ -195,9 +196,9 @@ pub struct Pixels {
     pub marker_side_m: f64,
     /// Bits along a side, the border included: 8 for ArUco's dictionaries of 6 × 6.
     pub side_bits: f64,
-    /// Least width of a bit, pixels.
+    /// Least width of a bit that can be read, pixels.
     pub least_bit_px: f64,
-    /// Standard deviation of a corner along each axis, pixels. Whole pixels have 1/√12.
+    /// Standard deviation of a corner's position along each axis, pixels: 1/√12 if corners are found to whole pixels.
     pub corner_px: f64,
 }
 
@@ -207,8 +208,8 @@ impl MarkerCamera {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
 
-    /// Whether a marker at a distance appears large enough. The pinhole model: a side of s metres that is turned by the
-    /// slant has f s cos(slant) / distance pixels, with the focal length f of the field of view.
+    /// Whether a marker at this distance appears large enough. In the pinhole model a side of s metres seen at this slant covers f
+    /// s cos(slant) / distance pixels, where the focal length f follows from the field of view.
     pub fn resolves(&self, distance_m: f64, slant_rad: f64) -> bool {
         self.pixels.is_none_or(|pixels| {
             let width_px = self.side_px(&pixels, distance_m) * slant_rad.cos();
@@ -216,10 +217,11 @@ impl MarkerCamera {
         })
     }
 
-    /// Standard deviation of the distance at which it sees a marker, a share of it.
+    /// Standard deviation of the measured distance of a marker, as a share of the distance.
     ///
-    /// The distance is focal length times side over the length of a side in the picture. With pixels that is the mean of the
-    /// two upright sides, which no slant shortens: four corners decide it, so it errs as much as one of them.
+    /// The distance is the focal length times a marker's side, divided by the length of that side in the picture. With pixels, that
+    /// length is the mean of the two upright sides, which no slant shortens. It depends on four corners and so errs as much as one
+    /// of them.
     pub fn distance_error(&self, distance_m: f64, slant_rad: f64) -> f64 {
         match &self.pixels {
             None => self.noise_per_m / slant_rad.cos().max(0.1),
@@ -227,7 +229,7 @@ impl MarkerCamera {
         }
     }
 
-    /// How long a marker's side is in the picture, pixels.
+    /// The length of a marker's side in the picture, pixels.
     fn side_px(&self, pixels: &Pixels, distance_m: f64) -> f64 {
         let focal_px = pixels.width_px / 2.0 / (self.field_of_view_deg.to_radians() / 2.0).tan();
         focal_px * pixels.marker_side_m / distance_m
@@ -341,16 +343,16 @@ pub struct OdometryNoise {
     pub slips_per_m: f64,
 }
 
-/// How far a robot on wheels strays from its commands: constants of a run, drawn at its start. They are standard
-/// deviations, a share of the motion or an angle for each metre of it. Mecanum wheels roll sideways, too.
+/// How far a robot on wheels strays from its commands. The values are standard deviations of errors that are drawn at the start of
+/// a run and constant during it: shares of the motion, or an angle per metre driven. Mecanum wheels also roll sideways.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelSlip {
-    /// How much farther or less far it gets, a share.
+    /// How much farther or less far it drives than commanded, as a share.
     pub distance: f64,
-    /// How far it slides to the left or right of where it drives, a share.
+    /// How far it slides to the left or right of its direction of motion, as a share.
     pub sideways: f64,
-    /// By how much it turns without being told to, radians a metre.
+    /// By how much it turns without being commanded to, radians per metre.
     pub yaw_radpm: f64,
 }
 

@@ -2,7 +2,7 @@
 //! closed ends. A [`Corridor`] makes the floor plan; [`Corridor::drives`] says where robots drive in it.
 //!
 //! Lengths that the thesis does not give are chosen here: how far walls extend beyond the way, and where markers hang.
-//! [`Corridor::published`] derives them from what the thesis says of its own corridor.
+//! [`Corridor::published`] derives them from what the thesis says about its own corridor.
 
 use sketchnav_schemas::floor_plan::{FloorPlan, Marker, Wall};
 use sketchnav_schemas::geometry::{Pose, World};
@@ -22,11 +22,12 @@ const FROM_END_M: f64 = 1.5;
 const WALL_THICKNESS_M: f64 = 0.1;
 /// From one marker to the next on the same wall, metres.
 const SPACING_M: f64 = 1.0;
-/// The same in the corridor of the thesis, which does not give it. "At least two markers in the environment at any given point
-/// of time" are its "core assumption" (3.3), and figure 5.1 shows two sets at once. Staggered rows fail by their distance
-/// (figures 5.2 to 5.7). So it is the largest with which opposite markers are in view everywhere along the middle (a test).
+/// The same in the corridor of the thesis, which does not give it. "At least two markers in the environment at any given point of
+/// time" are its "core assumption" (3.3), and figure 5.1 shows two sets at once. Staggered rows fail because of the distance
+/// between markers (figures 5.2 to 5.7). So this is the largest spacing with which opposite markers are in view everywhere along
+/// the middle (a test).
 const PUBLISHED_SPACING_M: f64 = 1.2;
-/// Width of the corridor of the thesis, metres. It is not given.
+/// Width of the corridor of the thesis, metres. The thesis does not give it.
 pub const PUBLISHED_WIDTH_M: f64 = 2.0;
 
 /// The course of a corridor.
@@ -58,8 +59,8 @@ pub enum Numbers {
     Equal,
     /// Every second one of the right wall is missing.
     Uneven,
-    /// Between any two of the left wall is another one: "more number of markers on one of the walls", so that "there is always
-    /// atleast one marker on the opposite wall" (Patil 2019, figures 5.5 to 5.7).
+    /// The left wall has an additional marker between any two: "more number of markers on one of the walls", so that "there is
+    /// always atleast one marker on the opposite wall" (Patil 2019, figures 5.5 to 5.7).
     More,
 }
 
@@ -74,7 +75,7 @@ pub struct Corridor {
     pub placement: Placement,
     /// How many there are.
     pub numbers: Numbers,
-    /// From one marker to the next on the same wall, metres; of [`Numbers::More`] on the right one.
+    /// From one marker to the next on the same wall, metres; with [`Numbers::More`], on the right wall.
     pub spacing_m: f64,
 }
 
@@ -100,13 +101,13 @@ impl Corridor {
         Self { shape, width_m, placement, numbers, spacing_m }
     }
 
-    /// The corridor of Patil 2019, 5.3: straight, with markers as its text wants them.
+    /// The corridor of Patil 2019, 5.3: straight, with the markers that its text asks for.
     pub fn published(placement: Placement, numbers: Numbers) -> Self {
         let (width_m, spacing_m) = (PUBLISHED_WIDTH_M, PUBLISHED_SPACING_M);
         Self { shape: Shape::Straight, width_m, placement, numbers, spacing_m }
     }
 
-    /// The same corridor with bare walls, for markers that a mission hangs up.
+    /// The same corridor with bare walls, for missions that place the markers themselves.
     pub fn bare_plan(&self) -> FloorPlan {
         let name = format!("{} {:.1} m, bare", self.words()[0], self.width_m);
         FloorPlan { name, marker: Vec::new(), ..self.plan() }
@@ -307,7 +308,7 @@ impl Corridor {
         };
         let count = ((length_m - shift) / step - 1e-9).ceil().max(0.0) as usize;
         let places = (0..count).map(|k| shift + k as f64 * step);
-        // Both walls of a straight corridor count from its beginning.
+        // In a straight corridor, the markers of both walls are spaced from its beginning.
         if is_straight && !is_right {
             places.rev().map(|at_m| length_m - at_m).collect()
         } else {

@@ -1,5 +1,5 @@
-//! How a drive follows a command: towards the commanded velocity, as fast as its limits let it; and how far its wheels
-//! take it elsewhere.
+//! How a drive follows a command: towards the commanded velocity, as fast as its limits allow; and how far wheel slip takes it from
+//! that.
 
 use nalgebra::{Rotation2, Vector2};
 use rand::RngExt;
@@ -27,13 +27,13 @@ pub struct Slip {
 }
 
 impl Slip {
-    /// Draws that of a run.
+    /// Draws the slip of a run.
     pub fn new(slip: &WheelSlip, mut stream: Pcg64Mcg) -> Self {
         let mut of = |deviation: f64| deviation * stream.sample::<f64, _>(StandardNormal);
         Self { distance: of(slip.distance), sideways: of(slip.sideways), yaw_radpm: of(slip.yaw_radpm) }
     }
 
-    /// The motion that comes of a command.
+    /// The motion that results from a command.
     pub fn motion(&self, command: &Twist) -> Twist {
         let Twist { vx_mps, vy_mps, yaw_rate_radps } = *command;
         let gets = 1.0 + self.distance;
@@ -92,7 +92,7 @@ mod tests {
         Twist { vx_mps, vy_mps, yaw_rate_radps }
     }
 
-    /// At 0.1 m/s a robot that gets a tenth farther, slides a twentieth to the left and turns by 0.2 rad a metre.
+    /// At 0.1 m/s, a robot that drives a tenth farther, slides a twentieth to the left and turns by 0.2 rad per metre.
     #[test]
     fn wheels_that_slip_take_the_robot_elsewhere_by_shares_of_its_motion() {
         let slip = Slip { distance: 0.1, sideways: 0.05, yaw_radpm: 0.2 };

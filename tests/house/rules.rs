@@ -130,8 +130,8 @@ fn no_navigator_imports_another() {
     }
 }
 
-/// Files of the command line that are made for one kind of navigator: to draw a mission by hand, to import a log with its
-/// map, to print the states of a route, to print what a map-maker makes; and the documentation of the library.
+/// Files of the command line that serve one kind of navigator: to draw a mission by hand, to import a log with its map, to print
+/// the states of a route, to print what a map-maker derives; and the documentation of the library.
 const MADE_FOR_ONE_KIND: [&str; 6] = [
     "services/cli/src/directions.rs",
     "services/cli/src/landmarks.rs",

@@ -1,4 +1,4 @@
-//! Prints what the map-maker makes of a mission: its itineraries, its landmarks, its transition matrix.
+//! Prints what the map-maker derives from a mission: its itineraries, its landmarks, its transition matrix.
 
 use std::path::Path;
 
@@ -73,7 +73,7 @@ pub fn print(path: &Path, options: &DirectionsOptions) -> Result<Outcome, Failur
     Ok(Outcome::Success)
 }
 
-/// The landmarks of each task as figure 30 has them, with the costs of its path.
+/// Each task's landmarks as in figure 30, with the costs of its path.
 fn itineraries(run: &RunConfig) -> Result<String, String> {
     let made = sketcher::make(run, &sketchnav_navigators::read_file).map_err(|error| error.to_string())?;
     let settings = mission::settings(&run.mission, &run.robot).map_err(|error| error.to_string())?;

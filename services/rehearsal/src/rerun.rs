@@ -78,22 +78,22 @@ pub struct Rerun {
     pub rejected: Rejections,
     /// How long the core took, excluding reading, encoding, comparing and writing.
     pub core: Duration,
-    /// How long its steps took.
+    /// The durations of its steps.
     pub steps: StepTimes,
     /// How long everything took.
     pub wall: Duration,
 }
 
-/// How long the steps of a core took.
+/// The durations of a core's steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StepTimes {
-    /// Steps.
+    /// The number of steps.
     pub count: usize,
-    /// In the mean.
+    /// The mean duration.
     pub mean: Duration,
-    /// 99 of 100 took at most this.
+    /// 99 % of the steps took at most this long.
     pub within_99: Duration,
-    /// The longest one.
+    /// The longest duration.
     pub longest: Duration,
 }
 

@@ -1,10 +1,10 @@
 //! A camera that finds fiducial markers: which ones it sees, and its errors.
 //!
 //! It sees a marker that is within its field of view and range, does not face away too far, and is not hidden by anything.
-//! Errors of distance and facing grow with the distance. All errors in a picture are independent.
+//! The errors of distance and facing grow with the distance. All errors in a picture are independent.
 //!
-//! If the robot's file has no pixels, the distance of a slanted marker has a greater error. With pixels, the marker must appear
-//! large enough, and its distance comes from its upright edges, which no slant shortens.
+//! If the robot's file has no pixels, the error of a slanted marker's distance is greater. With pixels, a marker is only detected
+//! if it appears large enough, and its distance is computed from its upright edges, which no slant shortens.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -54,7 +54,7 @@ impl Camera {
         Self { model: model.clone(), markers, stream }
     }
 
-    /// The markers that a camera without errors sees from a robot at `robot`, in a world in which nobody walks.
+    /// The markers that an error-free camera sees from a robot at `robot`, in a world without people.
     pub fn exact_view(model: &MarkerCamera, world: &WorldDescription, robot: Pose<World>) -> Vec<SeenMarker> {
         let exact = MarkerCamera {
             noise_per_m: 0.0,
@@ -227,8 +227,8 @@ mod tests {
         assert!(ids(&seen(&facing, &markers, &[])).is_empty());
     }
 
-    /// 640 pixels and 58 degrees: a focal length of 577 pixels. A marker of 0.2 m has 115 of them at a metre. 16 are needed,
-    /// so it is found up to 7.2 m away, and up to half of that where it is turned by 60 degrees.
+    /// 640 pixels and 58 degrees give a focal length of 577 pixels, so a marker of 0.2 m covers 115 pixels at a distance of 1 m. It
+    /// needs 16, so it is detected up to 7.2 m away, and up to half of that if it is turned by 60 degrees.
     #[test]
     fn how_far_a_marker_is_found_follows_from_its_side_and_the_pixels() {
         let pixels =
@@ -241,8 +241,8 @@ mod tests {
         assert_eq!(ids(&seen(&model, &facing, &[])), [1], "the second one is seen at 60 degrees");
     }
 
-    /// A side of 0.2 m has 38 pixels at 3 m. A corner that errs by a third of a pixel makes the distance err by 0.9 %, and at
-    /// twice the distance by twice the share.
+    /// A side of 0.2 m covers 38 pixels at 3 m. An error of a third of a pixel in a corner makes the distance err by 0.9 %, and by
+    /// twice that share at twice the distance.
     #[test]
     fn how_far_a_distance_errs_follows_from_the_pixels() {
         let pixels = Pixels {

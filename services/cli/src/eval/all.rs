@@ -210,7 +210,7 @@ fn command(name: &str, methods: &[String], options: &EvalOptions) -> String {
     given.into_iter().flatten().fold(format!("sketchnav eval {name}"), |line, option| line + " " + &option)
 }
 
-/// Does a study, unless its figures are there.
+/// Runs a study unless its figures are already there.
 fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Result<Entry, Failure> {
     let size = Size { worlds: options.trials.map_or(study.worlds, u64::from), seed: options.seed };
     let (data, page) =
@@ -246,7 +246,7 @@ fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Resu
     Ok(entry(figures.into_iter().map(|figure| figure.table).collect()))
 }
 
-/// The tables of a file with those of a study of this size by this program.
+/// The tables of a file together with those of a study of this size by this program.
 fn tables_of(data: &Path, size: Size, program: &str) -> Option<Vec<studies::Table>> {
     let bytes = sketchnav_files::read(data, PAGE).ok()?;
     let mut object = serde_json::from_slice::<Value>(&bytes).ok()?;

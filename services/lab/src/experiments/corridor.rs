@@ -197,7 +197,7 @@ fn task(corridor: &Corridor, drive: &Drive) -> Task {
     }
 }
 
-/// The condition's name among [`LINES`].
+/// The condition's name in [`LINES`].
 pub(crate) fn line(beside: Beside, corridor: &Corridor) -> String {
     let placement = if corridor.placement == Placement::Opposite { "opposite" } else { "staggered" };
     let numbers = if corridor.numbers == Numbers::Equal { "equal" } else { "uneven" };
@@ -220,8 +220,8 @@ pub(crate) const LINES: [&str; 12] = [
     "left wall, staggered, uneven",
 ];
 
-/// What figures 5.2 to 5.4 say of QTC_B, in few words, and whether it passes by them, line by line. Starts along a wall pass
-/// "only if the starting position still allowed the camera to detect both the markers". The thesis counts ten (5.4.1).
+/// What figures 5.2 to 5.4 say about QTC_B, in few words, and whether it passes according to them, line by line. Starts along a
+/// wall pass "only if the starting position still allowed the camera to detect both the markers". The thesis counts ten (5.4.1).
 pub(crate) const QTC_B: [(&str, bool); 12] = [
     ("passes, in the middle", true),
     ("passes; collides too near a wall", true),
@@ -237,8 +237,8 @@ pub(crate) const QTC_B: [(&str, bool); 12] = [
     ("passes while two markers are in view", true),
 ];
 
-/// What figures 5.5 to 5.7 say of ARGD. The eight that pass are those that the thesis counts (5.4.2): along a wall "if the markers
-/// are detected simultaneously".
+/// What figures 5.5 to 5.7 say about ARGD. The eight conditions that pass are those that the thesis counts (5.4.2): along a wall
+/// "if the markers are detected simultaneously".
 pub(crate) const ARGD: [(&str, bool); 12] = [
     ("passes, in the middle", true),
     ("almost always fails: same distance class", false),
@@ -254,7 +254,7 @@ pub(crate) const ARGD: [(&str, bool); 12] = [
     ("almost never collides", true),
 ];
 
-/// What the thesis says of each line, in words.
+/// What the thesis says about each line, in words.
 pub(crate) fn told() -> Vec<Told> {
     let of = |method: &'static str, said: [(&'static str, bool); 12]| {
         LINES.into_iter().zip(said).map(move |(line, (words, _))| Told { method, line, words })
@@ -268,8 +268,8 @@ mod tests {
     use crate::experiments::outcome::Kind;
     use crate::experiments::run;
 
-    /// A robot that stood still for 20 s because no pair of markers was in view counted as lost, like one that had driven and
-    /// lost its markers on the way. The thesis has no drives that never begin.
+    /// A robot that stood still for 20 s because no pair of markers was in view used to count as lost, like one that lost its
+    /// markers on the way. The thesis has no drives that never begin.
     #[test]
     fn a_robot_without_a_pair_at_its_start_never_moved() {
         let suite = suite(&Folders::of_checkout()).unwrap();

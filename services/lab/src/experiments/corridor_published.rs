@@ -1,17 +1,17 @@
 //! Suites `corridor-published` and `corridor-published-10hz`: the twelve conditions of Patil 2019 in one corridor, as far as the
-//! thesis says how it drove; and `corridor-unknowns`: what it does not say, one by one.
+//! thesis describes its drives; and `corridor-unknowns`: what it leaves open, varied one by one.
 //!
 //! What differs from the suite `corridor`, with its source:
 //!
-//! - one corridor, from A to B and back to A as one mission (5.4.1); a drive is reached where both ways are;
-//! - starts are drawn along the corridor, and those count from which a camera without errors sees a marker on either side: "only
+//! - one corridor, from A to B and back to A as one mission (5.4.1); a drive counts as reached if both ways are;
+//! - starts are drawn along the corridor, and only those count from which an error-free camera sees a marker on either side: "only
 //!   if the starting position still allowed the camera to detect both the markers" (figures 5.3, 5.4);
-//! - the robot `youbot-markers`: markers are found as far as its colour picture resolves them, and wheels slip (4.1);
+//! - the robot `youbot-markers`: markers are detected as far away as its colour picture resolves them, and its wheels slip (4.1);
 //! - the robot is set down by hand, so its heading errs;
-//! - a pair is held by its numbers until the set is passed (3.2.2);
-//! - a distance between two thresholds is of the class of the lower one (3.2.3);
-//! - 5.5 or 10 pairs a second: half of the commands of table 5.2, which has two for a pair (3.2.4);
-//! - nothing ends a drive but its end, a touch, or the time limit: "no update to the robot's motion can be made" (figure 5.2).
+//! - a pair is held by its numbers until the robot has passed it (3.2.2);
+//! - a distance between two thresholds belongs to the class of the lower one (3.2.3);
+//! - 5.5 or 10 pairs per second: half of the commands of table 5.2, which has two for each pair (3.2.4);
+//! - a drive ends only at its goal, on contact, or at the time limit: "no update to the robot's motion can be made" (figure 5.2).
 
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -35,15 +35,15 @@ use crate::experiments::table::Table;
 use crate::experiments::trial::Trial;
 
 const ROBOT: &str = "youbot-markers";
-/// Starts of each condition.
+/// Number of starts per condition.
 const STARTS: usize = 20;
-/// The same where one condition after the other is changed.
+/// Number of starts per condition in `corridor-unknowns`.
 const FEW_STARTS: usize = 5;
-/// Where no start is found among so many draws there is none.
+/// If this many draws yield no start, the condition counts as having none.
 const MOST_DRAWS: usize = 1000;
-/// A pair is passed once neither of its markers was in view for so long, seconds: some pictures miss a marker.
+/// A pair is passed once neither of its markers has been in view for this long, seconds: some pictures miss a marker.
 const HOLD_S: f64 = 0.5;
-/// Speed of the published rules (5.4.3), and so that of the method `corridor` here, metres a second.
+/// Speed of the published rules (5.4.3), used here for the method `corridor`, too, metres per second.
 const SPEED_MPS: f64 = 0.1;
 
 const TITLE: &str = "The corridor of Patil 2019 under the conditions of the thesis: 7 m from A to B and back to A, from starts at which a pair of markers is in view; reached: both ways without a touch.";
@@ -51,12 +51,12 @@ const UNKNOWNS_TITLE: &str =
     "The same drives with one condition changed after the other: the thesis does not give them.";
 const NOTICE: &str = "paper: Patil 2019, 5.4, figures 5.2 to 5.7. Not given there: the corridor's width, size and distance of the markers, how exactly the robot was set down, and how often each condition was driven.";
 
-/// What the thesis does not say, and how it is driven.
+/// What the thesis does not specify, and the values driven here.
 #[derive(Debug, Clone)]
 struct Conditions {
     width_m: f64,
     spacing_m: f64,
-    /// Standard deviation of the heading of a robot that is set down, degrees.
+    /// Standard deviation of the heading at which a robot is set down, degrees.
     heading_deg: f64,
     pair_rate_hz: f64,
     hold_s: f64,
@@ -64,17 +64,17 @@ struct Conditions {
     robot: Robot,
 }
 
-/// The starts of some conditions.
+/// The starts found for a number of conditions.
 #[derive(Debug, Default)]
 struct Draws {
     trials: Vec<Trial>,
-    /// Draws from which no pair is in view, by where the robot stands.
+    /// The number of draws from which no pair is in view, by where the robot stands.
     rejected: [usize; 3],
-    /// Conditions without a start.
+    /// Conditions for which no start was found.
     without: Vec<&'static str>,
 }
 
-/// Loads the suite `corridor-published`, with 5.5 pairs a second.
+/// Loads the suite `corridor-published`, with 5.5 pairs per second.
 ///
 /// # Errors
 /// [`EvalError`] with the file that is missing.
@@ -139,7 +139,7 @@ impl Conditions {
         Ok(Self { width_m, spacing_m, heading_deg, pair_rate_hz, hold_s, thresholds_are_upper: false, robot })
     }
 
-    /// One thing changed at a time.
+    /// The conditions with one change each.
     fn variants(&self) -> Vec<(&'static str, Self)> {
         let of = || self.clone();
         let corners = |corner_px| {
@@ -200,7 +200,7 @@ impl Conditions {
         Ok(draws)
     }
 
-    /// Starts of a condition, and how many draws were rejected.
+    /// Starts of a condition, and how many draws were rejected for it.
     fn draw_one(
         &self,
         folders: &Folders,
@@ -223,7 +223,7 @@ impl Conditions {
         let (mut trials, mut draws) = (Vec::new(), 0);
         while trials.len() < starts && draws < MOST_DRAWS {
             draws += 1;
-            // A pattern of markers begins anew after their distance.
+            // The pattern of markers repeats after their spacing.
             let along_m = self.spacing_m * (stream.random::<f64>() - 0.5);
             let off_rad = self.heading_deg.to_radians() * stream.sample::<f64, _>(StandardNormal);
             let start = Pose::new(middle.x + along_m, middle.y, middle.yaw_rad + off_rad);
@@ -291,7 +291,7 @@ fn task(name: &str, x_m: f64, width_m: f64, about: bool) -> Task {
     }
 }
 
-/// Whether the robot's camera, were it without errors, saw a marker on the left and one on the right.
+/// Whether the robot's camera, without its errors, would see a marker on the left and one on the right.
 fn sees_a_pair(robot: &Robot, world: &WorldDescription, start: Pose<World>) -> Result<bool, EvalError> {
     let seen = Camera::exact_view(robot.camera().map_err(sketchnav_sim::SimError::from)?, world, start);
     let is_on = |side: f32| seen.iter().any(|marker| marker.y_m * side > 0.0);
@@ -327,8 +327,8 @@ fn tell(outcomes: &[TaskOutcome]) -> Vec<Section> {
     }]
 }
 
-/// The thesis's verdict and ours on each of the twelve conditions. Those of `qtc-b` and `argd` are compared with the thesis's,
-/// the other methods with neither.
+/// The thesis's verdict and ours on each of the twelve conditions. The verdicts of `qtc-b` and `argd` are compared with the
+/// thesis's, those of the other methods are not.
 pub fn verdicts(methods: &[&str], tally: impl Fn(&str, &str) -> Tally) -> Table {
     let published = |method: &str| match method {
         "qtc-b" => Some(QTC_B),
@@ -384,15 +384,15 @@ fn verdict(tally: Tally) -> String {
 mod tests {
     use super::*;
 
-    /// The words of figures 5.2 to 5.7, counted: eight conditions pass by ARGD, as the thesis counts them. By QTC_B it counts ten,
-    /// and its figures have nine.
+    /// The verdicts in figures 5.2 to 5.7, counted: eight conditions pass by ARGD, as the thesis counts them. By QTC_B the thesis
+    /// counts ten, but its figures have nine.
     #[test]
     fn the_figures_have_nine_conditions_that_pass_by_qtc_b_and_eight_by_argd() {
         let passes = |said: [(&str, bool); 12]| said.iter().filter(|(_, passes)| *passes).count();
         assert_eq!((passes(QTC_B), passes(ARGD)), (9, 8));
     }
 
-    /// Three of five are most, two of four are not.
+    /// Three of five are a majority, two of four are not.
     #[test]
     fn a_condition_passes_where_most_drives_do_and_agrees_with_the_thesis_or_not() {
         let tally = |_: &str, line: &str| match line {
@@ -407,7 +407,7 @@ mod tests {
         assert!(table.rows.iter().all(|row| row.len() == table.header.len()));
     }
 
-    /// From every start a camera without errors sees both sides; what was drawn elsewhere is counted.
+    /// An error-free camera sees both sides from every start; other draws are counted as rejected.
     #[test]
     fn starts_are_those_from_which_a_pair_is_in_view() {
         let folders = Folders::of_checkout();
@@ -423,7 +423,7 @@ mod tests {
         }
     }
 
-    /// From A to B and back to A is one drive (5.4.1): one outcome, with the way of both.
+    /// From A to B and back to A is one drive (5.4.1): a single outcome, with the length of both ways.
     #[test]
     fn there_and_back_is_one_drive() {
         let conditions = Conditions { heading_deg: 0.0, ..Conditions::published().unwrap() };

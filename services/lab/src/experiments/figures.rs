@@ -1,7 +1,7 @@
-//! The figures of experiments as a page shows them: what each came to, and markers in the page that this fills.
+//! The figures of experiments as pages show them: the results of each, and the markers in a page that this fills in.
 //!
-//! A marker is a pair of comments of HTML, which readers of the page do not see. The first one says what is to stand
-//! between them: experiment, method, form, and lines of the experiment's table where it is not about all of it.
+//! A marker is a pair of HTML comments, which readers of the page do not see. The first one says what belongs between them:
+//! experiment, method, form, and lines of the experiment's table unless the whole experiment is meant.
 //!
 //! ```text
 //! <!--= people outline share-->97.5 % (95 to 99) of 320<!--=-->
@@ -15,7 +15,7 @@
 //! <!--= corridor-published notices--> … what the reader of its figures must know … <!--=-->
 //! ```
 //!
-//! A figure of an experiment that was not driven stays as it is and gets a dagger. It never drives anything and reads no
+//! A figure of an experiment that was not driven keeps its value and gets a dagger. This module never drives anything and reads no
 //! file.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -34,16 +34,16 @@ use crate::experiments::{corridor_published, studies, suites};
 const BEGIN: &str = "<!--= ";
 const OPEN: &str = "-->";
 const END: &str = "<!--=-->";
-/// What stands in the table for a study, which drives no missions.
+/// What the table shows for a study, which drives no missions.
 const STUDIED: &str = "tables and curves";
-/// Behind a figure that was not driven again.
+/// Appended to a figure that was not driven again.
 const EARLIER: &str = " †";
 /// The marker of the table of all experiments.
 const EXPERIMENTS: &str = "experiments";
 const FORMS: &str = "share, percent, of, rated, reached, attempts, known, majority, or how tasks ended";
 const WHOLE_FORMS: &str = "lines, verdicts or notices";
 
-/// What experiments came to, by name.
+/// The results of experiments, by name.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Figures {
@@ -51,17 +51,17 @@ pub struct Figures {
     pub experiments: BTreeMap<String, Experiment>,
 }
 
-/// What one experiment came to.
+/// The results of one experiment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
-    /// What makes the figures again.
+    /// The command that reproduces the figures.
     pub command: String,
     /// Which program drove it.
     pub program: String,
-    /// Each method; none where it is a study.
+    /// The results of each method; empty for a study.
     pub methods: Vec<Method>,
-    /// What the reader of its figures must know.
+    /// What a reader of its figures must know.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notices: Vec<String>,
     /// The tables of a study.
@@ -69,15 +69,15 @@ pub struct Experiment {
     pub tables: Vec<Table>,
 }
 
-/// What the drives by one method came to.
+/// The results of the drives by one method.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Method {
-    /// Its word.
+    /// Its name.
     pub method: String,
     /// All tasks that count.
     pub total: Tally,
-    /// Those of each line of the suite's table.
+    /// The tasks of each line of the suite's table.
     pub lines: BTreeMap<String, Tally>,
 }
 
@@ -112,8 +112,7 @@ impl Figures {
     /// Fills the markers of a page. Filling twice changes nothing.
     ///
     /// # Errors
-    /// [`EvalError::Marker`]: one that does not end, or that names an experiment, a method, a form or a line that there
-    /// is not.
+    /// [`EvalError::Marker`] if a marker does not end, or names an unknown experiment, method, form or line.
     pub fn fill(&self, page: &str) -> Result<Filled, EvalError> {
         let mut filled = Filled { page: String::with_capacity(page.len()), not_driven: BTreeSet::new() };
         let mut rest = page;
@@ -132,7 +131,7 @@ impl Figures {
         Ok(filled)
     }
 
-    /// What stands in a marker; `None` where it was not driven.
+    /// The text of a marker; `None` if its experiment was not driven.
     fn text(&self, marker: &Marker<'_>, not_driven: &mut BTreeSet<String>) -> Result<Option<String>, Wrong> {
         let experiment = match marker {
             Marker::Experiments => return Ok(Some(self.table())),
@@ -174,7 +173,7 @@ impl Figures {
 }
 
 impl Experiment {
-    /// A figure of one method, or one for each of some lines.
+    /// A figure of one method, or one for each of several lines.
     fn figure(&self, method: &str, form: Form, lines: &str) -> Result<String, Wrong> {
         let known = || self.methods.iter().map(|found| found.method.as_str()).collect::<Vec<_>>().join(", ");
         let of_method = self.methods.iter().find(|found| found.method == method);
@@ -191,7 +190,7 @@ impl Experiment {
         Ok(figures.join(", "))
     }
 
-    /// All of it.
+    /// The experiment as a whole.
     fn whole(&self, form: Whole) -> String {
         let tally = |method: &str, line: &str| {
             let found = self.methods.iter().find(|found| found.method == method);
@@ -278,14 +277,14 @@ fn is_suite(experiment: &str) -> Result<(), Wrong> {
     is_known.then_some(()).ok_or_else(wrong)
 }
 
-/// What is shown of all of an experiment.
+/// What is shown of a whole experiment.
 #[derive(Clone, Copy)]
 enum Whole {
     /// A row for each line of its table, a column for each method.
     Lines,
     /// The conditions of Patil 2019.
     Verdicts,
-    /// What the reader must know.
+    /// What a reader must know.
     Notices,
 }
 
@@ -302,9 +301,9 @@ impl Whole {
 
 /// What is shown of a study's table.
 enum Shown {
-    /// All of it.
+    /// The whole table.
     Whole,
-    /// A cell of a column and a row, with its interval and its count where the table has them; in percent or not.
+    /// The cell of a column and a row, with its interval and its count if the table has them; in percent or not.
     Cell { column: String, row: String, is_percent: bool },
 }
 
@@ -347,7 +346,7 @@ impl Shown {
     }
 }
 
-/// The columns that say of how many a share or a mean is.
+/// The columns that give the number of cases behind a share or a mean.
 const COUNTS: [&str; 2] = ["worlds", "journeys"];
 
 /// How a figure is written.
@@ -365,9 +364,9 @@ enum Form {
     Attempts,
     /// `80.9 %`: the share of failures that the robot knows.
     Known,
-    /// `9 of 12`: the lines that most tasks of theirs reached.
+    /// `9 of 12`: the lines of which most tasks were reached.
     Majority,
-    /// How many ended so.
+    /// How many tasks ended this way.
     Count(Kind),
 }
 
@@ -385,7 +384,7 @@ impl Form {
         })
     }
 
-    /// Of all tasks by a method.
+    /// Over all tasks driven by a method.
     fn of_method(self, method: &Method) -> String {
         match self {
             Self::Majority => {
@@ -424,7 +423,7 @@ fn ends(tally: Tally) -> [String; 2] {
     tally.interval().map(|end| format!("{:.0}", 100.0 * end))
 }
 
-/// `97.5 %`, and `100 %` where it is all of them.
+/// `97.5 %`, but `100 %` or `0 %` without decimals.
 fn percent(rate: Option<f64>) -> String {
     match rate {
         None => "–".to_owned(),
@@ -495,7 +494,7 @@ mod tests {
         assert!(table.contains("| 5 mm, D/R | 28.0 | 25.1 | 31 | 925 | 1.500 |\n\n<!--=-->"), "{table}");
     }
 
-    /// Figures of the page were copied by hand, and nobody could tell which ones were of the code beside it.
+    /// The figures of the page used to be copied by hand, and one could not tell which of them matched the current code.
     #[test]
     fn a_figure_that_was_not_driven_gets_a_dagger_once() {
         let page = "<!--= routes outline share-->95.0 %<!--=-->";

@@ -25,12 +25,12 @@ pub enum Kind {
     TimedOut,
     /// The mission ended in another way.
     Aborted,
-    /// It never moved, whatever it said then: by markers in a corridor, where no pair was in view.
+    /// It never moved, whatever it reported then: in a corridor driven by markers, no pair was in view.
     NeverMoved,
 }
 
 impl Kind {
-    /// All, successes first.
+    /// All kinds, successes first.
     pub const ALL: [Self; 9] = [
         Self::Reached,
         Self::WrongArrival,

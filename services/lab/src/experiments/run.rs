@@ -22,7 +22,7 @@ use crate::judge::log::Log;
 use crate::judge::states::{Said, StateDriven};
 use crate::judge::{self, TaskSpan, TaskVerdict};
 
-/// A robot that has moved less has not, metres.
+/// A robot that has moved less than this counts as not having moved, metres.
 const STILL_M: f64 = 0.01;
 
 /// A run that was driven.
@@ -180,7 +180,7 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     let kind = match Kind::of(verdict) {
         Kind::Reached => Kind::Reached,
         _ if trial.is_corridor() && never_moved(driven) => Kind::NeverMoved,
-        // With somebody who looks on, a lost robot waits, and its task does not end.
+        // If a person is watching, a lost robot waits, and its task does not end.
         Kind::Aborted if driven.is_left_lost => Kind::Lost,
         kind => kind,
     };
@@ -194,13 +194,13 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
 }
 
-/// Whether the robot stands where it stood at first, and always has.
+/// Whether the robot has stayed where it stood at first.
 fn never_moved(driven: &Driven) -> bool {
     let Some(first) = driven.log.truth.first().map(|truth| truth.pose().position()) else { return true };
     driven.log.truth.iter().all(|truth| truth.pose().position().distance(&first) < STILL_M)
 }
 
-/// What a task of a run cost; of the processor's time, which is known of the run as a whole, its share by time.
+/// What a task of a run cost. The processor's time is only known for the run as a whole, and is shared out by time.
 fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     let log = &driven.log;
     let whole_s = log.truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
@@ -237,14 +237,14 @@ fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     judge::states::states(&driven.run, &said, is_reached)
 }
 
-/// A task that was driven: its verdict, when that was, and how it ended.
+/// A task that was driven: its verdict, its time span, and how it ended.
 struct Ended {
     verdict: TaskVerdict,
     span: Option<TaskSpan>,
     kind: Kind,
 }
 
-/// The outcomes of a run's tasks; one where they are one.
+/// The outcomes of a run's tasks; a single one if they count as one.
 pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -> Vec<TaskOutcome> {
     let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
     let each = driven.verdicts.iter().cloned().zip(spans).enumerate().map(|(i, (verdict, span))| Ended {
@@ -282,7 +282,7 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
 }
 
 impl Ended {
-    /// Both as one: the first failure is that of both, and what comes after it is left out.
+    /// Combines two tasks into one: the first failure decides, and whatever follows it is left out.
     fn followed_by(self, next: Self) -> Self {
         if self.kind != Kind::Reached {
             return self;

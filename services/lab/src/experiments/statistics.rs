@@ -77,7 +77,7 @@ impl Tally {
         2 * self.reached > self.attempts
     }
 
-    /// Wilson's interval of the rate.
+    /// Wilson's interval of the success rate.
     pub fn interval(&self) -> [f64; 2] {
         wilson(self.reached, self.attempts)
     }

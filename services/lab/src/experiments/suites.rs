@@ -18,7 +18,7 @@ type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 const OUTLINE: &str = Method::Outline.word();
 const BEAM: &str = Method::Beam.word();
-/// The methods of the thesis, and ours by its rules.
+/// The methods of the thesis, and our method that uses its rules.
 const RULES: [&str; 3] = [METHODS[1], METHODS[2], METHODS[4]];
 const PAPER: &str = Method::Boniardi2015.word();
 

@@ -19,7 +19,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// As Markdown has it, with an empty line after it.
+    /// The table in Markdown, followed by an empty line.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| {
             let cells: Vec<_> =
@@ -32,8 +32,8 @@ impl Table {
     }
 }
 
-/// The outcomes of one method: the paper's table beside ours, where there is one; then a line for each
-/// drawing, by how the tasks ended.
+/// The outcomes of one method: the paper's table beside ours, if there is one; then a line for each drawing, by how the tasks
+/// ended.
 pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     let counted: Vec<_> = outcomes.iter().copied().filter(|ended| suite.counts(ended)).collect();
     let kinds = by_drawing(suite, &counted);
@@ -132,7 +132,7 @@ fn told(suite: &Suite, outcomes: &[&TaskOutcome], line: &str) -> String {
     told.map_or(String::new(), |told| told.words.to_owned())
 }
 
-/// How tasks of a suite may fail: in corridors alone a robot that never moved is counted by itself.
+/// How tasks of a suite may fail: only in corridors is a robot that never moved counted separately.
 fn failures(suite: &Suite) -> impl Iterator<Item = Kind> {
     let is_corridor = suite.trials.iter().any(Trial::is_corridor);
     Kind::ALL.into_iter().skip(1).filter(move |kind| *kind != Kind::NeverMoved || is_corridor)

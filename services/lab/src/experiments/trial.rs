@@ -64,9 +64,9 @@ pub struct Trial {
     pub method: Option<String>,
     /// Whether the first touch ends the drive as a failure.
     pub ends_with_contact: bool,
-    /// Whether its tasks are one: it is reached where all are, and ends with the first that is not.
+    /// Whether its tasks count as one: it is reached if all of them are, and ends with the first that is not.
     pub tasks_are_one: bool,
-    /// Scan periods that the cores think about a step: as on a slow machine in real time. 0: lockstep.
+    /// Duration of a step of the cores in scan periods, as on a slow machine in real time. 0: lockstep.
     pub thinking_scans: u32,
     /// The trial of which this one is a variant: both get the same seeds.
     pub variant_of: Option<String>,

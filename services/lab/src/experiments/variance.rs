@@ -1,4 +1,4 @@
-//! The comparison of two variances (Fisher 1924).
+//! Comparison of two variances (Fisher 1924).
 
 use sketchnav_schemas::statistics::{incomplete_beta, variance};
 

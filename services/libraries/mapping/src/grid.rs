@@ -15,7 +15,7 @@ pub enum Cell {
     Occupied,
 }
 
-/// The largest whole number that is not above `at`, saturating. (`f64::floor` is a function call on plain x86-64.)
+/// The largest integer not above `at`, saturating. (`f64::floor` is a function call on plain x86-64.)
 #[inline]
 pub(crate) fn floor(at: f64) -> i32 {
     let towards_zero = at as i32;
@@ -29,37 +29,37 @@ pub struct CellGrid {
     pub cell: f64,
     /// The lower left corner of the lower left cell, in the frame of the grid's maker.
     pub origin: [f64; 2],
-    /// Where beams pass.
+    /// The cells that beams pass through.
     pub free: Region,
-    /// Where beams end; the same size as `free`, and disjoint from it.
+    /// The cells that beams end in; the same size as `free`, and disjoint from it.
     pub occupied: Region,
 }
 
 impl CellGrid {
-    /// A grid of `size` columns and rows; `what` says what is known about each cell.
+    /// A grid of `size` columns and rows; `what` returns what is known about each cell.
     pub fn of(size: [usize; 2], cell: f64, origin: [f64; 2], what: impl Fn(usize) -> Cell) -> Self {
         let region = |is: Cell| Region::of(size[0], size[1], |index| what(index) == is);
         Self { cell, origin, free: region(Cell::Free), occupied: region(Cell::Occupied) }
     }
 
-    /// Turns it into a grid of unknown cells of this many columns and rows. Memory is reused.
+    /// Resets this to a grid of unknown cells with this many columns and rows, reusing its memory.
     pub fn reset(&mut self, [width, height]: [usize; 2], cell: f64, origin: [f64; 2]) {
         (self.cell, self.origin) = (cell, origin);
         self.free.reset(width, height);
         self.occupied.reset(width, height);
     }
 
-    /// Cells in a row.
+    /// The number of cells in a row.
     pub fn width(&self) -> usize {
         self.free.width()
     }
 
-    /// Rows.
+    /// The number of rows.
     pub fn height(&self) -> usize {
         self.free.height()
     }
 
-    /// The cell in a column and a row; unknown outside the grid.
+    /// The cell at a column and a row; unknown outside the grid.
     pub fn at(&self, column: i64, row: i64) -> Cell {
         match (self.free.holds([column, row]), self.occupied.holds([column, row])) {
             (true, _) => Cell::Free,

@@ -4,7 +4,7 @@
 //! - [`occupancy`]: the map: cells that are free, occupied or unknown, of bounded size.
 //! - [`matching`]: where a scan fits the map best, within a window around the odometry's guess.
 //! - [`grid`]: the map as plain cells.
-//! - [`region`], [`survey`], [`outline`]: the free part of it, and the outline of that; the same for a drawing.
+//! - [`region`], [`survey`], [`outline`]: the free part of the map and its outline; the same for a drawing.
 //! - [`alignment`]: which piece of one outline corresponds to which piece of the other.
 //! - [`harmonic`]: what follows for places inside.
 //!

@@ -71,10 +71,10 @@ pub struct Mapper {
     touched: Vec<u32>,
 }
 
-/// The directions of a laser's beams as unit vectors in the robot's frame; they are the same for all of its scans.
+/// The directions of a laser's beams as unit vectors in the robot's frame; they are the same for all its scans.
 #[derive(Debug)]
 struct Directions {
-    /// The direction of beam 0, and the step from one to the next, radians.
+    /// The direction of beam 0, and the step from one beam to the next, radians.
     laser: [f64; 2],
     beams: Vec<[f64; 2]>,
 }

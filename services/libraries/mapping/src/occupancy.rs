@@ -5,7 +5,7 @@
 //!
 //! People walking by leave no wall: a beam that ends deep in free space counts little, and later beams pass there.
 //!
-//! Whether each cell is free or occupied is kept in bits beside the log odds, so that whole rows of a tile can be read at once.
+//! Bits beside the log odds record whether each cell is free or occupied, so that whole rows of a tile can be read at once.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,7 +15,7 @@ use crate::{Error, Parameters};
 /// Cells along a side of a tile.
 pub const TILE: usize = 32;
 const TILE_CELLS: usize = TILE * TILE;
-// A row of a tile is one word.
+// A row of a tile fits one word.
 const _: () = assert!(TILE == u32::BITS as usize);
 const NO_TILE: u16 = u16::MAX;
 
@@ -43,14 +43,14 @@ pub struct Occupancy {
     slots: Vec<u16>,
     #[serde(with = "bytes")]
     levels: Vec<u8>,
-    /// Each row of each tile, by its levels.
+    /// The signs of each row of each tile, derived from its levels.
     #[serde(skip)]
     signs: Vec<Signs>,
     /// How many cells were not entered because no tile was left or they were beyond the extent.
     left_out: u64,
 }
 
-/// Which cells of a tile's row are free, and which are occupied: a bit each.
+/// The free and the occupied cells of a tile's row, one bit per cell.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Signs {
     free: u32,
@@ -58,7 +58,7 @@ struct Signs {
 }
 
 impl Signs {
-    /// Of a row's levels.
+    /// The signs of a row's levels.
     fn of(levels: &[u8]) -> Self {
         let mut signs = Self::default();
         levels.iter().enumerate().for_each(|(column, level)| signs.set(column, *level));
@@ -145,10 +145,10 @@ impl Occupancy {
         self.find(cell).map_or(0, |index| self.levels[index])
     }
 
-    /// The index of a tile's slot, and of the cell in the tile; `None` beyond the extent.
+    /// The indices of the tile's slot and of the cell in the tile; `None` beyond the extent.
     fn split(&self, cell: [i32; 2]) -> Option<(usize, usize)> {
         let half = self.tiles_per_side * TILE / 2;
-        // A cell below the extent wraps round to a very large number.
+        // A cell below the extent wraps around to a very large number.
         let [x, y] = cell.map(|at| at.wrapping_add(half as i32) as u32 as usize);
         let (column, row) = (x / TILE, y / TILE);
         let is_within = column < self.tiles_per_side && row < self.tiles_per_side;
@@ -161,7 +161,7 @@ impl Occupancy {
         (tile != NO_TILE).then(|| usize::from(tile) * TILE_CELLS + within)
     }
 
-    /// The index of the first cell of a slot's tile; the tile is created if there is room.
+    /// The index of the first cell of a slot's tile. The tile is created if there is room.
     fn find_or_make(&mut self, slot: usize) -> Option<usize> {
         if self.slots[slot] == NO_TILE {
             if self.tiles() >= self.max_tiles {
@@ -206,7 +206,7 @@ impl Occupancy {
         }
     }
 
-    /// Writes the map to a grid: the rectangle of all tiles in use.
+    /// Writes the map to a grid that is the rectangle around all tiles in use.
     pub fn write(&self, grid: &mut CellGrid) {
         let half = (self.tiles_per_side * TILE / 2) as i32;
         let used = self.slots.iter().enumerate().filter(|(_, slot)| **slot != NO_TILE);
@@ -243,7 +243,7 @@ fn classify(level: u8) -> Cell {
 pub(crate) struct Entering<'a> {
     map: &'a mut Occupancy,
     touched: &'a mut Vec<u32>,
-    /// The last slot and the first cell of its tile: successive cells of a beam are mostly in the same tile.
+    /// The last slot and the first cell of its tile, since successive cells of a beam are mostly in the same tile.
     tile: Option<(usize, usize)>,
 }
 
@@ -303,7 +303,7 @@ impl Drop for Entering<'_> {
     }
 }
 
-/// Writes and reads bytes in one piece, for checkpoints.
+/// Serialises bytes as one block, for checkpoints.
 mod bytes {
     use std::fmt;
 

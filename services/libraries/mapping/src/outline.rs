@@ -99,7 +99,8 @@ pub struct Taking {
 }
 
 impl SeenOutline {
-    /// The outline of what is free around the robot. What lies near a cell of `shut` is wall, too: gaps that show nothing behind them.
+    /// The outline of the free space around the robot. Places near a cell of `shut` count as wall, too: these are gaps that show
+    /// nothing beyond them.
     pub fn of_map(survey: &Survey, shut: &[Place], taking: &Taking) -> Self {
         let (grid, border) = (survey.grid(), survey.free().border());
         if border.len() < 8 {

@@ -95,12 +95,12 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// Most cells along a side of a map.
+    /// The largest number of cells along a side of a map.
     pub fn cells_per_side(&self) -> usize {
         self.tiles_per_side() * TILE
     }
 
-    /// Most tiles along a side of a map.
+    /// The largest number of tiles along a side of a map.
     pub(crate) fn tiles_per_side(&self) -> usize {
         (self.extent_m / (self.cell_m * TILE as f64)).ceil() as usize
     }

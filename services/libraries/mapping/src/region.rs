@@ -1,8 +1,8 @@
-//! Regions of cells: what is connected, what lies near, and the border around it.
+//! Regions of cells: their connected parts, their neighbourhoods and their borders.
 //!
-//! A region keeps a bit for each cell, and most operations work on whole words.
+//! A region stores one bit per cell, and most operations work on whole words.
 
-/// Bits of a word.
+/// Bits in a word.
 const WORD: usize = 64;
 
 /// A set of cells of a rectangle; row 0 is the lowest, cells of a row go along x.
@@ -10,11 +10,11 @@ const WORD: usize = 64;
 pub struct Region {
     width: usize,
     height: usize,
-    /// Row by row, each a number of whole words; unused bits are 0.
+    /// The rows in order, each a whole number of words; unused bits are 0.
     words: Vec<u64>,
 }
 
-/// Adjacent cells of a row: the row, the first column and the one after the last.
+/// Adjacent cells in a row: the row, the first column and the one after the last.
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
     row: usize,
@@ -26,7 +26,7 @@ struct Stretch {
 const AROUND: [[i64; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 
 impl Region {
-    /// The cells for which `holds`.
+    /// The region of the cells for which `holds` is true.
     pub fn of(width: usize, height: usize, mut holds: impl FnMut(usize) -> bool) -> Self {
         let mut region = Self::empty(width, height);
         for index in 0..width * height {
@@ -37,7 +37,7 @@ impl Region {
         region
     }
 
-    /// A rectangle without any of its cells.
+    /// A rectangle that contains none of its cells.
     pub fn empty(width: usize, height: usize) -> Self {
         let mut region = Self::default();
         region.reset(width, height);
@@ -49,35 +49,35 @@ impl Region {
         Self { words: Vec::with_capacity(width.div_ceil(WORD) * height), ..Self::default() }
     }
 
-    /// Turns it into a rectangle of another size without any of its cells. Memory is reused.
+    /// Resets this to a rectangle of another size that contains no cells, reusing its memory.
     pub fn reset(&mut self, width: usize, height: usize) {
         (self.width, self.height) = (width, height);
         self.words.clear();
         self.words.resize(width.div_ceil(WORD) * height, 0);
     }
 
-    /// Copies `other`. Memory is reused.
+    /// Copies `other`, reusing its memory.
     pub fn copy_from(&mut self, other: &Self) {
         (self.width, self.height) = (other.width, other.height);
         self.words.clone_from(&other.words);
     }
 
-    /// Cells in a row.
+    /// The number of cells in a row.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Rows.
+    /// The number of rows.
     pub fn height(&self) -> usize {
         self.height
     }
 
-    /// Cells of the rectangle.
+    /// The number of cells in the rectangle.
     pub fn cells(&self) -> usize {
         self.width * self.height
     }
 
-    /// Words of a row.
+    /// The number of words in a row.
     fn stride(&self) -> usize {
         self.width.div_ceil(WORD)
     }
@@ -88,12 +88,12 @@ impl Region {
         is_within.then(|| at[1] as usize * self.width + at[0] as usize)
     }
 
-    /// Column and row of a cell.
+    /// The column and row of a cell.
     pub fn at(&self, index: usize) -> [i64; 2] {
         [(index % self.width) as i64, (index / self.width) as i64]
     }
 
-    /// Whether it contains a cell; `false` outside the rectangle.
+    /// Whether it contains this cell; `false` outside the rectangle.
     #[inline]
     pub fn holds(&self, at: [i64; 2]) -> bool {
         let (column, row) = (at[0] as usize, at[1] as usize);
@@ -117,7 +117,7 @@ impl Region {
         self.words[row * stride + column / WORD] |= 1 << (column % WORD);
     }
 
-    /// Adds the cells of a row from `column` on whose bits are set.
+    /// Adds the cells of a row whose bits are set, counted from `column`.
     pub(crate) fn insert_bits(&mut self, column: usize, row: usize, bits: u32) {
         let stride = self.stride();
         let (word, shift) = (row * stride + column / WORD, column % WORD);
@@ -138,7 +138,7 @@ impl Region {
         self.places().map(|[column, row]| row * self.width + column)
     }
 
-    /// Columns and rows of its cells, in the same order.
+    /// The columns and rows of its cells, in the same order.
     pub fn places(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         let stride = self.stride().max(1);
         self.words.iter().enumerate().filter(|(_, word)| **word != 0).flat_map(move |(k, word)| {
@@ -164,7 +164,7 @@ impl Region {
         found
     }
 
-    /// Moves the cells connected to `seed` by their sides to `found`, which gets the same size. `waiting` is memory to be reused.
+    /// Moves the cells connected to `seed` by their sides to `found`, which is resized to match. `waiting` is working memory.
     pub fn move_connected(&mut self, seed: usize, found: &mut Self, waiting: &mut Vec<usize>) {
         found.reset(self.width, self.height);
         self.take_stretches(seed, waiting, |stretch| found.fill(stretch));
@@ -177,7 +177,7 @@ impl Region {
         count
     }
 
-    /// Removes all cells and returns how many the largest connected part had. `waiting` is memory to be reused.
+    /// Removes all cells and returns the size of the largest connected part. `waiting` is working memory.
     pub fn take_parts(&mut self, waiting: &mut Vec<usize>) -> usize {
         let (mut largest, stride) = (0, self.stride());
         for word in 0..self.words.len() {
@@ -189,7 +189,7 @@ impl Region {
         largest
     }
 
-    /// Removes what is connected to `seed`, stretch by stretch.
+    /// Removes the cells connected to `seed`, stretch by stretch.
     fn take_stretches(&mut self, seed: usize, waiting: &mut Vec<usize>, mut taken: impl FnMut(Stretch)) {
         waiting.clear();
         waiting.extend(Some(seed).filter(|seed| *seed < self.cells()));
@@ -208,7 +208,7 @@ impl Region {
         }
     }
 
-    /// Adds a cell of each stretch that overlaps this one to those that wait.
+    /// Adds one cell of each stretch that overlaps this one to the waiting cells.
     fn wait_beside(&self, Stretch { row, first, end }: Stretch, waiting: &mut Vec<usize>) {
         let mut before = 0;
         for word in first / WORD..=(end - 1) / WORD {
@@ -219,7 +219,7 @@ impl Region {
         }
     }
 
-    /// The first column of the stretch that a held cell belongs to.
+    /// The first column of the stretch that a contained cell belongs to.
     fn first_of(&self, column: usize, row: usize) -> usize {
         let words = &self.words[row * self.stride()..][..self.stride()];
         let mut word = column / WORD;
@@ -231,7 +231,7 @@ impl Region {
         if free == 0 { 0 } else { (word + 1) * WORD - free.leading_zeros() as usize }
     }
 
-    /// The column after the last one of the stretch that a held cell belongs to.
+    /// The column after the last one of the stretch that a contained cell belongs to.
     fn end_of(&self, column: usize, row: usize) -> usize {
         let words = &self.words[row * self.stride()..][..self.stride()];
         let mut word = column / WORD;
@@ -278,7 +278,7 @@ impl Region {
         best.0
     }
 
-    /// Adds every cell at most `radius` columns and rows away.
+    /// Adds every cell within `radius` columns and rows of a contained one.
     pub fn grow(&mut self, radius: usize) {
         for _ in 0..radius {
             self.grow_along();
@@ -287,15 +287,15 @@ impl Region {
         self.clear_beside();
     }
 
-    /// Removes every cell at most `radius` columns and rows from one that it does not contain. What is outside the rectangle
-    /// counts as contained.
+    /// Removes every cell within `radius` columns and rows of one that is not contained. Cells outside the rectangle count as
+    /// contained.
     pub fn shrink(&mut self, radius: usize) {
         self.invert();
         self.grow(radius);
         self.invert();
     }
 
-    /// Grows by a cell to the left and to the right. Unused bits are not cleared.
+    /// Grows by one cell to the left and to the right. Unused bits are not cleared.
     fn grow_along(&mut self) {
         let stride = self.stride().max(1);
         for row in self.words.chunks_mut(stride) {
@@ -308,7 +308,7 @@ impl Region {
         }
     }
 
-    /// Grows by a cell down and up.
+    /// Grows by one cell down and up.
     fn grow_across(&mut self) {
         let stride = self.stride();
         for column in 0..stride {
@@ -334,8 +334,8 @@ impl Region {
         }
     }
 
-    /// Writes the same in cells `times` as long (at most 64) to `coarse`, each contained if all of its cells are. What remains
-    /// at the ends is left out.
+    /// Writes the same region to `coarse` in cells `times` as long (at most 64), each contained if all of its cells are. A
+    /// remainder at the ends is left out.
     pub fn coarsen(&self, times: usize, coarse: &mut Self) {
         coarse.reset(self.width / times, self.height / times);
         let (stride, together) = (coarse.stride(), WORD / times);
@@ -352,7 +352,7 @@ impl Region {
         }
     }
 
-    /// The bits of a row from a column on.
+    /// The bits of a row from a column onwards.
     fn word_from(&self, column: usize, row: usize) -> u64 {
         let words = &self.words[row * self.stride()..][..self.stride()];
         let (word, shift) = (column / WORD, column % WORD);
@@ -385,7 +385,7 @@ impl Region {
     }
 }
 
-/// The places of the bits that are set, in order.
+/// The positions of the set bits, in order.
 fn bits(mut word: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let bit = word.trailing_zeros() as usize;
@@ -394,7 +394,7 @@ fn bits(mut word: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The bits of a row's word that stand for columns from `first` to before `end`.
+/// The bits of a row's word for the columns from `first` to before `end`.
 fn mask(word: usize, first: usize, end: usize) -> u64 {
     let low = first.saturating_sub(word * WORD).min(WORD);
     let high = end.saturating_sub(word * WORD).min(WORD);
@@ -454,7 +454,7 @@ mod tests {
         assert_eq!(region, drawn(&[frame, frame, "..#####..", "..#####..", frame, frame]));
     }
 
-    /// A region wider than a word, cell by cell: too simple to be wrong.
+    /// An operation on a region wider than a word, computed cell by cell: too simple to be wrong.
     fn plain(region: &Region, holds: impl Fn([i64; 2]) -> bool) -> Region {
         Region::of(region.width(), region.height(), |k| holds(region.at(k)))
     }
@@ -495,7 +495,7 @@ mod tests {
             prop_assert_eq!(region.count(), cells.len());
         }
 
-        /// By a flood from cell to cell.
+        /// Compared with a flood fill from cell to cell.
         #[test]
         fn what_hangs_together_is_what_a_flood_reaches(
             width in 1..150_usize, height in 1..9_usize, held in 4..8_u32, seed: u64, at: prop::sample::Index,

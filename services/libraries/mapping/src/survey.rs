@@ -6,7 +6,7 @@ use crate::occupancy::Occupancy;
 use crate::outline::Place;
 use crate::region::Region;
 
-/// Room for stretches of free cells that are still to be visited.
+/// Room for the stretches of free cells that are still to be visited.
 const WAITING: usize = 1 << 14;
 
 /// The map as a grid, and the free part of it that is connected to the robot's place.
@@ -20,7 +20,7 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// An empty survey with room for any map of these parameters: [`Self::take`] allocates nothing.
+    /// An empty survey with room for any map with these parameters: [`Self::take`] allocates nothing.
     pub fn with_room(parameters: &Parameters) -> Self {
         let side = parameters.cells_per_side();
         let region = || Region::with_room(side, side);
@@ -28,7 +28,7 @@ impl Survey {
         Self { grid, free: region(), closed: region(), waiting: Vec::with_capacity(WAITING) }
     }
 
-    /// Surveys a grid for a robot that stands at most `within_m` from free cells.
+    /// Surveys a grid for a robot that is at most `within_m` away from free cells.
     pub fn of(grid: CellGrid, robot: Place, within_m: f64) -> Self {
         let mut survey = Self { grid, ..Self::default() };
         survey.look(robot, within_m);
@@ -41,12 +41,12 @@ impl Survey {
         self.look(robot, within_m);
     }
 
-    /// The map: the rectangle of all that was seen.
+    /// The map: the rectangle around all that has been seen.
     pub fn grid(&self) -> &CellGrid {
         &self.grid
     }
 
-    /// The free part that is connected to the robot's place; slits a cell wide between beams are closed. Empty if the robot's
+    /// The free part that is connected to the robot's place, with slits one cell wide between beams closed. Empty if the robot's
     /// place is not free.
     pub fn free(&self) -> &Region {
         &self.free

@@ -175,7 +175,7 @@ impl Guide {
 }
 
 impl Course {
-    /// At rest, with nothing known; it drives at most `speed_mps`.
+    /// A course at rest that knows nothing yet; it drives at most `speed_mps`.
     pub fn new(robot: &Robot, speed_mps: f64) -> Self {
         let [_, half_width_m] = robot.half_extents_m();
         let hard_m = half_width_m + BESIDE_M;

@@ -1,11 +1,12 @@
-//! The trend of many sights: the straight line through a marker's distances by least squares. Older distances count for less,
-//! by e to the age in windows. Of a marker that two sights tell nothing of, because they err by more than it moves, the line does.
+//! The trend of many sights: the slope of a straight line fitted to a marker's distances by least squares. A distance's weight
+//! decays exponentially with its age, to 1/e after one window. The line has a trend even if two sights have none because they err
+//! by more than the marker moves.
 
 use serde::{Deserialize, Serialize};
 
 use crate::messages::Trend;
 
-/// The sums of which the line is made; times count from the newest distance.
+/// The sums from which the line is computed; times count from the newest distance.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Line {
     weight: f64,
@@ -13,12 +14,12 @@ pub struct Line {
     distances: f64,
     squares: f64,
     products: f64,
-    /// Since the first distance, seconds.
+    /// Time since the first distance, seconds.
     span_s: f64,
 }
 
 impl Line {
-    /// Takes in a distance, `age_s` after the last one. After a gap longer than the window the line begins again.
+    /// Takes in a distance, `age_s` after the last one. After a gap longer than the window the line starts afresh.
     pub fn add(&mut self, age_s: f64, distance_m: f64, window_s: f64) {
         let Self { weight, times, distances, squares, products, span_s } =
             if age_s > window_s { Self::default() } else { *self };
@@ -33,13 +34,13 @@ impl Line {
         };
     }
 
-    /// By how much the distance grows, m/s.
+    /// The rate at which the distance grows, m/s.
     fn slope_mps(&self) -> f64 {
         let Self { weight, times, distances, squares, products, .. } = self;
         (weight * products - times * distances) / (weight * squares - times * times)
     }
 
-    /// The trend, of which up to `quantum_mps` is none; `None` before the line has the length of a window.
+    /// The trend, where a slope of up to `quantum_mps` counts as none; `None` until the line spans a whole window.
     pub fn trend(&self, window_s: f64, quantum_mps: f64) -> Option<Trend> {
         let slope_mps = self.slope_mps();
         (self.span_s >= window_s).then_some(if slope_mps.abs() <= quantum_mps {
@@ -56,7 +57,7 @@ impl Line {
 mod tests {
     use super::*;
 
-    /// A line through exact distances has their slope, whatever they weigh.
+    /// A line through exact distances has their slope, whatever their weights.
     #[test]
     fn the_line_through_a_marker_that_comes_nearer_by_ten_centimetres_a_second_has_that_slope() {
         let mut line = Line::default();

@@ -40,7 +40,7 @@ pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
     let parameters = overlaid(&Parameters::default(), mission.parameters.of(Process::Localizer));
     let parameters = parameters.map_err(|error| wrong(error.message()))?;
     let Parameters { memory_s, pair_rate_hz, hold_s, window_s, quantum_mps, .. } = parameters;
-    // Between two pictures there may be no more time than a trend takes.
+    // The time between two pictures must not exceed that within which two sights make a trend.
     let is_rate = pair_rate_hz == 0.0 || (LEAST_HZ..=1000.0).contains(&pair_rate_hz);
     for (key, expected, found, holds) in [
         ("memory_s", "0 to 1e6 s", memory_s, (0.0..=1e6).contains(&memory_s)),

@@ -36,7 +36,7 @@ pub enum Method {
     Argd,
     /// Both.
     Combined,
-    /// This project's own: the rules of `qtc-b` by the trend of many sights, which errors of single ones do not decide.
+    /// This project's own: the rules of `qtc-b` with trends over many sights, so that the errors of single sights do not decide.
     QtcBSteady,
 }
 
@@ -79,7 +79,7 @@ pub struct CorridorTask {
     pub goal: Goal,
     /// Which way to turn at each junction.
     pub turns: Vec<Turn>,
-    /// Whether the robot turns about on the spot first.
+    /// Whether the robot first turns about on the spot.
     pub about: bool,
 }
 

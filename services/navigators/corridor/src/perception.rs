@@ -1,10 +1,10 @@
 //! What markers tell: which are remembered, which two make a pair, how they move and how far they are.
 //!
 //! A pair is the nearest marker on the left and the nearest on the right, seen within 0.1 s of each other (Patil 2019,
-//! 3.2.2 and 3.2.3). "The marker's ID number is stored until the robot has moved past that particular set of markers"
-//! (3.2.2): with [`Parameters::hold_s`] a pair stays the pair until neither of the two is in view. Its relations are QTC_B of
-//! marker and robot, the robot at rest at the origin, and the class of the distance. Markers are remembered in the odometry
-//! frame while they are out of view.
+//! 3.2.2 and 3.2.3). "The marker's ID number is stored until the robot has moved past that particular set of markers" (3.2.2): with
+//! [`Parameters::hold_s`] a pair is kept until neither of its markers is in view. Its relations are QTC_B between marker and robot,
+//! with the robot at rest at the origin, and the class of the distance. Markers are remembered in the odometry frame while they are
+//! out of view.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_qualitative::qtc::{QtcB, Sign};
@@ -21,9 +21,9 @@ const PAIRED_NS: u64 = 100_000_000;
 const TREND_NS: u64 = 250_000_000;
 /// So many pictures and ticks a second a trend takes at least.
 pub const LEAST_HZ: f64 = 1e9 / TREND_NS as f64;
-/// By how much the stamps of two pictures may be nearer to each other than their period, nanoseconds.
+/// How much closer together the stamps of two pictures may be than their period, nanoseconds.
 const ROUNDING_NS: u64 = 1_000_000;
-/// The signs of what lies on the left and on the right.
+/// The signs of the lateral coordinate on the left and on the right.
 const SIDES: [f64; 2] = [1.0, -1.0];
 /// Share of a new sight in what is remembered of a marker's place: sights err.
 const NEWEST: f64 = 0.3;
@@ -40,14 +40,14 @@ pub struct Parameters {
     pub thresholds_are_upper: bool,
     /// How long a marker is remembered that is out of view, seconds.
     pub memory_s: f64,
-    /// How many pictures are looked at a second, evenly; 0: every one.
+    /// How many pictures per second are evaluated, evenly spaced; 0: all.
     pub pair_rate_hz: f64,
-    /// A pair is passed once neither of its markers was in view for this long, seconds. 0: nothing is held, and each picture
-    /// has a pair of its own.
+    /// A pair counts as passed once neither of its markers has been in view for this long, seconds. 0: pairs are not held; each
+    /// picture forms its own.
     pub hold_s: f64,
-    /// Of `qtc-b-steady`: sights as old as this count for 1/e in a trend, seconds.
+    /// For `qtc-b-steady`: the age at which a sight has weight 1/e in a trend, seconds.
     pub window_s: f64,
-    /// Of `qtc-b-steady`: a distance that changes slower than this does not change, m/s.
+    /// For `qtc-b-steady`: a distance that changes more slowly than this counts as unchanged, m/s.
     pub quantum_mps: f64,
 }
 
@@ -66,14 +66,14 @@ impl Default for Parameters {
     }
 }
 
-/// By what relations are made.
+/// How relations are computed.
 #[derive(Debug, Clone)]
 pub struct Terms {
     /// The parameters.
     pub parameters: Parameters,
     /// Their scale of distances.
     pub scale: argd::Scale,
-    /// Whether a trend is that of many sights, instead of two.
+    /// Whether trends are computed over many sights instead of two.
     pub is_steady: bool,
 }
 
@@ -100,7 +100,7 @@ struct Known {
     now_m: [f64; 2],
     /// The same of the sight before.
     before_m: Option<[f64; 2]>,
-    /// Its distances from the camera lately.
+    /// Its recent distances from the camera.
     line: Line,
 }
 
@@ -116,7 +116,7 @@ pub struct Perception {
     right: Member,
     /// The numbers of the pair that is held: left, right.
     held: Option<[u32; 2]>,
-    /// From when on a picture is looked at.
+    /// From when on the next picture is evaluated.
     due_ns: u64,
 }
 
@@ -157,7 +157,7 @@ impl Perception {
         }
     }
 
-    /// Whether a picture is looked at: on the average `rate_hz` of them a second.
+    /// Whether this picture is evaluated: on average, `rate_hz` of them per second are.
     fn is_due(&mut self, stamp_ns: u64, rate_hz: f64) -> bool {
         if rate_hz <= 0.0 {
             return true;
@@ -169,7 +169,7 @@ impl Perception {
         is_due
     }
 
-    /// The marker on the left and the one on the right that are seen together. While a pair is held no other one is any.
+    /// The marker on the left and the one on the right that are seen together. While a pair is held, no other markers form one.
     fn pair(&mut self, stamp_ns: u64, hold_s: f64) -> Option<[Known; 2]> {
         let age_ns = |known: &Known| stamp_ns.saturating_sub(known.seen_ns);
         if hold_s > 0.0
@@ -295,7 +295,7 @@ impl Member {
     }
 }
 
-/// Whether the marker is on that side, and was seen just now.
+/// Whether the marker is on that side and has just been seen.
 fn is_seen(known: &Known, side: f64, stamp_ns: u64) -> bool {
     known.now_m[1] * side > 0.0 && stamp_ns.saturating_sub(known.seen_ns) <= PAIRED_NS
 }
@@ -396,8 +396,8 @@ mod tests {
         assert!(relations.markers().is_sorted_by(|a, b| a.id < b.id));
     }
 
-    /// A left marker leaves the view before the right one, which is staggered. Until that one has left it, too, no other pair
-    /// counts (Patil 2019, 3.2.2), though other markers are in view on both sides.
+    /// A left marker leaves the view before the right one, which is staggered. Until the right one has left it, too, no other pair
+    /// counts (Patil 2019, 3.2.2), although other markers are in view on both sides.
     #[test]
     fn a_pair_is_held_by_its_numbers_until_neither_marker_is_in_view() {
         let robot = Pose::new(0.0, 0.0, 0.0);
@@ -424,7 +424,7 @@ mod tests {
         assert_eq!(held[9], (3, 2, 12));
     }
 
-    /// A camera takes 30 pictures a second. The thesis issued 11.4, 10.8 and 20.5 commands a second (table 5.2), two for each
+    /// A camera takes 30 pictures per second. The thesis issued 11.4, 10.8 and 20.5 commands per second (table 5.2), two for each
     /// pair: 5.7, 5.4 and 10.3 pairs.
     #[test]
     fn as_many_pictures_are_looked_at_as_the_pair_rate_says() {
@@ -439,8 +439,9 @@ mod tests {
         assert_eq!([0.0, 10.0, 5.5, 60.0].map(pairs), [600, 200, 110, 600]);
     }
 
-    /// Five sights a second of two markers that come nearer by 8 cm and by half a centimetre a second, each 2 cm too far and too
-    /// near by turns. Two sights say that both come and go; the line through all of them does not.
+    /// Five sights per second of two markers that come nearer by 8 cm and by half a centimetre per second, with errors that
+    /// alternate between 2 cm too far and 2 cm too near. Judged by two sights, both markers approach and recede in turn; the line
+    /// through all sights does not.
     #[test]
     fn a_steady_trend_is_that_of_many_sights() {
         let robot = Pose::new(0.0, 0.0, 0.0);
@@ -449,7 +450,7 @@ mod tests {
             let mut perception = Perception::default();
             let see = |k: u64| {
                 let (time_s, error_m) = (k as f32 * 0.2, if k.is_multiple_of(2) { 0.02 } else { -0.02 });
-                // On the diagonal a step along both axes is longer by √2.
+                // On the diagonal, a step along both axes is longer by a factor of √2.
                 let at = |mps: f32| (3.0 - mps * time_s + error_m) / std::f32::consts::SQRT_2;
                 let [left, right] = [at(0.08), at(0.005)];
                 perception.see(

@@ -29,21 +29,21 @@ const PASSED_M: f64 = 4.0;
 /// A marker is ahead from so far on, metres: the direction along a corridor sways by some degrees.
 const AHEAD_M: f64 = 0.3;
 
-/// A robot that turns about turns at most so fast, radians a second, ...
+/// A robot that turns about turns at most this fast, radians per second, ...
 const ABOUT_RADPS: f64 = 0.5;
-/// ... by so much of the angle that is left a second, ...
+/// ... at this multiple of the remaining angle per second, ...
 const ABOUT_PER_S: f64 = 2.0;
-/// ... until so little is left, radians.
+/// ... until no more than this remains, radians.
 const ABOUT_RAD: f64 = 0.01;
 
 /// What may be set of it: a mission's table `parameters.planner`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// Without a pair of markers for this long, a robot that drives by rules is lost, seconds. 0: never; it drives on by its
+    /// A robot that drives by rules is lost after this long without a pair of markers, seconds. 0: never; it keeps driving by its
     /// last command, as in Patil 2019.
     pub lost_s: f64,
-    /// The most that the method `corridor` drives, m/s. Rule files have speeds of their own.
+    /// Top speed of the method `corridor`, m/s. Rule files have their own speeds.
     pub speed_mps: f64,
 }
 
@@ -57,7 +57,7 @@ impl Default for Parameters {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Attempt {
     start: Pose<Odom>,
-    /// Where it is to look before it drives, radians in the odometry frame, while it turns about.
+    /// While the robot turns about: the direction that it has to face before it drives, radians in the odometry frame.
     about_rad: Option<f64>,
     /// The pair that was answered last.
     pairs: u64,
@@ -65,8 +65,8 @@ struct Attempt {
     was_ahead: bool,
     /// ... which is that after so many turns.
     turns: u32,
-    /// The last answer of the rules. It stays until the next one, even while the robot turns about: without a pair in view "no
-    /// update to the robot's motion can be made" (Patil 2019, figure 5.2).
+    /// The last answer of the rules. It remains in force until the next one, even while the robot turns about: without a pair in
+    /// view "no update to the robot's motion can be made" (Patil 2019, figure 5.2).
     answer: Velocity,
     command: Velocity,
 }
@@ -233,7 +233,7 @@ impl Planner {
         self.course.begin(robot);
     }
 
-    /// Turns about on the spot. Whether it still does.
+    /// Turns about on the spot; returns whether it is still turning.
     fn turns_about(&mut self, relations: &Relations, robot: &Pose<Odom>) -> bool {
         let Some(about_rad) = self.attempt.about_rad else { return false };
         let left_rad = wrap_angle(about_rad - robot.yaw_rad);

@@ -269,7 +269,7 @@ fn metres_count_in_the_other_arm_after_a_closed_one() {
     assert!(ended.off_m([8.0, -8.5]) < 1.5, "{}", ended.words());
 }
 
-/// A way there and back is two tasks; between them the robot turns about. It was two drives, from two starts.
+/// A way there and back is two tasks, between which the robot turns about. It used to be two drives, from two starts.
 #[test]
 fn a_robot_that_turns_about_comes_back_to_where_it_began() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
@@ -284,8 +284,8 @@ fn a_robot_that_turns_about_comes_back_to_where_it_began() {
     }
 }
 
-/// The thesis leaves turning about to other behaviours ("such as turning around", conclusions), so it changes nothing of what the
-/// rules have answered. A robot that comes out of its turn with no pair in view once stood there until its time was over.
+/// The thesis leaves turning about to other behaviours ("such as turning around", conclusions), so it does not change the last
+/// answer of the rules. A robot that came out of its turn with no pair in view once stood there until its time was up.
 #[test]
 fn after_turning_about_the_last_answer_of_the_rules_goes_on() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
@@ -298,8 +298,8 @@ fn after_turning_about_the_last_answer_of_the_rules_goes_on() {
     assert_eq!((ended.state(), ended.status.unwrap().task), (TaskState::Reached, 1), "{}", ended.words());
 }
 
-/// "Due to lack of any motion updates" the robot of the thesis drives on (figure 5.2). Here the only two markers lie behind it
-/// soon. By the default it is lost 20 s later, without `lost_s` it drives on to the end of its way.
+/// "Due to lack of any motion updates" the robot of the thesis drives on (figure 5.2). Here it soon has the only two markers behind
+/// it. By default it is lost 20 s later; with `lost_s = 0` it drives on to the end of its way.
 #[test]
 fn without_a_pair_the_last_command_stays_where_nothing_is_to_be_lost() {
     let corridor = Corridor::new(Shape::Straight, 2.0);

@@ -166,7 +166,7 @@ mod tests {
         let counts = [0.0, 0.8, 0.95, 1.0].map(|least| atlas.reliable(least).count());
         assert_eq!(counts[0], atlas.transitions.count());
         assert!(counts[0] > counts[1] && counts[1] > counts[2] && counts[2] > counts[3], "{counts:?}");
-        // Of obvious landmarks some are there; crowded ones are not.
+        // Some of the obvious landmarks are among them, but no crowded ones.
         assert!(atlas.reliable(0.95).all().all(|(_, entry)| entry.candidates == 1));
     }
 

@@ -85,9 +85,8 @@ impl Descriptor {
         }
     }
 
-    /// Which of the places around a landmark the word means while the landmark lies in a corner of a window with this side. An
-    /// error may have put the only candidate outside of the quadrant: where that is empty, its edges are moved outwards by some
-    /// slack.
+    /// Which of the places around a landmark the word means when the landmark lies in a corner of a window with this side. An error
+    /// may have put the only candidate outside the quadrant: if the quadrant is empty, its edges are moved outwards by some slack.
     pub fn pick_in(self, places: &[Point], corner: Corner, side: f64, slack: f64) -> Option<usize> {
         let shown = |slack: f64| -> Vec<usize> {
             (0..places.len()).filter(|&dot| corner.nearly_covers(places[dot], side, slack)).collect()
@@ -211,7 +210,7 @@ mod tests {
         assert_eq!(Descriptor::Confusable.pick(&figure), Some(1));
     }
 
-    /// The camera's error moves the window: a dot crosses its edge, and another one is the isolated one.
+    /// The camera's error moves the window, so that a dot crosses its edge and another dot becomes the isolated one.
     #[test]
     fn a_dot_that_crosses_the_edge_of_the_quadrant_changes_what_is_isolated() {
         let picked = |dots: &[Point]| Descriptor::Isolated.pick_in(dots, Corner::Sw, 10.0, 1.0);
@@ -219,7 +218,7 @@ mod tests {
         assert_eq!(picked(&dots), Some(1));
         let moved: Vec<_> = dots.iter().map(|&dot| dot - Point::new(0.3, 0.0)).collect();
         assert_ne!(picked(&moved), Some(1), "the third dot has come in");
-        // The only candidate is taken from just outside, and no further.
+        // The only candidate is taken from just outside, but no farther.
         assert_eq!(picked(&points(&[(10.5, 5.0), (12.0, 5.0)])), Some(0));
         assert_eq!(picked(&points(&[(11.5, 5.0)])), None);
     }

@@ -56,14 +56,14 @@ impl Table {
         self.rows.push((name.to_string(), values.to_vec()));
     }
 
-    /// The mean over worlds, Student's interval, and the number of worlds. Of one world the interval is its number.
+    /// The mean over worlds, Student's interval, and the number of worlds. With a single world, the interval is its value.
     fn mean_of(numbers: &[f64]) -> [f64; 4] {
         let middle = mean(numbers);
         let [low, high] = interval_of_mean(numbers).unwrap_or([middle; 2]);
         [middle, low, high, numbers.len() as f64]
     }
 
-    /// A row of a share in percent, with Wilson's interval and the number of worlds.
+    /// A row with a share in percent, Wilson's interval and the number of worlds.
     fn share(&mut self, name: impl fmt::Display, hits: usize, of: usize) {
         let [low, high] = wilson(hits, of);
         let shares = [hits as f64 / of.max(1) as f64, low, high].map(|share| 100.0 * share);

@@ -40,7 +40,7 @@ pub struct Fit<Model> {
     pub model: Model,
     /// How many samples it was fitted to.
     pub samples: usize,
-    /// The root of the mean square residual, where each sample counts as often as it occurs.
+    /// The root mean square residual, with each sample weighted by how often it occurs.
     pub rms_residual: f64,
     /// The largest residual.
     pub max_residual: f64,
@@ -55,28 +55,29 @@ pub struct Identified {
     pub sigma: f64,
     /// The fraction that was identified right.
     pub fraction: f64,
-    /// The same where no dot crosses an edge of the quadrant: the navigator ranks the map-maker's candidates.
+    /// The same if no dot crosses an edge of the quadrant: the navigator then ranks the map-maker's candidates.
     pub enclosed: f64,
 }
 
-/// The errors of position of the fit, in window sides: 1 to 8 mm for a window of 100 mm. Where map-maker and navigator both err by
-/// 5 mm, it is 7.
+/// The errors of position of the fit, in window sides: 1 to 8 mm for a window of 100 mm. If map-maker and navigator both err by 5
+/// mm, their combined error is 7 mm.
 const SIGMAS: [f64; 8] = [0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08];
 /// The most candidates of the fit.
 const MOST: u16 = 10;
-/// How far around the quadrant there are dots that errors may bring into it: three and a half deviations of two of the largest errors.
+/// How far around the quadrant dots are placed that errors may bring into it: three and a half standard deviations of two of the
+/// largest errors.
 const AROUND: f64 = 0.4;
 
-/// Measures figure 21 on the paper's worlds, which have one dot in a window on average (4.3): dots anywhere with equal probability,
-/// positions with normal errors. An error of the landmark moves the whole quadrant, and dots cross its edges.
+/// Measures figure 21 on the paper's worlds, which have one dot per window on average (4.3). Dots are distributed uniformly, and
+/// positions have normal errors. An error of the landmark moves the whole quadrant, so that dots cross its edges.
 pub fn identified(effort: Effort, seed: u64) -> Result<Vec<Identified>, Error> {
     let mut rng = stream(seed, "directions/fit/landmarks");
-    // That of the experiments, with its side as the unit.
+    // The window of the experiments, with its side as the unit.
     let window = Window::new(1.0, 0.15)?;
     let trials = effort.trials.max(1);
     let grid = (1..=MOST).flat_map(|candidates| SIGMAS.map(|sigma| (candidates, sigma)));
     let sample = |(candidates, sigma)| {
-        // The half of the variance is the navigator's own.
+        // Half of the variance is the navigator's own.
         let slack = Settings::new(window, sigma * FRAC_1_SQRT_2).slack();
         let mut right = [0; 2];
         for _ in 0..trials {
@@ -103,7 +104,7 @@ fn identifies(rng: &mut Pcg64Mcg, candidates: u16, sigma: f64, slack: f64) -> [b
     ]
 }
 
-/// Dots around a landmark at the origin: so many in its quadrant, and as many beside that as chance has it.
+/// Dots around a landmark at the origin: this many in its quadrant, and a random number outside it.
 fn dots_around(rng: &mut Pcg64Mcg, candidates: u16) -> Vec<Point> {
     let mut dots: Vec<_> = (0..candidates).map(|_| Point::new(rng.random(), rng.random())).collect();
     let side = 1.0 + 2.0 * AROUND;
@@ -116,12 +117,13 @@ fn dots_around(rng: &mut Pcg64Mcg, candidates: u16) -> Vec<Point> {
     dots
 }
 
-/// How often a quadrant of the paper's worlds has so many candidates, over how often it has one: Poisson's distribution of mean 1.
+/// How often a quadrant of the paper's worlds has this many candidates, relative to how often it has one, by the Poisson
+/// distribution with mean 1.
 fn frequency(candidates: u16) -> f64 {
     (1..=candidates).map(|number| 1.0 / f64::from(number)).product()
 }
 
-/// Fits equation 1. Residuals are probabilities. Each view counts as often as it occurs.
+/// Fits equation 1. The residuals are probabilities. Each view is weighted by how often it occurs.
 pub fn landmarks(effort: Effort, seed: u64) -> Result<Fit<LandmarkModel>, Error> {
     let samples = identified(effort, seed)?;
     let row =
@@ -165,8 +167,8 @@ fn variance_aside(rng: &mut Pcg64Mcg, slide: f64, pair: f64, noise: Noise, trial
     sum / f64::from(trials)
 }
 
-/// How far the window passes beside its goal: one slide in steps of a twentieth of the window's side, as
-/// [`crate::traversal::Helicopter::fly`] makes them.
+/// By how much the window misses its goal sideways: one slide in steps of a twentieth of the window's side, like those of
+/// [`crate::traversal::Helicopter::fly`].
 fn aside(rng: &mut Pcg64Mcg, slide: f64, pair: f64, noise: Noise) -> f64 {
     const STEP: f64 = 0.05;
     let first = Point::new(-pair / 2.0, 0.0) + error(rng, noise.sigma);
@@ -185,7 +187,7 @@ fn aside(rng: &mut Pcg64Mcg, slide: f64, pair: f64, noise: Noise) -> f64 {
 /// Terms, a value, and a weight.
 type Row = ([f64; 4], f64, f64);
 
-/// The coefficients with the least squares of the residuals, the root of their weighted mean square, and the largest.
+/// The coefficients of the least-squares fit, their weighted root mean square residual, and the largest residual.
 fn least_squares(rows: &[Row]) -> Result<([f64; 4], f64, f64), Error> {
     let terms = DMatrix::from_fn(rows.len(), 4, |row, column| rows[row].0[column]);
     let values = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.1));
@@ -203,7 +205,7 @@ fn least_squares(rows: &[Row]) -> Result<([f64; 4], f64, f64), Error> {
 mod tests {
     use super::*;
 
-    /// Equation 1 let no dot cross the edge of the window, and was far too optimistic.
+    /// Equation 1 used to let no dot cross the edge of the window, and was far too optimistic.
     #[test]
     fn dots_that_cross_the_edge_of_the_window_are_most_of_the_errors() {
         let samples = identified(Effort::QUICK, 7).unwrap();
@@ -239,8 +241,8 @@ mod tests {
         }
     }
 
-    /// A line through two points, each with an error: half the variance in the middle, and 2(d/l)² more at d; the goal has its
-    /// own. Random walks of place and heading: d and d³/3.
+    /// A line through two points, each with an error, has half the variance in the middle, and 2(d/l)² more at d; the goal adds its
+    /// own. Random walks of place and heading add d and d³/3.
     #[test]
     fn equation_2_is_near_the_theory() {
         let theory = [1.5, 2.0, 1.0, 1.0 / 3.0];

@@ -1,8 +1,8 @@
 //! The best path from landmark to landmark (Park and Kender 1995, 5.1 to 5.4).
 //!
 //! The costs of a path are its distance D, its unreliability −ln R, its number of entries M, its sensing cost S and its time T. A
-//! path minimises a weighted sum of them, or the ratio D/R. The ratio of a whole path is no sum over its parts. Its minimum lies on the convex hull of
-//! all (D, −ln R), since ln D − ln R is concave there. So it is found exactly, by searches with several weights.
+//! path minimises a weighted sum of them, or the ratio D/R. The ratio of a whole path is not a sum over its parts, but its minimum
+//! lies on the convex hull of all (D, −ln R), since ln D − ln R is concave there, so searches with several weights find it exactly.
 //!
 //! **Measures.** Between *landmarks*, D is the way from dot to dot. Between *windows* (5.4), D is the way of the window's
 //! centre, and each landmark counts four times, once for each corner.
@@ -38,13 +38,13 @@ pub struct Weights {
     pub unreliability: f64,
     /// Of the number of entries: the length of the map.
     pub entries: f64,
-    /// Of the number of trajectories.
+    /// Weight of the number of trajectories.
     pub slides: f64,
 }
 
 impl Weights {
     const NONE: Self = Self { distance: 0.0, unreliability: 0.0, entries: 0.0, slides: 0.0 };
-    /// Of equals, the shortest.
+    /// Breaks ties in favour of the shortest path.
     const TIE: Self = Self { distance: 1e-9, ..Self::NONE };
 }
 
@@ -64,7 +64,7 @@ impl Objective {
     pub const MOST_RELIABLE: Self = Self::Sum(Weights { unreliability: 1.0, ..Weights::TIE });
     /// The shortest map. Of equals, the shortest path.
     pub const FEWEST_ENTRIES: Self = Self::Sum(Weights { entries: 1.0, ..Weights::TIE });
-    /// The least sensing cost, [`Path::sensing`]. Of equals, the shortest path.
+    /// The least sensing cost, [`Path::sensing`]. Ties go to the shortest path.
     pub const FEWEST_VIEWS: Self =
         Self::Sum(Weights { entries: VIEWS, slides: VIEWS_OF_A_SLIDE - VIEWS, ..Weights::TIE });
 
@@ -80,18 +80,19 @@ impl Objective {
     }
 }
 
-/// Views that a seek decides by: that in which the word means a landmark.
+/// Number of views by which a seek is decided: the one in which the word means a landmark.
 const VIEWS: f64 = 1.0;
-/// Views that a trajectory decides by: the word's, that of the pair's line, and that of the landmark that comes in.
+/// Number of views by which a trajectory is decided: that of the word, that of the pair's line, and that of the landmark that comes
+/// in.
 const VIEWS_OF_A_SLIDE: f64 = 3.0;
 
-/// How long it takes to decide by a view, from where the window stands.
+/// How long a decision by one view takes while the window stands.
 fn view_s(settings: &Settings) -> f64 {
     f64::from(settings.looks) * STEP_S
 }
 
-/// How much longer the window takes to a place where it stops than it would at full speed. It slows down within speed/gain of
-/// it, in proportion to what is left, until that is within the tolerance.
+/// How much longer the window takes to reach a place where it stops than it would at full speed. Within speed/gain of the place it
+/// slows down in proportion to the remaining distance, until that is within the tolerance.
 fn stop_s(settings: &Settings) -> f64 {
     let &Settings { speed, gain, tolerance, .. } = settings;
     ((speed / (gain * tolerance)).ln() - 1.0).max(0.0) / gain
@@ -201,7 +202,7 @@ impl Path {
         self.distance * self.unreliability.exp()
     }
 
-    /// M: the entries of its map (5.3), with the first one, which says over which landmark the window stands.
+    /// M: the number of entries of its map (5.3), including the first one, which says over which landmark the window stands.
     pub fn entries(&self) -> usize {
         self.legs.len() + 1
     }
@@ -210,14 +211,14 @@ impl Path {
         self.legs.iter().filter(|leg| leg.transition.movement != Movement::Seek).count()
     }
 
-    /// S, the sensing cost (5.3): by how many views the navigator decides, one for each entry and two more for each trajectory.
-    /// The paper names the cost and refers to an earlier work for it; this definition is ours.
+    /// S, the sensing cost (5.3): the number of views by which the navigator decides, one for each entry and two more for each
+    /// trajectory. The paper names the cost and refers to an earlier work for it; this definition is ours.
     pub fn sensing(&self) -> f64 {
         VIEWS * self.entries() as f64 + (VIEWS_OF_A_SLIDE - VIEWS) * self.slides() as f64
     }
 
-    /// T, the time of a journey without errors (5.3), in seconds: the distance at full speed, what the stops add, and the views.
-    /// The window stops once for each entry but the last, and once more for each trajectory. The definition is ours, too.
+    /// T, the time of an error-free journey (5.3), in seconds: the time for the distance at full speed, for the stops, and for the
+    /// views. The window stops once for each entry but the last, and once more for each trajectory. This definition is ours, too.
     pub fn time_s(&self, settings: &Settings) -> f64 {
         let stops = self.legs.len() + self.slides();
         self.distance / settings.speed + stops as f64 * stop_s(settings) + self.sensing() * view_s(settings)

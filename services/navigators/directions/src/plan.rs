@@ -78,7 +78,7 @@ impl Plan {
         Ok(Self { path, checks, map, probability: None })
     }
 
-    /// S (5.3): the views of the path ([`Path::sensing`]), and for each verification one of each quadrant.
+    /// S (5.3): the views of the path ([`Path::sensing`]), and one view of each quadrant for each verification.
     pub fn sensing(&self) -> f64 {
         let verified = self.map.entries().iter().filter(|entry| entry.verification.is_some()).count();
         self.path.sensing() + (Corner::ALL.len() * verified) as f64

@@ -1,15 +1,15 @@
 //! How reliable a transition is, by models fitted to simulations (Park and Kender 1995, equations 1 and 2).
 //!
-//! **Equation 1**, landmarks: `R(n, σ) = (Aσ + B)/n − Cσ + D` (6.1.2). It has n candidates, and the error of position σ in units
-//! of the window's side. The paper gives no coefficients. Those below are of [`crate::fit::landmarks`], where the camera's error
-//! moves the window, so that dots cross its edge. [`crate::arrival`] simulates each transition instead.
+//! **Equation 1**, landmarks: `R(n, σ) = (Aσ + B)/n − Cσ + D` (6.1.2), where n is the number of candidates and σ the error of
+//! position in units of the window's side. The paper gives no coefficients. Those below are fitted by [`crate::fit::landmarks`],
+//! where the camera's error moves the window, so that dots cross its edge. [`crate::arrival`] simulates each transition instead.
 //!
 //! **Equation 2**, trajectories: the paper's form is unreadable in the copies we know. Ours is the variance to the
-//! side of a slide, by what the text names (6.2). One part is the error of position of the two landmarks and of the goal, which
-//! grows with the way over the distance of the two. The others are the errors of translation and rotation, which grow with the
-//! way. The reliability is the probability that a slide with this error still attains its goal first. The same error of
-//! position moves the window at the beginning, where dots at its leading edge are new or not. The coefficients are of
-//! [`crate::fit::trajectories`].
+//! side of a slide, composed of what the text names (6.2). One part is the error of position of the two landmarks and of the goal,
+//! which grows with the ratio of the way to the distance of the two. The others are the errors of translation and rotation, which
+//! grow with the way. The reliability is the probability that a slide with this error still attains its goal first. The same error
+//! of position moves the window at the beginning, and so decides which dots at its leading edge are new. The coefficients are
+//! fitted by [`crate::fit::trajectories`].
 
 use crate::geometry::{Point, Window};
 use crate::plane::{DotId, Plane};
@@ -74,7 +74,8 @@ impl TrajectoryModel {
         ]
     }
 
-    /// The standard deviation of a dot's place along a slide at its beginning: what the error of position is to the side, too.
+    /// The standard deviation of a dot's place along a slide at its beginning, which the error of position causes there as it does
+    /// sideways.
     pub fn along(self, noise: Noise) -> f64 {
         self.coefficients[0].sqrt() * noise.combined_sigma()
     }
@@ -90,7 +91,7 @@ impl TrajectoryModel {
 
 /// How many places across the normal distribution stand for it.
 const QUANTILES: u32 = 21;
-/// The Fibonacci number before that.
+/// The Fibonacci number preceding [`QUANTILES`].
 const LATTICE: u32 = 13;
 /// Where the lattice begins: from here the two numbers are uncorrelated. From 0 the least of both fall on each other, and they
 /// correlate by 0.16.
@@ -101,8 +102,7 @@ pub fn quantiles() -> impl Iterator<Item = f64> {
     (0..QUANTILES).map(|part| normal_quantile((f64::from(part) + 0.5) / f64::from(QUANTILES)))
 }
 
-/// Two independent numbers of the standard normal distribution, each of which is each of [`quantiles`] once: a Fibonacci
-/// lattice.
+/// Pairs of two independent, standard normal numbers, each of which takes each of [`quantiles`] once: a Fibonacci lattice.
 fn quantile_pairs() -> impl Iterator<Item = [f64; 2]> {
     let quantile = |part: u32| normal_quantile((f64::from(part) + 0.5) / f64::from(QUANTILES));
     (0..QUANTILES).map(move |part| [quantile(part), quantile((part * LATTICE + OFFSET) % QUANTILES)])
@@ -223,7 +223,7 @@ mod tests {
             assert_eq!(slide.to, 2);
             Reliability::fitted(Noise::of_sigma(0.3)).hit(&world, window, 0, slide)
         };
-        // The window is first centred over 3, so its edge is at 8. Its own error and the dot's are 0.5 together.
+        // The window is first centred over 3, so its edge is at 8. Its own error and the dot's combine to 0.5.
         let (far, near) = (hit(12.0), hit(8.1));
         assert!(far == 1.0 && (0.4..0.75).contains(&near), "{far} {near}");
     }

@@ -1,5 +1,5 @@
-//! What the map-maker knows of a plane, for people: the transition matrix and the good landmarks (Park and Kender 1995, 5.1,
-//! table 2). They are of all parkways and trajectories, or of the reliable and the checked ones alone (4.2.3, 4.2.4, 4.6).
+//! What the map-maker knows about a plane, in readable form: the transition matrix and the good landmarks (Park and Kender 1995,
+//! 5.1, table 2). They cover all parkways and trajectories, or only the reliable or the checked ones (4.2.3, 4.2.4, 4.6).
 
 use std::fmt;
 
@@ -9,20 +9,20 @@ use crate::plane::DotId;
 use crate::recovery::Check;
 use crate::transitions::{Transition, Transitions};
 
-/// Which parkways and trajectories count.
+/// The parkways and trajectories that count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Parkways {
-    /// All.
+    /// All of them.
     All,
     /// Those with at least this reliability (4.2.3).
     Reliable(f64),
-    /// Those on which an error is noticed (4.2.4).
+    /// Those on which an error is detected (4.2.4).
     Detectable,
     /// Those on which an error is corrected (4.2.4).
     Recoverable,
 }
 
-/// What an entry of the matrix says.
+/// The quantity in an entry of the matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cost {
     /// The distance from landmark to landmark, in the plane's unit, as in table 2.
@@ -31,7 +31,7 @@ pub enum Cost {
     Unreliability,
 }
 
-/// What is attained from where on a plane.
+/// Which landmarks are attained from which on a plane.
 #[derive(Debug)]
 pub struct Survey<'a> {
     atlas: &'a Atlas,
@@ -39,7 +39,7 @@ pub struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
-    /// Looks at the parkways and trajectories that count.
+    /// Surveys the parkways and trajectories that count.
     pub fn new(atlas: &'a Atlas, parkways: Parkways) -> Result<Self, Error> {
         let transitions = match parkways {
             Parkways::All => atlas.transitions.clone(),
@@ -50,7 +50,7 @@ impl<'a> Survey<'a> {
         Ok(Self { atlas, transitions })
     }
 
-    /// The transition matrix: a row for each landmark of origin, the least cost of each entry.
+    /// The transition matrix: a row for each landmark of origin; each entry is the least cost.
     pub fn matrix(&self, cost: Cost) -> Vec<Vec<Option<f64>>> {
         let Self { atlas, transitions } = self;
         let cost = |from, transition: &Transition| match cost {
@@ -68,7 +68,7 @@ impl<'a> Survey<'a> {
         matrix
     }
 
-    /// The matrix as comma-separated values: the first row and the first column are the numbers of the landmarks.
+    /// The matrix as comma-separated values, with the numbers of the landmarks in the first row and the first column.
     pub fn csv(&self, cost: Cost) -> String {
         let head: String = (0..self.transitions.landmarks()).map(|to| format!(",{to}")).collect();
         let row = |(from, row): (usize, Vec<Option<f64>>)| {
@@ -79,7 +79,7 @@ impl<'a> Survey<'a> {
         format!("from{head}{rows}\n")
     }
 
-    /// The landmarks, each with the number of those from which it is attained; the best first (5.1).
+    /// The landmarks, each with the number of landmarks from which it is attained; the best come first (5.1).
     pub fn best_landmarks(&self) -> Vec<(DotId, u32)> {
         let mut landmarks: Vec<_> = (0..).zip(self.transitions.attained_from()).collect();
         landmarks.sort_by_key(|&(dot, from)| (std::cmp::Reverse(from), dot));
@@ -87,7 +87,7 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// Prints the landmarks, the best first, and what holds them together.
+/// Prints the landmarks, best first, and what connects them.
 impl fmt::Display for Survey<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{:>8} {:>10} {:>10} {:>13}", "LANDMARK", "X", "Y", "ATTAINED FROM")?;
@@ -111,7 +111,7 @@ mod tests {
     use crate::transitions::Kinds;
     use crate::traversal::Noise;
 
-    /// Figure 13 in small: A, B and C see each other; D and E too; a trajectory leads from D and E to C alone.
+    /// Figure 13 in miniature: A, B and C see each other, as do D and E; a trajectory leads only from D and E to C.
     fn atlas() -> Atlas {
         let plane = plane(&[(0.0, 0.0), (6.0, 3.0), (8.0, 9.0), (40.0, 9.0), (47.0, 9.5)]);
         let model = Reliability::fitted(Noise::of_sigma(0.1));

@@ -38,7 +38,7 @@ impl Slide {
         Self { from: self.from + Point::new(-self.along.y, self.along.x) * by, ..self }
     }
 
-    /// The same slide, begun so far ahead.
+    /// The same slide, begun this far ahead.
     pub fn moved_along(self, by: f64) -> Self {
         Self { from: self.from + self.along * by, ..self }
     }
@@ -156,7 +156,7 @@ mod tests {
         assert_eq!(landing.dot, 3);
     }
 
-    /// The camera's error moves the window: what it shows at first by the map it may not show, and the reverse.
+    /// The camera's error moves the window, so it may at first not show what the map says it shows, and vice versa.
     #[test]
     fn a_slide_that_begins_elsewhere_attains_what_lies_at_the_edge_of_its_window() {
         let world = plane(&[(50.0, 50.0), (54.0, 50.0), (56.9, 52.0), (70.0, 50.0)]);

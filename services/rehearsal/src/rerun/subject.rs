@@ -86,7 +86,7 @@ impl Subject {
         }
     }
 
-    /// The invalid messages among what it heard (the world only hears commands), and how long each step took.
+    /// The invalid messages among its inputs (the world receives only commands), and how long each step took.
     pub(super) fn finish(self) -> (Rejections, Vec<Duration>) {
         match self {
             Self::World(_, steps) => (Rejections::default(), steps),

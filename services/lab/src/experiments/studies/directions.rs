@@ -8,11 +8,11 @@ use sketchnav_directions::fit;
 use super::{Drawn, Figure, Size, Study};
 use crate::error::EvalError;
 
-/// Errors of position, millimetres: those of figure 26, and one between them.
+/// Errors of position, millimetres: those of figure 26, and one in between.
 const SIGMAS: [f64; 3] = [1.0, 3.0, 5.0];
 /// Journeys over each world.
 const JOURNEYS: u64 = 5;
-/// Seeds of the fits of equations 1 and 2; the first one's are in use.
+/// Seeds of the fits of equations 1 and 2; the coefficients in use are those of the first one.
 const FITS: [u64; 3] = [1995, 1, 2];
 /// The columns of success and its interval in a table of kinds.
 const SUCCESS: [usize; 3] = [1, 2, 3];

@@ -22,7 +22,7 @@ pub fn page(study: &Study, figures: &[Figure], command: &str) -> String {
     page::document(&format!("{} · sketchnav eval", study.name), &body)
 }
 
-/// A table in words.
+/// A table with its numbers as text.
 pub fn words(table: &Table) -> table::Table {
     let row = |(name, values): &(String, Vec<f64>)| {
         std::iter::once(name.clone()).chain(values.iter().map(|value| number(*value))).collect()
@@ -30,7 +30,7 @@ pub fn words(table: &Table) -> table::Table {
     table::Table { header: table.head.clone(), rows: table.rows.iter().map(row).collect() }
 }
 
-/// With as many digits as say something.
+/// The number with as many digits as are meaningful.
 pub fn number(value: f64) -> String {
     match value.abs() {
         size if value.fract() == 0.0 && size < 1e9 => format!("{value:.0}"),

@@ -5,7 +5,7 @@ use crate::occupancy::Occupancy;
 
 /// Sides of the blocks, in cells; block k of a cell begins there and goes to the right and up.
 pub const BLOCKS: [usize; 4] = [1, 2, 4, 8];
-/// A row of the kernel is drawn by so many cells at once.
+/// Number of cells by which a row of the kernel is drawn at once.
 const TOGETHER: usize = 16;
 
 /// Values of a square of cells: exp(−d² / 2σ²) times 255, d the distance to the nearest occupied cell.
@@ -22,12 +22,12 @@ pub struct Field {
 }
 
 impl Field {
-    /// A field of zeros that is whole up to `half_m` from its middle.
+    /// A field of zeros that is complete up to `half_m` from its middle.
     pub fn new(cell_m: f64, half_m: f64, blur_m: f64) -> Self {
         let blur = blur_m / cell_m;
         let reach = (2.5 * blur).ceil() as usize;
         let width = (2 * reach + 1).next_multiple_of(TOGETHER);
-        // Walls are drawn where the kernel's rows have room, and blocks reach beyond a place.
+        // The margin holds the padded rows of the kernel, and blocks that extend beyond a place.
         let side = 2 * ((half_m / cell_m).ceil() as usize + width + BLOCKS[BLOCKS.len() - 1]);
         let value = |k: usize| {
             let [x, y] = [k % width, k / width].map(|at| at as f64 - reach as f64);
@@ -102,7 +102,7 @@ impl Field {
         (up[0] * below + up[1] * here + up[2] * above) / 255.0
     }
 
-    /// The values of a cell and its eight neighbours, row by row; `None` where one lies beside the field.
+    /// The values of a cell and its eight neighbours, row by row; `None` if one of them lies outside the field.
     #[inline]
     fn around(&self, x: i32, y: i32) -> Option<[[u8; 3]; 3]> {
         let (x, y) = (usize::try_from(x).ok()?.checked_sub(1)?, usize::try_from(y).ok()?.checked_sub(1)?);

@@ -96,7 +96,7 @@ pub(super) fn refine(
         if then > now {
             (pose, now) = (next, then);
         } else {
-            // The same again would lead to the same place.
+            // Repeating the step would lead to the same place.
             in_vain = Some(cells);
         }
     }

@@ -1,4 +1,4 @@
-//! Experiments with journeys: figures 26 and 28 over many worlds, the six kinds counted, and the calibration.
+//! Experiments with journeys: figures 26 and 28 over many worlds, counts of the six kinds, and the calibration.
 
 use sketchnav_schemas::seed::stream;
 use sketchnav_schemas::statistics::wilson;
@@ -76,7 +76,7 @@ impl Setting {
 pub struct Success {
     /// The journeys.
     pub tally: Tally,
-    /// The share of each planned world's journeys that arrived. Journeys over one world are no independent trials.
+    /// The share of journeys that arrived, for each planned world. Journeys over one world are not independent trials.
     pub arrived: Vec<f64>,
     /// Worlds in which isolated landmarks join the start and the goal.
     pub worlds: u32,
@@ -189,8 +189,8 @@ const HEAD: [&str; 12] = [
     "journeys",
 ];
 
-/// A row in percent: of the worlds that have a plan, of the journeys that arrive with Student's interval over the worlds, of the
-/// six kinds.
+/// A row in percent: the share of worlds that have a plan, the share of journeys that arrive, with Student's interval over the
+/// worlds, and the shares of the six kinds.
 fn success_row(table: &mut Table, name: String, result: &Success) {
     let share = |count: u32, of: u32| 100.0 * f64::from(count) / f64::from(of.max(1));
     let (tally, journeys) = (&result.tally, result.tally.journeys());

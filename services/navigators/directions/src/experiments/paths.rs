@@ -1,4 +1,4 @@
-//! Figures 14, 15, 26 and 27, and section 5.3: the costs of paths over many worlds, as ratios that do not depend on the size of a
+//! Figures 14, 15, 26 and 27, and section 5.3: the costs of paths over many worlds, as ratios that do not depend on the scale of a
 //! figure.
 
 use std::ops::Range;
@@ -13,12 +13,12 @@ use crate::reliability::Reliability;
 use crate::transitions::Kinds;
 use crate::traversal::Noise;
 
-/// The error of position of the paper's camera: the root of the mean square of σx and σy (6.1.1), millimetres.
+/// The error of position of the paper's camera: the root mean square of σx and σy (6.1.1), millimetres.
 pub const CAMERA_SIGMA: f64 = 1.3;
 /// How far the window moves on the shortest path of figure 14, millimetres (7.2.2).
 pub const PUBLISHED_WAY: f64 = 444.93;
 
-/// Which dot is the goal.
+/// Which dot is chosen as the goal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
     /// The one whose shortest path is nearest to this length.
@@ -35,7 +35,7 @@ struct World {
 }
 
 impl World {
-    /// A world without errors of the map; none where no path leads anywhere.
+    /// A world without errors of the map; `None` if no path leads anywhere.
     fn new(seed: u64, goal: Goal) -> Result<Option<Self>, Error> {
         let plane = uniform(DOTS, SIDE, seed)?;
         let atlas = Atlas::new(plane, window()?, Kinds::PAPER, Reliability::fitted(Noise::NONE));
@@ -43,7 +43,7 @@ impl World {
         Ok(goal_of(&atlas, start, goal).map(|goal| Self { atlas, start, goal }))
     }
 
-    /// The same world for a map-maker that reckons with errors of position.
+    /// The same world for a map-maker that takes errors of position into account.
     fn with_sigma(&self, sigma: f64) -> Self {
         let atlas = &self.atlas;
         let model = Reliability::fitted(Noise::of_sigma(sigma));
@@ -54,7 +54,7 @@ impl World {
         best(&self.atlas, self.start, self.goal, measure, objective)
     }
 
-    /// The shortest, the most reliable and the D/R path by the way of the window.
+    /// The shortest, the most reliable and the D/R path, measured by the way of the window.
     fn three(&self) -> Result<[Path; 3], Error> {
         let path = |objective| self.path(Measure::Windows, objective);
         Ok([path(Objective::SHORTEST)?, path(Objective::MOST_RELIABLE)?, path(Objective::Ratio)?])
@@ -72,7 +72,7 @@ fn goal_of(atlas: &Atlas, start: Start, goal: Goal) -> Option<DotId> {
     reached.min_by(|a, b| off(a.1).total_cmp(&off(b.1))).map(|(goal, _)| goal)
 }
 
-/// Numbers of many worlds, by what they are.
+/// Numbers from many worlds, by the quantity's name.
 #[derive(Default)]
 struct Samples(Vec<(&'static str, Vec<f64>)>);
 
@@ -85,8 +85,8 @@ impl Samples {
     }
 }
 
-/// What figures 14, 15, 26 and 27 say of one world each, over many: means with Student's intervals, and shares of worlds in
-/// percent with Wilson's.
+/// The quantities of figures 14, 15, 26 and 27, which show one world each, over many worlds: means with Student's intervals, and
+/// shares of worlds in percent with Wilson's.
 pub fn paths(goal: Goal, worlds: Range<u64>) -> Result<Table, Error> {
     let (mut means, mut shares) = (Samples::default(), Samples::default());
     for seed in worlds {
@@ -119,7 +119,7 @@ fn three_costs(world: &World, means: &mut Samples) -> Result<(), Error> {
     Ok(())
 }
 
-/// Figure 26. Of two paths the one is nearer whose D is nearer; where both are as long nothing is said.
+/// Figure 26. Which of two paths is nearer is judged by D; if both have the same D, the world is left out.
 fn accuracies(world: &World, means: &mut Samples, shares: &mut Samples) -> Result<(), Error> {
     let [accurate, inaccurate] = [1.0, 5.0].map(|sigma| world.with_sigma(sigma).three());
     let (accurate, inaccurate) = (accurate?, inaccurate?);
@@ -146,7 +146,7 @@ fn accuracies(world: &World, means: &mut Samples, shares: &mut Samples) -> Resul
     Ok(())
 }
 
-/// Figure 27: the shortest path by landmarks and the shortest one by the window's way.
+/// Figure 27: the shortest path by landmarks and the shortest path by the window's way.
 fn contexts(world: &World, means: &mut Samples, shares: &mut Samples) -> Result<(), Error> {
     let by_landmarks = world.path(Measure::Landmarks, Objective::SHORTEST)?;
     let by_windows = world.path(Measure::Windows, Objective::SHORTEST)?;

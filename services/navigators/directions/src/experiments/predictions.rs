@@ -1,4 +1,4 @@
-//! What equations 1 and 2 predict, against drives: of single transitions, and of whole paths (figure 25).
+//! Predictions of equations 1 and 2 against drives: for single transitions, and for whole paths (figure 25).
 
 use std::ops::Range;
 
@@ -13,12 +13,13 @@ use crate::plan::{Plan, Verify};
 use crate::plane::DotId;
 use crate::transitions::{Kinds, Movement, Transition};
 
-/// Simulations of a transition.
+/// Simulations per transition.
 const TRIALS: u32 = 64;
-/// Journeys by a path.
+/// Journeys per path.
 const JOURNEYS: u64 = 5;
 
-/// What transitions are told apart by: the candidates of a seek, up to this many and more, and trajectories.
+/// Transitions are classified by the number of candidates of a seek, up to this many and more; trajectories are a class of their
+/// own.
 const MOST: u16 = 5;
 const CLASSES: usize = MOST as usize + 1;
 
@@ -38,14 +39,14 @@ fn name(class: usize) -> String {
     }
 }
 
-/// Each transition of many worlds once, by itself: how often equations 1 and 2 say that it attains its target, how often the
-/// simulation of transitions does, and how often it does. Means over worlds, of the drives with Student's interval.
+/// Drives each transition of many worlds once, by itself: how often it attains its target by equations 1 and 2, by the simulation
+/// of transitions, and in the drives. The values are means over worlds, those of the drives with Student's interval.
 pub fn of_transitions(sigmas: &[f64], worlds: Range<u64>) -> Result<Table, Error> {
     let head = ["transition", "equations, %", "simulated, %", "driven, %", "low", "high", "worlds", "drives"];
     let mut table = Table::new("Equations 1 and 2 against drives: transitions", &head);
     for &sigma in sigmas {
         let setting = Setting::of_sigma(sigma)?;
-        // Of each class: the means of each world, and the drives of all.
+        // For each class: the means of each world, and the number of all drives.
         let mut classes: [([Vec<f64>; 3], f64); CLASSES] = Default::default();
         for seed in worlds.clone() {
             let Some(world) = World::new(seed, &setting, Kinds::PAPER)? else { continue };
@@ -67,7 +68,8 @@ pub fn of_transitions(sigmas: &[f64], worlds: Range<u64>) -> Result<Table, Error
     Ok(table)
 }
 
-/// Of each class of transitions of a world: what the equations say of each, what the simulation does, what happened.
+/// For each class of a world's transitions: the predictions of the equations, those of the simulation, and the outcomes of the
+/// drives.
 fn transitions(world: &World, setting: &Setting, seed: u64) -> Result<[[Vec<f64>; 3]; CLASSES], Error> {
     let mut classes: [[Vec<f64>; 3]; CLASSES] = Default::default();
     let (atlas, pilot) = (&world.atlas, setting.pilot());
@@ -81,7 +83,7 @@ fn transitions(world: &World, setting: &Setting, seed: u64) -> Result<[[Vec<f64>
     Ok(classes)
 }
 
-/// A transition as a path.
+/// A path that consists of one transition.
 fn alone(atlas: &Atlas, from: DotId, number: u32, transition: Transition) -> Result<Path, Error> {
     let distance = atlas.window_distance(from, &transition, None);
     let unreliability = f64::from(atlas.unreliability[number as usize]);
@@ -89,9 +91,9 @@ fn alone(atlas: &Atlas, from: DotId, number: u32, transition: Transition) -> Res
     Ok(Path { start: Start::over(&atlas.plane, from)?, legs: vec![leg], distance, unreliability })
 }
 
-/// Whole paths, on random planes or, as in figure 25, through a wall of clutter. For each of three: its length, the share of its
-/// landmarks that have more than three candidates, how often equations 1 and 2 say that it arrives, and how often it does. Means
-/// over worlds, of the drives with Student's interval.
+/// Drives whole paths, on random planes or, as in figure 25, through a wall of clutter. For each of three paths: its length, the
+/// share of its landmarks that have more than three candidates, how often it arrives according to equations 1 and 2, and how often
+/// in the drives. The values are means over worlds, those of the drives with Student's interval.
 pub fn of_paths(sigmas: &[f64], is_walled: bool, worlds: Range<u64>) -> Result<Table, Error> {
     let title = if is_walled {
         "Figure 25: from one side of a cluttered wall to the other"
@@ -116,7 +118,8 @@ pub fn of_paths(sigmas: &[f64], is_walled: bool, worlds: Range<u64>) -> Result<T
     Ok(table)
 }
 
-/// Of each world: the path's length, its cluttered landmarks, what the equations say, what was driven; shares in percent.
+/// For each world: the path's length, its cluttered landmarks, the equations' prediction, the outcome of the drives; shares in
+/// percent.
 fn driven(
     objective: Objective,
     setting: &Setting,

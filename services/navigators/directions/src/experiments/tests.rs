@@ -51,7 +51,7 @@ fn value(table: &Table, name: &str) -> f64 {
     table.rows.iter().find(|(row, _)| row.contains(name)).unwrap_or_else(|| panic!("{name}: {table}")).1[0]
 }
 
-/// Figures 14 and 15: the costs are in order. Section 5.3: time is often least where the distance is.
+/// Figures 14 and 15: the costs are in order. Section 5.3: the shortest path is often the quickest.
 #[test]
 fn costs_are_in_order() {
     let table = paths(Goal::At(PUBLISHED_WAY), 0..8).unwrap();
@@ -99,8 +99,8 @@ fn the_most_reliable_path_avoids_clutter() {
     assert!(shortest.1[0] < sure.1[0] && shortest.1[1] > 1.5 * sure.1[1], "{table}");
 }
 
-/// Equation 1 let no dot cross the edge of the window: of the seeks with two candidates at 3 mm it said that all attain their
-/// target, and of the shortest paths through clutter that 65 % arrive, where 21 % did.
+/// Equation 1 used to let no dot cross the edge of the window. It predicted that all seeks with two candidates at 3 mm attain their
+/// target, and that 65 % of the shortest paths through clutter arrive, while 21 % did.
 #[test]
 fn equations_1_and_2_predict_what_is_driven() {
     let transitions = of_transitions(&[3.0], 0..4).unwrap();

@@ -63,8 +63,8 @@ pub fn components(populations: &[usize], worlds: u64, seed: u64) -> Result<Table
     Ok(table)
 }
 
-/// Figure 21: how often the isolated landmark is identified right: in simulated views with dots that cross no edge of the window and
-/// with dots that do, and by equation 1.
+/// Figure 21: how often the isolated landmark is identified correctly: in simulated views in which no dot crosses an edge of the
+/// window, in views in which dots do, and by equation 1.
 pub fn reliability(effort: Effort, seed: u64) -> Result<Table, Error> {
     let title = "Figure 21: reliability of isolated landmarks (sigma in windows)";
     let mut table =
@@ -79,11 +79,11 @@ pub fn reliability(effort: Effort, seed: u64) -> Result<Table, Error> {
     Ok(table)
 }
 
-/// A fit's coefficients, and its root mean square and largest residual.
+/// A fit's coefficients, and the root mean square and the maximum of its residuals.
 type Fit = ([f64; 4], [f64; 2]);
 
-/// The fits of equations 1 and 2 by several seeds: the coefficients that are in use, the least and the greatest of all fits; and the
-/// residuals of the first fit, of equation 1 as probabilities, of equation 2 as shares of a variance.
+/// The fits of equations 1 and 2 with several seeds: the coefficients in use, the least and the greatest of all fits; and the
+/// residuals of the first fit, as probabilities for equation 1 and as shares of a variance for equation 2.
 pub fn fits(effort: Effort, seeds: &[u64]) -> Result<Table, Error> {
     let head = ["coefficient", "in use", "least", "greatest", "fits"];
     let mut table = Table::new("Equations 1 and 2, fitted", &head);

@@ -71,7 +71,7 @@ pub enum Method {
     /// The number of views by which the navigator decides.
     #[serde(rename = "fewest-views")]
     FewestViews,
-    /// The time.
+    /// The time of the journey.
     #[serde(rename = "quickest")]
     Quickest,
     /// The product of reliabilities.
@@ -83,7 +83,7 @@ pub enum Method {
 }
 
 impl Method {
-    /// What the search minimises, for a navigator with these settings; none for simulation.
+    /// What the search minimises, for a navigator with these settings; `None` for simulation.
     pub fn objective(self, settings: &Settings) -> Option<Objective> {
         match self {
             Self::Arrival => None,

@@ -72,7 +72,7 @@ pub fn make(run: &RunConfig, files: &Files<'_>) -> Result<Made, DirectionsError>
     }
 }
 
-/// What the map-maker knows of the plane of a run; none where somebody has written the map.
+/// What the map-maker knows about the plane of a run; `None` if the map was written by hand.
 ///
 /// # Errors
 /// [`DirectionsError`] with the file or the key.

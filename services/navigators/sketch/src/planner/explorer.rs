@@ -44,7 +44,7 @@ const SAMPLES: usize = 220;
 const WORK: usize = 600_000;
 /// Most pieces of a seen outline.
 const MOST_PIECES: usize = 900;
-/// The robot stands at most so far from what is free in its map, metres.
+/// The robot is at most this far from the free part of its map, metres.
 const OFF_FREE_M: f64 = 0.6;
 /// Most places of gaps that are shut.
 const MOST_SHUT: usize = 4096;
@@ -181,7 +181,7 @@ pub struct Explorer {
     mapping: sketchnav_mapping::Parameters,
     mapper: Mapper,
     survey: Survey,
-    /// Whether that shows the map as it is.
+    /// Whether `survey` shows the current map.
     is_surveyed: bool,
     judge: floor::Judge,
     paper: Option<Paper>,
@@ -295,7 +295,7 @@ impl Explorer {
         (self.exploration.rival, self.exploration.doubt, self.exploration.settled) = (None, None, None);
         self.exploration.looked_at.clear();
         self.exploration.denied.clear();
-        // It is weighed when outlines are aligned: among rooms they never are.
+        // The goal is weighed when outlines are aligned, which never happens in rooms.
         self.shares.clear();
     }
 
@@ -311,7 +311,7 @@ impl Explorer {
     /// Takes a step: `left_s` seconds are left for the task.
     pub fn step(&mut self, left_s: f64) -> Advice {
         if !std::mem::replace(&mut self.exploration.has_looked, true) {
-            // What takes long is done in a step that computes nothing else.
+            // Slow work is done in a step that computes nothing else.
             self.weigh_goal();
             return Advice::Look;
         }
@@ -397,7 +397,7 @@ impl Explorer {
         [pose.x, pose.y]
     }
 
-    /// Looks at the map as it is, unless it has been looked at since it changed.
+    /// Surveys the map unless it has been surveyed since its last change.
     fn take_survey(&mut self) {
         if !std::mem::replace(&mut self.is_surveyed, true) {
             self.survey.take(self.mapper.map(), self.place(), OFF_FREE_M);

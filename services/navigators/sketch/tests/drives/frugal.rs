@@ -12,7 +12,7 @@ use crate::support::*;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// The host has room for what is sent before the first step.
+/// Makes the host reserve room for what is sent before the first step.
 fn make_room(drive: &mut Drive) {
     for spec in channels::written_by(Process::Planner, "sketch") {
         let put = Put { spec, cells: 0, is_repeated: true, fill: &mut |_, _| {} };
@@ -52,7 +52,7 @@ fn a_step_allocates_nothing() {
     assert!(steps > 200);
 }
 
-/// Among rooms the map goes on growing, the floor is judged again and again, and the next task begins.
+/// In rooms the map keeps growing, the floor is judged again and again, and the next task begins.
 #[test]
 fn a_step_among_rooms_allocates_nothing_either() {
     let scene = Scene::faithful(exploring::rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);

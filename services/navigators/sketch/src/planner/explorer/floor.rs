@@ -10,7 +10,7 @@ const DOORS_M: [f64; 3] = [0.9, 1.2, 1.5];
 /// Cells are at least so long, metres.
 const CELL_M: f64 = 0.1;
 
-/// Judges floors; has the memory that it takes.
+/// Judges floors; owns the working memory.
 #[derive(Debug, Default)]
 pub struct Judge {
     coarse: Region,
@@ -18,19 +18,19 @@ pub struct Judge {
     waiting: Vec<usize>,
 }
 
-/// Room for parts of the floor that wait to be looked at.
+/// Room for the parts of the floor that are still to be visited.
 const WAITING: usize = 1 << 14;
 
 impl Judge {
-    /// For maps of up to so many cells of `cell_m` along a side: to judge them allocates nothing.
+    /// For maps with up to this many cells of `cell_m` along a side: judging them allocates nothing.
     pub fn for_maps(side: usize, cell_m: f64) -> Self {
         let side = side / times(cell_m);
         let region = || Region::with_room(side, side);
         Self { coarse: region(), left: region(), waiting: Vec::with_capacity(WAITING) }
     }
 
-    /// The share of the largest part of what is `free`, for the width that leaves it the least; 1 where nothing is left at all.
-    /// Each part counts by what of it is farther than half that width from walls.
+    /// The share of the largest part of `free`, for the width at which this is least; 1 if nothing is left at all. Only the area of
+    /// a part that is farther than half that width from walls counts.
     pub fn open_share(&mut self, free: &Region, cell_m: f64) -> f64 {
         let times = times(cell_m);
         free.coarsen(times, &mut self.coarse);
@@ -47,7 +47,7 @@ impl Judge {
     }
 }
 
-/// How many cells of `cell_m` are judged as one.
+/// How many cells of `cell_m` along a side are judged as one.
 fn times(cell_m: f64) -> usize {
     ((CELL_M / cell_m).round() as usize).max(1)
 }

@@ -42,7 +42,7 @@ pub struct PathGrid {
 }
 
 impl PathGrid {
-    /// Of what of a map is free around the robot. Its middle keeps `clearance_m` from what is occupied.
+    /// A grid of the part of a map that is free around the robot. The robot's middle keeps `clearance_m` from occupied cells.
     pub fn new(survey: &Survey, clearance_m: f64) -> Self {
         let grid = survey.grid();
         let (stride, rows) = (grid.width().div_ceil(COARSE) + 2, grid.height().div_ceil(COARSE) + 2);
@@ -145,7 +145,7 @@ impl PathGrid {
             let mut best = (None, f64::INFINITY);
             for cell in (0..self.kinds.len()).filter(|cell| reach.costs()[*cell].is_finite()) {
                 let off_m = super::distance(self.middle(cell), target);
-                // Few are nearer than the best so far: what takes long is asked last.
+                // Few are nearer than the best so far, so the slow check comes last.
                 if off_m < best.1 && among(cell) {
                     best = (Some(cell), off_m);
                 }

@@ -5,6 +5,7 @@
 //! time: a condition is polled, or the end of a process awaited. The limits only keep a test from hanging for ever.
 pub mod arms;
 pub mod browser;
+pub mod building;
 pub mod page;
 pub mod pages;
 pub mod room;

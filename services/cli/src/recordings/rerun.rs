@@ -140,7 +140,7 @@ fn print(outcome: &Rerun, options: &RerunOptions) -> anyhow::Result<()> {
     let milliseconds = |time: std::time::Duration| time.as_secs_f64() * 1e3;
     let StepTimes { count, mean, within_99, longest } = outcome.steps;
     out!(
-        "{count} steps: {:.2} ms in the mean, 99 % within {:.2} ms, the longest {:.2} ms",
+        "{count} steps: {:.2} ms on average, 99 % within {:.2} ms, the longest {:.2} ms",
         milliseconds(mean),
         milliseconds(within_99),
         milliseconds(longest),

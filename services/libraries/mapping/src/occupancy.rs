@@ -41,7 +41,7 @@ pub struct Occupancy {
     max_tiles: usize,
     /// The tile of each place in the map.
     slots: Vec<u16>,
-    #[serde(with = "bytes")]
+    #[serde(with = "serde_bytes")]
     levels: Vec<u8>,
     /// The signs of each row of each tile, derived from its levels.
     #[serde(skip)]
@@ -300,36 +300,6 @@ impl Drop for Entering<'_> {
         for &index in self.touched.iter() {
             self.map.levels[index as usize] &= !TOUCHED;
         }
-    }
-}
-
-/// Serialises bytes as one block, for checkpoints.
-mod bytes {
-    use std::fmt;
-
-    use serde::de::{Deserializer, Error, Visitor};
-    use serde::ser::Serializer;
-
-    pub fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_bytes(bytes)
-    }
-
-    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
-        struct Bytes;
-
-        impl Visitor<'_> for Bytes {
-            type Value = Vec<u8>;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("bytes")
-            }
-
-            fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<u8>, E> {
-                Ok(bytes.to_vec())
-            }
-        }
-
-        deserializer.deserialize_byte_buf(Bytes)
     }
 }
 

@@ -45,9 +45,9 @@ fn main() -> anyhow::Result<()> {
     let readings = readings.context("expected how many readings of the odometry come with a scan")?.max(1);
     let period = Duration::from_secs_f64(1.0 / laser.rate_hz) / readings;
     // If a driver has died, this one continues its numbers, its clock and its odometry.
-    scans.resume_behind_history();
-    odometry.resume_behind_history();
-    ticks.resume_behind_history();
+    scans.resume_after_history();
+    odometry.resume_after_history();
+    ticks.resume_after_history();
     let last = odometry.last_sent();
     let clock = last.map_or(Duration::ZERO, |last| Duration::from_nanos(last.header.stamp_ns) + period);
     let pose = last.map_or(Pose::new(0.0, 0.0, 0.0), |last| last.pose());

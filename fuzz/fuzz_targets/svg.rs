@@ -7,8 +7,9 @@ use sketchnav_sketch::reading::{Options, read};
 fuzz_target!(|styles: [String; 3]| {
     let [sheet, style, stroke] = styles.map(|text| escaped(&text));
     let svg = format!(
-        "<svg xmlns='http://www.w3.org/2000/svg' width='64' height='64'><style>{sheet}</style>\
-        <g style='{style}'><path d='M9 9H50V50H9z' fill='none' stroke='{stroke}'/></g></svg>"
+        "<svg xmlns='http://www.w3.org/2000/svg' width='64' height='64'><style>{sheet}</style><linearGradient id='g'/>\
+        <clipPath id='c' clipPathUnits='objectBoundingBox'><rect width='1' height='1'/></clipPath>\
+        <g style='{style}'><path id='p' d='M9 9H50V50H9z' fill='none' stroke='{stroke}'/></g><use href='#p' x='3'/></svg>"
     );
     let first = read(svg.as_bytes(), "fuzz.svg", &Options::default());
     assert!(first == read(svg.as_bytes(), "fuzz.svg", &Options::default()), "two readings differ");

@@ -1,4 +1,4 @@
-"""What lies where in each message. Generated from the layout table (schemas/src/python.rs); not to be edited."""
+"""The layout of each message. Generated from the layout table (schemas/src/python.rs); not to be edited."""
 
 import numpy as np
 

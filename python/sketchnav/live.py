@@ -46,7 +46,7 @@ class ForeignRoot(Exception):
 def _root():
     """The folder of all systems, which this user alone may enter; None where there is none yet."""
     runtime = os.environ.get("XDG_RUNTIME_DIR")
-    path = pathlib.Path(runtime) / "sketchnav" if runtime else pathlib.Path(f"/tmp/sketchnav-{os.getuid()}")
+    path = pathlib.Path(runtime) / "sketchnav" if runtime else pathlib.Path(f"/dev/shm/sketchnav-{os.getuid()}")
     try:
         found = os.lstat(path)
     except FileNotFoundError:

@@ -42,13 +42,13 @@ pub enum DynamicError {
         kind: String,
     },
     /// Types contain each other without end.
-    #[error("{kind}: expected a type that ends, found one within itself")]
+    #[error("{kind}: the type contains itself")]
     Endless {
         /// The type.
         kind: String,
     },
     /// Characters of this type are not read.
-    #[error("expected a type that is read here, found {kind}")]
+    #[error("type not supported: {kind}")]
     NotRead {
         /// The type.
         kind: String,
@@ -81,6 +81,14 @@ pub enum DynamicError {
     },
 }
 
+impl DynamicError {
+    /// Whether the message alone is at fault, and not the definition that others of its topic have, too.
+    pub fn is_one_message(&self) -> bool {
+        use DynamicError::{Encapsulation, Json, Short, Surplus};
+        matches!(self, Encapsulation { .. } | Short { .. } | Surplus { .. } | Json { .. })
+    }
+}
+
 /// Reads messages of any topic; remembers their definitions.
 #[derive(Debug, Default)]
 pub struct Decoder {
@@ -109,7 +117,7 @@ impl Decoder {
             Form::Json => json(&message.cdr).map_err(wrong),
             Form::Ros2 => {
                 let types = self.types(topic).as_ref().map_err(|error| wrong(error.clone()))?;
-                cdr::decode(&message.cdr, types).map_err(wrong)
+                cdr::decode(&message.cdr, types).map_err(|why| wrong(undefined(why, topic)))
             }
             form => {
                 let (topic, found) = (topic.name.clone(), form.words(topic));
@@ -125,6 +133,16 @@ impl Decoder {
         }
         let known = || Known { topic: Arc::clone(topic), types: Types::of(&topic.schema) };
         &self.known.entry(topic.name.clone()).or_insert_with(known).types
+    }
+}
+
+/// Recorders that have not found a definition leave it empty, which is one of a message without fields.
+fn undefined(why: DynamicError, topic: &Topic) -> DynamicError {
+    match why {
+        DynamicError::Surplus { .. } if topic.schema.data.trim_ascii().is_empty() => {
+            DynamicError::Undefined { kind: topic.ros2_type.clone() }
+        }
+        why => why,
     }
 }
 

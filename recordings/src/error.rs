@@ -7,6 +7,7 @@ use sketchnav_schemas::ros2::Ros2Error;
 use crate::dynamic::DynamicError;
 use crate::foreign::{Foreign, OF_ANY_MCAP, OF_ROS2};
 use crate::records::Damage;
+use crate::writer::LIBRARY;
 
 /// What can be wrong with a recording.
 #[derive(Debug, thiserror::Error)]
@@ -54,7 +55,7 @@ pub enum RecordingError {
         library: String,
     },
     /// The messages of a topic are in a form that is not read here.
-    #[error("{topic}: expected messages of ROS 2 in CDR, found {found}; {OF_ANY_MCAP} take them; {way_on}")]
+    #[error("{topic}: expected messages of ROS 2 in CDR, found {found}; {OF_ANY_MCAP} accept them; {way_on}")]
     Form {
         /// The topic.
         topic: String,
@@ -142,8 +143,8 @@ fn cause(error: &mcap::McapError) -> String {
 }
 
 fn written_by(library: &str) -> String {
-    // Our copy of a recording by other software does not name that software.
-    if library.is_empty() || library.starts_with("sketchnav") {
+    // A copy of ours of what others wrote says nothing of them.
+    if library.is_empty() || library.starts_with(LIBRARY) {
         String::new()
     } else {
         format!(" (written by {library})")
@@ -153,6 +154,9 @@ fn written_by(library: &str) -> String {
 impl RecordingError {
     /// Whether only a single message was refused and the recording continues.
     pub fn is_one_message(&self) -> bool {
-        matches!(self, Self::Message { .. } | Self::NotRecorded { .. })
+        match self {
+            Self::Dynamic { source, .. } => source.is_one_message(),
+            _ => matches!(self, Self::Message { .. } | Self::NotRecorded { .. }),
+        }
     }
 }

@@ -38,6 +38,8 @@ pub enum Foreign {
     BagMetadata,
     /// A laser log of CARMEN.
     Carmen,
+    /// What Git has in the place of a file that it keeps elsewhere.
+    LfsPointer,
     /// Any other text.
     Text,
     /// Anything else.
@@ -81,6 +83,7 @@ impl Foreign {
         }
         let is_of_carmen = |line: &str| CARMEN_WORDS.iter().any(|word| line.starts_with(word));
         match text {
+            _ if text.starts_with("version https://git-lfs.github.com/spec/") => Self::LfsPointer,
             _ if text.contains("rosbag2_bagfile_information") => Self::BagMetadata,
             _ if text.lines().any(is_of_carmen) => Self::Carmen,
             _ => Self::Text,
@@ -106,9 +109,10 @@ impl fmt::Display for Foreign {
             Self::Bzip2 => "a file compressed by bzip2; unpack it first: `bunzip2 FILE`",
             Self::Xz => "a file compressed by xz; unpack it first: `unxz FILE`",
             Self::Zip => "a ZIP archive; unpack it first: `unzip FILE`",
-            Self::ULog => "a log of PX4 (ULog), which is no recording of ROS 2",
+            Self::ULog => "a log of PX4 (ULog), which is not a ROS 2 recording",
             Self::BagMetadata => "the metadata of a folder of rosbag2; give the folder instead",
             Self::Carmen => "a laser log of CARMEN; `sketchnav import` makes a recording of it",
+            Self::LfsPointer => "a pointer of Git LFS in the place of the file; `git lfs pull` fetches it",
             Self::Text => "text: it does not begin with the magic bytes of MCAP",
             Self::Unknown => "other bytes: it does not begin with the magic bytes of MCAP",
         })
@@ -169,7 +173,7 @@ mod tests {
 
     #[test]
     fn a_file_is_recognised_by_how_it_begins() {
-        let cases: [(&[u8], Foreign, &str); 14] = [
+        let cases: [(&[u8], Foreign, &str); 15] = [
             (b"SQLite format 3\0\x10\0", Foreign::Sqlite, "ros2 bag convert"),
             (b"#ROSBAG V2.0\n", Foreign::RosBag1, "rosbags-convert"),
             (b"\x28\xb5\x2f\xfd\x04", Foreign::Zstd, "zstd -d"),
@@ -180,6 +184,11 @@ mod tests {
             (b"PK\x03\x04", Foreign::Zip, "unzip"),
             (b"ULog\x01\x12\x35", Foreign::ULog, "PX4"),
             (b"rosbag2_bagfile_information:\n  version: 9\n", Foreign::BagMetadata, "give the folder"),
+            (
+                b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n",
+                Foreign::LfsPointer,
+                "git lfs pull",
+            ),
             (b"# a log\nFLASER 3 1.0 1.0 1.0 0 0 0\n", Foreign::Carmen, "sketchnav import"),
             (b"hello", Foreign::Text, "text"),
             // A character of two bytes that is cut.

@@ -5,7 +5,7 @@ use std::io::Write;
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{self, ODOMETRY, SCAN, TICK, TRUTH};
-use sketchnav_schemas::message::{GroundTruth, Header, LaserScan, Odometry, PoseM, Tick, Twist};
+use sketchnav_schemas::message::{GroundTruth, Header, LaserScan, Message, Odometry, PoseM, Tick, Twist};
 use sketchnav_schemas::time::nanoseconds;
 
 use crate::carmen::{CarmenError, CarmenScan, Entry, Fault, LeftOut, Shapes};
@@ -14,6 +14,8 @@ use crate::writer::Writer;
 
 /// How many omissions are kept with their line; the rest is only counted.
 const MAX_NAMED: usize = 1000;
+/// What is no farther away is the laser itself: lasers say 0 where they have no reading.
+const NEAREST_M: f32 = 0.01;
 /// Latest stamp of a recorded message, seconds.
 const MAX_STAMP_S: f64 = i32::MAX as f64;
 
@@ -43,6 +45,10 @@ pub struct Imported {
     pub unreadable: Vec<(u64, usize)>,
     /// How often the log's clock goes back. Such scans follow the one before by a nanosecond.
     pub clock_goes_back: u64,
+    /// How often it stands still, with the same consequence.
+    pub clock_stands: u64,
+    /// Scans without a single distance that is shorter than the maximum range.
+    pub blind: u64,
 }
 
 /// Why a log cannot be imported.
@@ -58,7 +64,7 @@ pub enum ImportError {
     #[error("line {0}")]
     LeftOut(LeftOut),
     /// Readings that would be left out although nothing may be.
-    #[error("line {line}: expected distances in metres, found {count} readings that are none")]
+    #[error("line {line}: expected distances in metres, found {count} readings that are not distances")]
     Readings {
         /// The line.
         line: u64,
@@ -114,14 +120,21 @@ pub fn import<W: Write>(
         };
         match clock.stamp_ns(scan.time_s) {
             Ok(stamp_ns) => {
-                imported.count(&scan, rules)?;
-                let seq = imported.scans;
-                put(&scan, Header { seq, stamp_ns, source_seq: seq }, rules, writer)?;
+                let seq = imported.scans + 1;
+                let messages = Messages::of(&scan, Header { seq, stamp_ns, source_seq: seq }, rules);
+                match messages.check() {
+                    Ok(()) => {
+                        imported.count(&scan, rules)?;
+                        imported.blind += u64::from(messages.is_blind());
+                        messages.put(writer)?;
+                    }
+                    Err(why) => imported.leave_out(LeftOut { line: scan.line, why }, rules)?,
+                }
             }
             Err(why) => imported.leave_out(LeftOut { line: scan.line, why }, rules)?,
         }
     }
-    imported.clock_goes_back = clock.goes_back;
+    (imported.clock_goes_back, imported.clock_stands) = (clock.goes_back, clock.stands);
     Ok(imported)
 }
 
@@ -132,6 +145,7 @@ struct Clock {
     last_s: Option<f64>,
     last_ns: Option<u64>,
     goes_back: u64,
+    stands: u64,
 }
 
 impl Clock {
@@ -140,7 +154,9 @@ impl Clock {
         if since_s > MAX_STAMP_S {
             return Err(Fault::Time { since_s });
         }
-        self.goes_back += u64::from(self.last_s.replace(time_s).is_some_and(|last_s| time_s < last_s));
+        let last_s = self.last_s.replace(time_s);
+        self.goes_back += u64::from(last_s.is_some_and(|last_s| time_s < last_s));
+        self.stands += u64::from(last_s == Some(time_s));
         let ns = nanoseconds(since_s);
         let stamp_ns = self.last_ns.map_or(ns, |last| ns.max(last + 1));
         self.last_ns = Some(stamp_ns);
@@ -148,19 +164,44 @@ impl Clock {
     }
 }
 
-fn put<W: Write>(
-    scan: &CarmenScan,
-    header: Header,
-    rules: &Rules,
-    writer: &mut Writer<W>,
-) -> Result<(), RecordingError> {
-    let twist = Twist::zeroed();
-    if let Some(reference) = &scan.reference {
-        writer.write(TRUTH, &GroundTruth { header, pose: PoseM::new(reference), twist }, &[])?;
+/// What is recorded of a scan.
+struct Messages {
+    truth: Option<GroundTruth>,
+    odometry: Odometry,
+    scan: Box<LaserScan>,
+    tick: Tick,
+}
+
+impl Messages {
+    fn of(scan: &CarmenScan, header: Header, rules: &Rules) -> Self {
+        let twist = Twist::zeroed();
+        let truth = |pose| GroundTruth { header, pose: PoseM::new(pose), twist };
+        Self {
+            truth: scan.reference.as_ref().map(truth),
+            odometry: Odometry { header, pose: PoseM::new(&scan.odometry), twist },
+            scan: Box::new(message(scan, header, rules)),
+            tick: tick(header),
+        }
     }
-    writer.write(ODOMETRY, &Odometry { header, pose: PoseM::new(&scan.odometry), twist }, &[])?;
-    writer.write(SCAN, &message(scan, header, rules), &[])?;
-    writer.write(TICK, &tick(header), &[]).map(drop)
+
+    /// What readers reject is not recorded: nothing would be localized by it.
+    fn check(&self) -> Result<(), Fault> {
+        self.odometry.check().and_then(|()| self.scan.check()).map_err(Fault::Invalid)
+    }
+
+    fn is_blind(&self) -> bool {
+        let found = self.scan.ranges_m.iter().take(self.scan.beam_count as usize);
+        !found.into_iter().any(|range| range.is_finite() && *range > NEAREST_M)
+    }
+
+    fn put<W: Write>(&self, writer: &mut Writer<W>) -> Result<(), RecordingError> {
+        if let Some(truth) = &self.truth {
+            writer.write(TRUTH, truth, &[])?;
+        }
+        writer.write(ODOMETRY, &self.odometry, &[])?;
+        writer.write(SCAN, &*self.scan, &[])?;
+        writer.write(TICK, &self.tick, &[]).map(drop)
+    }
 }
 
 /// Each scan states the directions of its own beams.
@@ -196,7 +237,6 @@ pub const LOG_SYSTEM: &str = "log";
 #[cfg(test)]
 mod tests {
     use sketchnav_schemas::geometry::Pose;
-    use sketchnav_schemas::message::Message;
 
     use super::*;
     use crate::carmen::Beams;
@@ -233,7 +273,25 @@ mod tests {
         assert_eq!((message.range_max_m, message.ranges_m[1]), (1.5, f32::INFINITY));
     }
 
-    /// A single garbled time once spoiled the stamps of everything after it.
+    /// A scan with a maximum range of next to nothing, and with an odometry beyond all bounds, was recorded. The localizer rejected
+    /// it, and nobody was told.
+    #[test]
+    fn what_every_reader_would_reject_is_left_out_with_the_reason() {
+        let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };
+        let whole = scan(1, vec![2.0; 3]);
+        let why =
+            |scan: &CarmenScan| Messages::of(scan, header, &RULES).check().map_err(|why| why.to_string());
+        assert_eq!(why(&whole), Ok(()));
+        let blind = CarmenScan { range_max_m: Some(0.0), ..whole.clone() };
+        assert_eq!(
+            why(&blind).unwrap_err(),
+            "expected a scan with odometry that readers accept; range_max_m: expected a length above range_min_m, found 0"
+        );
+        let far = CarmenScan { odometry: Pose::new(2e7, 0.0, 0.0), ..whole };
+        assert!(why(&far).unwrap_err().contains("pose: expected a number within ±1e7, found 20000000"));
+    }
+
+    /// One garbled time made stamps of all that followed it.
     #[test]
     fn stamps_rise_whatever_the_clock_says() {
         let mut clock = Clock::default();
@@ -245,7 +303,19 @@ mod tests {
             "{far}"
         );
         assert_eq!([stamp(99.0), stamp(101.0)], [Ok(500_000_001), Ok(1_000_000_000)]);
-        assert_eq!(clock.goes_back, 1);
+        assert_eq!((clock.goes_back, clock.stands), (1, 0));
+        clock.stamp_ns(101.0).unwrap();
+        assert_eq!((clock.goes_back, clock.stands), (1, 1));
+    }
+
+    /// In a log in millimetres nothing was near enough to be seen, and nobody was told.
+    #[test]
+    fn a_scan_without_a_distance_is_blind() {
+        let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };
+        let is_blind =
+            |ranges_m: &[f32]| Messages::of(&scan(1, ranges_m.to_vec()), header, &RULES).is_blind();
+        assert!(is_blind(&[2500.0, 79.0, f32::INFINITY, f32::NAN, 0.0]));
+        assert!(!is_blind(&[2500.0, 2.5]));
     }
 
     #[test]
@@ -262,6 +332,6 @@ mod tests {
         imported.count(&spoilt, &RULES).unwrap();
         assert_eq!((imported.left_out_readings, imported.unreadable.as_slice()), (2, &[(9, 2)][..]));
         let error = imported.count(&spoilt, &STRICT).unwrap_err().to_string();
-        assert_eq!(error, "line 9: expected distances in metres, found 2 readings that are none");
+        assert_eq!(error, "line 9: expected distances in metres, found 2 readings that are not distances");
     }
 }

@@ -3,7 +3,7 @@
 //! For a recording that its writer finished, this comes from the summary alone, however long the recording is; for any other,
 //! from all its messages.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use serde::Serialize;
@@ -18,7 +18,7 @@ use crate::foreign::{Form, OF_ANY_MCAP, OF_ROS2};
 use crate::index::Index;
 use crate::reader::{Part, RawMessage, Recording, Topic};
 use crate::sequence::{Gap, Sequence};
-use crate::writer::{RECORDER_METADATA, RESTARTS_METADATA, RUN_METADATA, TOPICS_METADATA};
+use crate::writer::{LIBRARY, RECORDER_METADATA, RESTARTS_METADATA, RUN_METADATA, TOPICS_METADATA};
 
 /// What is in a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -121,8 +121,13 @@ pub fn info_of_messages(path: &Path) -> Result<Info, RecordingError> {
     tally.finish(&recording)
 }
 
-/// From the summary; `None` if that does not say enough.
+/// Out of the summary; `None` where it does not say enough, or where another tool has copied what it says of the messages, and
+/// maybe not the messages.
 fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
+    let recording = Recording::open(path)?;
+    if !recording.header().library.starts_with(LIBRARY) {
+        return Ok(None);
+    }
     let Some(index) = Index::of_summary(path)? else { return Ok(None) };
     let Some(statistics) = &index.statistics else { return Ok(None) };
     let Some(told) = index.metadata(path, TOPICS_METADATA)? else { return Ok(None) };
@@ -143,7 +148,7 @@ fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
     let attachments = index.attachments.into_iter();
     tally.attachments =
         attachments.map(|file| AttachmentInfo { name: file.name, bytes: file.bytes }).collect();
-    tally.finish(&Recording::open(path)?).map(Some)
+    tally.finish(&recording).map(Some)
 }
 
 fn duration_s(topics: &[TopicInfo]) -> f64 {
@@ -169,13 +174,22 @@ fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>
     if damaged > 0 {
         notes.push(format!("damaged: {damaged} of them, which do not unpack; copies leave them out"));
     }
-    for topic in recording.topics()? {
-        let form = Form::of(&topic);
+    let topics = recording.topics()?;
+    let mut types: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for topic in &topics {
+        types.entry(&topic.name).or_default().insert(&topic.ros2_type);
+    }
+    for (name, types) in types.iter().filter(|(_, types)| types.len() > 1) {
+        let types: Vec<_> = types.iter().copied().collect();
+        notes.push(format!("{name}: messages of {} types: {}", types.len(), types.join(", ")));
+    }
+    for topic in &topics {
+        let form = Form::of(topic);
         if form != Form::Ros2 {
-            let (name, words, way_on) = (&topic.name, form.words(&topic), form.way_on());
+            let (name, words, way_on) = (&topic.name, form.words(topic), form.way_on());
             let echo = if form == Form::Json { "; echo prints them" } else { "" };
             notes.push(format!(
-                "{name}: {words}, not of ROS 2 in CDR{echo}; {OF_ANY_MCAP} take them; {way_on}"
+                "{name}: {words}, not of ROS 2 in CDR{echo}; {OF_ANY_MCAP} accept them; {way_on}"
             ));
         }
     }

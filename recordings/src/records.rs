@@ -32,7 +32,7 @@ pub(crate) const FRAME_BYTES: u64 = 9;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Damage {
     /// The file is shorter than what an MCAP file begins with.
-    #[error("it is empty")]
+    #[error("the file is empty")]
     Empty,
     /// The file does not begin as an MCAP file does.
     #[error("expected an MCAP file, found {0}")]
@@ -49,7 +49,7 @@ pub enum Damage {
         bytes: u64,
     },
     /// A record's content does not match its length.
-    #[error("byte {at}: the content of a {kind} record does not fit its length")]
+    #[error("byte {at}: the content of a {kind} record does not match its length")]
     Content {
         /// Where the record, or the chunk around it, begins.
         at: u64,
@@ -73,7 +73,7 @@ pub enum Damage {
         found: String,
     },
     /// A chunk does not decompress to its stated length.
-    #[error("byte {at}: a chunk does not decompress to its length")]
+    #[error("byte {at}: a chunk does not decompress to its stated length")]
     Decompression {
         /// Where the chunk begins.
         at: u64,
@@ -93,7 +93,7 @@ pub enum Damage {
         at: u64,
     },
     /// The file has no index at its end, or one that does not match it.
-    #[error("expected an index that fits the file, found none")]
+    #[error("the file has no valid index")]
     NoIndex,
 }
 

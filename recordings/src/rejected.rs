@@ -80,7 +80,7 @@ impl Rejections {
     }
 
     /// Counts a message that is damaged.
-    pub(crate) fn count_damaged(&mut self, raw: &RawMessage) {
+    pub fn count_damaged(&mut self, raw: &RawMessage) {
         self.add(raw, DAMAGED.to_owned(), None);
     }
 
@@ -96,17 +96,19 @@ impl Rejections {
 
     /// Counts the message if it is invalid. Only what processes act upon is checked: sensors, ticks, and what answers them.
     pub fn look_at(&mut self, raw: &RawMessage, spec: &ChannelSpec) {
-        let is_acted_upon = matches!(spec.role, Role::Sensor | Role::Tick | Role::Situation | Role::Command);
-        if !is_acted_upon || raw.topic.ros2_type != spec.message.ros2 {
+        if !is_acted_upon(spec) || raw.topic.ros2_type != spec.message.ros2 {
             return;
         }
         match raw.decode(spec) {
-            Ok(message) => {
-                if let Err(invalid) = spec.message.check(message.bytes()) {
-                    self.count(raw, &invalid);
-                }
-            }
+            Ok(message) => self.check(raw, spec, message.bytes()),
             Err(error) => self.count_undecoded(raw, &error),
+        }
+    }
+
+    /// The same of a message that was decoded.
+    pub fn check(&mut self, raw: &RawMessage, spec: &ChannelSpec, message: &[u8]) {
+        if let (true, Err(invalid)) = (is_acted_upon(spec), spec.message.check(message)) {
+            self.count(raw, &invalid);
         }
     }
 
@@ -124,6 +126,10 @@ impl Rejections {
             }),
         }
     }
+}
+
+fn is_acted_upon(spec: &ChannelSpec) -> bool {
+    matches!(spec.role, Role::Sensor | Role::Tick | Role::Situation | Role::Command)
 }
 
 #[cfg(test)]

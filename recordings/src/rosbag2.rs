@@ -31,6 +31,8 @@ pub struct Bag {
     pub files: Vec<PathBuf>,
     /// The names of files that are listed but missing.
     pub missing: Vec<String>,
+    /// How many messages all files hold.
+    pub messages: Option<u64>,
 }
 
 /// Why a rosbag2 folder is not read.
@@ -85,6 +87,8 @@ struct Information {
     compression_format: Option<String>,
     #[serde(default)]
     relative_file_paths: Vec<String>,
+    #[serde(default)]
+    message_count: Option<u64>,
 }
 
 impl Bag {
@@ -101,8 +105,12 @@ impl Bag {
         };
         let metadata: Metadata = serde_saphyr::from_str(&text)
             .map_err(|error| wrong(format!("expected the metadata of a folder of rosbag2: {error}")))?;
-        let Information { storage_identifier: storage, compression_format, relative_file_paths } =
-            metadata.rosbag2_bagfile_information;
+        let Information {
+            storage_identifier: storage,
+            compression_format,
+            relative_file_paths,
+            message_count: messages,
+        } = metadata.rosbag2_bagfile_information;
         if let Some(found) = compression_format.filter(|format| !format.is_empty() && format != COMPRESSION) {
             return Err(BagError::Compression { folder: folder.to_owned(), found });
         }
@@ -113,7 +121,7 @@ impl Bag {
                 None => missing.push(name),
             }
         }
-        Ok(Some(Self { storage, files, missing }))
+        Ok(Some(Self { storage, files, missing, messages }))
     }
 
     /// Refuses a storage that is not MCAP.

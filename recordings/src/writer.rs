@@ -378,7 +378,10 @@ impl Topic {
     }
 }
 
-/// Begins a file as in ROS 2: in chunks, without seeking.
+/// How the name of the library begins that writes all files of this project.
+pub(crate) const LIBRARY: &str = "sketchnav";
+
+/// Begins a file: as ROS 2 has them, in chunks, never seeked in.
 pub(crate) fn begin<W: Write>(sink: W, profile: &str) -> Result<Mcap<W>, RecordingError> {
     let options = WriteOptions::new()
         .profile(profile)

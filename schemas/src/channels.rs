@@ -282,7 +282,7 @@ pub enum RegisterError {
         found: usize,
     },
     /// More sensors than a tick can name.
-    #[error("expected at most {MAX_SENSORS} channels of sensors in all, found {found}")]
+    #[error("expected at most {MAX_SENSORS} sensor channels in total, found {found}")]
     TooManySensors {
         /// How many there would be.
         found: usize,

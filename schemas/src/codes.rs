@@ -51,7 +51,7 @@ codes! {
         Wall = 1 "wall",
         /// Furniture, which no sketch shows.
         Furniture = 2 "furniture",
-        /// Somebody who walks.
+        /// A person walking.
         Person = 3 "person",
     }
 
@@ -71,21 +71,21 @@ codes! {
     pub enum Order {
         /// Begin with the first task.
         Start = 1 "start",
-        /// Stop and give up the mission; where there is a pad, it can be gone on with.
+        /// Stop and give up the mission; with a pad, it can be continued.
         Abort = 2 "abort",
-        /// Stop, go on later.
+        /// Stop, and continue later.
         Pause = 3 "pause",
-        /// Go on.
+        /// Continue.
         Resume = 4 "resume",
-        /// Stop, because the link to whoever drives was lost; go on later.
+        /// Stop, because the link to the driving page was lost; continue later.
         Unattended = 5 "unattended",
-        /// Leave the task that is under way for the one that the order names; those behind it follow.
+        /// Leave the current task for the one that the order names; the tasks after it follow.
         Goal = 6 "goal",
         /// Take the robot to be where the order says: what ROS calls `initialpose`.
         Here = 7 "here",
     }
 
-    /// What a [`crate::message::Drawing`] holds.
+    /// What a [`crate::message::Drawing`] contains.
     pub enum DrawingKind {
         /// The place: strokes in JSON, or a picture.
         Sketch = 1 "sketch",
@@ -93,7 +93,7 @@ codes! {
         Route = 2 "route",
     }
 
-    /// How a task stands.
+    /// The state of a task.
     pub enum TaskState {
         /// Not begun: the sketch, the route or the order to start is missing.
         Waiting = 0 "waiting",
@@ -101,7 +101,7 @@ codes! {
         Driving = 1 "driving",
         /// Stopped by a person.
         Paused = 2 "paused",
-        /// The robot believes to be at the goal; ends the task.
+        /// The robot is at the goal by its own estimate; ends the task.
         Reached = 3 "reached",
         /// No way to the goal around what the laser sees; ends the task.
         Blocked = 4 "blocked",
@@ -109,35 +109,35 @@ codes! {
         Lost = 5 "lost",
         /// The time limit passed; ends the task.
         TimedOut = 6 "timed out",
-        /// Given up by a person; ends the mission, where no pad can go on with it.
+        /// Given up by a person; ends the mission, unless a pad can continue it.
         Aborted = 7 "aborted",
-        /// All tasks have ended; ends the mission, where no pad can give new ones.
+        /// All tasks have ended; ends the mission, unless a pad can give new ones.
         Finished = 8 "finished",
     }
 
-    /// What went wrong with a process, what went right again, and what people and tools did to the run.
+    /// How a process failed or recovered, and what people and tools did to the run.
     pub enum FaultKind {
         /// A person or a tool has sent it a signal, or a planned fault has happened to it.
         Injected = 1 "injected",
-        /// It has ended before its system did.
+        /// It ended before its system did.
         Died = 2 "died",
-        /// A successor was started.
+        /// It was started again.
         Restarted = 3 "restarted",
-        /// The successor has done something that none before it had.
+        /// The restarted process has made progress.
         Recovered = 4 "recovered",
         /// It has shown no sign of life for longer than it may.
         Unresponsive = 5 "unresponsive",
         /// It shows signs of life again.
         Responsive = 6 "responsive again",
-        /// It died as often as it was started again, and got nowhere; ends the mission.
+        /// It kept dying without progress; ends the mission.
         GivenUp = 7 "given up",
-        /// What its predecessor left cannot be used.
+        /// Its predecessor's state cannot be used.
         StateRefused = 8 "state refused",
         /// The recording cannot be written: the disk is full, most likely.
         RecordingFailed = 9 "recording failed",
-        /// The recording is written again.
+        /// The recording is being written again.
         RecordingResumed = 10 "recording resumed",
-        /// The system goes on after its supervisor's death.
+        /// The system continues after its supervisor's death.
         SystemResumed = 11 "system resumed",
         /// A person or a tool has given the navigator an order. No fault: it explains what the robot did.
         Ordered = 12 "order given",

@@ -10,10 +10,10 @@ use crate::layout::{Field, Kind, Layout, Role};
 use crate::ros2::definitions::constant;
 
 const OPENING: &str = "\
-// What lies where in each message. Generated from the layout table (schemas/src/cpp.rs); not to be edited.
+// The layout of each message. Generated from the layout table (schemas/src/cpp.rs); not to be edited.
 //
 // A channel's service carries the attribute \"message\" with the type's name and the fingerprint of its layout: compare it
-// with `type` before you read. A message is a slice of words of eight bytes; its cells stand behind the structure.
+// with `type` before reading. A message is a slice of eight-byte words; its cells follow the structure.
 #pragma once
 
 #include <array>

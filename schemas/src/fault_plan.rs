@@ -234,7 +234,7 @@ impl PlannedFault {
             }
             (Some(_), None) | (None, Some(_)) => {}
             (Some(_), Some(_)) => return wrong("message", "message or time_s", "both".to_owned()),
-            (None, None) => return wrong("message", "message or time_s", "none of them".to_owned()),
+            (None, None) => return wrong("message", "message or time_s", "neither".to_owned()),
         }
         let [least, most] = SHARES;
         let is_share = |share: f64| (least..=most).contains(&share);
@@ -316,7 +316,7 @@ mod tests {
             ("\"example_place\"", "\"mission\"", "fault 1: channel: expected one of"),
             ("\"example_place\"", "\"journey\"", "found \"journey\""),
             ("message = 120", "message = 0", "fault 1: message: expected a number from 1, found 0"),
-            ("message = 120", "", "fault 1: message: expected message or time_s, found none of them"),
+            ("message = 120", "", "fault 1: message: expected message or time_s, found neither"),
             ("time_s = 2.5", "time_s = -1.0", "fault 2: time_s: expected seconds"),
             ("delay_ms = 200", "", "fault 2: delay_ms: expected 1 to 60000, found none"),
             ("delay_ms = 200", "when = \"after\"\ndelay_ms = 2", "fault 2: when: expected \"before\""),

@@ -277,28 +277,28 @@ messages! {
         pub range_max_m: f32,
         /// How many entries of `ranges_m` count.
         pub beam_count: u32 as Count,
-        /// Ranges; +∞ where nothing returned, NaN where the reading is invalid (REP 117).
+        /// Ranges; +∞ if nothing returned, NaN if the reading is invalid (REP 117).
         pub ranges_m: [f32; 1440] where beam_count counts,
     }
 
-    /// The heartbeat: the world has said all of this instant. Its `seq` is the number of the instant; what
-    /// follows from it names it as `source_seq`.
+    /// The heartbeat: the world has sent everything of this instant. Its `seq` is the number of the instant;
+    /// messages that follow from it refer to it by `source_seq`.
     pub struct Tick version 1 in "" valid if valid::tick {
-        /// Number of the newest message of each sensor, in the order of [`crate::channels::sensors`]; 0 where there
+        /// Number of the newest message of each sensor, in the order of [`crate::channels::sensors`]; 0 if there
         /// is none yet.
         pub newest: [u64; 16],
     }
 
     /// Dead reckoning in frame [`Odom`] (ROS 2: `nav_msgs/Odometry`).
     pub struct Odometry version 1 valid if valid::odometry {
-        /// Where the robot has come by its own count; starts at the origin.
+        /// Pose by the robot's own count; starts at the origin.
         pub pose: PoseM,
-        /// How fast it believes to move.
+        /// Estimated velocity.
         pub twist: Twist,
     }
 
-    /// Where the robot truly is, in frame [`World`] (ROS 2: `nav_msgs/Odometry`).
-    /// For the recorder and the judge alone.
+    /// The robot's true pose in frame [`World`] (ROS 2: `nav_msgs/Odometry`).
+    /// Only for the recorder and the judge.
     pub struct GroundTruth version 1 {
         /// The true pose.
         pub pose: PoseM,
@@ -306,8 +306,8 @@ messages! {
         pub twist: Twist,
     }
 
-    /// Where the people of the world truly are, in frame [`World`]; not sent where nobody walks.
-    /// For the recorder and the judge alone.
+    /// The true positions of the people in the world, in frame [`World`]; not sent if nobody walks.
+    /// Only for the recorder and the judge.
     pub struct People version 1 in "world" {
         /// How many entries of `people` count.
         pub count: u32 as Count,
@@ -317,7 +317,7 @@ messages! {
         pub people: [WalkingPerson; 100] where count counts,
     }
 
-    /// The robot began or ended to touch something.
+    /// The robot started or stopped touching something.
     pub struct Contact version 1 in "world" {
         /// Where, x and y.
         pub position_m: [f64; 2],
@@ -333,7 +333,7 @@ messages! {
     pub struct VelocityCommand version 1 in "base_link" valid if valid::command {
         /// The velocity.
         pub twist: Twist,
-        /// 1: the mission is over, the world need not go on.
+        /// 1: the mission is over, and the world may stop.
         pub last: u32,
         /// Zero.
         pub reserved: u32 as Zero,
@@ -343,11 +343,11 @@ messages! {
     pub struct MissionCommand version 2 in "sketch" {
         /// What is ordered.
         pub order: u32 as Order,
-        /// The task that it is about, where the order names one.
+        /// The task that the order names, if it names one.
         pub task: u32,
         /// Where in the sketch the robot is, of an order `here`; zeros in all others.
         pub here_px: [f64; 2],
-        /// Its heading there; 0 where `has_heading` is.
+        /// Its heading there; 0 if `has_heading` is 0.
         pub here_yaw_rad: f64,
         /// 1: the heading is given, 0: it is not.
         pub has_heading: u32,
@@ -355,13 +355,13 @@ messages! {
         pub reserved: u32 as Zero,
     }
 
-    /// How the mission stands.
+    /// The status of the mission.
     pub struct MissionStatus version 1 in "" {
         /// Index of the current task.
         pub task: u32,
         /// How many tasks the mission has.
         pub task_count: u32,
-        /// How the task stands.
+        /// The state of the current task.
         pub state: u32 as TaskState,
         /// How many tasks ended as reached so far.
         pub reached_count: u32,
@@ -371,7 +371,7 @@ messages! {
         pub task_path_m: f64,
         /// Still to go, by the estimated local scale.
         pub remaining_m: f64,
-        /// How fast the robot believes to move.
+        /// Estimated speed.
         pub speed_mps: f64,
         /// Name of the task.
         pub name: Text<32>,
@@ -379,10 +379,10 @@ messages! {
         pub reason: Text<96>,
     }
 
-    /// What a person sent from the pad. The slice behind it is a drawing file (strokes in JSON, PNG, JPEG),
+    /// What a person sent from the pad. The slice after it is a drawing file (strokes in JSON, PNG, JPEG),
     /// or the JSON of what is marked in the drawing.
     pub struct Drawing version 1 in "" with data {
-        /// What the drawing holds.
+        /// What the drawing contains.
         pub kind: u32 as DrawingKind,
         /// Zero.
         pub reserved: u32 as Zero,
@@ -390,9 +390,9 @@ messages! {
 
     /// What the sketcher says to a [`Drawing`], whose number is `source_seq`.
     pub struct Understood version 1 in "sketch" {
-        /// What the drawing holds.
+        /// What the drawing contains.
         pub kind: u32 as DrawingKind,
-        /// 1: taken over; 0: refused, and everything stays as it was.
+        /// 1: accepted; 0: rejected, and everything stays as it was.
         pub accepted: u32,
         /// The last drawing that was sent to the navigator; 0 before the first.
         pub sketch_seq: u64,
@@ -440,29 +440,29 @@ messages! {
         pub command_ns: u64,
     }
 
-    /// Something went wrong with a process, or right again; the time is that of the mission's last status.
-    /// When and how often is chance, so no two runs agree on it.
+    /// A process failed or recovered; the time is that of the mission's last status.
+    /// When and how often this happens is chance, so no two runs agree on it.
     pub struct Fault version 1 in "" {
         /// What happened.
         pub kind: u32 as FaultKind,
-        /// The process that it is about.
+        /// The process concerned.
         pub process: u32 as Process,
-        /// Its process id; 0 where none is meant.
+        /// Its process id; 0 if none is meant.
         pub pid: u32,
-        /// The signal that was sent, or that ended it; 0 where none.
+        /// The signal that was sent, or that ended it; 0 if none.
         pub signal: u32,
-        /// The exit code that it ended with; 0 where a signal ended it.
+        /// Its exit code; 0 if a signal ended it.
         pub exit_code: u32,
-        /// Which restart in a row without anything new in between, from 1; 0 where none is meant.
+        /// Number of consecutive restarts without progress, from 1; 0 if not applicable.
         pub attempt: u32,
-        /// How often the process was started again in all.
+        /// How often the process was restarted in total.
         pub restarts: u32,
         /// Messages that are missing because of it.
         pub missing: u32,
         /// Wall-clock time: the pause before a restart, from the death to the first thing new, how long
         /// it has been silent.
         pub duration_ns: u64,
-        /// What there is to say, in words.
+        /// Details, in words.
         pub words: Text<160>,
     }
 
@@ -491,7 +491,7 @@ messages! {
         pub range_max_m: f32,
         /// How many entries of `ranges_m` count.
         pub sonar_count: u32 as Count,
-        /// Range of the nearest echo in each cone; +∞ where nothing returned, −∞ where it is too near (REP 117).
+        /// Range of the nearest echo in each cone; +∞ if nothing returned, −∞ if it is too near (REP 117).
         pub ranges_m: [f32; 32] where sonar_count counts,
     }
 }

@@ -48,7 +48,7 @@ pub struct WorldSource {
     /// A floor plan in the project's own format (TOML).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor_plan: Option<String>,
-    /// A map of ROS's map_server (YAML next to a PGM or PNG).
+    /// A map of ROS's map_server (YAML beside a PGM, PNG or BMP).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map: Option<String>,
     /// A plane of dots (TOML).
@@ -309,7 +309,7 @@ impl WorldSource {
         let expected = "one of floor_plan, map and plane";
         check(sources == 1, || "world".into(), expected, || sources.to_string())?;
         let others = self.furniture.len() + self.person.len() + self.marker.len();
-        let expected = "neither furniture nor person nor marker beside a plane";
+        let expected = "no furniture, person or marker with a plane";
         check(self.plane.is_none() || others == 0, || "world".into(), expected, || others.to_string())
     }
 }
@@ -339,7 +339,7 @@ impl Place {
             (None, Some(_), Some(radius)) => radius > 0.0,
             _ => false,
         };
-        let expected = "a polygon of 3 corners or more, or center and radius_m";
+        let expected = "a polygon with at least 3 corners, or center and radius_m";
         check(holds || self.is_unknown(), || key.to_owned(), expected, || self.words())?;
         let corners = self.polygon.as_deref().unwrap_or_default();
         let count = corners.len();

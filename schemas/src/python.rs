@@ -12,7 +12,7 @@ use crate::layout::{Kind, Layout};
 /// The module's text.
 pub fn layouts() -> String {
     let mut text = String::from(
-        "\"\"\"What lies where in each message. Generated from the layout table (schemas/src/python.rs); not to be edited.\"\"\"\n\n\
+        "\"\"\"The layout of each message. Generated from the layout table (schemas/src/python.rs); not to be edited.\"\"\"\n\n\
          import numpy as np\n",
     );
     let mut known = BTreeSet::new();

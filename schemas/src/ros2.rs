@@ -173,7 +173,7 @@ pub enum Ros2Error {
         bytes: usize,
     },
     /// A number that should be 0 is off by no more than [`ROUNDING`], or is −0.
-    #[error("{kind}: expected exactly {PLANAR}, found numbers that are off by rounding")]
+    #[error("{kind}: expected exactly {PLANAR}, found rounding errors")]
     Rounded {
         /// The ROS 2 type.
         kind: &'static str,
@@ -191,7 +191,7 @@ pub enum Ros2Error {
         found: f64,
     },
     /// The form contains something for which the message has no place: another frame, or a text that is too long.
-    #[error("{kind}: byte {offset}: expected a value that a message of sketchnav can hold")]
+    #[error("{kind}: byte {offset}: expected a value that fits into a sketchnav message")]
     Foreign {
         /// The ROS 2 type.
         kind: &'static str,

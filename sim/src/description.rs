@@ -8,6 +8,7 @@ use sketchnav_schemas::mission::{Place, Task, task_key};
 
 use crate::convex::{Convex, Segment};
 use crate::error::{SimError, check, check_within};
+use crate::ros_map::{OccupancyMap, TRANSPARENT};
 
 /// A floor: made by [`crate::floor_plan::describe`] or [`crate::ros_map::OccupancyMap::describe`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -25,12 +26,18 @@ pub struct WorldDescription {
     /// The markers, each with a number of its own.
     #[serde(default)]
     pub markers: Vec<Marker>,
+    /// The map that it was made of: the walls are solid near its free cells alone.
+    #[serde(skip)]
+    pub map: Option<OccupancyMap>,
 }
 
 /// How far from a face a marker may be given, metres.
 const MARKER_SLACK_M: f64 = 0.02;
 
-/// The extent of something along the axes, metres.
+/// Most steps along an axis in which free floor is looked for in a place.
+const MOST_STEPS: f64 = 400.0;
+
+/// From where to where something reaches along the axes, metres.
 pub(crate) struct Extent {
     low: [f64; 2],
     high: [f64; 2],
@@ -64,21 +71,46 @@ impl WorldDescription {
         Extent::of(self.outline.iter().flatten().copied())
     }
 
-    /// Checks that each task's `there` reaches inside the walls, since otherwise it cannot be reached.
+    /// Checks that the robot starts on free floor.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the task, the place, and the extent of the walls.
+    /// [`SimError::Value`] with the place and what is there.
+    pub fn check_start(&self, at: [f64; 2]) -> Result<(), SimError> {
+        let in_map = self.map.as_ref().filter(|map| map.extent().meets(&Extent::of([at])));
+        let (expected, what) = match in_map {
+            Some(map) => ("a free place", map.solid_at(at).map(|what| format!("in {what}"))),
+            None if self.extent().meets(&Extent::of([at])) => return Ok(()),
+            None => ("a place within the walls", Some(self.extent().outside())),
+        };
+        let Some(what) = what else { return Ok(()) };
+        let found = format!("({}, {}) m, {what}", at[0], at[1]);
+        Err(SimError::Value { key: "start.world".into(), expected, found })
+    }
+
+    /// Checks that each task's `there` reaches into the walls, and of a map onto free floor: nobody can be at one that does
+    /// not.
+    ///
+    /// # Errors
+    /// [`SimError::Value`] with the task, the place, and how far the walls reach, or what is there instead.
     pub fn check_places(&self, tasks: &[Task]) -> Result<(), SimError> {
         let walls = self.extent();
         for (i, Task { name, there, .. }) in tasks.iter().enumerate() {
-            let place = Extent::of(outermost(there));
-            if !there.is_unknown() && !walls.meets(&place) {
-                let Extent { low, high } = place;
-                let key = format!("{}.there", task_key(i + 1, name));
-                let from_to = format!("({:.2}, {:.2}) to ({:.2}, {:.2}) m", low[0], low[1], high[0], high[1]);
-                let found = format!("{from_to}, {}", walls.outside());
-                return Err(SimError::Value { key, expected: "a place within the walls", found });
+            if there.is_unknown() {
+                continue;
             }
+            let place = Extent::of(outermost(there));
+            let [low, high] = [place.low, place.high];
+            let from_to = format!("({:.2}, {:.2}) to ({:.2}, {:.2}) m", low[0], low[1], high[0], high[1]);
+            let in_map = self.map.as_ref().filter(|map| map.extent().meets(&place));
+            let (expected, found) = match in_map {
+                Some(map) => match without_floor(map, there, &place) {
+                    Some(what) => ("a place that reaches onto free floor", format!("{from_to}, in {what}")),
+                    None => continue,
+                },
+                None if walls.meets(&place) => continue,
+                None => ("a place within the walls", format!("{from_to}, {}", walls.outside())),
+            };
+            return Err(SimError::Value { key: format!("{}.there", task_key(i + 1, name)), expected, found });
         }
         Ok(())
     }
@@ -158,6 +190,26 @@ fn distance_m([a, b]: &Segment, at: [f64; 2]) -> f64 {
     let along = b - a;
     let share = ((at - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
     (at - a - along * share).norm()
+}
+
+/// What is all over a place, where no part of it is free.
+fn without_floor(map: &OccupancyMap, there: &Place, around: &Extent) -> Option<&'static str> {
+    let steps = [0, 1].map(|axis| {
+        let length_m = around.high[axis] - around.low[axis];
+        (length_m / map.resolution_m()).ceil().clamp(1.0, MOST_STEPS) as usize
+    });
+    let along = |axis: usize, step: usize| {
+        let share = (step as f64 + 0.5) / steps[axis] as f64;
+        around.low[axis] + share * (around.high[axis] - around.low[axis])
+    };
+    let points = (0..steps[0]).flat_map(|x| (0..steps[1]).map(move |y| (x, y)));
+    let inside = points.map(|(x, y)| [along(0, x), along(1, y)]).filter(|[x, y]| there.contains(*x, *y));
+    let mut found = None;
+    for at in inside {
+        let what = map.solid_at(at)?;
+        found = found.filter(|known| *known == TRANSPARENT).or(Some(what));
+    }
+    found
 }
 
 /// The outermost points of a place.

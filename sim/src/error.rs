@@ -28,7 +28,7 @@ pub enum SimError {
     #[error("{0}")]
     Yaml(String),
     /// Not a picture that can be read.
-    #[error("expected a PGM or PNG picture: {0}")]
+    #[error("expected a picture, PGM, PNG or BMP: {0}")]
     Picture(#[from] image::ImageError),
     /// Dots, or a picture of them.
     #[error("{0}")]

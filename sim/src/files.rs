@@ -77,7 +77,11 @@ pub fn occupancy_map(path: &Path) -> Result<OccupancyMap, SimError> {
     occupancy_map_in(&Disk, path)
 }
 
-fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, SimError> {
+/// The same in a store.
+///
+/// # Errors
+/// As [`occupancy_map`].
+pub fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, SimError> {
     let parse = |text: String| MapInfo::parse(&text);
     let yaml = files.read_to_string(path, MAP).map_err(SimError::from);
     let info = yaml.and_then(parse).map_err(|error| error.in_file(path))?;

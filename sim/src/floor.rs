@@ -14,8 +14,8 @@ use sketchnav_schemas::robot::{Drive, Limits, Robot};
 use sketchnav_schemas::seed;
 
 use crate::convex::{Convex, Segment};
-use crate::description::{Extent, WorldDescription};
-use crate::drive;
+use crate::description::WorldDescription;
+use crate::drive::{self, Slip};
 use crate::error::{SimError, check, check_start};
 use crate::people::Walker;
 use crate::physics::{Physics, Touching, TruePose};
@@ -61,6 +61,7 @@ struct Body {
     radius_m: f64,
     drive: Drive,
     limits: Limits,
+    slip: Option<Slip>,
 }
 
 /// A ranging sensor with its readings since the instant before.
@@ -112,16 +113,7 @@ struct Event {
     touch: Touch,
 }
 
-/// Checks that the start is within the walls: outside, there is nothing to see and nowhere to go.
-fn check_within_walls(start: &Pose<World>, extent: &Extent) -> Result<(), SimError> {
-    if extent.meets(&Extent::of([[start.x, start.y]])) {
-        return Ok(());
-    }
-    let found = format!("({}, {}) m, {}", start.x, start.y, extent.outside());
-    Err(SimError::Value { key: "start.world".into(), expected: "a place within the walls", found })
-}
-
-/// Refuses sensors for what only a plane of dots has.
+/// Keys for what only a plane of dots has.
 fn check_sensors(robot: &Robot) -> Result<(), SimError> {
     for (key, is_there) in [("view", robot.view.is_some()), ("motion_noise", robot.motion_noise.is_some())] {
         let expected = "a robot without that table on a floor: a plane of dots alone has it";
@@ -157,7 +149,7 @@ impl Floor {
         robot.check_numbers()?;
         check_sensors(robot)?;
         check_start(&start)?;
-        check_within_walls(&start, &description.extent())?;
+        description.check_start([start.x, start.y])?;
         let (tick_hz, period_s) = (robot.tick_hz(), 1.0 / robot.tick_hz());
         let substeps = substeps(robot, period_s);
         let at = TruePose { at: start.position().coords(), yaw_rad: start.yaw_rad };
@@ -191,7 +183,12 @@ impl Floor {
             outline,
             furniture,
             faces: Faces::new(faces),
-            body: Body { radius_m: robot.radius_m, drive: robot.drive, limits: robot.limits },
+            body: Body {
+                radius_m: robot.radius_m,
+                drive: robot.drive,
+                limits: robot.limits,
+                slip: robot.slip.as_ref().map(|slip| Slip::new(slip, stream("world/slip"))),
+            },
             laser,
             sonar,
             camera,
@@ -266,11 +263,12 @@ impl Floor {
 
     fn goal(&self, now_ns: u64) -> Twist {
         let fresh = self.command.filter(|held| now_ns.saturating_sub(held.stamp_ns) <= COMMAND_LIMIT_NS);
-        fresh.map_or(STOP, |Held { velocity: [vx_mps, vy_mps, yaw_rate_radps], .. }| Twist {
+        let commanded = fresh.map_or(STOP, |Held { velocity: [vx_mps, vy_mps, yaw_rate_radps], .. }| Twist {
             vx_mps,
             vy_mps,
             yaw_rate_radps,
-        })
+        });
+        self.body.slip.map_or(commanded, |slip| slip.motion(&commanded))
     }
 
     /// A contact begins with the first step that saw it and ends with the first that did not. What comes and goes within a step

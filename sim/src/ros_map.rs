@@ -15,11 +15,14 @@ use sketchnav_schemas::bounds;
 use sketchnav_schemas::geometry::wrap_angle;
 
 use crate::convex::Convex;
-use crate::description::WorldDescription;
+use crate::description::{Extent, WorldDescription};
 use crate::error::{SimError, check, check_within};
 use crate::raster::{CellBox, Raster};
 
-/// A map turned by less than this counts as not turned: over 100 m that is a centimetre.
+/// What a place is where the picture is transparent.
+pub(crate) const TRANSPARENT: &str = "a transparent part of the map: what is transparent is unknown, and what is unknown is solid; \
+    save the picture with a white background";
+/// A map that is turned by less is not turned: over 100 m it would lie a centimetre aside.
 const LEAST_YAW_RAD: f64 = 1e-4;
 
 /// The YAML of a map. Unknown keys are ignored.
@@ -84,6 +87,8 @@ impl TryFrom<Written> for Negate {
 #[derive(Debug, Clone, PartialEq)]
 pub struct OccupancyMap {
     raster: Raster,
+    /// The cells where the picture is transparent, as those of the raster; none where it is nowhere.
+    transparent: Vec<bool>,
     resolution_m: f64,
     origin_m: [f64; 2],
 }
@@ -103,7 +108,7 @@ impl MapInfo {
         let resolution = self.resolution;
         check(!self.image.is_empty(), "image", "the path of a picture", &self.image)?;
         check(resolution > 0.0, "resolution", "a number above 0", resolution)?;
-        check((1e-3..=10.0).contains(&resolution), "resolution", "0.001 to 10 metres a pixel", resolution)?;
+        check((1e-3..=10.0).contains(&resolution), "resolution", "0.001 to 10 metres per pixel", resolution)?;
         check_within("origin", bounds::COORDINATE_M, &self.origin[..2])?;
         let yaw_rad = wrap_angle(self.origin[2]);
         // False for NaN, too.
@@ -124,8 +129,8 @@ impl MapInfo {
 }
 
 impl OccupancyMap {
-    /// Decodes the picture: PGM or PNG. The mean of red, green and blue counts; where the picture is transparent, the cell is
-    /// unknown and therefore solid.
+    /// Decodes the picture: PGM, PNG or BMP. The mean of red, green and blue counts; where the picture is transparent the cell
+    /// is unknown, and so it is solid.
     ///
     /// # Errors
     /// [`SimError::Picture`], or [`SimError::Value`] if the picture has no free cell, or is too large.
@@ -144,13 +149,46 @@ impl OccupancyMap {
             info.is_free(pixel.0[..3].iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0)
         };
         let clear = |pixel: &image::Rgba<u8>| pixel.0[3] < 128;
+        let mut transparent: Vec<bool> = pixels.clone().map(clear).collect();
         let cells: Vec<bool> = pixels.map(|pixel| clear(pixel) || !is_free(pixel)).collect();
+        let count = transparent.iter().filter(|clear| **clear).count();
         if !cells.contains(&false) {
-            return Err(without_floor(size, image.pixels().filter(|pixel| clear(pixel)).count()));
+            return Err(without_floor(size, count));
+        }
+        if count == 0 {
+            transparent = Vec::new();
         }
         let raster = Raster::new(width, height, cells).unwrap_or_else(|| unreachable!("a cell a pixel"));
         let [x, y, _] = info.origin;
-        Ok(Self { raster, resolution_m: info.resolution, origin_m: [x, y] })
+        Ok(Self { raster, transparent, resolution_m: info.resolution, origin_m: [x, y] })
+    }
+
+    /// The share of its cells where the picture is transparent: they are unknown.
+    pub fn transparent_share(&self) -> f64 {
+        self.transparent.iter().filter(|clear| **clear).count() as f64 / self.transparent.len().max(1) as f64
+    }
+
+    /// Whether the picture is transparent in the cell in column `x` and row `y`.
+    pub fn is_transparent(&self, x: i64, y: i64) -> bool {
+        let (width, height) = self.raster.size();
+        let inside = (0..width as i64).contains(&x) && (0..height as i64).contains(&y);
+        inside && self.transparent.get(y as usize * width + x as usize).copied().unwrap_or(false)
+    }
+
+    /// What is at a place, metres, frame `World`, in words; `None` where it is free.
+    pub(crate) fn solid_at(&self, at: [f64; 2]) -> Option<&'static str> {
+        let [x, y] = [0, 1].map(|axis| ((at[axis] - self.origin_m[axis]) / self.resolution_m).floor() as i64);
+        match (self.is_transparent(x, y), self.raster.is_solid(x, y)) {
+            (true, _) => Some(TRANSPARENT),
+            (_, true) => Some("an occupied or unknown part of the map"),
+            _ => None,
+        }
+    }
+
+    /// From where to where the picture reaches.
+    pub(crate) fn extent(&self) -> Extent {
+        let (width, height) = self.raster.size();
+        Extent::of([self.corner([0, 0]), self.corner([width as i64, height as i64])])
     }
 
     /// Its cells, row 0 at the bottom.
@@ -185,6 +223,7 @@ impl OccupancyMap {
             name: name.to_owned(),
             outline: outline.collect(),
             walls: walls.collect(),
+            map: Some(self.clone()),
             ..Default::default()
         })
     }
@@ -214,6 +253,8 @@ fn without_floor(size: String, transparent: usize) -> SimError {
 
 #[cfg(test)]
 mod tests {
+    use sketchnav_schemas::mission::{Place, Task};
+
     use super::*;
 
     const YAML: &str = "image: m.pgm\nresolution: 0.5\norigin: [-1.0, 2, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
@@ -308,7 +349,41 @@ mod tests {
         }
     }
 
-    /// A picture of noise makes a rectangle every few pixels, all of which the physics has to hold. One of a billion pixels
+    /// The robot started inside what is transparent, and went nowhere; a goal there was never reached.
+    #[test]
+    fn what_lies_in_the_transparent_part_of_a_map_is_refused_with_the_reason() {
+        let picture = image::RgbaImage::from_fn(40, 20, |x, y| {
+            let is_wall = [0, 39].contains(&x) || [0, 19].contains(&y);
+            image::Rgba(if is_wall { [0, 0, 0, 255] } else { [255, 255, 255, if x < 20 { 255 } else { 0 }] })
+        });
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
+        let map = OccupancyMap::decode(&MapInfo::parse(YAML).unwrap(), &bytes.into_inner()).unwrap();
+        assert!((map.transparent_share() - 19.0 * 18.0 / 800.0).abs() < 1e-12);
+        let world = map.describe("half").unwrap();
+        let told = |error: SimError| error.to_string();
+        assert!(world.check_start([4.0, 7.0]).is_ok());
+        let error = told(world.check_start([14.0, 7.0]).unwrap_err());
+        let words =
+            "start.world: expected a free place, found (14, 7) m, in a transparent part of the map: what is";
+        assert!(error.starts_with(words), "{error}");
+        let error = told(world.check_start([-0.9, 7.0]).unwrap_err());
+        assert!(error.ends_with("found (-0.9, 7) m, in an occupied or unknown part of the map"), "{error}");
+        let place = |x: f64| Place { center: Some([x, 7.0]), radius_m: Some(1.0), polygon: None };
+        let task = |x: f64| Task {
+            name: "there".into(),
+            there: place(x),
+            time_limit_s: 60.0,
+            given: toml::Table::default(),
+        };
+        // A place that reaches onto the floor can be come to.
+        assert!(world.check_places(&[task(4.0), task(9.5)]).is_ok());
+        let error = told(world.check_places(&[task(4.0), task(14.0)]).unwrap_err());
+        assert!(error.contains("there: expected a place that reaches onto free floor, found"), "{error}");
+        assert!(error.contains("a transparent part of the map"), "{error}");
+    }
+
+    /// A picture of noise is a rectangle every few pixels, each of which the physics holds. One of a billion pixels
     /// filled the memory before its size was checked.
     #[test]
     fn a_picture_that_is_no_floor_is_refused() {

@@ -328,7 +328,10 @@ fn a_real_map_becomes_a_world() {
     let seen = scan(&world).ranges().iter().filter(|r| r.is_finite()).count();
     assert!(seen > 400, "{seen}");
     let cupboard = start(448.0, 355.0).map(|_| ()).unwrap_err().to_string();
-    assert!(cupboard.contains("expected 0.225 m of free floor"), "{cupboard}");
+    assert!(
+        cupboard.contains("expected a free place, found (27.104, 11.4345) m, in an occupied"),
+        "{cupboard}"
+    );
 }
 
 #[test]
@@ -342,7 +345,7 @@ fn errors_of_files_name_the_file() {
     assert!(error.contains("floor.yaml") && error.contains("image: expected an existing file"), "{error}");
     std::fs::write(folder.path().join("gone.pgm"), b"P5\n4 4\n255\n").unwrap();
     let error = sketchnav_sim::files::map_file(&yaml).unwrap_err().to_string();
-    assert!(error.contains("gone.pgm: expected a PGM or PNG picture"), "{error}");
+    assert!(error.contains("gone.pgm: expected a picture, PGM, PNG or BMP"), "{error}");
     let error = sketchnav_sim::files::robot("nobody.toml").unwrap_err().to_string();
     assert!(error.starts_with("nobody.toml: cannot be read"), "{error}");
 }

@@ -285,7 +285,7 @@ impl Attacker {
         std::os::unix::fs::symlink(&victim, &foreign).unwrap();
         let ended = running.end();
         assert_eq!(ended.code, Some(3), "{ended}");
-        assert!(ended.err.contains(&format!("{foreign}: expected a file of user")), "{ended}");
+        assert!(ended.err.contains(&format!("{foreign}: expected a regular file owned by user")), "{ended}");
         assert_eq!(fs::read_to_string(victim).unwrap(), "precious");
         let _ = fs::remove_file(&foreign);
         self.place.assert_nothing_left("foreign");

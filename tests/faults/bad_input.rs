@@ -254,7 +254,7 @@ fn a_bad_world_is_refused() {
                 with_map(folder, YAML);
                 cut(&folder.join("room.pgm"));
             },
-            says: &["room.yaml", "room.pgm", "expected a PGM or PNG picture"],
+            says: &["room.yaml", "room.pgm", "expected a picture, PGM, PNG or BMP"],
         },
         Case {
             story: "a floor plan with a key that nobody knows",
@@ -308,7 +308,7 @@ fn a_bad_drawing_is_refused() {
         Case {
             story: "a text",
             spoil: |folder| fs::write(folder.join(room::DRAWING), "first left, then right").unwrap(),
-            says: &["room.svg", "expected PNG, JPEG, SVG or strokes in JSON", "first le"],
+            says: &["room.svg", "expected PNG, JPEG, GIF, WebP, BMP, SVG or strokes in JSON", "first le"],
         },
         Case {
             story: "a blank page",

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use nix::sys::signal::Signal;
 use sketchnav_schemas::channels::STATUS;
-use support::{Place, Running, SERVICES, kill_if_alive, repository, room, send, wait_until};
+use support::{Place, Running, SERVICES, building, kill_if_alive, repository, room, send, wait_until};
 
 fn recording(report: &serde_json::Value) -> PathBuf {
     PathBuf::from(report["recording"].as_str().unwrap())
@@ -147,7 +147,8 @@ fn killed_all_at_once_they_go_on() {
 #[test]
 fn killed_in_real_time_they_come_to_their_goals() {
     let place = Place::new();
-    let mut running = start(&place, "demo --speed 10");
+    building::write_patient(place.files());
+    let mut running = start(&place, &format!("run {} --speed 10", building::PATIENT));
     place.wait_until_driving(&mut running, "disturbed");
     for process in SERVICES {
         let steps = (STATUS.spec.history() + 50).to_string();
@@ -293,7 +294,7 @@ fn a_world_without_any_good_checkpoint_is_given_up() {
     damage_and_kill(&place, "world", 2);
     let ended = running.end();
     assert_eq!(ended.code, Some(3), "{ended}");
-    for words in ["checkpoint refused: expected a state of checksum", "the robot's place is unknown"] {
+    for words in ["checkpoint refused: expected a state of checksum", "the robot's position is unknown"] {
         assert!(ended.err.contains(words), "{ended}");
     }
     place.assert_nothing_left("disturbed");

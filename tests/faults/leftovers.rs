@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use nix::sys::signal::Signal;
 use support::{Place, Running, room, send, wait_until};
 
-/// A mission in real time, which cannot be over before the test has done what it wants to it.
+/// A mission in real time, slow enough that it cannot end before the test has interfered.
 fn drive(place: &Place, name: &str) -> Running {
     start(place, name, "--speed 5")
 }

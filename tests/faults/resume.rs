@@ -137,7 +137,7 @@ fn what_cannot_be_resumed_is_told() {
     assert_eq!(place.mission("run room.toml", "next").1, 0);
     let late = resume(&place).end();
     assert_eq!(late.code, Some(2), "{late}");
-    assert!(late.err.contains("found nothing to go on with"), "{late}");
+    assert!(late.err.contains("found nothing to resume"), "{late}");
     assert!(folder(&place, "killed").exists());
     let nowhere = place.run("run --resume nowhere");
     assert_eq!(nowhere.code, Some(2), "{nowhere}");

@@ -161,7 +161,7 @@ fn a_process_cannot_run_twice() {
     let first = place.pid("lab", "localizer").to_string();
     let second = place.run("serve localizer --system lab");
     assert_eq!(second.code, Some(3), "{second}");
-    for words in ["localizer", "lab", "runs already", &first] {
+    for words in ["localizer", "lab", "already running", &first] {
         assert!(second.err.contains(words), "{second}");
     }
     running.must_live();

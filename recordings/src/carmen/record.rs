@@ -16,6 +16,7 @@ use std::f64::consts::{PI, TAU};
 
 use sketchnav_schemas::geometry::{Odom, Pose, World};
 use sketchnav_schemas::message::MAX_BEAMS;
+use sketchnav_schemas::valid::Invalid;
 
 /// Farther than any robot drives, metres: such a position is invalid.
 const FAR_M: f64 = 1e7;
@@ -49,7 +50,7 @@ impl ScanKind {
     }
 
     /// Fields after the readings, without remissions.
-    const fn fields_behind(self) -> usize {
+    const fn fields_after(self) -> usize {
         match self {
             // Both poses, two velocities, two safety distances, the turn axis.
             Self::RobotLaser1 => 11 + END_FIELDS,
@@ -91,7 +92,7 @@ pub enum Fault {
         found: String,
     },
     /// A word at the beginning that belongs to no kind of line.
-    #[error("expected a kind of line, such as FLASER, found {found:?}")]
+    #[error("expected a known kind of line, such as FLASER, found {found:?}")]
     Kind {
         /// The word.
         found: String,
@@ -120,6 +121,9 @@ pub enum Fault {
         /// After the first scan, seconds.
         since_s: f64,
     },
+    /// A scan, or its odometry, that every reader rejects.
+    #[error("expected a scan with odometry that readers accept; {0}")]
+    Invalid(Invalid),
     /// The end of what can be read.
     #[error("the file breaks off here: {why}")]
     BreaksOff {
@@ -175,7 +179,7 @@ impl ScanLine {
     /// What is wrong with a line that has one field too many.
     pub fn surplus_fault(&self) -> Fault {
         let count = self.ranges_m.len();
-        let expected = 2 + count + self.kind.fields_behind();
+        let expected = 2 + count + self.kind.fields_after();
         Fault::Fields { word: format!("{} {count}", self.kind), expected, found: expected + 1 }
     }
 }
@@ -290,7 +294,7 @@ impl<'a> Fields<'a> {
     fn flaser(mut self) -> Result<ScanLine, Fault> {
         let kind = ScanKind::Flaser;
         let count = self.count(2)?;
-        let expected = self.next + count + kind.fields_behind();
+        let expected = self.next + count + kind.fields_after();
         let has_surplus = self.words.len() == expected + 1;
         if !has_surplus {
             self.expect(format!("{kind} {count}"), expected)?;
@@ -316,11 +320,11 @@ impl<'a> Fields<'a> {
         let count = self.count(2)?;
         let word = || format!("{kind} {count}");
         if self.words.len() <= self.next + count {
-            self.expect(word(), self.next + count + 1 + kind.fields_behind())?;
+            self.expect(word(), self.next + count + 1 + kind.fields_after())?;
         }
         let ranges_m = self.ranges(count)?;
         let remissions = self.count(0)?;
-        self.expect(word(), self.next + remissions + kind.fields_behind())?;
+        self.expect(word(), self.next + remissions + kind.fields_after())?;
         self.next += remissions;
         let poses = match kind {
             ScanKind::RobotLaser1 => {

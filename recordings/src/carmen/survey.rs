@@ -16,7 +16,9 @@ const STILL: f64 = 1e-3;
 const MOST_DIFFERENCE: f64 = 0.2;
 /// How far scans may go without an ODOM line between them, metres.
 const LONGEST_GAP_M: f64 = 0.5;
-/// Most shapes of scans that are counted separately.
+/// Headings that count turns go on beyond this after two of them; headings in degrees nearly always.
+const FEW_TURNS_RAD: f64 = 2.0 * std::f64::consts::TAU;
+/// Most shapes of scans that are counted each for itself.
 const MAX_SHAPES: usize = 32;
 /// Most first words of unread lines that are counted separately.
 const MAX_OTHERS: usize = 32;
@@ -88,9 +90,15 @@ pub enum Doubt {
          odometry is lost; if none has, its reference is the odometry"
     )]
     SamePoses,
+    /// Angles that a heading seldom has.
+    #[error("the headings of the poses reach {heading:.0}: expected radians; are they degrees?")]
+    Headings {
+        /// The largest.
+        heading: f64,
+    },
     /// A field that the format does not have.
     #[error(
-        "{count} {kind} lines have one field too many after their readings, {value} in each: read as the maximum range"
+        "{count} {kind} lines have an extra field after their readings, {value} in each: read as the maximum range"
     )]
     Surplus {
         /// How the lines begin.
@@ -184,7 +192,9 @@ struct Facts {
     longest_gap: Gap,
     /// Whether some scan's two poses differ.
     poses_differ: bool,
-    /// The extra field of the first line that has one, and in how many lines it occurs; `None` if they differ.
+    /// The largest heading of a pose, either way.
+    largest_heading: f64,
+    /// The field too many of the first line that has one, and of how many lines; none where they differ.
     surplus: Option<(f64, u64)>,
     surplus_differs: bool,
     shapes: Shapes,
@@ -204,6 +214,7 @@ impl Facts {
             self.own.push(own);
             self.take_gap(own, line, odometry_lines);
             self.poses_differ |= [reference.x, reference.y] != [own.x, own.y];
+            self.largest_heading = self.largest_heading.max(reference.yaw_rad.abs()).max(own.yaw_rad.abs());
         }
         self.shapes.take(scan.ranges_m.len(), scan.beams);
     }
@@ -335,7 +346,10 @@ impl Survey {
         let is_one_pose = reading.odometry == OdometrySource::Scans && !facts.poses_differ && moves;
         let surplus =
             facts.surplus().map(|(value, count)| Doubt::Surplus { kind: reading.kind, count, value });
-        still.into_iter().chain(is_one_pose.then_some(Doubt::SamePoses)).chain(surplus).collect()
+        let heading = facts.largest_heading;
+        let headings = (heading > FEW_TURNS_RAD).then_some(Doubt::Headings { heading });
+        let is_one_pose = is_one_pose.then_some(Doubt::SamePoses);
+        still.into_iter().chain(is_one_pose).chain(headings).chain(surplus).collect()
     }
 
     fn partial(&self, reading: &Reading, facts: &Facts) -> Option<Doubt> {

@@ -135,7 +135,7 @@ fn fields_are_counted_against_what_the_line_says() {
         ("FLASER 2 1 2 0 0 0 0 0 0 inf h 0", "FLASER, field 11: expected a finite number, found \"inf\""),
         ("ODOM 0 0", "ODOM: expected 10 fields, found 3"),
         ("ODOM nan 0 0 0 0 0 1 h 1", "ODOM, field 2: expected a finite number of metres, found \"nan\""),
-        ("\u{1}\u{2}garbage", "expected a kind of line, such as FLASER, found \"\\u{1}\\u{2}garbage\""),
+        ("\u{1}\u{2}garbage", "expected a known kind of line, such as FLASER, found \"\\u{1}\\u{2}garbage\""),
         ("RAWLASER1 0 -1.5 3 1 8 0 0 4 1 2 3", "RAWLASER1 4: expected 17 fields, found 12"),
         ("RAWLASER1 0 -1.5 3 1 8 0 0 4 1 2 3 4 0 1.5 h 1.5 2", "RAWLASER1 4: expected 17 fields, found 18"),
         (

@@ -308,7 +308,7 @@ fn of_another_profile_or_empty() {
     });
     assert!(messages.next().unwrap().is_err());
     for (content, said) in
-        [("", "it is empty"), ("\u{89}MCA", "it is empty"), ("no recording at all", "magic")]
+        [("", "the file is empty"), ("\u{89}MCA", "the file is empty"), ("no recording at all", "magic")]
     {
         std::fs::write(&path, content).unwrap();
         let error = Recording::open(&path).unwrap_err().to_string();

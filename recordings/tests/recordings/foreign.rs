@@ -263,3 +263,36 @@ fn a_message_of_an_unknown_topic_is_refused_by_a_writer_of_runs() {
     let error = writer.write_raw(&messages(&path)[0]).unwrap_err();
     assert!(matches!(&error, RecordingError::UnknownTopic { topic } if topic == "/ball"), "{error}");
 }
+
+/// Where rosbag2 had not found a definition, its messages were said to be too long. Of two types on one topic one was shown.
+#[test]
+fn an_empty_definition_and_a_second_type_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let undefined = SampleTopic { definition: "", ..points("/ball", COUNT, false) };
+    let path = write(folder.path(), SampleForm::default(), &[undefined]);
+    let error = Decoder::default().decode(&messages(&path)[0]).unwrap_err();
+    let words = "expected the definition of geometry_msgs/msg/PointStamped, found none in the file";
+    assert!(error.to_string().contains(words) && !error.is_one_message(), "{error}");
+    let other = SampleTopic { kind: "geometry_msgs/msg/PoseStamped", ..points("/ball", COUNT, false) };
+    let path = write(folder.path(), SampleForm::default(), &[points("/ball", COUNT, false), other]);
+    let notes = info(&path).unwrap().notes.join("\n");
+    let words = "/ball: messages of 2 types: geometry_msgs/msg/PointStamped, geometry_msgs/msg/PoseStamped";
+    assert!(notes.contains(words), "{notes}");
+}
+
+/// Another tool had left out scans and copied what the recording said of its topics: "0 missing".
+#[test]
+fn what_another_tool_has_copied_of_the_topics_does_not_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("story.mcap");
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/story.mcap");
+    let mut file = std::fs::read(golden).unwrap();
+    let mut replace = |from: &[u8], to: &[u8]| {
+        let at = file.windows(from.len()).position(|found| found == from).unwrap();
+        file[at..at + to.len()].copy_from_slice(to);
+        std::fs::write(&path, &file).unwrap();
+        info(&path).unwrap().missing
+    };
+    assert_eq!(replace(br#""missing":0"#, br#""missing":7"#), 7);
+    assert_eq!(replace(b"sketchnav ", b"other-tool"), 0);
+}

@@ -6,7 +6,13 @@
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Write};
+use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
+
+use crate::open::O_NONBLOCK;
+
+/// Nobody reads the pipe (open(2)), on all Linux.
+const ENXIO: i32 = 6;
 
 /// Where a draft is written to.
 pub type Sink = BufWriter<File>;
@@ -23,14 +29,14 @@ pub struct Draft {
 }
 
 impl Draft {
-    /// Begins `path` as a new file `path.unfinished` next to it; if `path` is a link, next to its target.
+    /// Begins `path`, as a new file `path.unfinished` beside it; of a link, where it leads to. Never waits.
     ///
     /// # Errors
-    /// Those of the system.
+    /// As the system says; [`ErrorKind::NotConnected`] for a named pipe that nobody reads.
     pub fn begin(path: &Path) -> io::Result<(Self, Sink)> {
-        if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
-            // Replacing a device would remove it; a folder is refused here.
-            let file = File::options().write(true).open(path)?;
+        if let Some(there) = std::fs::metadata(path).ok().filter(|there| !there.is_file()) {
+            // Moved over, a device would be gone; a folder is refused here.
+            let file = if there.file_type().is_fifo() { open_pipe(path) } else { open_to_write(path) }?;
             return Ok((Self { path: path.to_owned(), draft: None }, BufWriter::new(file)));
         }
         let path = path.canonicalize().unwrap_or_else(|_| path.to_owned());
@@ -72,7 +78,25 @@ impl Drop for Draft {
     }
 }
 
-/// A new file next to `path`. An existing file of that name may belong to another process, so it is left alone.
+fn open_to_write(path: &Path) -> io::Result<File> {
+    File::options().write(true).open(path)
+}
+
+/// Opens a named pipe that somebody reads; without a reader that would wait, maybe for ever.
+fn open_pipe(path: &Path) -> io::Result<File> {
+    let looked = File::options().write(true).custom_flags(O_NONBLOCK).open(path);
+    // Open until the end: a reader whose only writer it is would be at its end.
+    let _looked = looked.map_err(|error| match error.raw_os_error() {
+        Some(ENXIO) => {
+            let words = "expected a file, or a pipe that is read, found a pipe that nobody reads; start its reader first";
+            io::Error::new(ErrorKind::NotConnected, words)
+        }
+        _ => error,
+    })?;
+    open_to_write(path)
+}
+
+/// A new file beside `path`. One of that name that is there already may belong to somebody: it stays.
 fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     for number in 1..=MAX_DRAFTS {
         let mut draft = OsString::from(path);
@@ -172,18 +196,24 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [pipe, link, file] = ["pipe", "link", "file"].map(|name| folder.path().join(name));
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
-        #[expect(clippy::disallowed_methods, reason = "a pipe has two ends")]
-        let reader = std::thread::spawn({
-            let pipe = pipe.clone();
-            move || std::fs::read(pipe).unwrap()
-        });
+        // A command with `-o pipe` waited for ever.
+        assert_eq!(ENXIO, nix::libc::ENXIO);
+        let error = Draft::begin(&pipe).err().unwrap();
+        assert_eq!(error.kind(), ErrorKind::NotConnected);
+        assert!(
+            error.to_string().ends_with("found a pipe that nobody reads; start its reader first"),
+            "{error}"
+        );
+        let mut reader = File::options().read(true).custom_flags(O_NONBLOCK).open(&pipe).unwrap();
         let (draft, mut sink) = Draft::begin(&pipe).unwrap();
         assert_eq!(draft.written(), None);
         sink.write_all(b"said").unwrap();
         sink.flush().unwrap();
         drop(sink);
         draft.finish().unwrap();
-        assert_eq!(reader.join().unwrap(), b"said");
+        let mut said = Vec::new();
+        reader.read_to_end(&mut said).unwrap();
+        assert_eq!(said, b"said");
         assert!(!std::fs::metadata(&pipe).unwrap().is_file());
         std::fs::write(&file, "old").unwrap();
         std::os::unix::fs::symlink(&file, &link).unwrap();

@@ -6,9 +6,9 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
-/// Do not wait for the other end of a pipe (open(2)). This is the value on all Linux targets on which Rust's standard library
-/// is tested, except MIPS and SPARC. A test compares it with the C library's.
-const O_NONBLOCK: i32 = 0o4000;
+/// Does not wait for the other end of a pipe (open(2)): the value on all Linux that Rust's standard library is tested on but
+/// MIPS and SPARC. A test compares it with the C library's.
+pub(crate) const O_NONBLOCK: i32 = 0o4000;
 
 /// Opens a plain file to read it; never waits. `what` it should be, for errors: `a mission`.
 ///
@@ -36,7 +36,7 @@ fn check(found: &Metadata, what: &str) -> io::Result<()> {
         return Ok(());
     }
     let kind = if found.is_dir() { ErrorKind::IsADirectory } else { ErrorKind::InvalidInput };
-    let advice = if found.is_dir() { "" } else { "; copy what it gives into a file first" };
+    let advice = if found.is_dir() { "" } else { "; copy its output into a file first" };
     let words = format!("expected {what}, found {}{advice}", name(found.file_type()));
     Err(io::Error::new(kind, words))
 }
@@ -51,7 +51,7 @@ fn name(kind: FileType) -> &'static str {
     } else if kind.is_socket() {
         "a socket"
     } else {
-        "something that is no file"
+        "something other than a file"
     }
 }
 
@@ -84,12 +84,12 @@ mod tests {
         let (end, _other) = pipe().unwrap();
         let substituted = format!("/proc/self/fd/{}", end.as_raw_fd()).into();
         for (path, found) in [
-            (fifo, "a pipe; copy what it gives into a file first"),
-            (link, "a pipe; copy what it gives into a file first"),
-            (substituted, "a pipe; copy what it gives into a file first"),
-            (socket, "a socket; copy what it gives into a file first"),
-            ("/dev/zero".into(), "a device; copy what it gives into a file first"),
-            ("/dev/tty".into(), "a device; copy what it gives into a file first"),
+            (fifo, "a pipe; copy its output into a file first"),
+            (link, "a pipe; copy its output into a file first"),
+            (substituted, "a pipe; copy its output into a file first"),
+            (socket, "a socket; copy its output into a file first"),
+            ("/dev/zero".into(), "a device; copy its output into a file first"),
+            ("/dev/tty".into(), "a device; copy its output into a file first"),
             (folder.path().to_path_buf(), "a folder"),
         ] {
             let error = open(&path, "a note").unwrap_err().to_string();

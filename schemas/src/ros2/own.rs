@@ -321,6 +321,6 @@ fn text<T: OwnMessage>() -> String {
         line(&[" Number of the message that caused this one."], "source_seq", Some(u64::msg())),
     ];
     lines.extend(T::lines());
-    lines.push(line(&[" The slice behind the message."], T::SLICE, T::Slice::msg()));
+    lines.push(line(&[" The slice after the message."], T::SLICE, T::Slice::msg()));
     definitions::compose(&doc.collect::<Vec<_>>(), &lines)
 }

@@ -80,7 +80,7 @@ fn counted<'a, T: bytemuck::Pod>(
     match first_used {
         None => Ok(counted),
         Some(i) => {
-            let expected = "zeros behind the count, not an entry at this index";
+            let expected = "only zeros beyond the count";
             Err(Ros2Error::Value { field, expected, found: u64::from(count) + i as u64 })
         }
     }
@@ -139,5 +139,5 @@ pub fn text_form<const N: usize>(
 /// # Errors
 /// [`Ros2Error::Value`] if there is one.
 pub fn no_cells(cells: &[u8]) -> Result<(), Ros2Error> {
-    expect(cells.is_empty(), "cells", "no slice behind this message", cells.len() as u64)
+    expect(cells.is_empty(), "cells", "no slice after this message", cells.len() as u64)
 }

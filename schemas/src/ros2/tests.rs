@@ -110,11 +110,11 @@ fn the_pad_is_a_process_in_every_message_that_names_processes() {
 
 #[test]
 fn a_msg_is_written_as_a_person_would() {
-    let text = "# The robot began or ended to touch something.
+    let text = "# The robot started or stopped touching something.
 # Frame: world.
 uint32 WALL=1 # A wall of the building.
 uint32 FURNITURE=2 # Furniture, which no sketch shows.
-uint32 PERSON=3 # Somebody who walks.
+uint32 PERSON=3 # A person walking.
 
 std_msgs/Header header
 # Number of the message that caused this one.

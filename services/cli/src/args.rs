@@ -26,6 +26,7 @@ pub use self::tools::{
 };
 pub use self::values::FloorPlace;
 use self::values::{parse_floor_place, parse_served, parse_service, parse_speed};
+pub use crate::directions::DirectionsOptions;
 use crate::eval::all::WORD as ALL;
 use crate::eval::parse_jobs;
 pub use crate::relations::RelationsOptions;
@@ -302,7 +303,17 @@ pub enum Command {
         #[arg(long)]
         table: bool,
     },
-    /// Print shell completions.
+    /// Print what the map-maker of a mission with directions makes of it: itineraries, landmarks, the transition matrix.
+    #[command(
+        after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav directions sim/missions/directions/hundred.toml --method d-r\nExample: sketchnav directions sim/missions/directions/hundred.toml --table landmarks --only reliable=0.95"
+    )]
+    Directions {
+        /// A mission of kind `directions`.
+        mission: PathBuf,
+        #[command(flatten)]
+        options: DirectionsOptions,
+    },
+    /// Print the completions of a shell.
     #[command(
         after_help = "Exit codes: 0 done, 2 built without them, 3 anything else.\nExample: sketchnav completions bash > ~/.local/share/bash-completion/completions/sketchnav"
     )]

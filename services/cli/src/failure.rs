@@ -85,14 +85,17 @@ fn report(error: &anyhow::Error, code: u8, json: bool) -> ExitCode {
     ExitCode::from(code)
 }
 
-/// The parts of an error that have several lines: the position in a TOML or YAML file, and what a process printed.
-const LINES_FOLLOW: [&str; 4] =
-    ["TOML parse error at line ", "\n --> <input>:", "\n  --> <input>:", "; its last words:\n"];
+/// What of an error has several lines of its own: the place in a TOML file, and what a process printed.
+const LINES_FOLLOW: [&str; 2] = ["TOML parse error at line ", "; its last words:\n"];
+/// The place in a YAML file, on a line of its own after some spaces.
+const YAML_PLACE: &str = "--> <input>:";
 
 /// Formats an error for printing. Names before the position in a file are kept on one line; later lines are indented,
 /// so that none looks like another message.
 fn on_lines(story: &str) -> String {
-    let follow = LINES_FOLLOW.iter().filter_map(|mark| story.find(mark)).min();
+    let yaml = story.find(YAML_PLACE).map(|at| story[..at].trim_end_matches(' ').len());
+    let yaml = yaml.and_then(|end| Some(story[..end].strip_suffix('\n')?.len()));
+    let follow = LINES_FOLLOW.iter().filter_map(|mark| story.find(mark)).chain(yaml).min();
     let (first, lines) = story.split_at(follow.unwrap_or(story.len()));
     format!("error: {}{}", OneLine(first), lines.replace('\n', "\n  "))
 }
@@ -141,9 +144,11 @@ mod tests {
         assert!(told.starts_with("error: m\\n.toml: TOML parse error at line 2"), "{told}");
         assert!(told.contains("\n  2 | b\\u001b[2J = = 2\n"), "{told}");
         assert!(told.lines().skip(1).all(|line| line.starts_with("  ")), "{told}");
-        let yaml = sketchnav_sim::ros_map::MapInfo::parse("image: a.pgm\nresolution: [\n").unwrap_err();
-        let told = output_of(&anyhow::Error::from(yaml));
-        assert!(!told.contains("\\n"), "{told}");
+        for yaml in ["image: a.pgm\nresolution: [\n", "image: a.pgm\nresolution: 1\norigin: [1, 2]\n"] {
+            let yaml = sketchnav_sim::ros_map::MapInfo::parse(yaml).unwrap_err();
+            let told = output_of(&anyhow::Error::from(yaml));
+            assert!(!told.contains("\\n"), "{told}");
+        }
     }
 
     /// A file name that a shell pattern matched among others.

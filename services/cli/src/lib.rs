@@ -97,6 +97,7 @@ mod bridge;
 mod channels;
 mod chaos;
 mod deform;
+mod directions;
 mod doctor;
 mod doubts;
 mod eval;
@@ -136,7 +137,6 @@ use sketchnav_stage::Navigator;
 
 use args::{Cli, Command};
 use failure::{Failure, Outcome, exit_code};
-use recordings::whole::Whole;
 
 /// The program itself: reads the command line and runs the command.
 pub fn main() -> ExitCode {
@@ -213,12 +213,15 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Param { what }) => param::param(&what),
         Some(Command::Snapshot { options }) => recordings::snapshot::snapshot(&options),
         Some(Command::Bridge { other }) => bridge::bridge(&other),
-        Some(Command::Diff { a, b, json }) => tools::diff(Whole::of(&a)?.path(), Whole::of(&b)?.path(), json),
+        Some(Command::Diff { a, b, json }) => {
+            recordings::with_all(&[a, b], |wholes| tools::diff(wholes, json))
+        }
         Some(Command::Info { file, json }) => tools::info(&file, json),
         Some(Command::Relations { file, options }) => {
-            relations::relations(Whole::of(&file)?.path(), &options)
+            recordings::with(&file, |whole| relations::relations(whole, &options))
         }
         Some(Command::Landmarks { mission, table }) => landmarks::print(&mission, table),
+        Some(Command::Directions { mission, options }) => directions::print(&mission, &options),
         Some(Command::Completions { shell }) => manuals::completions(shell),
         Some(Command::Man { folder }) => manuals::man(&folder),
         Some(Command::Recordings(tool)) => recordings::dispatch(tool),

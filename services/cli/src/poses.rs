@@ -33,7 +33,7 @@ pub struct Way {
     pub frame: String,
     /// The positions in the order of time, each time once.
     pub places: Vec<Place>,
-    /// Messages that were left out: without finite numbers, or with the time of another one.
+    /// Messages that were left out: none of their type, without finite numbers, or of a time that another one has.
     pub left_out: usize,
 }
 
@@ -45,7 +45,7 @@ pub fn types() -> String {
 /// Reads the positions of all topics that contain some, ordered by name.
 ///
 /// # Errors
-/// The recording cannot be read, or a message does not fit its definition.
+/// [`RecordingError`] if the recording or a message definition cannot be read.
 pub fn read(recording: &Recording) -> Result<Vec<Way>, RecordingError> {
     let topics: Vec<_> = recording.topics()?.into_iter().filter(|topic| path_in(topic).is_some()).collect();
     let mut ways: BTreeMap<_, Way> = BTreeMap::new();
@@ -59,8 +59,11 @@ pub fn read(recording: &Recording) -> Result<Vec<Way>, RecordingError> {
             name: raw.topic.name.trim_start_matches('/').to_owned(),
             ..Way::default()
         });
-        let message = decoder.decode(&raw)?;
-        way.take(&raw, &message);
+        match decoder.decode(&raw) {
+            Ok(message) => way.take(&raw, &message),
+            Err(error) if error.is_one_message() => way.left_out += 1,
+            Err(error) => return Err(error),
+        }
     }
     Ok(ways.into_values().map(Way::in_order).collect())
 }
@@ -72,6 +75,13 @@ fn path_in(topic: &Topic) -> Option<&'static [&'static str]> {
 }
 
 impl Way {
+    /// What there is to say of messages that were left out.
+    pub fn notice(&self) -> Option<String> {
+        let Self { name, left_out, .. } = self;
+        let words = "none of their type, no finite place, or a time that another one has";
+        (*left_out > 0).then(|| format!("{name}: {left_out} messages left out: {words}"))
+    }
+
     fn take(&mut self, raw: &RawMessage, message: &Value) {
         if let Some(frame) = message["header"]["frame_id"].as_str() {
             frame.clone_into(&mut self.frame);

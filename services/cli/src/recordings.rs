@@ -15,7 +15,7 @@ pub mod whole;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use sketchnav_recordings::{Recording, RecordingError, copy};
+use sketchnav_recordings::{Recording, copy};
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::say;
@@ -47,14 +47,14 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
     }
 }
 
-/// Works with the recording that a path refers to; failures name that path.
-fn with(file: &Path, work: impl FnOnce(&Whole) -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
+/// Works with the recording that a person means by a path, which is what a failure names.
+pub fn with(file: &Path, work: impl FnOnce(&Whole) -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
     let whole = Whole::of(file)?;
     whole.known(work(&whole))
 }
 
-/// The same with several recordings.
-fn with_all(
+/// The same of several.
+pub fn with_all(
     files: &[PathBuf],
     work: impl FnOnce(&[Whole]) -> Result<Outcome, Failure>,
 ) -> Result<Outcome, Failure> {
@@ -83,22 +83,9 @@ fn refuse_a_recording(output: &Path, force: bool) -> Result<(), Failure> {
     )))
 }
 
-/// The names of those recordings that are cut off according to `info`.
-pub fn cut_off<'a>(
-    recordings: impl IntoIterator<Item = &'a Recording>,
-) -> Result<Vec<String>, RecordingError> {
-    let mut names = Vec::new();
-    for recording in recordings {
-        if recording.index()?.is_cut_off() {
-            names.push(recording.path().display().to_string());
-        }
-    }
-    Ok(names)
-}
-
-/// Warns that the recording is cut off, so that it covers only part of the run.
+/// Warns that the recording is cut off, so that it covers a part of the run only.
 pub fn tell_cut_off(name: impl std::fmt::Display) {
-    say!("notice: {name} is cut off; what is there is whole");
+    say!("notice: {name} is cut off; the rest is intact");
 }
 
 fn open(path: &Path) -> Result<Recording, Failure> {
@@ -211,7 +198,56 @@ mod tests {
         assert_eq!(place.run("echo text --file x.mcap --field a"), "");
     }
 
-    /// A page once replaced a recording whose name resembled the intended one.
+    /// One message that could not be decoded was the end of `echo` and `relations`.
+    #[test]
+    fn a_message_that_cannot_be_decoded_is_skipped() {
+        let cut = |count: usize| {
+            let mut ball = points("/ball", 25, false);
+            ball.messages.iter_mut().take(count).for_each(|(.., message)| message.truncate(20));
+            Place::new(SampleForm::default(), &[ball, points("/cup", 25, false)])
+        };
+        let place = cut(2);
+        for line in
+            ["echo ball --file x.mcap", "echo ball --file x.mcap --once", "relations x.mcap --calculus qtc-b"]
+        {
+            assert_eq!(place.run(line), "", "{line}");
+        }
+        // Where nothing is left, the error is that of the first.
+        assert!(cut(25).run("echo ball --file x.mcap").contains("found the end of the message"));
+    }
+
+    /// `filter -o pipe` waited for ever for somebody to read the pipe.
+    #[test]
+    fn a_pipe_that_nobody_reads_is_no_output() {
+        let place =
+            Place::new(SampleForm::default(), &[points("/ball", 25, false), points("/cup", 25, false)]);
+        let pipe = place.0.path().join("pipe.mcap");
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
+        for line in [
+            "filter x.mcap -o pipe.mcap",
+            "merge x.mcap x.mcap -o pipe.mcap",
+            "recover x.mcap -o pipe.mcap",
+            "report x.mcap -o pipe.mcap",
+        ] {
+            let error = place.run(line);
+            assert!(error.contains("pipe.mcap"), "{line}: {error}");
+            assert!(
+                error.contains("found a pipe that nobody reads; start its reader first"),
+                "{line}: {error}"
+            );
+        }
+        for line in [
+            "info pipe.mcap",
+            "echo ball --file pipe.mcap",
+            "filter pipe.mcap -o y.mcap",
+            "diff pipe.mcap x.mcap",
+        ] {
+            let error = place.run(line);
+            assert!(error.contains("found a pipe"), "{line}: {error}");
+        }
+    }
+
+    /// A page took the place of a recording that stood under a name like the one that was meant.
     #[test]
     fn no_page_takes_the_place_of_another_recording_unless_told_so() {
         let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);

@@ -12,9 +12,11 @@ use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
+use sketchnav_recordings::copy;
 
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{self, out, say};
+use crate::recordings::whole::Whole;
 use association::Meetings;
 use calculi::Word;
 
@@ -112,9 +114,9 @@ struct Held {
     change: String,
 }
 
-/// Prints the relations of `file`.
-pub fn relations(file: &Path, options: &RelationsOptions) -> Result<Outcome, Failure> {
-    let series = compute(file, options).or_input()?;
+/// Prints the relations of a recording or of a table.
+pub fn relations(whole: &Whole, options: &RelationsOptions) -> Result<Outcome, Failure> {
+    let series = compute(whole, options).or_input()?;
     for one in &series {
         if let Some(note) = &one.note {
             say!("notice: {}", one.named(note));
@@ -131,10 +133,10 @@ pub fn relations(file: &Path, options: &RelationsOptions) -> Result<Outcome, Fai
     Ok(Outcome::Success)
 }
 
-fn compute(file: &Path, options: &RelationsOptions) -> anyhow::Result<Vec<Series>> {
-    let is_recording = file.extension().is_some_and(|extension| extension == "mcap");
-    let tracks = if is_recording { bodies::read(file)? } else { table::read(file)? };
-    let chosen = choose(&tracks, options)?;
+fn compute(whole: &Whole, options: &RelationsOptions) -> anyhow::Result<Vec<Series>> {
+    let file = whole.path();
+    let tracks = if is_recording(file) { bodies::read(whole)? } else { table::read(file)? };
+    let chosen = choose(&tracks, options).with_context(|| file.display().to_string())?;
     let of = |tracks: Vec<&Track>| of_tracks(&tracks, options).with_context(|| file.display().to_string());
     let series: Vec<Series> = chosen.into_iter().map(of).collect::<anyhow::Result<_>>()?;
     if series.iter().all(|one| one.relations.is_empty()) {
@@ -142,6 +144,12 @@ fn compute(file: &Path, options: &RelationsOptions) -> anyhow::Result<Vec<Series
         bail!("{}: expected relations, found none: {}", file.display(), why.join("; "));
     }
     Ok(series)
+}
+
+/// Whether it is meant as a recording, or is one whatever its name says.
+fn is_recording(file: &Path) -> bool {
+    let is_named_so = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
+    is_named_so || copy::profile(file).is_ok()
 }
 
 fn of_tracks(tracks: &[&Track], options: &RelationsOptions) -> anyhow::Result<Series> {

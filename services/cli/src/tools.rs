@@ -1,13 +1,14 @@
 //! Tools for recordings.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
 use serde::Serialize;
 use sketchnav_recordings::faults::{FaultInfo, faults};
 use sketchnav_recordings::info::{Info, TopicInfo};
-use sketchnav_recordings::{Recording, RecordingError, rosbag2};
+use sketchnav_recordings::rosbag2::{self, Bag, METADATA};
+use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_schemas::channels::FAULTS;
 
 use crate::failure::{Failure, OrInput, Outcome};
@@ -16,12 +17,14 @@ use crate::recordings;
 use crate::recordings::whole::{self, Whole};
 
 /// Compares two recordings.
-pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
-    let opened = [a, b].map(Recording::open).into_iter().collect::<Result<Vec<_>, _>>().or_input()?;
-    // Only channels of ours are compared; in recordings of others there would be none.
+pub fn diff(wholes: &[Whole], json: bool) -> Result<Outcome, Failure> {
+    let [a, b] = wholes else { return Err(Failure::Input(anyhow!("expected two recordings"))) };
+    let opened = [a, b].map(|whole| Recording::open(whole.path()));
+    let opened = opened.into_iter().collect::<Result<Vec<_>, _>>().or_input()?;
+    // Only channels of ours are compared: of others' recordings none would be.
     opened.iter().try_for_each(Recording::must_be_ours).or_input()?;
-    let difference = sketchnav_recordings::diff::diff(a, b).or_input()?;
-    let cut_off = recordings::cut_off(&opened).or_input()?;
+    let difference = sketchnav_recordings::diff::diff(a.path(), b.path()).or_input()?;
+    let cut_off = cut_off(wholes.iter().zip(&opened)).or_input()?;
     cut_off.iter().for_each(recordings::tell_cut_off);
     if json {
         let object = serde_json::json!({
@@ -39,7 +42,20 @@ pub fn diff(a: &Path, b: &Path, json: bool) -> Result<Outcome, Failure> {
     Ok(if difference.is_none() { Outcome::Success } else { Outcome::Short })
 }
 
-/// Maximum number of faults of a recording that are printed for people.
+/// The names of those of the recordings that `info` calls cut off.
+fn cut_off<'a>(
+    recordings: impl Iterator<Item = (&'a Whole, &'a Recording)>,
+) -> Result<Vec<String>, RecordingError> {
+    let mut names = Vec::new();
+    for (whole, recording) in recordings {
+        if recording.index()?.is_cut_off() {
+            names.push(whole.name().display().to_string());
+        }
+    }
+    Ok(names)
+}
+
+/// Most faults of a recording that are printed for people.
 const MAX_FAULTS: usize = 60;
 
 /// The information about a recording.
@@ -75,18 +91,32 @@ fn look_at(path: &Path, whole: &Whole) -> Result<Told, Failure> {
 /// Prints the content of a recording, or of every recording of a folder.
 pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     if !path.is_dir() {
-        let told = look_at(path, &Whole::of(path)?)?;
+        let whole = Whole::of(path)?;
+        let told = whole.known(look_at(path, &whole))?;
         return if json { print_json(&told) } else { print(&told) }
             .map(|()| Outcome::Success)
             .map_err(Failure::from);
     }
     let (files, missing) = whole::listed_in(path).or_input()?;
-    let mut infos =
-        files.iter().map(|file| look_at(file, &Whole::alone(file)?)).collect::<Result<Vec<_>, _>>()?;
+    let look_at_one = |file: &PathBuf| {
+        let whole = Whole::alone(file)?;
+        whole.known(look_at(file, &whole))
+    };
+    let mut infos = files.iter().map(look_at_one).collect::<Result<Vec<_>, _>>()?;
+    let missing: Vec<_> = missing.into_iter().chain(fewer(path, &infos)?).collect();
     missing.iter().for_each(|words| say!("notice: {words}"));
     infos.iter_mut().take(1).for_each(|told| told.info.notes.extend(missing.iter().cloned()));
     if json { print_json(&infos) } else { infos.iter().try_for_each(print) }?;
     Ok(Outcome::Success)
+}
+
+/// That the files of a bag hold fewer messages than its metadata say.
+fn fewer(folder: &Path, infos: &[Told]) -> Result<Option<String>, Failure> {
+    let said = Bag::read(folder).or_input()?.and_then(|bag| bag.messages);
+    let held = infos.iter().map(|told| told.info.messages).sum::<u64>();
+    let words =
+        |said| format!("{}: {METADATA} says {said} messages, its files hold {held}", folder.display());
+    Ok(said.filter(|said| held < *said).map(words))
 }
 
 fn print_json(told: &impl Serialize) -> anyhow::Result<()> {
@@ -100,9 +130,9 @@ fn print(told: &Told) -> anyhow::Result<()> {
         out!("{key:<10} {value}")?;
     }
     let end = match (info.clean_end, info.restarts) {
-        (false, _) => "cut off; what is there is whole".to_owned(),
+        (false, _) => "cut off; the rest is intact".to_owned(),
         (true, 0) => "ended cleanly".to_owned(),
-        (true, restarts) => format!("ended cleanly; the recorder was killed and went on {restarts} times"),
+        (true, restarts) => format!("ended cleanly; the recorder was killed and resumed {restarts} times"),
     };
     for (process, restarts) in info.process_restarts.iter().filter(|(_, restarts)| **restarts > 0) {
         out!("{process:<10} started again {restarts} times")?;
@@ -144,5 +174,31 @@ fn print_faults(faults: &[FaultInfo]) -> anyhow::Result<()> {
     match faults.len().saturating_sub(MAX_FAULTS) {
         0 => Ok(()),
         more => out!("and {more} more faults: --json lists them all"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_recordings::samples::{SampleForm, points, recording};
+
+    use super::*;
+
+    /// A bag had lost most of its messages, and nobody was told.
+    #[test]
+    fn a_bag_that_holds_fewer_messages_than_its_metadata_say_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("b_0.mcap");
+        std::fs::write(&file, recording(SampleForm::default(), &[points("/ball", 12, false)])).unwrap();
+        let told = look_at(&file, &Whole::alone(&file).unwrap()).unwrap();
+        let says = |count: u64| {
+            let text = format!(
+                "rosbag2_bagfile_information:\n  storage_identifier: mcap\n  message_count: {count}\n  \
+                 relative_file_paths: [b_0.mcap]\n"
+            );
+            std::fs::write(folder.path().join(METADATA), text).unwrap();
+            fewer(folder.path(), std::slice::from_ref(&told)).unwrap()
+        };
+        assert!(says(30).unwrap().ends_with("says 30 messages, its files hold 12"));
+        assert_eq!([says(12), says(7)], [None, None]);
     }
 }

@@ -1,4 +1,4 @@
-//! What can go wrong with an experiment; a robot that does not arrive is no error.
+//! What can go wrong with an experiment; a robot that does not arrive is not an error.
 
 use std::path::PathBuf;
 
@@ -10,29 +10,29 @@ use crate::judge::anchors::AnchorsError;
 use crate::judge::homotopy::CorrespondenceError;
 use crate::picture::PictureError;
 
-/// Why a suite cannot be loaded or a trial not be driven.
+/// Why a suite cannot be loaded or a trial cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum EvalError {
     /// A suite that does not exist.
     #[error("suite {found:?}: expected one of {known}")]
     Suite {
-        /// What was asked for.
+        /// The name that was asked for.
         found: String,
-        /// All that there are.
+        /// All suites.
         known: String,
     },
-    /// Data that are not part of the project.
+    /// Data that are not part of the project are missing.
     #[error(
-        "suite {suite} needs {what}, which is not part of sketchnav: expected {file} in the folder that --data DIR or the variable SKETCHNAV_DATA names, found {found}"
+        "suite {suite} needs {what}, which is not shipped with sketchnav: expected {file} in the folder given by --data DIR or SKETCHNAV_DATA, found {found}"
     )]
     NoData {
-        /// What was to be driven.
+        /// The suite.
         suite: &'static str,
-        /// What is missing.
+        /// The data.
         what: &'static str,
-        /// Where it would lie.
+        /// The file's place in the folder of the data.
         file: &'static str,
-        /// What there is in its place.
+        /// What was found instead.
         found: String,
     },
     /// A file that cannot be read.
@@ -43,49 +43,49 @@ pub enum EvalError {
         /// Why.
         cause: std::io::Error,
     },
-    /// A line of a file that is not what it should be.
+    /// A line of a file that is not as expected.
     #[error("{path}, line {line}: expected {expected}, found {found:?}")]
     Line {
         /// The file.
         path: PathBuf,
-        /// Which line, from 1.
+        /// The line's number, from 1.
         line: usize,
-        /// What would be right.
+        /// What was expected.
         expected: &'static str,
-        /// What stands there.
+        /// What was found.
         found: String,
     },
     /// A marker of a page that cannot be filled.
     #[error("line {line}: expected {expected}, found {found:?}")]
     Marker {
-        /// Which line of the page, from 1.
+        /// The line's number in the page, from 1.
         line: usize,
-        /// What would be right.
+        /// What was expected.
         expected: String,
-        /// What stands there.
+        /// What was found.
         found: String,
     },
-    /// A data file of ours that is not what it should be.
+    /// A data file of this project that cannot be parsed.
     #[error("{what}: {cause}")]
     Data {
-        /// Which.
+        /// The file's contents.
         what: &'static str,
         /// Why.
         cause: toml::de::Error,
     },
-    /// What a map-maker or a navigator by landmarks cannot do.
+    /// A failure of a map-maker or of a navigator by landmarks.
     #[error(transparent)]
     Directions(#[from] sketchnav_directions::Error),
-    /// The world, the robot or a mission file.
+    /// The world, the robot or the mission file is faulty.
     #[error(transparent)]
     Sim(#[from] SimError),
     /// A floor that cannot be drawn.
     #[error(transparent)]
     Deform(#[from] sketchnav_deform::DeformError),
-    /// A drawing.
+    /// The drawing cannot be read.
     #[error(transparent)]
     Sketch(#[from] SketchError),
-    /// The file that says which places of drawings are which places of floors.
+    /// The file that says which places of drawings correspond to which places of floors is faulty.
     #[error("{path}: {cause}")]
     Anchors {
         /// The file.
@@ -93,7 +93,7 @@ pub enum EvalError {
         /// Why.
         cause: AnchorsError,
     },
-    /// Places of a drawing and of its floor that do not fit together.
+    /// The places of a drawing and of its floor do not fit together.
     #[error("{path}: {cause}")]
     Correspondence {
         /// The mission file.
@@ -101,26 +101,26 @@ pub enum EvalError {
         /// Why.
         cause: CorrespondenceError,
     },
-    /// Tasks between which no way leads on the true floor.
-    #[error("mission {mission}: expected ways between the places of its tasks, found none")]
+    /// No path leads between the places of the tasks on the true floor.
+    #[error("mission {mission}: expected a path between the places of its tasks, found none")]
     NoWay {
-        /// Its name.
+        /// The mission's name.
         mission: String,
     },
-    /// A picture.
+    /// A picture cannot be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A trial that cannot begin.
+    /// A trial that cannot start.
     #[error("trial {trial}: {cause}")]
     Trial {
-        /// Its name.
+        /// The trial's name.
         trial: String,
         /// Why.
         cause: Box<RehearsalError>,
     },
 }
 
-/// Reads a file; the error names it.
+/// Reads a file; errors name it.
 pub(crate) fn read(path: &std::path::Path) -> Result<Vec<u8>, EvalError> {
     sketchnav_files::read(path, sketchnav_files::DRAWING)
         .map_err(|cause| EvalError::Io { path: path.to_path_buf(), cause })

@@ -1,18 +1,20 @@
-//! Experiments. A [`Suite`] is a list of [`Trial`]s. A trial is driven by the same cores as the processes, in one
-//! process. It gives one [`TaskOutcome`] a task, which [`statistics`] counts.
+//! Experiments. A [`Suite`] is a list of [`Trial`]s. A trial is driven in one process by the same cores as the separate processes
+//! run. It yields one [`TaskOutcome`] per task, and [`statistics`] counts these.
 //!
 //! ```text
 //! suites::load → Suite ─jobs::run_all→ TaskOutcomes ─statistics→ table, report
 //! ```
 //!
-//! What drives no missions is a [`Study`](studies::Study).
+//! An experiment that drives no missions is a [`Study`](studies::Study).
 //!
-//! The same suite, method and seed give the same outcomes, whatever the number of threads. A trial's seed is derived
-//! from the suite's seed and the trial's name alone.
+//! The same suite, method and seed give the same outcomes, whatever the number of threads. A trial's seed is derived only from the
+//! suite's seed and the trial's name.
 
 pub mod ablation;
+pub mod calibration;
 pub mod corridor;
 pub mod corridor_cost;
+pub mod corridor_published;
 pub mod cost;
 pub mod deformed;
 pub mod figures;

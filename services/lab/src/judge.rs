@@ -1,10 +1,10 @@
-//! What a mission came to, by the true poses rather than by what the planner believed.
+//! The outcome of a mission, judged by the true poses rather than by what the planner believed.
 //!
-//! A task is reached where the planner said so *and* the robot truly stood in the task's place (Boniardi et al. 2015,
-//! IV). They "considered a task successful if … the robot is able to access them".
+//! A task is reached if the planner reported so *and* the robot truly stood in the task's place (Boniardi et al. 2015, IV, who
+//! "considered a task successful if … the robot is able to access them").
 //!
-//! Pure: messages and the mission in, a [`Verdict`] or [`figures::Figures`] out. But for [`log::Log`], which
-//! is what the judge needs of a recording, nothing here opens one, and nothing prints.
+//! Pure: messages and the mission in, a [`Verdict`] or [`figures::Figures`] out. Except for [`log::Log`], which is what the judge
+//! needs of a recording, nothing here opens one, and nothing prints.
 
 pub mod anchors;
 pub mod directions;
@@ -23,7 +23,7 @@ use sketchnav_schemas::message::{Contact, GroundTruth, Message, MissionStatus};
 use sketchnav_schemas::mission::{Mission, Task};
 use sketchnav_schemas::time::seconds;
 
-/// What became of a mission.
+/// The outcome of a mission.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// Whether every task was reached.
@@ -34,35 +34,34 @@ pub struct Verdict {
     pub sim_seconds: f64,
 }
 
-/// What became of a task.
+/// The outcome of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TaskVerdict {
     /// The task's name.
     pub name: String,
-    /// Whether the planner said that it is there and truly was.
+    /// Whether the planner reported the goal as reached and the robot truly was there.
     pub reached: bool,
-    /// What the planner said last, in the words of [`TaskState`]; `not begun` where it said nothing.
-    /// `reached` beside a `reached` of `false`: it stopped in the wrong place.
+    /// The last state that the planner reported, in the words of [`TaskState`]; `not begun` if it reported none. `reached` with a
+    /// `reached` of `false`: it stopped in the wrong place.
     pub state: String,
     /// The planner's reason, in its own words.
     pub reason: String,
-    /// Simulation time from the task's begin to its end.
+    /// Simulation time from the task's start to its end.
     pub time_s: f64,
     /// Length of the true path.
     pub path_m: f64,
-    /// From the true position at the task's end to the middle of its place; `None` where the task
-    /// never began.
+    /// From the true position at the task's end to the middle of its place; `None` if the task never began.
     pub final_error_m: Option<f64>,
     /// How often the robot began to touch something.
     pub collisions: u32,
 }
 
 impl Verdict {
-    /// What [`Verdict::task_rows`] are about.
+    /// The headings of [`Verdict::task_rows`].
     pub const TASK_COLUMNS: [&'static str; 7] =
         ["task", "reached", "time", "path", "final error", "collisions", "the planner said"];
 
-    /// A row of words for each task, for people.
+    /// A readable row for each task.
     pub fn task_rows(&self) -> impl Iterator<Item = [String; 7]> {
         self.tasks.iter().map(|task| {
             [
@@ -78,19 +77,19 @@ impl Verdict {
     }
 }
 
-/// When a task was driven and how it stood last.
+/// When a task was driven, and its last state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TaskSpan {
     /// Simulation time of the first status message of the task that does not say `waiting`.
     pub begin_ns: u64,
     /// Simulation time of the status message that ended it, or of its last one.
     pub end_ns: u64,
-    /// What that message said.
+    /// The state in that message.
     pub state: TaskState,
 }
 
 impl TaskSpan {
-    /// Those of `messages`, which are in the order of their stamps, that lie within the span.
+    /// Those of `messages`, which are in the order of their stamps, within the span.
     pub fn of<'a, T: Message>(&self, messages: &'a [T]) -> &'a [T] {
         let first = messages.partition_point(|m| m.header().stamp_ns < self.begin_ns);
         let end = messages.partition_point(|m| m.header().stamp_ns <= self.end_ns);
@@ -100,7 +99,7 @@ impl TaskSpan {
 
 /// The span of each of the `task_count` tasks, `None` for one that never began.
 ///
-/// `status` is the whole channel in order. `Finished` speaks about the mission and belongs to no task.
+/// `status` is the whole channel in order. `Finished` refers to the mission and belongs to no task.
 pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan>> {
     let mut spans: Vec<Option<TaskSpan>> = vec![None; task_count];
     for message in status {
@@ -111,7 +110,7 @@ pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan
         }
         let now_ns = message.header.stamp_ns;
         let span = span.get_or_insert(TaskSpan { begin_ns: now_ns, end_ns: now_ns, state });
-        // What was aborted may have been gone on with.
+        // A task that was aborted may have been resumed.
         if !span.state.is_end() || span.state == TaskState::Aborted {
             (span.end_ns, span.state) = (now_ns, state);
         }
@@ -141,11 +140,11 @@ pub fn judge(
     }
 }
 
-/// A true pose may be so much older than the end of a task, nanoseconds: one was sent for each instant.
+/// How much older than the end of a task a true pose may be, nanoseconds: one was sent for each instant.
 const FRESH_NS: u64 = 1_000_000_000;
 
-/// Judges what a recording with gaps does not show, by what was heard while the mission ran: the last status of each task
-/// that ended. Such a task is reached where the planner said so, and its reason says that nobody could see it.
+/// Judges what a recording with gaps does not show by the last status that each ended task reported while the mission ran. Such a
+/// task is reached if the planner reported so, and its reason says that it is not in the recording.
 pub fn fill_gaps<'a>(
     verdict: &mut Verdict,
     truth: &[GroundTruth],
@@ -235,7 +234,7 @@ fn reason_of(index: usize, span: &TaskSpan, status: &[MissionStatus]) -> String 
     last.map_or_else(String::new, |m| m.reason.as_str().to_owned())
 }
 
-/// The true pose at `stamp_ns`: of that very step where it was sent, else the last before it.
+/// The true pose at `stamp_ns`: of that very step if it was sent, otherwise the last one before it.
 fn truth_at(truth: &[GroundTruth], stamp_ns: u64) -> Option<&GroundTruth> {
     let after = truth.partition_point(|m| m.header.stamp_ns <= stamp_ns);
     truth[..after].last()
@@ -274,7 +273,7 @@ mod tests {
         Header { seq: step, stamp_ns: step * 100_000_000, source_seq: step }
     }
 
-    /// One pose a step, 0.1 m a step to the right.
+    /// One pose per step, 0.1 m per step to the right.
     fn drive(steps: u64) -> Vec<GroundTruth> {
         let pose = |k: u64| PoseM::new(&Pose::<World>::new(k as f64 * 0.1, 0.0, 0.0));
         (0..steps).map(|k| GroundTruth { header: header(k), pose: pose(k), ..Zeroable::zeroed() }).collect()
@@ -356,7 +355,7 @@ mod tests {
         assert!(!empty.success && empty.tasks.len() == 2 && empty.sim_seconds == 0.0);
     }
 
-    /// A disk that was full for a moment made "3 of 9 reached" of a mission whose tasks were all reached.
+    /// A disk that was full for a moment turned a mission whose tasks were all reached into "3 of 9 reached".
     #[test]
     fn a_gap_in_the_recording_changes_no_verdict() {
         let ends = [say(20, 0, TaskState::Reached), say(50, 1, TaskState::Reached)];
@@ -372,11 +371,11 @@ mod tests {
         let [a, b] = &verdict.tasks[..] else { panic!("{verdict:?}") };
         assert!(a.final_error_m.is_some() && a.reason == "because", "{a:?}");
         assert!(b.final_error_m.is_none() && b.reason.ends_with("not in the recording"), "{b:?}");
-        // Its status is there, and where the robot was is not.
+        // Its status is there, but not where the robot was.
         let status = [recorded.as_slice(), &[ends[1]]].concat();
         assert!(judged(&drive(30), &status, &ends).success);
         assert!(judged(&[], &[], &ends).success);
-        // What can be seen counts, whatever was said.
+        // What can be seen counts, whatever was reported.
         let early = [say(10, 0, TaskState::Reached)];
         assert!(!judged(&drive(100), &early, &early).tasks[0].reached);
         let lost = [ends[0], say(50, 1, TaskState::Lost)];

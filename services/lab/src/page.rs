@@ -1,16 +1,16 @@
-//! Pages of HTML that need no other file: their frame and style, tables, and curves over time. Light and
-//! dark, and as wide as a phone.
+//! Pages of HTML that need no other file: their frame and style, tables, and curves over time. They work in light and dark mode and
+//! fit a phone.
 //!
 //! Pure: the same content gives the same page.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sketchnav_schemas::shown;
 
-/// Cells of more characters are text: they are read from the left and may take several lines.
+/// Cells with more characters are text: they are left-aligned and may wrap.
 const LONGEST_IN_A_LINE: usize = 32;
 const STYLE: &str = include_str!("page/style.css");
 
-/// A whole page. Names in it come from anywhere: what is hidden in them is shown, as on a terminal.
+/// A whole page. Names in it may come from anywhere, so hidden characters in them are made visible, as on a terminal.
 pub fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
@@ -49,38 +49,38 @@ pub fn table(header: &[String], rows: &[Vec<String>]) -> Markup {
     }
 }
 
-/// A value over time, or over something else.
+/// A value over time, or over another quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// What it is.
+    /// What the value is.
     pub name: String,
-    /// Where along the picture, seconds mostly, and value; what is not finite is left out.
+    /// Position along the picture, mostly in seconds, and value; points that are not finite are left out.
     pub points: Vec<[f64; 2]>,
 }
 
-/// A picture of values over time, or over something else.
+/// A picture of values over time, or over another quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart<'a> {
     /// What it shows.
     pub title: &'a str,
-    /// Unit of the values.
+    /// The unit of the values.
     pub unit: &'a str,
-    /// The values.
+    /// The curves.
     pub series: &'a [Series],
-    /// Unit of what lies along the picture: `s` for time.
+    /// The unit along the picture: `s` for time.
     pub x_unit: &'a str,
-    /// From where to where along it: seconds.
+    /// The first and the last position along the picture, mostly in seconds.
     pub span: [f64; 2],
-    /// When a task began.
+    /// When the tasks began.
     pub marks: &'a [f64],
-    /// When a process died.
+    /// When processes died.
     pub faults: &'a [f64],
 }
 
-/// Size of a chart, and what is left around the plot in it: left, top, right, below.
+/// Size of a chart, and the space around its plot: left, top, right, below.
 const SIZE: [f64; 2] = [340.0, 210.0];
 const RIM: [f64; 4] = [40.0, 10.0, 10.0, 30.0];
-/// Points of a curve: more than there are pixels cannot be seen.
+/// Most points of a curve: more than there are pixels could not be seen.
 const MOST_POINTS: usize = 320;
 const LINES: usize = 4;
 
@@ -128,7 +128,7 @@ impl Chart<'_> {
         }
     }
 
-    /// The value at the upper edge: a round one.
+    /// The value at the upper edge, which is a round one.
     fn top(&self) -> f64 {
         let values = self.series.iter().flat_map(|series| series.points.iter().map(|point| point[1]));
         let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
@@ -149,7 +149,7 @@ fn fixed(value: f64) -> String {
     format!("{value:.1}")
 }
 
-/// Without more digits than can be read.
+/// About three significant digits: more would not be visible in a chart.
 fn short(value: f64) -> String {
     let text = match value.abs() {
         v if v >= 100.0 || v == 0.0 => format!("{value:.0}"),
@@ -159,7 +159,7 @@ fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// Of every so many points the largest: a peak is not to be lost.
+/// The largest of every few points, so that no peak is lost.
 fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let finite: Vec<_> = points.iter().copied().filter(|p| p[0].is_finite() && p[1].is_finite()).collect();
     let each = finite.len().div_ceil(MOST_POINTS).max(1);

@@ -1,10 +1,10 @@
-//! Two pictures of a mission: the drawing with the estimated way, the true floor with the true way.
+//! Two pictures of a mission: the drawing with the estimated path, and the true floor with the true path.
 //!
-//! Pure: plain points in, an SVG as text out, the same text for the same points. Never reads a
-//! recording (see [`crate::judge::TaskSpan::of`] for cutting channels into tasks), never writes a file.
+//! Pure: plain points in, an SVG as text out, the same text for the same points. Never reads a recording (see
+//! [`crate::judge::TaskSpan::of`] for cutting channels into tasks), never writes a file.
 //!
-//! Both pictures are 1200 units wide and drawn in units. So lines and letters look alike whatever the size of a canvas
-//! or a building.
+//! Both pictures are 1200 units wide, and sizes are in these units, so that lines and letters look alike whatever the size of a
+//! canvas or a building.
 
 mod correspondence;
 mod floor;
@@ -29,14 +29,14 @@ pub use task::{TaskMark, TaskPicture};
 /// What cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The cells are not a grid of the said size.
+    /// The number of cells does not match the size of the grid.
     #[error("sketch cells: expected {width_px} × {height_px} of them, found {found}")]
     Cells {
-        /// Width that the sketch says.
+        /// The width that was given.
         width_px: u32,
-        /// Height that the sketch says.
+        /// The height that was given.
         height_px: u32,
-        /// How many cells there are.
+        /// The number of cells.
         found: usize,
     },
     /// The grid could not be packed as a PNG.
@@ -66,11 +66,11 @@ pub struct SketchPicture<'a> {
 pub struct FloorPicture<'a> {
     /// Heading of the picture.
     pub title: &'a str,
-    /// What stands there.
+    /// What stands on the floor.
     pub shapes: &'a FloorShapes,
-    /// The ways of people who walk there.
+    /// The paths of people who walk there.
     pub people: &'a [Vec<Point<World>>],
-    /// What a camera saw at some moments, each as a polygon.
+    /// What a camera saw at some moments, as polygons.
     pub views: &'a [Vec<Point<World>>],
     /// Where the robot started.
     pub start: Pose<World>,
@@ -96,7 +96,7 @@ pub fn place_outline(place: &Place) -> Vec<Point<World>> {
 /// The drawing with the estimated trajectory, as SVG.
 ///
 /// # Errors
-/// [`PictureError`] where the cells are no grid of the said size.
+/// [`PictureError`] if the number of cells does not match the size.
 pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     let (width, height) = (f64::from(picture.width_px), f64::from(picture.height_px));
     let view = View::new([0.0, 0.0], [width, height], 0.0);
@@ -126,20 +126,20 @@ pub struct Moment<'a> {
     pub height_px: u32,
     /// Its cells, row 0 at the bottom.
     pub cells: &'a [u8],
-    /// Where the robot believed to be.
+    /// Where the robot believed itself to be.
     pub pose: Pose<Sketch>,
-    /// Where it had believed to be until then.
+    /// Where it had believed itself to be until then.
     pub trail: &'a [Point<Sketch>],
-    /// Its particles.
+    /// The particles.
     pub particles: &'a [Point<Sketch>],
-    /// The way that it planned.
+    /// The planned path.
     pub plan: &'a [Point<Sketch>],
 }
 
-/// A moment in the drawing as SVG: the way so far, the particles, the pose and the plan.
+/// A moment in the drawing as SVG: the path so far, the particles, the pose and the plan.
 ///
 /// # Errors
-/// [`PictureError`] where the cells are no grid of the said size.
+/// [`PictureError`] if the number of cells does not match the size.
 pub fn moment(moment: &Moment<'_>) -> Result<String, PictureError> {
     let Moment { title, width_px, height_px, cells, .. } = *moment;
     let view = View::new([0.0, 0.0], [width_px.into(), height_px.into()], 0.0);
@@ -189,7 +189,7 @@ pub fn floor(picture: &FloorPicture<'_>) -> String {
     sheet.finish()
 }
 
-/// The smallest box around walls, trails and the start; one metre around the start at least.
+/// The smallest box around walls, trails and the start, with at least one metre around the start.
 fn extent(picture: &FloorPicture<'_>) -> ([f64; 2], [f64; 2]) {
     let start = picture.start.position();
     let (mut low, mut high) = ([start.x - 1.0, start.y - 1.0], [start.x + 1.0, start.y + 1.0]);

@@ -1,5 +1,5 @@
-//! The parts of a report that are about one kind of navigator and stand on what was true: pictures and verdicts.
-//! What a navigator can say of a run by itself, it says in its [`Account`](sketchnav_stage::account::Account).
+//! The parts of a report that concern one kind of navigator and need to know what was true: pictures and verdicts. What a navigator
+//! can report of a run by itself is in its [`Account`](sketchnav_stage::account::Account).
 
 pub mod directions;
 mod drawing;
@@ -18,10 +18,10 @@ use crate::judge::{self, TaskSpan, TaskVerdict, Verdict};
 use crate::picture::TaskMark;
 use landmarks::Landmarks;
 
-/// What a page has of the run's kind of navigator.
+/// The part of a page about the run's kind of navigator.
 ///
 /// # Errors
-/// What the recording holds and cannot be read: a route, a plan.
+/// If a route or a plan in the recording is unreadable.
 pub fn of(
     recording: &Recording,
     (run, files): (&RunConfig, &dyn Files),
@@ -37,10 +37,10 @@ pub fn of(
     })
 }
 
-/// The drawing or sketch with the way that the robot believed to have come; `None` where the recording has none.
+/// The drawing or sketch with the path that the robot believed it took; `None` if the recording has neither.
 ///
 /// # Errors
-/// Fails where the drawing or the route cannot be read.
+/// Fails if the drawing or the route cannot be read.
 pub fn believed(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<Option<String>> {
     match drawing::picture(run, log, verdict)? {
         None => Ok(Landmarks::of(log)?.and_then(|landmarks| landmarks.sketch_picture())),
@@ -48,10 +48,10 @@ pub fn believed(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result
     }
 }
 
-/// The true floor with the true trajectory, or the plane of dots; and the name of a file for it.
+/// The true floor with the true trajectory, or the plane of dots; and a name for its file.
 ///
 /// # Errors
-/// Fails where a file of the world cannot be read.
+/// Fails if a file of the world cannot be read.
 pub fn true_ground(
     run: &RunConfig,
     files: &dyn Files,
@@ -69,7 +69,7 @@ fn within<'a, T: Message>(span: &Option<TaskSpan>, messages: &'a [T]) -> &'a [T]
     span.as_ref().map_or(&[], |span| span.of(messages))
 }
 
-/// How a task ended, as a picture shows it.
+/// The outcome of a task, as pictures show it.
 pub fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> TaskMark {
     match (span, verdict.reached) {
         (None, _) => TaskMark::NotBegun,

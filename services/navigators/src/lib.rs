@@ -1,7 +1,7 @@
-//! The navigators that a mission can choose from, by the word of its `[navigator] kind`.
+//! The navigators that a mission can choose from by name, in its `[navigator] kind`.
 //!
-//! The navigators of this project are known from the first use of this crate; a program that has others adds them by
-//! [`register`], the first thing that it does.
+//! The navigators of this project are known from the first use of this crate. A program that has others must add them with
+//! [`register`] before anything else.
 
 use std::sync::{LazyLock, PoisonError, RwLock};
 
@@ -12,16 +12,16 @@ use sketchnav_schemas::ros2::derived::{self, Derived};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::Navigator;
 
-/// The navigators of this project, each a crate with `messages` and a `NAVIGATOR`.
+/// The navigators of this project, each a crate with a `messages` module and a `NAVIGATOR`.
 macro_rules! residents {
     ($($kind:ident),*) => {
         const NAVIGATORS: &[Navigator] = &[$($kind::NAVIGATOR),*];
 
-        /// Visits the message type of every channel that all navigators have, and of those of this project's navigators;
-        /// stops at the first error.
+        /// Visits the message type of every channel that all navigators have, and those of this project's navigators; stops at the
+        /// first error.
         ///
         /// # Errors
-        /// The visitor's.
+        /// The visitor's error.
         pub fn visit<V: ChannelVisitor>(visitor: &mut V) -> Result<(), V::Error> {
             channels::visit(visitor)?;
             $($kind::messages::visit(visitor)?;)*
@@ -32,10 +32,10 @@ macro_rules! residents {
 
 residents! { sketchnav_sketch, sketchnav_corridor, sketchnav_landmarks, sketchnav_directions }
 
-/// The navigators of this project, and those that were added.
+/// The navigators of this project and those that were added.
 struct Known {
     navigators: RwLock<Vec<&'static Navigator>>,
-    /// Whether the table has taken the channels of this project's navigators.
+    /// Whether the channels of this project's navigators could be added to the table.
     residents: Result<(), RegisterError>,
 }
 
@@ -50,16 +50,16 @@ static KNOWN: LazyLock<Known> = LazyLock::new(|| Known {
 #[derive(Debug, thiserror::Error)]
 #[error("navigator.kind: expected one of {known}, found {found:?}")]
 pub struct UnknownNavigator {
-    /// The names that there are.
+    /// The names that exist.
     pub known: String,
-    /// The mission's.
+    /// The name in the mission.
     pub found: String,
 }
 
 /// Adds foreign navigators with their channels.
 ///
 /// # Errors
-/// [`RegisterError`]: two navigators of one name, or channels that the table does not take.
+/// [`RegisterError`] for two navigators of the same name, or for channels that the table refuses.
 pub fn register(navigators: &'static [Navigator]) -> Result<(), RegisterError> {
     KNOWN.residents.clone()?;
     let mut known = KNOWN.navigators.write().unwrap_or_else(PoisonError::into_inner);
@@ -74,7 +74,7 @@ pub fn register(navigators: &'static [Navigator]) -> Result<(), RegisterError> {
     Ok(())
 }
 
-/// Every navigator; added ones come last.
+/// Every navigator; those that were added come last.
 pub fn all() -> impl Iterator<Item = &'static Navigator> {
     KNOWN.navigators.read().unwrap_or_else(PoisonError::into_inner).clone().into_iter()
 }
@@ -90,34 +90,34 @@ pub fn of(mission: &Mission) -> Result<&'static Navigator, UnknownNavigator> {
     all().find(|navigator| navigator.kind == found).ok_or_else(unknown)
 }
 
-/// The method by which a mission is driven: the one that it names, else the first of its navigator. A navigator without
-/// methods is one itself.
+/// The method by which a mission is driven: the one that it names, or else the first of its navigator. A navigator without methods
+/// counts as a method itself.
 pub fn method(mission: &Mission) -> &str {
     let named = mission.navigator.given.get("method").and_then(toml::Value::as_str);
     let first = || of(mission).ok()?.methods.first().copied();
     named.or_else(first).unwrap_or(mission.navigator_kind())
 }
 
-/// The method of a run; where none was resolved at its launch, that of its mission.
+/// The method of a run; if none was resolved at its launch, that of its mission.
 pub fn method_of(run: &RunConfig) -> &str {
     if run.method.is_empty() { method(&run.mission) } else { &run.method }
 }
 
-/// The topics that viewers get of a channel, whichever navigator has it.
+/// The topics that are derived from a channel for viewers, whichever navigator has it.
 pub fn derived(spec: &ChannelSpec) -> impl Iterator<Item = &'static Derived> {
     let of_navigators = all().flat_map(|navigator| navigator.derived);
     derived::COMMON.iter().chain(of_navigators).filter(move |derived| derived.of == spec)
 }
 
-/// Reads a file on disk as a mission names it: what stages are given at their start.
+/// Reads a file on disk by the name that a mission gives it; stages are given this at their start.
 ///
 /// # Errors
-/// As [`sketchnav_files::read`]: a file that is too large is refused before it is read.
+/// As [`sketchnav_files::read`]; a file that is too large is refused before it is read.
 pub fn read_file(path: &str) -> std::io::Result<Vec<u8>> {
     read_from(&Disk)(path)
 }
 
-/// The same of files in a store: those of a recording, say.
+/// The same for files in a store, such as those of a recording.
 pub fn read_from(files: &dyn Files) -> impl Fn(&str) -> std::io::Result<Vec<u8>> {
     |name| files.read(name.as_ref(), DRAWING)
 }

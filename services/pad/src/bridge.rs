@@ -122,7 +122,7 @@ impl<'a> Bridge<'a> {
         found.report(node);
         let is_lost = found.is_lost();
         let mut orders = node.writer(ORDERS)?;
-        orders.resume_behind_history();
+        orders.resume_after_history();
         let mut bridge = Self {
             run,
             drawn: navigator.drawn,
@@ -152,7 +152,7 @@ impl<'a> Bridge<'a> {
         if let Some(state) = found.state {
             bridge.resume(state)?;
         } else if is_lost {
-            bridge.begin_behind(node)?;
+            bridge.resume_after(node)?;
         }
         bridge.paint();
         bridge.welcome();
@@ -178,11 +178,11 @@ impl<'a> Bridge<'a> {
 
     /// Starts without knowing what was drawn, so that people have to send it again. The numbers continue after the last
     /// drawing that was answered, and after one that may not have been.
-    fn begin_behind(&mut self, node: &Node) -> anyhow::Result<()> {
+    fn resume_after(&mut self, node: &Node) -> anyhow::Result<()> {
         let mut last = 0;
         self.inbox.understood.take_kept(node, |answer| last = answer.header.source_seq)?;
-        sketchnav_schemas::say!("no checkpoint can be used: the drawing is to be sent again");
-        self.machine.begin_behind(last + 1);
+        sketchnav_schemas::say!("no checkpoint can be used: send the drawing again");
+        self.machine.resume_after(last + 1);
         self.drawings.resume_after(last + 1);
         Ok(())
     }
@@ -478,7 +478,7 @@ pub fn ok(facts: Value) -> Value {
 mod tests {
     use super::*;
 
-    /// A state that cannot be read again would be lost.
+    /// The state survives being written and read back.
     #[test]
     fn a_successor_reads_what_its_predecessor_has_written() {
         let mut sendings = Sendings { pending: Some("first".into()), answered: None };

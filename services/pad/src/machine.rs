@@ -179,7 +179,7 @@ impl Machine {
 
     /// Starts after a predecessor of which only the number of its last drawing is known. A
     /// page may have ordered the robot to drive.
-    pub fn begin_behind(&mut self, drawing_seq: u64) {
+    pub fn resume_after(&mut self, drawing_seq: u64) {
         self.memory.drawing_seq = drawing_seq;
         self.memory.ordered = true;
     }
@@ -273,7 +273,7 @@ impl Machine {
             return Err(Refusal::NotNow("the last drawing is still being read".into()));
         }
         if !is_drawing && !self.is_ready(now) {
-            return Err(Refusal::Absent("the navigation is not ready: it waits, or starts again".into()));
+            return Err(Refusal::Absent("the navigation is not ready: it is waiting or restarting".into()));
         }
         Ok(())
     }
@@ -298,10 +298,10 @@ impl Machine {
             ));
         }
         let (holds, expected) = match step {
-            Step::Sketch => (state != State::Driving, "the robot stands"),
+            Step::Sketch => (state != State::Driving, "the robot is standing still"),
             Step::Path => {
                 let holds = !matches!(state, State::Driving | State::NoSketch);
-                (holds, "a sketch was sent and the robot stands")
+                (holds, "a sketch was sent and the robot is standing still")
             }
             Step::Execute => (state == State::Path, "a path was sent and not driven yet"),
             Step::Restore => (matches!(state, State::Aborted | State::Paused), "the robot was stopped"),

@@ -78,7 +78,7 @@ fn render(
     family(&mut text, "simulation_seconds", false, "Simulation time of the mission.", time);
     let label = |name: &str| format!("{{process=\"{name}\"}}");
     let up = services.iter().map(|service| (label(service.name), f64::from(u8::from(service.up))));
-    family(&mut text, "process_up", false, "1 where the process works, 0 where it does not.", up);
+    family(&mut text, "process_up", false, "1 if the process is up, 0 if not.", up);
     let restarts = services.iter().map(|service| (label(service.name), f64::from(service.restarts)));
     family(&mut text, "process_restarts_total", true, "How often the process was started again.", restarts);
     let known = || health.values().filter_map(|health| Some((Process::from_code(health.process)?, health)));

@@ -224,7 +224,7 @@ impl Visit {
     fn sending(&self) -> Result<Option<String>, Refusal> {
         let Some(name) = self.headers.get(SENDING) else { return Ok(None) };
         let name = name.to_str().ok().filter(|name| (1..=MAX_SENDING).contains(&name.len()));
-        let words = || format!("{SENDING}: expected 1 to {MAX_SENDING} characters of ASCII, found others");
+        let words = || format!("{SENDING}: expected 1 to {MAX_SENDING} ASCII characters");
         name.map(|name| Some(name.to_owned())).ok_or_else(|| Refusal::Malformed(words()))
     }
 

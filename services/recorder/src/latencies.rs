@@ -23,7 +23,7 @@ impl Latencies {
         let situations = of_role(Role::Situation, kind);
         let mut writer = node.writer(LATENCY)?;
         let tick = writer.last_sent().map_or(0, |last| last.header.source_seq);
-        writer.resume_behind_history();
+        writer.resume_after_history();
         Ok(Self {
             ticks: SendTimes::open(node, TICK.spec)?,
             situations: situations.map(|spec| SendTimes::open(node, spec)).transpose()?,

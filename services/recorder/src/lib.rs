@@ -163,7 +163,7 @@ impl<'a> Recorder<'a> {
             }
         }
         if let Some(writer) = &mut self.acknowledgements {
-            writer.resume_behind_history();
+            writer.resume_after_history();
         }
         Ok(())
     }
@@ -227,7 +227,7 @@ impl<'a> Recorder<'a> {
             return Ok(());
         }
         if let Some(Err(error)) = self.disk.as_ref().map(Disk::sync) {
-            say!("a file of the recording is not on the device yet: {error}");
+            say!("a file of the recording could not be synced to the device: {error}");
         }
         self.begin_next(latched)
     }
@@ -252,7 +252,7 @@ impl<'a> Recorder<'a> {
 
     /// Reports that the recording failed between two files; it is tried again as after any failure.
     fn fail(&mut self, failure: String) {
-        let words = format!("{failure}; the mission goes on, the recording so far stays readable");
+        let words = format!("{failure}; the mission continues; the recording so far remains readable");
         self.node.report_fault(FaultKind::RecordingFailed, 0, &words);
         if let Some(Err(error)) = self.disk.as_ref().map(Disk::cut_back) {
             say!("its last part may be cut off: {error}");
@@ -341,7 +341,7 @@ impl<'a> Recorder<'a> {
         if let Some(disk) = self.disk.as_mut().filter(|_| is_flushed) {
             match disk.mark_whole().and_then(|()| disk.sync()) {
                 Ok(()) => self.attempts.succeeded(),
-                Err(error) => say!("the recording is not on the device yet: {error}"),
+                Err(error) => say!("the recording could not be synced to the device: {error}"),
             }
         }
     }
@@ -373,7 +373,7 @@ fn complain(node: &Node, disk: Option<&Disk>, error: &RecordingError) {
         say!("refused: {error}");
         return;
     }
-    let words = format!("{error}; the mission goes on, the recording so far stays readable");
+    let words = format!("{error}; the mission continues; the recording so far remains readable");
     node.report_fault(FaultKind::RecordingFailed, 0, &words);
     if let Some(Err(error)) = disk.map(Disk::cut_back) {
         say!("its last part may be cut off: {error}");

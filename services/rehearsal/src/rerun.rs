@@ -78,8 +78,37 @@ pub struct Rerun {
     pub rejected: Rejections,
     /// How long the core took, excluding reading, encoding, comparing and writing.
     pub core: Duration,
+    /// The durations of its steps.
+    pub steps: StepTimes,
     /// How long everything took.
     pub wall: Duration,
+}
+
+/// The durations of a core's steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct StepTimes {
+    /// The number of steps.
+    pub count: usize,
+    /// The mean duration.
+    pub mean: Duration,
+    /// 99 % of the steps took at most this long.
+    pub within_99: Duration,
+    /// The longest duration.
+    pub longest: Duration,
+}
+
+impl StepTimes {
+    fn of(mut steps: Vec<Duration>) -> Self {
+        steps.sort_unstable();
+        let count = steps.len();
+        let whole: Duration = steps.iter().sum();
+        Self {
+            count,
+            mean: whole / count.max(1) as u32,
+            within_99: steps.get((99 * count).div_ceil(100).saturating_sub(1)).copied().unwrap_or_default(),
+            longest: steps.last().copied().unwrap_or_default(),
+        }
+    }
 }
 
 /// The channels that `process` writes and the recorder records, except for its health.
@@ -140,6 +169,8 @@ pub fn rerun<W: std::io::Write>(
         }
         sent.failure.take().map_or(Ok(()), Err)?;
     }
+    let core = subject.spent();
+    let (rejected, steps) = subject.finish();
     let span = recording.index()?.span_ns().map_or(0, |(first, last)| last - first);
     Ok(Rerun {
         same: sent.comparison.same(),
@@ -147,8 +178,9 @@ pub fn rerun<W: std::io::Write>(
         recorded,
         difference: sent.comparison.finish(),
         simulated_s: seconds(span),
-        core: subject.spent(),
-        rejected: subject.rejections(),
+        core,
+        steps: StepTimes::of(steps),
+        rejected,
         wall: began.elapsed(),
     })
 }
@@ -254,5 +286,18 @@ impl<W: std::io::Write> Tap for Sent<'_, W> {
         if let Err(error) = self.take(spec, message, cells) {
             self.failure.get_or_insert(error);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_a_hundred_steps_the_longest_is_beyond_99() {
+        let steps = StepTimes::of((1..=100).rev().map(Duration::from_millis).collect());
+        let [mean, within_99, longest] = [50_500, 99_000, 100_000].map(Duration::from_micros);
+        assert_eq!(steps, StepTimes { count: 100, mean, within_99, longest });
+        assert_eq!(StepTimes::of(Vec::new()), StepTimes::default());
     }
 }

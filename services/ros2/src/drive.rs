@@ -87,9 +87,9 @@ impl<'a> Driver<'a> {
         let (mut scan, mut reading, mut tick) =
             (node.writer(SCAN)?, node.writer(ODOMETRY)?, node.writer(TICK)?);
         // If an earlier driver has died, its numbers and its clock are continued.
-        scan.resume_behind_history();
-        reading.resume_behind_history();
-        tick.resume_behind_history();
+        scan.resume_after_history();
+        reading.resume_after_history();
+        tick.resume_after_history();
         let begin_ns = tick.last_sent().map_or(0, |tick| tick.header.stamp_ns + 1);
         let period_ns = (1e9 / run.robot.tick_hz()) as u64;
         Ok(Self {

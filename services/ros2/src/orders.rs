@@ -35,7 +35,7 @@ pub enum OrderError {
 
 fn words() -> String {
     let words: Vec<_> = Order::ALL.iter().filter(|order| is_word(order)).map(|order| order.word()).collect();
-    format!("one of {}, with the number of a task behind it where it names one", words.join(", "))
+    format!("one of {}, followed by a task number if it needs one", words.join(", "))
 }
 
 /// Whether an order consists of its word only. `here` does not: it needs a position in the sketch.

@@ -34,7 +34,7 @@ pub enum Error {
     },
     /// The folder of all systems does not belong to this user only.
     #[error(
-        "{}: expected a folder of user {uid} that nobody else may enter (mode 0700, no link), found {found}; \
+        "{}: expected a folder owned by user {uid} and closed to all others (mode 0700, no link), found {found}; \
          remove it or set XDG_RUNTIME_DIR",
         path.display()
     )]
@@ -47,7 +47,7 @@ pub enum Error {
         found: String,
     },
     /// Another user has put a file or a link among those of a system.
-    #[error("{}: expected a file of user {uid} alone, found {found}; remove it", path.display())]
+    #[error("{}: expected a regular file owned by user {uid}, found {found}; remove it", path.display())]
     ForeignFile {
         /// The file.
         path: PathBuf,
@@ -59,7 +59,7 @@ pub enum Error {
     /// Another process is starting, joining or clearing a system, and does not finish.
     #[error(
         "{}: expected the lock within {seconds} s, found it held by {holder}, which starts, joins or clears a system; \
-         let that one go on if it is stopped (kill -CONT), or end it, and try again",
+         continue it if it is stopped (kill -CONT), or end it, and try again",
         path.display()
     )]
     Guarded {
@@ -104,7 +104,7 @@ pub enum Error {
     },
     /// The folder belongs to no dead system.
     #[error(
-        "{}: expected the folder of a run whose supervisor was killed, found nothing to go on with. A system \
+        "{}: expected the folder of a run whose supervisor was killed, found nothing to resume. A system \
          that ended by itself leaves nothing. The next one that starts clears what a killed one left",
         folder.display()
     )]
@@ -114,8 +114,8 @@ pub enum Error {
     },
     /// Shared memory is full.
     #[error(
-        "/dev/shm: expected room for {needed_mib} MiB, found {found_mib} MiB; remove what nobody uses any more, \
-         or give it more (docker: --shm-size)"
+        "/dev/shm: expected room for {needed_mib} MiB, found {found_mib} MiB; remove unused files, \
+         or enlarge it (docker: --shm-size)"
     )]
     NoRoom {
         /// What a system needs, MiB.
@@ -144,7 +144,7 @@ pub enum Error {
         found_kib: u64,
     },
     /// A process of a system is started a second time.
-    #[error("{process} of system {system:?} runs already as process {pid}; end that one first")]
+    #[error("{process} of system {system:?} is already running as process {pid}; end that one first")]
     ProcessRunsAlready {
         /// The process.
         process: Process,
@@ -203,7 +203,7 @@ pub enum Error {
         found: String,
     },
     /// Cells longer than the channel allows.
-    #[error("channel {channel:?}: expected at most {max} bytes behind a message, found {found}")]
+    #[error("channel {channel:?}: expected at most {max} bytes of cells after a message, found {found}")]
     SliceTooLong {
         /// The channel.
         channel: &'static str,
@@ -296,7 +296,7 @@ fn explained(cause: &str) -> String {
         "DoesNotExist" => "it is not there; does the system still run?",
         "InsufficientPermissions" => "its files belong to another user",
         "ServiceInCorruptedState" => "a file of the system is damaged; end the system and start it again",
-        "HangsInCreation" => "whoever makes it has died or is stopped; try again",
+        "HangsInCreation" => "the process creating it has died or is stopped; try again",
         "ExceedsMaxNumberOfNodes" => "too many processes have it open; end an observer",
         "ExceedsMaxSupportedSubscribers" => "all places of readers are taken; end an observer",
         "ExceedsMaxBorrows" => "too many samples are held at the same time",
@@ -304,7 +304,7 @@ fn explained(cause: &str) -> String {
             "it could not make a file in the system's folder; is that file system full?"
         }
         "OutOfMemory" => "there is no room in /dev/shm",
-        _ => return format!("the shared memory library says {cause}"),
+        _ => return format!("the shared memory library reported {cause}"),
     };
     format!("{advice} ({cause})")
 }
@@ -346,6 +346,6 @@ mod tests {
 
     #[test]
     fn other_words_are_passed_on() {
-        assert_eq!(explained("Interrupt"), "the shared memory library says Interrupt");
+        assert_eq!(explained("Interrupt"), "the shared memory library reported Interrupt");
     }
 }

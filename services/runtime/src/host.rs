@@ -234,7 +234,7 @@ impl Host<'_> {
             self.load(&saved.stage)?;
             self.answered = self.last_answered(kind);
         } else if is_lost {
-            self.begin_anew(kind)?;
+            self.start_over(kind)?;
         }
         let step = Step::begin();
         let (stamp_ns, source_seq) = self.inputs.last_request();
@@ -274,12 +274,14 @@ impl Host<'_> {
 
     /// No checkpoint can be used: the stage starts again after what its predecessor sent. Earlier requests of people
     /// are outdated by now, and must not make the robot drive off.
-    fn begin_anew(&mut self, kind: &str) -> Result<(), HostError> {
-        self.outputs.resume_behind_history();
+    fn start_over(&mut self, kind: &str) -> Result<(), HostError> {
+        self.outputs.resume_after_history();
         let (process, answered) = (self.node.process(), self.last_answered(kind));
-        sketchnav_schemas::say!("no checkpoint can be used: the {process} begins anew after tick {answered}");
+        sketchnav_schemas::say!(
+            "no checkpoint can be used: the {process} restarts from scratch after tick {answered}"
+        );
         self.spoken_from.clone_from(self.outputs.positions());
-        self.inputs.begin_behind(answered, self.node)?;
+        self.inputs.resume_after(answered, self.node)?;
         self.stage.recover(&self.outputs);
         Ok(())
     }

@@ -74,7 +74,8 @@ impl Identity {
         }
         // The order matters: the start time is read after the descriptor is opened, so
         // it belongs to the descriptor's process.
-        let pid = Pid::from_raw(i32::try_from(self.pid).map_err(|_| format!("{self}, which is none"))?);
+        let pid =
+            Pid::from_raw(i32::try_from(self.pid).map_err(|_| format!("{self}, which is not a process id"))?);
         let pidfd = match pidfd(self.pid) {
             Ok(pidfd) => Some(pidfd),
             Err(Errno::ENOSYS) => None,
@@ -101,7 +102,7 @@ pub(crate) fn text(identity: &Identity) -> String {
 
 /// The holder of a lock file for an error message: its id, and what it does.
 pub(crate) fn described(text: &str) -> String {
-    let Some(identity) = Identity::parse(text) else { return "a process that has not said which".into() };
+    let Some(identity) = Identity::parse(text) else { return "an unidentified process".into() };
     match identity.handle() {
         Ok(_) => format!("{identity} ({})", ProcessState::of(identity.pid).word()),
         Err(words) => words,
@@ -120,8 +121,11 @@ impl Handle {
     }
 }
 
-/// A descriptor of the process that currently has this id.
-fn pidfd(pid: u32) -> nix::Result<OwnedFd> {
+/// A descriptor of the process that currently has this id; it becomes readable when the process ends.
+///
+/// # Errors
+/// `ESRCH` if there is no such process, `ENOSYS` before Linux 5.3.
+pub fn pidfd(pid: u32) -> nix::Result<OwnedFd> {
     // SAFETY: a system call without pointers.
     let fd = Errno::result(unsafe { libc::syscall(libc::SYS_pidfd_open, pid, 0) })?;
     // SAFETY: the kernel has just created the descriptor, and only we own it.

@@ -60,6 +60,7 @@ pub use error::Error;
 pub use health::{HealthReporter, Step};
 pub use history::{SendTimes, Sent};
 pub use host::{HostError, host};
+pub use identity::pidfd;
 pub use limits::{NEEDED_FILES, provide_files, provide_stack};
 pub use node::{Node, Wake, Waker};
 pub use notices::{Notice, Notices, Ordered};

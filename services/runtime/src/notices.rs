@@ -192,7 +192,7 @@ impl Node {
             starvation: None,
         };
         if let Err(error) = self.system().notify(&notice) {
-            sketchnav_schemas::say!("the supervisor does not hear of it: {error}");
+            sketchnav_schemas::say!("cannot notify the supervisor: {error}");
         }
     }
 }

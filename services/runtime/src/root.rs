@@ -9,16 +9,20 @@ use std::time::Duration;
 use nix::unistd::getuid;
 
 use crate::lock::{self, Lock};
+use crate::shared::SHARED_MEMORY;
 use crate::{Error, Result};
 
 /// Starting or clearing a system takes a fraction of a second; each process that does not end when asked to adds a second.
 const GUARDED: Duration = Duration::from_secs(15);
 
-/// The folder: `$XDG_RUNTIME_DIR/sketchnav`, or `/tmp/sketchnav-<uid>`. It is created if missing.
+/// The folder: `$XDG_RUNTIME_DIR/sketchnav`, or `/dev/shm/sketchnav-<uid>`. Created if it is missing.
+///
+/// Both lie in memory. iceoryx2 syncs every file that describes a channel, with its folder: a system that starts syncs some
+/// 300 times, which takes longer on a disk than everything else that it does.
 pub(crate) fn of_this_user() -> Result<PathBuf> {
     let root = match std::env::var_os("XDG_RUNTIME_DIR").filter(|v| !v.is_empty()) {
         Some(runtime) => PathBuf::from(runtime).join("sketchnav"),
-        None => PathBuf::from(format!("/tmp/sketchnav-{}", getuid())),
+        None => Path::new(SHARED_MEMORY).join(format!("sketchnav-{}", getuid())),
     };
     private_folder(&root)?;
     Ok(root)

@@ -46,7 +46,7 @@ fn install_last_words() {
 const FULL: &str = "shared memory is full: /dev/shm has no room for a message (SIGBUS)\n";
 /// The last words of a process whose shared-memory file was truncated, or whose disk fails under a mapped file.
 const CUT: &str =
-    "a mapped file lost its page: somebody truncated a file in /dev/shm, or a disk failed (SIGBUS)\n";
+    "a mapped file lost its page: a file in /dev/shm was truncated, or a disk failed (SIGBUS)\n";
 /// Page size, bytes: with less than that free, `/dev/shm` is full.
 const PAGE: u64 = 4096;
 /// The exit code of everything but success and bad input.
@@ -104,6 +104,6 @@ mod tests {
     #[test]
     fn a_page_that_is_not_there_was_never_given_or_was_cut_off() {
         assert!(last_words(PAGE - 1).contains("is full"));
-        assert!(last_words(PAGE).contains("somebody truncated a file"));
+        assert!(last_words(PAGE).contains("a file in /dev/shm was truncated"));
     }
 }

@@ -100,7 +100,7 @@ impl RawWriter {
     }
 
     /// Resumes after everything that was sent so far, for a process that no longer knows how it came about.
-    pub fn resume_behind_history(&mut self) {
+    pub fn resume_after_history(&mut self) {
         self.last_seq.set(self.history.as_ref().map_or(0, History::last_seq));
     }
 
@@ -259,9 +259,9 @@ impl<T: Message> Writer<T> {
         last.map(|message| *bytemuck::from_bytes(bytemuck::cast_slice(&message)))
     }
 
-    /// As [`RawWriter::resume_behind_history`].
-    pub fn resume_behind_history(&mut self) {
-        self.raw.resume_behind_history();
+    /// As [`RawWriter::resume_after_history`].
+    pub fn resume_after_history(&mut self) {
+        self.raw.resume_after_history();
     }
 
     /// A message in shared memory, all zero, to be filled and sent. Errors as [`RawWriter::loan`].

@@ -2,7 +2,7 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom};
-use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+use std::os::fd::{AsRawFd, OwnedFd};
 use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::prctl::set_pdeathsig;
 use nix::sys::signal::{SigSet, Signal, kill};
 use nix::unistd::{Pid, getpid, getppid, pipe2};
-use sketchnav_runtime::ProcessState;
+use sketchnav_runtime::{ProcessState, pidfd};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::fault_plan::Starvation;
 
@@ -204,7 +204,7 @@ impl Child {
         if self.ended()?.is_some() {
             return Ok(true);
         }
-        let pidfd = pidfd(self.child.id()).map_err(self.waiting())?;
+        let pidfd = pidfd(self.child.id()).map_err(|error| self.waiting()(error.into()))?;
         loop {
             let left = limit.saturating_duration_since(Instant::now());
             let timeout = PollTimeout::try_from(left.min(LOOK_EVERY)).unwrap_or(PollTimeout::MAX);
@@ -287,17 +287,6 @@ fn spawn(line: &mut ProcessLine, log: &Path) -> Result<StdChild> {
         let program = line.command.get_program().to_string_lossy().into_owned();
         Error::Spawn { process: line.process, program, source }
     })
-}
-
-/// A descriptor that becomes readable when the child ends.
-fn pidfd(pid: u32) -> io::Result<OwnedFd> {
-    // SAFETY: a system call without pointers.
-    let fd = unsafe { libc::syscall(libc::SYS_pidfd_open, pid, 0) };
-    if fd < 0 {
-        return Err(io::Error::last_os_error());
-    }
-    // SAFETY: the kernel has just created the descriptor, and only we own it.
-    Ok(unsafe { OwnedFd::from_raw_fd(fd as i32) })
 }
 
 /// The last lines of a log; empty if it cannot be read.

@@ -38,7 +38,7 @@ pub(crate) struct Faults {
 impl Faults {
     pub(crate) fn open(node: &Node, is_ceded: bool) -> Result<Self> {
         let mut writer = (!is_ceded).then(|| node.writer(FAULTS)).transpose()?;
-        writer.iter_mut().for_each(Writer::resume_behind_history);
+        writer.iter_mut().for_each(Writer::resume_after_history);
         let now = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
         Ok(Self {
             writer,

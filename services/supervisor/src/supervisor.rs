@@ -155,7 +155,7 @@ impl Supervisor {
         let mut supervisor = Self::begin(system, lines, grace, Ceded::default())?;
         supervisor.order_start()?;
         if let Some(ports) = &mut supervisor.ports {
-            let words = "its supervisor was killed; its processes go on where they were";
+            let words = "its supervisor was killed; its processes resume where they were";
             ports.faults.tell(
                 FaultKind::SystemResumed,
                 Process::Supervisor,
@@ -356,7 +356,7 @@ impl Supervisor {
         let node = supervisor.node.insert(Node::join(system, Process::Supervisor)?);
         supervisor.channels = Some(Channels::create(node)?);
         let mut mission = (!ceded.mission).then(|| node.writer(MISSION)).transpose()?;
-        mission.iter_mut().for_each(Writer::resume_behind_history);
+        mission.iter_mut().for_each(Writer::resume_after_history);
         supervisor.ports = Some(Ports {
             mission,
             status: node.reader(STATUS)?,

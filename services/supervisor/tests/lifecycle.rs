@@ -234,7 +234,7 @@ impl Stage {
     fn new(system: &str) -> Self {
         // No other name in shared memory may look like that of a test that runs at the same time.
         let system = format!("{system}-{}", std::process::id());
-        Self { root: tempfile::tempdir().unwrap(), system }
+        Self { root: tempfile::tempdir_in("/dev/shm").unwrap(), system }
     }
 
     fn play(&self, plot: &str) -> Play {

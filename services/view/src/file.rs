@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 
 use foxglove::{ChannelId, Context, Schema, SinkId};
 use sketchnav_recordings::reader::{RawMessage, Selection, Topic as RecordedTopic};
+use sketchnav_recordings::rejected::Rejections;
 use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_schemas::channels::{self, ChannelSpec};
-use sketchnav_schemas::ros2::Ros2Error;
 use sketchnav_schemas::ros2::derived::Derived;
 
 use crate::live::End;
@@ -36,7 +36,7 @@ pub struct Options {
 /// Plays a recording until the process is asked to end; calls `ready` when viewers can connect.
 ///
 /// # Errors
-/// [`ViewError`]; a message from which nothing can be derived is printed, once per topic.
+/// [`ViewError`]. A message that cannot be decoded is skipped; such messages are counted and named at the end.
 pub fn play(recording: &Recording, port: Port, options: Options, ready: impl FnOnce()) -> Result<End> {
     let path = recording.path();
     let span = recording.index()?.span_ns().ok_or_else(|| ViewError::Empty { path: named(path) })?;
@@ -78,7 +78,9 @@ impl Player<'_> {
     fn play(&mut self) -> Result<End> {
         let mut from_ns = self.first_ns;
         loop {
-            from_ns = match self.play_from(from_ns)? {
+            let turn = self.play_from(from_ns)?;
+            self.shown.tell_skipped();
+            from_ns = match turn {
                 Turn::Seek(to_ns) => to_ns,
                 Turn::End => return Ok(End::Asked),
                 Turn::Played => match self.rest()? {
@@ -163,6 +165,9 @@ impl Player<'_> {
 /// The topics of a recording, and those that are derived from them.
 struct Shown {
     topics: Vec<ShownTopic>,
+    /// The messages of this stretch that could not be decoded, and what was said of earlier ones.
+    skipped: Rejections,
+    told: Rejections,
 }
 
 struct ShownTopic {
@@ -171,13 +176,12 @@ struct ShownTopic {
     spec: Option<&'static ChannelSpec>,
     derived: Vec<(&'static Derived, Topic)>,
     cdr: Vec<u8>,
-    has_complained: bool,
 }
 
 impl Shown {
     fn new(context: &Arc<Context>, recorded: &[Arc<RecordedTopic>]) -> Result<Self> {
         let topics = recorded.iter().map(|topic| ShownTopic::new(context, topic)).collect::<Result<_>>()?;
-        Ok(Self { topics })
+        Ok(Self { topics, skipped: Rejections::default(), told: Rejections::default() })
     }
 
     fn is_watched(&self) -> bool {
@@ -186,7 +190,18 @@ impl Shown {
 
     fn show(&mut self, message: &RawMessage) {
         if let Some(topic) = self.topics.iter_mut().find(|topic| topic.name == message.topic.name) {
-            topic.show(message);
+            topic.show(message, &mut self.skipped);
+        }
+    }
+
+    /// Names what was skipped, where that was not said of an earlier stretch.
+    fn tell_skipped(&mut self) {
+        if self.skipped != self.told {
+            self.skipped
+                .list()
+                .iter()
+                .for_each(|skipped| sketchnav_schemas::say!("notice: skipped {skipped}"));
+            self.told = self.skipped.clone();
         }
     }
 
@@ -196,6 +211,7 @@ impl Shown {
     }
 
     fn forget(&mut self) {
+        self.skipped = Rejections::default();
         for topic in &mut self.topics {
             topic.own.forget();
             topic.derived.iter_mut().for_each(|(_, topic)| topic.forget());
@@ -215,27 +231,25 @@ impl ShownTopic {
         let derived = spec.into_iter().flat_map(sketchnav_navigators::derived);
         let derived = derived.map(|derived| Ok((derived, Topic::derived(context, derived)?)));
         let derived = derived.collect::<Result<_>>()?;
-        Ok(Self { name: name.clone(), own, spec, derived, cdr: Vec::new(), has_complained: false })
+        Ok(Self { name: name.clone(), own, spec, derived, cdr: Vec::new() })
     }
 
     fn all(&self) -> impl Iterator<Item = &Topic> {
         std::iter::once(&self.own).chain(self.derived.iter().map(|(_, topic)| topic))
     }
 
-    fn show(&mut self, message: &RawMessage) {
+    /// What is damaged is not shown; of what cannot be decoded nothing is derived.
+    fn show(&mut self, message: &RawMessage, skipped: &mut Rejections) {
+        if message.is_damaged() {
+            return skipped.count_damaged(message);
+        }
         self.own.show(message.stamp_ns, &message.cdr);
-        if let Err(error) = self.derive(message)
-            && !std::mem::replace(&mut self.has_complained, true)
-        {
-            sketchnav_schemas::say!(
-                "{}: nothing derived of message {}: {error}",
-                self.name,
-                message.sequence
-            );
+        if let Err(error) = self.derive(message) {
+            skipped.count_undecoded(message, &error);
         }
     }
 
-    fn derive(&mut self, message: &RawMessage) -> Result<(), DeriveError> {
+    fn derive(&mut self, message: &RawMessage) -> Result<(), RecordingError> {
         let Some(spec) = self.spec else { return Ok(()) };
         let is_wanted = |topic: &Topic| topic.is_watched() || topic.is_latched();
         if !self.derived.iter().any(|(_, topic)| is_wanted(topic)) {
@@ -244,18 +258,47 @@ impl ShownTopic {
         let decoded = message.decode(spec)?;
         for (derived, topic) in self.derived.iter_mut().filter(|(_, topic)| is_wanted(topic)) {
             self.cdr.clear();
-            derived.encode(decoded.bytes(), decoded.cells(), &mut self.cdr)?;
+            derived.encode(decoded.bytes(), decoded.cells(), &mut self.cdr).map_err(|source| {
+                let (topic, seq) = (self.name.clone(), message.sequence.into());
+                RecordingError::Message { topic, seq, source }
+            })?;
             topic.show(message.stamp_ns, &self.cdr);
         }
         Ok(())
     }
 }
 
-/// Why nothing could be derived from a message.
-#[derive(Debug, thiserror::Error)]
-enum DeriveError {
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    #[error(transparent)]
-    Ros2(#[from] Ros2Error),
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One message that could not be decoded was reported, thousands like it as one; what did not unpack was shown as it was.
+    #[test]
+    fn what_cannot_be_decoded_is_skipped_and_counted() {
+        let spec = channels::find("sketch").unwrap();
+        let topic = Arc::new(RecordedTopic {
+            name: "/sketch".to_owned(),
+            ros2_type: spec.message.ros2.to_owned(),
+            encoding: "cdr".to_owned(),
+            schema: Arc::default(),
+            metadata: Default::default(),
+        });
+        let mut shown = Shown::new(&Context::new(), &[Arc::clone(&topic)]).unwrap();
+        for (sequence, cdr) in (1..).zip([&[0; 3][..], &[0; 7], b"\x28\xb5\x2f\xfd no frame"]) {
+            let topic = Arc::clone(&topic);
+            shown.show(&RawMessage { topic, sequence, stamp_ns: 5, publish_ns: 5, cdr: cdr.to_vec() });
+        }
+        let words: Vec<_> = shown.skipped.list().iter().map(ToString::to_string).collect();
+        let [undecoded, damaged] = &words[..] else { panic!("{words:?}") };
+        assert!(
+            undecoded.starts_with("2 messages of /sketch: expected a message of the topic's type"),
+            "{undecoded}"
+        );
+        assert!(
+            damaged.starts_with("1 message of /sketch: expected a message that zstd can unpack"),
+            "{damaged}"
+        );
+        shown.forget();
+        assert!(shown.skipped.is_empty());
+    }
 }

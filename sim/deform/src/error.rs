@@ -25,7 +25,7 @@ pub enum DeformError {
         found_m: [f64; 2],
     },
     /// No room in it.
-    #[error("{name}: expected a room with walls around it, found none of {least_m2} m² or more")]
+    #[error("{name}: found no enclosed room of at least {least_m2} m²")]
     NoRegions {
         /// The floor's name.
         name: String,

@@ -182,7 +182,7 @@ mod tests {
     fn points_on_a_line_and_too_few_points_are_rejected() {
         let line = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]];
         let error = Camera::calibrated(&known(line, SQUARE)).unwrap_err().to_string();
-        assert!(error.contains("no three lie on one line, found 4 points"), "{error}");
+        assert!(error.contains("no three on one line, found 4 points"), "{error}");
         assert!(Camera::calibrated(&known(SQUARE, SQUARE)[..3]).is_err());
         assert!(Camera::calibrated(&known([[2.0, 2.0]; 4], SQUARE)).is_err());
     }
@@ -244,7 +244,7 @@ mod tests {
     fn a_point_that_would_lie_behind_the_camera_is_named() {
         let inside = [[0.0, 900.0], [900.0, 900.0], [400.0, 0.0], [400.0, 600.0]];
         let error = Camera::calibrated(&known(inside, SQUARE)).unwrap_err().to_string();
-        assert!(error.contains("expected a place before the camera, as others have"), "{error}");
+        assert!(error.contains("expected a place in front of the camera, like the others"), "{error}");
     }
 
     proptest! {

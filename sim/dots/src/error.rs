@@ -14,7 +14,7 @@ pub enum DotsError {
         found: f64,
     },
     /// A calibration from which no camera follows.
-    #[error("expected four points or more of which no three lie on one line, found {found} points")]
+    #[error("expected at least four points, no three on one line, found {found} points")]
     Calibration {
         /// How many points there are.
         found: usize,
@@ -31,7 +31,7 @@ pub enum DotsError {
     },
     /// A known point that would lie behind the camera: two of them are exchanged, or one is far off.
     #[error(
-        "known point {number}, pixel ({}, {}): expected a place before the camera, as others have, found one behind it",
+        "known point {number}, pixel ({}, {}): expected a place in front of the camera, like the others, found one behind it",
         pixel[0], pixel[1]
     )]
     Behind {

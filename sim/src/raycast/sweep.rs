@@ -2,7 +2,7 @@
 //!
 //! The tree answers ray by ray what is in the way. A sweep goes the other way around, face by face, the near ones first. It
 //! works out which rays may meet a face and intersects those with it. They are consecutive in memory, so the compiler uses
-//! vector instructions. Faces behind what these rays have met are skipped.
+//! vector instructions. Faces farther away than the hits of these rays so far are skipped.
 //!
 //! **The same bits.** Each intersection is computed as parry computes it. The tree's answer can differ from the least
 //! intersection: it leaves out a face whose bounding box begins behind the best hit so far, and a rounded box may begin behind

@@ -5,6 +5,7 @@
 //! time: a condition is polled, or the end of a process awaited. The limits only keep a test from hanging for ever.
 pub mod arms;
 pub mod browser;
+pub mod building;
 pub mod page;
 pub mod pages;
 pub mod room;
@@ -117,7 +118,7 @@ impl Default for Place {
 impl Place {
     /// A new, empty place.
     pub fn new() -> Self {
-        let runtime = tempfile::tempdir().unwrap();
+        let runtime = tempfile::tempdir_in("/dev/shm").unwrap();
         fs::set_permissions(runtime.path(), fs::Permissions::from_mode(0o700)).unwrap();
         Self { runtime, files: tempfile::tempdir().unwrap(), program: program() }
     }

@@ -66,7 +66,7 @@ fn kernel_finding(release: &str) -> Finding {
     match found {
         Some(found) if found >= OLDEST_KERNEL => Finding::fine("kernel", format!("Linux {release}")),
         Some(_) => Finding::of("kernel", Level::Error, format!("Linux {release}"), advice),
-        None => Finding::of("kernel", Level::Warning, "a version that /proc does not tell", advice),
+        None => Finding::of("kernel", Level::Warning, "unknown version", advice),
     }
 }
 
@@ -140,7 +140,7 @@ fn folder() -> Finding {
             Finding::of("folder", Level::Error, error.to_string(), "see XDG_RUNTIME_DIR in the line above")
         }
         Ok(root) if variable.is_none() => {
-            let found = format!("{}, for XDG_RUNTIME_DIR is not set", root.display());
+            let found = format!("{}, since XDG_RUNTIME_DIR is not set", root.display());
             let advice = "set XDG_RUNTIME_DIR to a folder of yours (mode 0700), as /run/user/1000, the same in every shell: \
                           a shell with another one does not see your systems";
             Finding::of("folder", Level::Warning, found, advice)
@@ -196,8 +196,7 @@ fn clock() -> Finding {
     if median <= LATE {
         return Finding::fine("clock", found);
     }
-    let advice =
-        "end what else computes on this machine, or give it more processors: in real time commands come late";
+    let advice = "stop other busy programs, or give it more processors: in real time commands come late";
     Finding::of("clock", Level::Warning, found, advice)
 }
 

@@ -85,3 +85,29 @@ fn a_drawing_is_doubted_before_the_start() {
     let error = error.to_string();
     assert!(error.starts_with("sketcher: navigator.start at (200, 300)"), "{error}");
 }
+
+/// A picture of four by two pixels, the last column of which is transparent.
+const MAP: &[u8] = b"\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x44\x52\x00\x00\x00\x04\x00\x00\x00\x02\x08\x04\
+    \x00\x00\x00\xd5\xa1\xb5\xe8\x00\x00\x00\x14\x49\x44\x41\x54\x78\xda\x63\xfc\xff\x9f\x81\x81\x81\x81\x81\
+    \x91\x89\x01\x0a\x00\x21\x1f\x02\x03\x48\xe8\x1f\x5d\x00\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82";
+
+/// Half of a map was transparent, which is unknown, and nobody was told.
+#[test]
+fn a_map_that_is_transparent_in_part_is_doubted() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name);
+    let yaml = "image: m.png\nresolution: 1\norigin: [0, 0, 0]\noccupied_thresh: 0.6\nfree_thresh: 0.2\n";
+    std::fs::write(place("m.png"), MAP).unwrap();
+    std::fs::write(place("d.svg"), "<svg/>").unwrap();
+    std::fs::write(place("m.yaml"), yaml).unwrap();
+    let mission = "name = 'a'\nrobot = 'turtlebot3'\n[world]\nmap = 'm.yaml'\n[start]\nworld = [1, 1]\n\
+        world_heading_deg = 0\n[navigator]\nkind = 'sketch'\ndrawing = 'd.svg'\nstart = [2, 3]\nstart_heading_deg = 0\n\
+        [[task]]\nname = 'g'\ngoal = [4, 3]\n";
+    std::fs::write(place("mission.toml"), mission).unwrap();
+    let (mission, robot) = sketchnav_sim::mission_file::load(&place("mission.toml")).unwrap();
+    let mut run = RunConfig::lockstep("a", mission, robot, 1);
+    let words = of_map(&run, &sketchnav_files::Disk).unwrap();
+    assert!(words.contains("m.yaml: 25.0 % of the map's picture is transparent"), "{words}");
+    run.without = vec![Process::World];
+    assert_eq!(of_map(&run, &sketchnav_files::Disk), None);
+}

@@ -10,11 +10,11 @@ use bytemuck::Zeroable;
 use flate2::bufread::MultiGzDecoder;
 use sketchnav_files::draft::Draft;
 use sketchnav_files::{MAP, MAP_PICTURE};
-use sketchnav_recordings::carmen::{CarmenLog, CarmenScan, Entry, Reading, Shape, Survey};
+use sketchnav_recordings::carmen::{CarmenLog, CarmenScan, Entry, LeftOut, Reading, Shape, Survey};
 use sketchnav_recordings::import::{self, Imported, LOG_SYSTEM, Rules};
 use sketchnav_recordings::{Writer, sources};
 use sketchnav_schemas::codes::{FREE, Process, WALL};
-use sketchnav_schemas::geometry::{Pose, Sketch, World};
+use sketchnav_schemas::geometry::{Pose, Sketch, World, wrap_angle};
 use sketchnav_schemas::message::{Header, PosePx};
 use sketchnav_schemas::mission::{Mission, Parameters, Place, Start, WorldSource};
 use sketchnav_schemas::robot::{Drive, Laser, Limits, OdometryNoise, Robot};
@@ -28,6 +28,7 @@ use super::args::ImportOptions;
 use super::guard::Guard;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::plain_name;
+use crate::output::say;
 use summary::Summary;
 
 /// The spread of the log's starting position if the drawing is the map. The position is the log's own corrected pose,
@@ -140,7 +141,11 @@ fn write(
         writer.write(ROUTE, &*drawn.route, &[])?;
         let imported = import::import(entries, &rules, &mut writer);
         let strict = if options.strict { " (--strict)" } else { "" };
-        imported.map_err(|error| anyhow!("{error}{strict}"))
+        let imported = imported.map_err(|error| anyhow!("{error}{strict}"))?;
+        if let (0, Some(LeftOut { line, why })) = (imported.scans, imported.left_out.first()) {
+            bail!("expected scans that can be recorded, found none; the first is line {line}: {why}");
+        }
+        Ok(imported)
     };
     let imported = { work }().with_context(|| log.path.display().to_string()).or_input()?;
     let messages = writer.message_count();
@@ -186,7 +191,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
         robot: LOG_SYSTEM.to_owned(),
         navigator: sketch.navigator(),
         world: WorldSource { map: Some(world), ..WorldSource::default() },
-        start: Start { world: [x, y], world_heading_deg: yaw_rad.to_degrees() },
+        start: Start { world: [x, y], world_heading_deg: wrap_angle(yaw_rad).to_degrees() },
         task: vec![task.with_place(there)],
         parameters: Parameters::default(),
     };
@@ -231,6 +236,7 @@ fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
         camera: None,
         view: None,
         motion_noise: None,
+        slip: None,
         laser: Some(Laser {
             model: "of a log".to_owned(),
             field_of_view_deg: laser.beams.span_rad(laser.count).to_degrees(),
@@ -264,7 +270,17 @@ fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
 fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfig) -> Result<Drawn, Failure> {
     let known = occupied(map).or_input()?;
     let (width, height) = known.raster().size();
-    let is_wall = |i: usize| known.raster().is_solid((i % width) as i64, (i / width) as i64);
+    let is_wall = |i: usize| {
+        let (x, y) = ((i % width) as i64, (i / width) as i64);
+        known.raster().is_solid(x, y) && !known.is_transparent(x, y)
+    };
+    if known.transparent_share() > 0.0 {
+        say!(
+            "notice: {}: {:.1} % of the map's picture is transparent: that is unknown, and taken as free",
+            map.display(),
+            100.0 * known.transparent_share()
+        );
+    }
     let cells: Vec<u8> = (0..height * width).map(|i| if is_wall(i) { WALL } else { FREE }).collect();
     let (resolution, [x0, y0]) = (known.resolution_m(), known.origin_m());
     let in_map =
@@ -341,150 +357,4 @@ fn of_sketch(run: &RunConfig) -> Result<Drawn, Failure> {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::io::Write;
-
-    use flate2::Compression;
-    use flate2::write::GzEncoder;
-    use sketchnav_recordings::Recording;
-    use sketchnav_recordings::reader::Selection;
-    use sketchnav_rehearsal::rerun;
-    use sketchnav_schemas::channels::{ODOMETRY, SCAN, TRUTH};
-
-    use super::super::judge;
-    use super::*;
-
-    /// A hall with walls around a free floor, and a log beside it.
-    struct Place(tempfile::TempDir);
-
-    impl Place {
-        fn new(name: &str, log: &[u8]) -> Self {
-            let folder = tempfile::tempdir().unwrap();
-            let is_wall = |i: usize| [i / 40, i % 40].contains(&0) || [i / 40, i % 40].contains(&39);
-            let cell = |i: usize| if is_wall(i) { 0 } else { 255 };
-            let mut map = b"P5 40 40 255 ".to_vec();
-            map.extend((0..1600).map(cell));
-            let yaml = "image: map.pgm\nresolution: 0.25\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";
-            std::fs::write(folder.path().join("map.pgm"), map).unwrap();
-            std::fs::write(folder.path().join("map.yaml"), yaml).unwrap();
-            std::fs::write(folder.path().join(name), log).unwrap();
-            Self(folder)
-        }
-
-        fn import(&self, name: &str, strict: bool, start: Option<[f64; 3]>) -> Result<Recording, String> {
-            let output = self.0.path().join("out.mcap");
-            let options = ImportOptions {
-                map: Some(self.0.path().join("map.yaml")),
-                sketch: None,
-                start,
-                range_max: 79.0,
-                strict,
-                seed: 1,
-                set: Vec::new(),
-                output: output.clone(),
-                json: true,
-            };
-            match import(&self.0.path().join(name), &options) {
-                Ok(outcome) => assert_eq!(outcome, Outcome::Success),
-                Err(Failure::Input(error)) => return Err(crate::failure::story(&error)),
-                Err(other) => panic!("{other:?}"),
-            }
-            Ok(Recording::open(&output).unwrap())
-        }
-    }
-
-    fn flaser(count: usize, x: f64) -> String {
-        format!("FLASER {count} {}{x} 5 0 {x} 0 0 {x} host {x}\n", "2.5 ".repeat(count))
-    }
-
-    fn packed(text: &[u8]) -> Vec<u8> {
-        let mut packer = GzEncoder::new(Vec::new(), Compression::default());
-        packer.write_all(text).unwrap();
-        packer.finish().unwrap()
-    }
-
-    #[test]
-    fn what_is_whole_of_a_compressed_log_that_was_cut_is_imported() {
-        let text: String =
-            (0..40).map(|i| flaser(if i < 20 { 180 } else { 361 }, 3.0 + f64::from(i) / 10.0)).collect();
-        let whole = packed(text.as_bytes());
-        let place = Place::new("cut.log.gz", &whole[..whole.len() - 12]);
-        let error = place.import("cut.log.gz", true, None).unwrap_err();
-        assert!(error.contains("cut.log.gz: ") && error.contains("(--strict)"), "{error}");
-        assert!(!place.0.path().join("out.mcap").exists());
-        let recording = place.import("cut.log.gz", false, None).unwrap();
-        let scans = recording.all(SCAN).unwrap();
-        assert!(scans.len() > 20, "{}", scans.len());
-        assert_eq!((scans[0].beam_count, scans.last().unwrap().beam_count), (180, 361));
-        let odometry = recording.all(ODOMETRY).unwrap();
-        assert!((odometry[10].pose().x - odometry[0].pose().x - 1.0).abs() < 1e-9, "the scans' own poses");
-    }
-
-    /// Lines without a pose do not say where the robot is, and a guess is not a fact.
-    #[test]
-    fn a_log_without_poses_needs_a_start() {
-        let line = |x: f64| {
-            format!("ODOM {x} 0 0 0 0 0 {x} h {x}\nRAWLASER1 0 -1 2 0.5 80 0 0 5 2 2 2 2 2 0 {x} h {x}\n")
-        };
-        let place = Place::new("raw.log", [0.0, 0.5, 1.0].map(line).concat().as_bytes());
-        let error = place.import("raw.log", false, None).unwrap_err();
-        assert!(error.contains("expected --start COLUMN,ROW,HEADING"), "{error}");
-        let recording = place.import("raw.log", true, Some([20.0, 20.0, 90.0])).unwrap();
-        assert_eq!(recording.all(SCAN).unwrap().len(), 3);
-        assert_eq!(recording.all(TRUTH).unwrap().len(), 0, "nobody said where it truly was");
-    }
-
-    /// A recording's odometry had quaternions of length 0.5; the result was "0 estimates" without a reason.
-    #[test]
-    fn an_odometry_that_every_reader_rejects_is_named() {
-        let text: String = (0..10).map(|i| flaser(180, 3.0 + f64::from(i) / 10.0)).collect();
-        let place = Place::new("a.log", text.as_bytes());
-        let whole = place.import("a.log", true, None).unwrap();
-        let path = place.0.path().join("half.mcap");
-        let mut writer =
-            Writer::create_with(std::fs::File::create(&path).unwrap(), &whole.run().unwrap(), &[]).unwrap();
-        for message in whole.timeline(Selection::default()).unwrap() {
-            let message = message.unwrap();
-            if message.topic.is(ODOMETRY) {
-                let (mut odometry, _) = message.read(ODOMETRY).unwrap();
-                odometry.pose.orientation_z *= 0.5;
-                odometry.pose.orientation_w *= 0.5;
-                writer.write(ODOMETRY, &odometry, &[]).unwrap();
-            } else {
-                writer.write_raw(&message).unwrap();
-            }
-        }
-        writer.finish().unwrap();
-        let half = Recording::open(&path).unwrap();
-        let (run, none) = (
-            sketchnav_recordings::sources::RecordedRun::of(&half).unwrap(),
-            None::<&mut Writer<std::fs::File>>,
-        );
-        let rerun =
-            rerun::rerun(&half, Process::Localizer, &run, std::iter::empty().collect(), none).unwrap();
-        let expected =
-            "10 messages of /odometry: pose: expected an orientation of length 1, found 0.5 (the first is";
-        let words = rerun.rejected.list().first().map_or_else(String::new, ToString::to_string);
-        assert!(words.starts_with(expected), "{words}");
-        let rows = judge::rows(&judge::of_file(&path, None).unwrap());
-        assert!(rows.contains(&("messages rejected as invalid".to_owned(), "10".to_owned())), "{rows:?}");
-    }
-
-    #[test]
-    fn what_is_no_log_is_named() {
-        for (name, bytes, words) in [
-            ("a.zip", &b"PK\x03\x04...."[..], "found zip; convert it first"),
-            ("a.bz2", b"BZh9....", "found bzip2"),
-            ("a.txt", b"\xff\xfeF\0L\0", "found UTF-16"),
-            ("empty.log", b"", "expected FLASER, ROBOTLASER1 or RAWLASER1 lines, found none"),
-            (
-                "two.log.gz",
-                b"\x1f\x8b",
-                "found none; 1 lines cannot be read, the first is line 1: the file breaks off here",
-            ),
-        ] {
-            let error = Place::new(name, bytes).import(name, false, None).err().unwrap();
-            assert!(error.contains(&format!("{name}: ")) && error.contains(words), "{error}");
-        }
-    }
-}
+mod tests;

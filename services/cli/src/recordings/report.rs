@@ -110,7 +110,7 @@ impl Page<'_> {
                     }
                 }
             }
-            @if self.judged.cut_off { p.notice { "The recording is cut off: what follows is told of a part of the run." } }
+            @if self.judged.cut_off { p.notice { "The recording is cut off: the following covers only part of the run." } }
             @if !self.run.mission.description.is_empty() { p.lead { (self.run.mission.description) } }
             p.facts {
                 span { "recording " b { (file) } }
@@ -137,7 +137,7 @@ impl Page<'_> {
         let sketch = sections::believed(self.run, self.log, verdict)?;
         let floor = sections::true_ground(self.run, self.files, self.log, verdict).map(|(_, svg)| svg);
         Ok(html! {
-            h2 { "Where the robot believed to be, and where it was" }
+            h2 { "Estimated and true position" }
             div.pictures {
                 @for svg in sketch.iter().chain(&floor) { figure { (PreEscaped(svg)) } }
             }

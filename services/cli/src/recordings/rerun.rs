@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use sketchnav_files::draft::{Draft, Sink};
 use sketchnav_navigators::method_of;
+use sketchnav_recordings::reader::Selection;
 use sketchnav_recordings::sources::{self, RecordedRun};
-use sketchnav_recordings::writer::Writer;
+use sketchnav_recordings::writer::{Writer, topic_name};
 use sketchnav_recordings::{Recording, RecordingError};
-use sketchnav_rehearsal::rerun::{self, Rerun, RerunError};
+use sketchnav_rehearsal::rerun::{self, Rerun, RerunError, StepTimes};
+use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
 
 use super::args::RerunOptions;
@@ -39,10 +41,10 @@ pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> 
         asks_what_if.then(|| judge::of_whole(whole, None)).transpose()?.into_iter().collect();
     let outcome = execute(&recording, &recorded, options, copy.as_deref(), &guard)?;
     if outcome.recorded + outcome.sent == 0 {
-        let process = options.process;
-        let file = whole.name().display();
+        let (process, file) = (options.process, whole.name().display());
+        let why = silence(&recording, &recorded, options, &outcome).or_input()?;
         return Err(Failure::Input(anyhow!(
-            "{file}: expected messages of the {process}, found none: there is nothing to execute again"
+            "{file}: expected messages of the {process}, found none: there is nothing to execute again{why}"
         )));
     }
     if let (Some(copy), true) = (&copy, asks_what_if) {
@@ -58,6 +60,29 @@ pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> 
     }
     let is_new = outcome.recorded == 0;
     Ok(if outcome.difference.is_none() || is_new { Outcome::Success } else { Outcome::Short })
+}
+
+/// Why a process may have had nothing to answer.
+fn silence(
+    recording: &Recording,
+    recorded: &RecordedRun,
+    options: &RerunOptions,
+    outcome: &Rerun,
+) -> Result<String, RecordingError> {
+    let mut why = String::new();
+    let mut absent = Vec::new();
+    for spec in channels::read_by(options.process, recorded.run.mission.navigator_kind()) {
+        if recording.select(Selection::of_topics([topic_name(spec.name)]))?.next().is_none() {
+            absent.push(spec.name);
+        }
+    }
+    if !absent.is_empty() {
+        why = format!("; of what it reads, the recording has no message of {}", absent.join(", "));
+    }
+    for rejected in outcome.rejected.list() {
+        why = format!("{why}; rejected {rejected}");
+    }
+    Ok(why)
 }
 
 fn execute(
@@ -112,6 +137,14 @@ fn print(outcome: &Rerun, options: &RerunOptions) -> anyhow::Result<()> {
         core.as_secs_f64(),
         simulated_s / core.as_secs_f64().max(1e-9),
     )?;
+    let milliseconds = |time: std::time::Duration| time.as_secs_f64() * 1e3;
+    let StepTimes { count, mean, within_99, longest } = outcome.steps;
+    out!(
+        "{count} steps: {:.2} ms on average, 99 % within {:.2} ms, the longest {:.2} ms",
+        milliseconds(mean),
+        milliseconds(within_99),
+        milliseconds(longest),
+    )?;
     for rejected in outcome.rejected.list() {
         out!("rejected   {rejected}")?;
     }
@@ -136,6 +169,10 @@ fn json(
         "simulated_s": outcome.simulated_s,
         "wall_s": outcome.wall.as_secs_f64(),
         "core_s": outcome.core.as_secs_f64(),
+        "steps": outcome.steps.count,
+        "step_mean_s": outcome.steps.mean.as_secs_f64(),
+        "step_99_s": outcome.steps.within_99.as_secs_f64(),
+        "step_longest_s": outcome.steps.longest.as_secs_f64(),
         "judged": judged,
     })
 }

@@ -2,7 +2,6 @@
 //! not write, the positions in its topics.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 
 use anyhow::{Context, ensure};
 use sketchnav_recordings::reader::Recording;
@@ -13,13 +12,18 @@ use sketchnav_schemas::time::seconds;
 use super::{Body, Track};
 use crate::output::say;
 use crate::poses::{self, Place, Way};
+use crate::recordings::tell_cut_off;
+use crate::recordings::whole::Whole;
 
 /// Reads them: `robot`, `person-1`, `person-2` … from a recording of ours; from any other, one per topic.
 ///
 /// # Errors
-/// The recording cannot be read, or contains no positions.
-pub fn read(file: &Path) -> anyhow::Result<Vec<Track>> {
-    let recording = Recording::open(file)?;
+/// The recording, or that it says no places.
+pub fn read(whole: &Whole) -> anyhow::Result<Vec<Track>> {
+    let recording = Recording::open(whole.path())?;
+    if recording.index()?.is_cut_off() {
+        tell_cut_off(whole.name().display());
+    }
     if recording.has_run() { of_ours(&recording) } else { of_others(&recording) }
 }
 
@@ -27,10 +31,7 @@ pub fn read(file: &Path) -> anyhow::Result<Vec<Track>> {
 fn of_others(recording: &Recording) -> anyhow::Result<Vec<Track>> {
     let (ways, file) = (poses::read(recording)?, recording.path().display());
     ensure!(!ways.is_empty(), "{file}: expected a topic of one of the types {}, found none", poses::types());
-    for way in ways.iter().filter(|way| way.left_out > 0) {
-        let Way { name, left_out, .. } = way;
-        say!("notice: {name}: {left_out} messages left out: no finite place, or a time that another one has");
-    }
+    ways.iter().filter_map(Way::notice).for_each(|words| say!("notice: {words}"));
     let frames: BTreeSet<_> = ways.iter().map(|way| way.frame.as_str()).collect();
     if frames.len() > 1 {
         let each: Vec<_> = ways.iter().map(|way| format!("{} in {:?}", way.name, way.frame)).collect();

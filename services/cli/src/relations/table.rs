@@ -10,13 +10,17 @@ use std::path::Path;
 
 use anyhow::{Context, anyhow, bail, ensure};
 
+use sketchnav_recordings::foreign::Foreign;
+
 use super::{Body, Track};
 
 /// Required columns.
 const NEEDED: [&str; 4] = ["time_s", "object", "x_m", "y_m"];
 /// Optional columns.
 const OPTIONAL: [&str; 3] = ["heading_deg", "length_m", "width_m"];
-/// Farthest position; beyond it, squares lose their precision.
+/// So many bytes tell what a file is that is no table.
+const LOOKED_AT: usize = 512;
+/// Farthest position: beyond it squares lose their precision.
 const FAR_M: f64 = 1e7;
 
 /// Reads a table; the objects are in the order of their first rows.
@@ -53,6 +57,10 @@ impl Columns {
                 "line {line}: expected columns of {}, separated by , ; | or tabs, found {unknown:?}",
                 known()
             );
+        }
+        let is_twice = |(i, name): &(usize, &&str)| names[..*i].contains(name);
+        if let Some((_, twice)) = names.iter().enumerate().find(is_twice) {
+            bail!("line {line}: expected each column once, found {twice:?} twice");
         }
         let mut needed = [0; 4];
         for (slot, name) in needed.iter_mut().zip(NEEDED) {
@@ -145,7 +153,19 @@ fn decoded(bytes: &[u8]) -> anyhow::Result<Cow<'_, [u8]>> {
     let unit: fn([u8; 2]) -> u16 = match bytes {
         [0xff, 0xfe, ..] => u16::from_le_bytes,
         [0xfe, 0xff, ..] => u16::from_be_bytes,
-        _ => return Ok(Cow::Borrowed(bytes)),
+        _ => {
+            let found = Foreign::of(&bytes[..bytes.len().min(LOOKED_AT)]);
+            ensure!(
+                matches!(found, Foreign::Text | Foreign::Unknown),
+                "expected a table as text, found {found}"
+            );
+            let is_text = std::str::from_utf8(bytes).is_ok();
+            ensure!(
+                is_text,
+                "expected UTF-8 or UTF-16, found other bytes; of a spreadsheet, save it as CSV in UTF-8"
+            );
+            return Ok(Cow::Borrowed(bytes));
+        }
     };
     let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
     let text = String::from_utf16(&units).context("expected UTF-8 or UTF-16")?;
@@ -275,6 +295,8 @@ mod tests {
         let good = "time_s,object,x_m,y_m\n0,a,1,2\n";
         for (text, message) in [
             ("time_s,object,x_m\n0,a,1\n", "line 1: expected a column \"y_m\", found time_s, object, x_m"),
+            ("time_s,object,x_m,y_m,x_m\n", "line 1: expected each column once, found \"x_m\" twice"),
+            ("PK\u{3}\u{4} a spreadsheet", "expected a table as text, found a ZIP archive"),
             ("time_s,object,x_m,y_m,z_m\n", "line 1: expected columns of time_s, object, x_m, y_m"),
             ("time_s object x_m y_m\n", "separated by , ; | or tabs, found \"time_s object x_m y_m\""),
             (
@@ -309,6 +331,8 @@ mod tests {
             let error = format!("{:#}", parse(text.as_bytes()).unwrap_err());
             assert!(error.contains(message), "{error}");
         }
+        let latin = format!("{:#}", parse(b"time_s,object,x_m,y_m\n0,K\xfcche,1,2\n").unwrap_err());
+        assert!(latin.contains("found other bytes; of a spreadsheet, save it as CSV in UTF-8"), "{latin}");
     }
 
     mod any {

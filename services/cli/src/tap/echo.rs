@@ -1,13 +1,12 @@
 //! Prints messages, as JSON or as comma-separated values, whole or only some fields.
 
-use std::path::Path;
-
-use sketchnav_recordings::Recording;
 use sketchnav_recordings::dynamic::Decoder;
 use sketchnav_recordings::reader::{RawMessage, Selection};
+use sketchnav_recordings::rejected::Rejections;
+use sketchnav_recordings::{Recording, RecordingError};
 use sketchnav_runtime::{Node, RawSample};
 use sketchnav_schemas::channels::{self, ChannelSpec};
-use sketchnav_schemas::erased;
+use sketchnav_schemas::erased::{self, Owned};
 use sketchnav_schemas::message::Header;
 
 use super::field::Field;
@@ -16,6 +15,7 @@ use crate::args::{EchoOptions, Tap};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{live, say};
 use crate::recordings::whole::Whole;
+use crate::recordings::with;
 
 /// Prints each message as a JSON object with its number, time, cause and ROS 2 form, or as a line of a table.
 pub fn echo(options: &EchoOptions) -> Result<Outcome, Failure> {
@@ -27,35 +27,76 @@ pub fn echo(options: &EchoOptions) -> Result<Outcome, Failure> {
     let (csv, decoder) = (options.csv, Decoder::default());
     let mut echo = Echo { fields, csv, names_channels, has_heading: false, tells_history, decoder };
     match &options.file {
-        Some(file) => of_recording(file, &options.tap, amount, &mut echo),
+        Some(file) => with(file, |whole| of_recording(whole, &options.tap, amount, &mut echo)),
         None => follow(&options.tap, amount, &mut echo),
     }
 }
 
-/// Prints the messages of a recording.
-fn of_recording(file: &Path, tap: &Tap, amount: Amount, echo: &mut Echo) -> Result<Outcome, Failure> {
-    let whole = Whole::of(file)?;
+/// Prints the messages of a recording; those that cannot be decoded are skipped, counted and named.
+fn of_recording(whole: &Whole, tap: &Tap, amount: Amount, echo: &mut Echo) -> Result<Outcome, Failure> {
     let recording = Recording::open(whole.path()).or_input()?;
     let topics = super::recorded(&recording, tap)?;
     let mut left = match amount {
         Amount::Messages(count) => count,
         Amount::Newest => u64::MAX,
     };
-    let mut newest = None;
+    let (mut newest, mut skipped, mut has_any) = (None, Skipped::default(), false);
     for raw in recording.timeline(Selection::of_topics(topics)).or_input()? {
         if left == 0 {
-            return Ok(Outcome::Success);
+            break;
         }
         let raw = raw.or_input()?;
+        let Some(message) = skipped.unless(&raw, echo.decode(&raw)).or_input()? else { continue };
+        has_any = true;
         if amount == Amount::Newest {
-            newest = Some(raw);
+            newest = Some((raw, message));
         } else {
-            echo.recorded(&raw)?;
+            echo.recorded(&raw, message)?;
             left -= 1;
         }
     }
-    newest.iter().try_for_each(|raw| echo.recorded(raw))?;
+    newest.into_iter().try_for_each(|(raw, message)| echo.recorded(&raw, message))?;
+    skipped.tell(has_any).or_input()?;
     Ok(Outcome::Success)
+}
+
+/// The messages that could not be decoded.
+#[derive(Default)]
+struct Skipped {
+    rejections: Rejections,
+    first: Option<RecordingError>,
+}
+
+impl Skipped {
+    /// What a message was decoded to; `None`, and it is counted, where that failed for this message alone.
+    fn unless<T>(
+        &mut self,
+        raw: &RawMessage,
+        decoded: Result<T, RecordingError>,
+    ) -> Result<Option<T>, RecordingError> {
+        match decoded {
+            Err(error) if raw.is_damaged() || error.is_one_message() => {
+                match raw.is_damaged() {
+                    true => self.rejections.count_damaged(raw),
+                    false => self.rejections.count_undecoded(raw, &error),
+                }
+                self.first.get_or_insert(error);
+                Ok(None)
+            }
+            decoded => decoded.map(Some),
+        }
+    }
+
+    /// Names them; where no other message was there, the first is the error.
+    fn tell(self, has_others: bool) -> Result<(), RecordingError> {
+        match self.first {
+            Some(error) if !has_others => Err(error),
+            _ => {
+                self.rejections.list().iter().for_each(|skipped| say!("notice: skipped {skipped}"));
+                Ok(())
+            }
+        }
+    }
 }
 
 struct Echo {
@@ -68,7 +109,13 @@ struct Echo {
     decoder: Decoder,
 }
 
-/// What is printed before a message.
+/// A recorded message.
+enum Decoded {
+    Ours(&'static ChannelSpec, Owned),
+    Form(serde_json::Value),
+}
+
+/// What stands before a message.
 struct Head<'a> {
     channel: &'a str,
     seq: u64,
@@ -105,17 +152,25 @@ impl Listener for Echo {
 }
 
 impl Echo {
-    /// Decodes a message of ours by its type, any other by its schema in the file.
-    fn recorded(&mut self, raw: &RawMessage) -> Result<(), Failure> {
+    /// A message of ours as ours, any other by the schema that the file has for it.
+    fn decode(&mut self, raw: &RawMessage) -> Result<Decoded, RecordingError> {
         let spec = channels::of_topic(&raw.topic.name);
         let ours = spec.filter(|spec| spec.message.ros2 == raw.topic.ros2_type);
         if let Some((spec, message)) = ours.and_then(|spec| Some((spec, raw.decode(spec).ok()?))) {
-            return self.print(spec, message.bytes(), message.cells());
+            return Ok(Decoded::Ours(spec, message));
         }
-        let form = self.decoder.decode(raw).or_input()?;
-        let channel = raw.topic.name.trim_start_matches('/');
-        let head = Head { channel, seq: raw.sequence.into(), stamp_ns: raw.stamp_ns, source_seq: None };
-        self.told(&head, form)
+        self.decoder.decode(raw).map(Decoded::Form)
+    }
+
+    fn recorded(&mut self, raw: &RawMessage, decoded: Decoded) -> Result<(), Failure> {
+        match decoded {
+            Decoded::Ours(spec, message) => self.print(spec, message.bytes(), message.cells()),
+            Decoded::Form(form) => {
+                let channel = raw.topic.name.trim_start_matches('/');
+                let (seq, stamp_ns) = (raw.sequence.into(), raw.stamp_ns);
+                self.told(&Head { channel, seq, stamp_ns, source_seq: None }, form)
+            }
+        }
     }
 
     fn print(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]) -> Result<(), Failure> {

@@ -5,7 +5,6 @@
 //! since the tick that caused it.
 
 use std::collections::{BTreeMap, VecDeque};
-use std::path::Path;
 use std::time::Instant;
 
 use serde::Serialize;
@@ -19,6 +18,7 @@ use crate::args::HzOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::live;
 use crate::recordings::whole::Whole;
+use crate::recordings::with;
 
 /// The number of last intervals and delays from which the percentiles are computed.
 const KEPT: usize = 10_000;
@@ -26,7 +26,7 @@ const KEPT: usize = 10_000;
 /// Prints the rates once a second, and the totals at the end.
 pub fn hz(options: &HzOptions) -> Result<Outcome, Failure> {
     if let Some(file) = &options.file {
-        return of_recording(file, options);
+        return with(file, |whole| of_recording(whole, options));
     }
     let mut rates = Rates { json: options.json, ticks: None, all: Vec::new() };
     let outcome = follow(&options.tap, Amount::of(options.tap.count), &mut rates)?;
@@ -35,8 +35,7 @@ pub fn hz(options: &HzOptions) -> Result<Outcome, Failure> {
 }
 
 /// The rates of a recording's topics, by the times at which their messages were recorded.
-fn of_recording(file: &Path, options: &HzOptions) -> Result<Outcome, Failure> {
-    let whole = Whole::of(file)?;
+fn of_recording(whole: &Whole, options: &HzOptions) -> Result<Outcome, Failure> {
     let recording = Recording::open(whole.path()).or_input()?;
     let topics = super::recorded(&recording, &options.tap)?;
     let mut all: BTreeMap<_, _> = topics.iter().map(|topic| (topic.clone(), Recorded::default())).collect();

@@ -178,7 +178,7 @@ impl Gatherer {
         let order = [Process::Supervisor].into_iter().chain(SERVICES).chain(pad);
         let rows: Vec<_> =
             order.map(|process| self.row(process, alive.get(process.word()).copied(), took)).collect();
-        self.taps.iter_mut().for_each(Counted::count_anew);
+        self.taps.iter_mut().for_each(Counted::reset_count);
         Ok(Snapshot {
             system: self.node.system().name().to_owned(),
             mission: self.run.mission.name.clone(),
@@ -272,7 +272,7 @@ impl Counted {
         newest.saturating_sub(self.from_seq.unwrap_or(newest))
     }
 
-    fn count_anew(&mut self) {
+    fn reset_count(&mut self) {
         self.from_seq = self.newest.map(|newest| newest.seq);
     }
 }

@@ -12,7 +12,7 @@ use sketchnav_view::{ViewError, file, live};
 use crate::args::ViewOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
-use crate::recordings::whole::Whole;
+use crate::recordings::with;
 
 /// The port of this number, or a free one for 0.
 pub fn port(number: u16) -> Result<Port, Failure> {
@@ -32,12 +32,13 @@ pub fn system(system: System, port: Port) -> Result<Outcome, Failure> {
 
 /// Shows a recording.
 pub fn file(path: &Path, port: Port, options: &ViewOptions) -> Result<Outcome, Failure> {
-    let whole = Whole::of(path)?;
-    let recording = Recording::open(whole.path()).or_input()?;
-    let how =
-        file::Options { rate: options.rate.unwrap_or(1.0), again: options.again, is_paused: options.paused };
-    file::play(&recording, port, how, || announce(port)).map_err(classify)?;
-    Ok(Outcome::Success)
+    let rate = options.rate.unwrap_or(1.0);
+    let how = file::Options { rate, again: options.again, is_paused: options.paused };
+    with(path, |whole| {
+        let recording = Recording::open(whole.path()).or_input()?;
+        file::play(&recording, port, how, || announce(port)).map_err(classify)?;
+        Ok(Outcome::Success)
+    })
 }
 
 /// If the address is not read, it may be known already.

@@ -1,5 +1,5 @@
-//! Suite `ablation`: what each part of `beam` adds. A line of `PARTS` switches one part off by the
-//! parameters of the mission; all lines drive the same trials with the same seeds.
+//! Suite `ablation`: what each part of `beam` contributes. Each line of `PARTS` switches one part off by parameters of the mission;
+//! all lines drive the same trials with the same seeds.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
@@ -12,9 +12,9 @@ use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{people, protocol};
 
 const TITLE: &str = "What each part of ours adds: a line for each part that is switched off; pairs of the ten people's drawings, drives by drawings deformed at degree 1, and the building's four drawings after the protocol of Table I.";
-/// Pairs of each of the people's drawings.
+/// Pairs per drawing by people.
 const PAIRS: usize = 6;
-/// Drives by each drawing of the floors that ship, deformed at ...
+/// Drives by each drawing of the shipped floors, deformed at ...
 const DRIVES: usize = 2;
 /// ... this degree.
 const DEGREE: f64 = 1.0;
@@ -29,25 +29,25 @@ struct Part {
     planner: &'static str,
 }
 
-/// The parts: a new one is a line here.
+/// The parts; a new part needs only a line here.
 const PARTS: [Part; 19] = [
     Part { name: "whole", localizer: "", planner: "" },
     // The likelihood field of Boniardi et al. 2015, equation 7, without our comparison of ranges.
     Part { name: "no-beam-model", localizer: "likelihood = 'field'", planner: "" },
-    // What the drawing shows at bearings near by, as if no door were drawn beside its place.
+    // Compares with what the drawing shows at exactly the beam's bearing, ignoring doors drawn next to their place.
     Part { name: "no-bearing-error", localizer: "bearing_error_rad = 0.0", planner: "" },
-    // As exact as a drawing by hand, whatever it shows of itself.
+    // As exact as a drawing by hand, whatever the scans show.
     Part { name: "learns-no-exactness", localizer: "least_hit_width = 0.25", planner: "" },
     Part { name: "one-scale", localizer: "scales = 'one'", planner: "" },
     Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },
     Part { name: "stiff-scales", localizer: "scale_noise = 0.0", planner: "" },
     Part { name: "first-scan-unfiltered", localizer: "start_scales = 'least-squares'", planner: "" },
-    // In proportion as a whole, however the first scan's place is stretched.
+    // The drawing is taken to be in proportion as a whole, however stretched the place of the first scan is.
     Part { name: "no-anisotropy", localizer: "anisotropic_share = 0.0", planner: "" },
     Part { name: "no-usual-size", localizer: "start_size_share = 0.0", planner: "" },
     Part { name: "500-particles", localizer: "particles = 500", planner: "" },
     Part { name: "no-outline", localizer: "outline_gap_m = 0.0", planner: "" },
-    // A door as narrow as it is drawn.
+    // A door is as narrow as it is drawn.
     Part { name: "doors-as-drawn", localizer: "door_width_m = 0.0", planner: "" },
     Part { name: "walls-do-not-count", localizer: "wall_crossing_factor = 1.0", planner: "" },
     Part {
@@ -57,14 +57,14 @@ const PARTS: [Part; 19] = [
     },
     Part { name: "no-hysteresis", localizer: "mode_hysteresis = 1.0", planner: "" },
     Part { name: "no-memory", localizer: "", planner: "obstacle_memory_s = 0.1" },
-    // More doubt than there can be.
+    // A doubt that is never reached.
     Part { name: "believes-arrivals", localizer: "", planner: "look_above = 100.0\ndoubt_above = 100.0" },
-    // More than any task may take.
+    // More than any task may need.
     Part { name: "may-circle", localizer: "", planner: "circling_path_m = 100000.0" },
 ];
 
 impl Part {
-    /// As a mission has them.
+    /// The parameters in the form in which a mission has them.
     fn parameters(&self) -> Result<Parameters, EvalError> {
         let mut parameters = Parameters::default();
         for (process, text) in [(Process::Localizer, self.localizer), (Process::Planner, self.planner)] {
@@ -78,7 +78,7 @@ impl Part {
 /// Loads the suite.
 ///
 /// # Errors
-/// As the suites that it takes its trials from; without the people's drawings it leaves these out with a notice.
+/// Those of the suites that it takes its trials from; without the people's drawings it leaves these out with a notice.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut people = match people::suite(folders) {
         Err(missing @ EvalError::NoData { .. }) => {
@@ -120,7 +120,7 @@ mod tests {
 
     use super::*;
 
-    /// A parameter that is renamed would else switch nothing off.
+    /// Otherwise a parameter that was renamed would switch nothing off.
     #[test]
     fn every_part_is_known_to_the_services() {
         let suite = suite(&Folders::of_checkout()).unwrap();

@@ -1,8 +1,8 @@
-//! What a drive costs: time, commands, messages, computing, energy (Patil 2019, 5.5, tables 5.1 and 5.2).
+//! The cost of a drive: time, commands, messages, computation, energy (Patil 2019, 5.5, tables 5.1 and 5.2).
 //!
-//! The thesis wanted to compare energy and could not: its battery showed whole volts. Here it follows from a model. A
-//! robot that is switched on takes [`IDLE_W`]. Rolling costs [`ROLLING`] of its weight a metre, speeding up costs its
-//! kinetic energy, and braking gives nothing back.
+//! The thesis wanted to compare energy but could not, since its battery showed whole volts. Here energy follows from a model: a
+//! robot that is switched on draws [`IDLE_W`], rolling costs [`ROLLING`] of its weight per metre, speeding up costs its kinetic
+//! energy, and braking recovers nothing.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{GroundTruth, Twist, VelocityCommand};
@@ -13,33 +13,33 @@ use sketchnav_sim::convex::Convex;
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::table::Table;
 
-/// Power of computer and electronics, watts. Assumed: a youBot's 24 V and 5 Ah last about 90 minutes (Patil 2019, 4.1).
+/// Power of the computer and electronics, watts. Assumed: a youBot's 24 V and 5 Ah last about 90 minutes (Patil 2019, 4.1).
 pub const IDLE_W: f64 = 60.0;
-/// Rolling resistance, a share of the weight. Assumed, for mecanum wheels on a hard floor.
+/// Rolling resistance as a share of the weight. Assumed, for mecanum wheels on a hard floor.
 pub const ROLLING: f64 = 0.05;
 const GRAVITY_MPS2: f64 = 9.81;
 
-/// What a task cost.
+/// The cost of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Cost {
     /// Velocity commands.
     pub commands: u64,
-    /// Those that were not the same as the command before.
+    /// Commands that differ from the command before.
     pub changed_commands: u64,
     /// Messages on all channels.
     pub messages: u64,
-    /// Processor time of localizer and planner by the clock, seconds: no two runs agree on it.
+    /// Processor time of localizer and planner by the wall clock, seconds; it differs between any two runs.
     pub busy_s: f64,
     /// Energy by the model, joules.
     pub energy_j: f64,
-    /// The least distance of the footprint from walls and furniture, metres; measured where a touch ends the drive.
+    /// The least distance of the footprint from walls and furniture, metres; measured if a touch ends the drive.
     pub clearance_m: Option<f64>,
     /// Root mean square of the true jerk, m/s³.
     pub jerk_mps3: f64,
 }
 
 impl Cost {
-    /// Of the commands and the true motion of a task that took `time_s`, of a robot of `mass_kg`.
+    /// The cost by the commands and the true motion of a task that took `time_s`, for a robot of `mass_kg`.
     pub fn new(commands: &[VelocityCommand], truth: &[GroundTruth], time_s: f64, mass_kg: f64) -> Self {
         let bits = |twist: &Twist| [twist.vx_mps, twist.vy_mps, twist.yaw_rate_radps].map(f64::to_bits);
         let changes = commands.windows(2).filter(|pair| bits(&pair[0].twist) != bits(&pair[1].twist)).count();
@@ -64,7 +64,7 @@ fn motion_j(truth: &[GroundTruth], mass_kg: f64) -> f64 {
     truth.windows(2).map(step).sum()
 }
 
-/// Root mean square of the jerk: of the second differences of the velocity.
+/// Root mean square of the jerk, which is the second difference of the velocity.
 fn jerk_mps3(truth: &[GroundTruth]) -> f64 {
     let velocity = |truth: &GroundTruth| {
         let (sin, cos) = truth.pose().yaw_rad.sin_cos();
@@ -83,7 +83,7 @@ fn jerk_mps3(truth: &[GroundTruth]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// The least distance of a rectangular footprint from what stands, metres; `None` where nothing stands or is driven.
+/// The least distance of a rectangular footprint from obstacles, metres; `None` if there are none or the robot did not drive.
 pub fn clearance_m(truth: &[GroundTruth], half_extents_m: [f64; 2], world: &WorldDescription) -> Option<f64> {
     let faces: Vec<_> =
         world.outline.iter().copied().chain(world.furniture.iter().flat_map(Convex::edges)).collect();
@@ -99,7 +99,7 @@ pub fn clearance_m(truth: &[GroundTruth], half_extents_m: [f64; 2], world: &Worl
     truth.iter().map(nearest).min_by(f64::total_cmp).filter(|least_m| least_m.is_finite())
 }
 
-/// From a segment to a box around the origin: 0 where they meet. Two convex shapes are nearest at a corner of one.
+/// The distance from a segment to a box around the origin; 0 if they meet. Two convex shapes are nearest at a corner of one.
 fn from_box_m([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> f64 {
     let outside = |p: [f64; 2]| (p[0].abs() - half[0]).max(0.0).hypot((p[1].abs() - half[1]).max(0.0));
     let along = [b[0] - a[0], b[1] - a[1]];
@@ -116,7 +116,7 @@ fn from_box_m([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> f64 {
     if crosses([a, b], half) { 0.0 } else { nearest }
 }
 
-/// Whether a segment enters a box around the origin: what is left of it between the box's sides.
+/// Whether a segment enters a box around the origin, by clipping it to the box's sides.
 fn crosses([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> bool {
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
@@ -134,7 +134,7 @@ fn crosses([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> bool {
     from <= to
 }
 
-/// A line for each of `lines`, of the tasks that were reached: means, and the duration's least and greatest value.
+/// A row for each of `lines`, over the tasks that were reached: means, and the shortest and longest duration.
 pub fn table(lines: &[String], outcomes: &[&TaskOutcome]) -> Table {
     let header = [
         "drives",

@@ -1,9 +1,9 @@
-//! Suite `deformed`: drawings of four floors, deformed as people deform what they draw, at four degrees
-//! (`sketchnav deform`; degree 1 has people's statistics).
+//! Suite `deformed`: drawings of four floors, deformed as people deform what they draw, at four degrees (`sketchnav deform`; degree
+//! 1 has people's statistics).
 //!
-//! A trial drives from a place of one region to a place of another; where both lie in the drawing the
-//! drawing's own map says. It is judged by region, as suite `people` is. What a drawing forgot is never a
-//! goal, nor a start. A drawing of another degree with the same number has the same places: trials are named by floor, degree,
+//! A trial drives from a place in one region to a place in another; where these lie in the drawing follows from the deformation. It
+//! is judged by region, as suite `people` is. A place that a drawing forgot is never a goal or a start. Drawings of different
+//! degrees with the same number have the same places: trials are named by floor, degree, number and pair.
 //! number and pair.
 
 use std::path::Path;
@@ -45,19 +45,19 @@ const MAPS: [(&str, [Datum; 2]); 2] = {
     ]
 };
 const DEGREES: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
-/// Of each floor at each degree; also their seeds, from 1.
+/// Drawings of each floor at each degree; also their seeds, from 1.
 pub(crate) const DRAWINGS: u64 = 7;
-/// Trials by each drawing.
+/// Trials per drawing.
 const PAIRS: usize = 4;
-/// Pairs that are tried, to find those.
+/// Pairs that are tried to find these.
 const TRIES: usize = 60;
-/// Beyond its radius, how far from a wall the robot stands.
+/// How far from a wall the robot stands, beyond its radius.
 const CLEARANCE_M: f64 = 0.1;
-/// What a world of walls and furniture is cut into to find ways.
+/// The size of the cells into which a world of walls and furniture is divided to find paths.
 const CELL_M: f64 = 0.1;
-/// Places lie at least so far inside their region, as a share of the most that one does.
+/// The least depth of places inside their region, as a share of the deepest place's.
 const DEPTH: f64 = 0.5;
-/// The robot begins looking along its way, as far ahead.
+/// The robot starts facing the point this far ahead on its path.
 const LOOK_AHEAD_M: f64 = 1.0;
 
 /// A floor that is drawn.
@@ -81,8 +81,7 @@ struct Region {
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is there and not what it should be. Floors that are not there are left out with a
-/// notice.
+/// [`EvalError`] with the file that exists but is not as expected. Floors that are missing are left out with a notice.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite { title: TITLE.into(), repetitions: 1, lines: Some("degree"), ..Suite::default() };
     let sites = sites(folders, &mut suite.notices)?;
@@ -127,7 +126,7 @@ impl Site {
         Ok(Self { name, world, floor, ground, robot, regions })
     }
 
-    /// A map: drawn is the bare one, driven in the furnished one.
+    /// A pair of maps: the bare one is drawn, the furnished one is driven in.
     fn of_maps(name: &'static str, bare: &Path, furnished: &Path) -> Result<Self, EvalError> {
         let robot = sketchnav_sim::files::robot("robotino")?;
         let map = sketchnav_sim::files::occupancy_map(furnished)?;
@@ -138,7 +137,7 @@ impl Site {
         Ok(Self { name, world, floor, ground, robot, regions })
     }
 
-    /// The trials by a drawing.
+    /// The trials by one drawing.
     pub(crate) fn trials(&self, degree: f64, number: u64) -> Result<Vec<Trial>, EvalError> {
         let drawing = sketchnav_deform::deform(&self.floor, degree, number)?;
         let strokes = drawing.strokes_json();
@@ -156,7 +155,7 @@ impl Site {
         Ok(tries.filter_map(|(i, mission)| Some((i, mission?))).take(PAIRS).map(trial).collect())
     }
 
-    /// From somewhere to somewhere else; `None` where either is forgotten or no way leads there.
+    /// A mission from a random place to another; `None` if either was forgotten or no path leads there.
     fn mission(
         &self,
         drawing: &DeformedDrawing,
@@ -214,7 +213,7 @@ fn regions(floor: &Floor, ground: &Ground) -> Vec<Region> {
     entered(polygons, ground)
 }
 
-/// Those of suite `people`.
+/// The regions of suite `people`.
 fn annotated(ground: &Ground) -> Result<Vec<Region>, EvalError> {
     let regions = Regions::shipped()?;
     let polygons = regions.enterable().map(|(name, polygon)| (name.to_owned(), polygon.to_vec()));
@@ -249,7 +248,7 @@ mod tests {
         suite(&Folders::of_checkout()).unwrap()
     }
 
-    /// And at every degree the same ones, except for rooms that were forgotten.
+    /// At every degree they are the same, except for rooms that were forgotten.
     #[test]
     fn every_trial_leads_from_one_region_to_another() {
         let suite = shipped();
@@ -270,8 +269,8 @@ mod tests {
         assert!(goals.len() < suite.trials.len() / 2, "most pairs are driven at several degrees");
     }
 
-    /// The figures by which `sketchnav deform` goes are those of the annotated drawings. Which of several
-    /// marks for one place is the right one is not known; here it is the likeliest.
+    /// The figures that `sketchnav deform` uses are those of the annotated drawings. It is not known which of several marks for one
+    /// place is the right one; here it is the likeliest.
     #[test]
     fn people_deform_as_the_marks_in_their_drawings_say() {
         let folder = needs::data().join("sketches/kth");
@@ -291,7 +290,7 @@ mod tests {
         [d.similarity_residual, d.affine_residual, d.anisotropy, d.log_scale_sd]
     }
 
-    /// A drawing with six matched places or more.
+    /// The deformation of a drawing with at least six matched places.
     fn measured(path: &PathBuf) -> Option<Deformation> {
         let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
         let mut matches = matches::parse(&text).unwrap();

@@ -1,15 +1,21 @@
-//! The figures of experiments as a page shows them: what each came to, and markers in the page that this fills.
+//! The figures of experiments as pages show them: the results of each, and the markers in a page that this fills in.
 //!
-//! A marker is a pair of comments of HTML, which readers of the page do not see. The first one says what is to stand
-//! between them: experiment, method, form, and lines of the experiment's table where it is not about all of it.
+//! A marker is a pair of HTML comments, which readers of the page do not see. The first one says what belongs between them:
+//! experiment, method, form, and lines of the experiment's table unless the whole experiment is meant.
 //!
 //! ```text
 //! <!--= people outline share-->97.5 % (95 to 99) of 320<!--=-->
 //! <!--= deformed outline percent 0.5; 1-->100 %, 82.1 %<!--=-->
+//! <!--= directions-success 1 percent success: 5 mm, D/R-->28.0 % (25.1 to 31.0) of 925<!--=-->
+//! <!--= directions-paths 1 number value: 15: D of the D/R path over the shortest-->1.03 (1.01 to 1.05) of 30<!--=-->
+//! <!--= directions-calibration 1 table--> … the first table of the study … <!--=-->
 //! <!--= experiments--> … a table of all experiments with their commands … <!--=-->
+//! <!--= corridor-unknowns lines--> … a table with a row for each line of the experiment's own … <!--=-->
+//! <!--= corridor-published verdicts--> … its conditions beside those of the thesis … <!--=-->
+//! <!--= corridor-published notices--> … what the reader of its figures must know … <!--=-->
 //! ```
 //!
-//! A figure of an experiment that was not driven stays as it is and gets a dagger. It never drives anything and reads no
+//! A figure of an experiment that was not driven keeps its value and gets a dagger. This module never drives anything and reads no
 //! file.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -20,21 +26,24 @@ use serde::{Deserialize, Serialize};
 use crate::error::EvalError;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::statistics::Tally;
+use crate::experiments::studies::{Table, report};
 use crate::experiments::suite::Suite;
-use crate::experiments::{studies, suites};
+use crate::experiments::table;
+use crate::experiments::{corridor_published, studies, suites};
 
 const BEGIN: &str = "<!--= ";
 const OPEN: &str = "-->";
 const END: &str = "<!--=-->";
-/// What stands in the table for a study, which drives no missions.
-const STUDIED: &str = "tables and curves, see the text";
-/// Behind a figure that was not driven again.
+/// What the table shows for a study, which drives no missions.
+const STUDIED: &str = "tables and curves";
+/// Appended to a figure that was not driven again.
 const EARLIER: &str = " †";
 /// The marker of the table of all experiments.
 const EXPERIMENTS: &str = "experiments";
-const FORMS: &str = "share, percent, of, rated, reached, attempts, known, or how tasks ended";
+const FORMS: &str = "share, percent, of, rated, reached, attempts, known, majority, or how tasks ended";
+const WHOLE_FORMS: &str = "lines, verdicts or notices";
 
-/// What experiments came to, by name.
+/// The results of experiments, by name.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Figures {
@@ -42,27 +51,33 @@ pub struct Figures {
     pub experiments: BTreeMap<String, Experiment>,
 }
 
-/// What one experiment came to.
+/// The results of one experiment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
-    /// What makes the figures again.
+    /// The command that reproduces the figures.
     pub command: String,
     /// Which program drove it.
     pub program: String,
-    /// Each method; none where it is a study.
+    /// The results of each method; empty for a study.
     pub methods: Vec<Method>,
+    /// What a reader of its figures must know.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notices: Vec<String>,
+    /// The tables of a study.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tables: Vec<Table>,
 }
 
-/// What the drives by one method came to.
+/// The results of the drives by one method.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Method {
-    /// Its word.
+    /// Its name.
     pub method: String,
     /// All tasks that count.
     pub total: Tally,
-    /// Those of each line of the suite's table.
+    /// The tasks of each line of the suite's table.
     pub lines: BTreeMap<String, Tally>,
 }
 
@@ -97,8 +112,7 @@ impl Figures {
     /// Fills the markers of a page. Filling twice changes nothing.
     ///
     /// # Errors
-    /// [`EvalError::Marker`]: one that does not end, or that names an experiment, a method, a form or a line that there
-    /// is not.
+    /// [`EvalError::Marker`] if a marker does not end, or names an unknown experiment, method, form or line.
     pub fn fill(&self, page: &str) -> Result<Filled, EvalError> {
         let mut filled = Filled { page: String::with_capacity(page.len()), not_driven: BTreeSet::new() };
         let mut rest = page;
@@ -117,28 +131,29 @@ impl Figures {
         Ok(filled)
     }
 
-    /// What stands in a marker; `None` where it was not driven.
+    /// The text of a marker; `None` if its experiment was not driven.
     fn text(&self, marker: &Marker<'_>, not_driven: &mut BTreeSet<String>) -> Result<Option<String>, Wrong> {
-        let Marker::Figure { experiment, method, form, lines } = marker else {
-            return Ok(Some(self.table()));
+        let experiment = match marker {
+            Marker::Experiments => return Ok(Some(self.table())),
+            Marker::Whole { experiment, .. }
+            | Marker::Figure { experiment, .. }
+            | Marker::Study { experiment, .. } => *experiment,
         };
-        let Some(found) = self.experiments.get(*experiment) else {
-            not_driven.insert((*experiment).to_owned());
+        let Some(found) = self.experiments.get(experiment) else {
+            not_driven.insert(experiment.to_owned());
             return Ok(None);
         };
-        let known = || found.methods.iter().map(|found| found.method.as_str()).collect::<Vec<_>>().join(", ");
-        let of_method = found.methods.iter().find(|found| found.method == *method);
-        let of_method = of_method.ok_or_else(|| one_of(&known(), method))?;
-        if lines.is_empty() {
-            return Ok(Some(form.of(of_method.total)));
-        }
-        let known = || of_method.lines.keys().map(String::as_str).collect::<Vec<_>>().join("; ");
-        let figure = |line: &str| match of_method.lines.get(line) {
-            Some(tally) => Ok(form.of(*tally)),
-            None => Err(one_of(&known(), line)),
+        let text = match marker {
+            Marker::Figure { method, form, lines, .. } => found.figure(method, *form, lines)?,
+            Marker::Whole { form, .. } => found.whole(*form),
+            Marker::Study { table, shown, .. } => {
+                let text = found.study(table, shown)?;
+                not_driven.extend(text.is_none().then(|| experiment.to_owned()));
+                return Ok(text);
+            }
+            Marker::Experiments => self.table(),
         };
-        let figures = lines.split("; ").map(figure).collect::<Result<Vec<_>, _>>()?;
-        Ok(Some(figures.join(", ")))
+        Ok(Some(text))
     }
 
     /// The table of all experiments.
@@ -157,6 +172,61 @@ impl Figures {
     }
 }
 
+impl Experiment {
+    /// A figure of one method, or one for each of several lines.
+    fn figure(&self, method: &str, form: Form, lines: &str) -> Result<String, Wrong> {
+        let known = || self.methods.iter().map(|found| found.method.as_str()).collect::<Vec<_>>().join(", ");
+        let of_method = self.methods.iter().find(|found| found.method == method);
+        let of_method = of_method.ok_or_else(|| one_of(&known(), method))?;
+        if lines.is_empty() {
+            return Ok(form.of_method(of_method));
+        }
+        let known = || of_method.lines.keys().map(String::as_str).collect::<Vec<_>>().join("; ");
+        let figure = |line: &str| match of_method.lines.get(line) {
+            Some(tally) => Ok(form.of(*tally)),
+            None => Err(one_of(&known(), line)),
+        };
+        let figures = lines.split("; ").map(figure).collect::<Result<Vec<_>, _>>()?;
+        Ok(figures.join(", "))
+    }
+
+    /// The experiment as a whole.
+    fn whole(&self, form: Whole) -> String {
+        let tally = |method: &str, line: &str| {
+            let found = self.methods.iter().find(|found| found.method == method);
+            found.and_then(|found| found.lines.get(line)).copied().unwrap_or_default()
+        };
+        let methods: Vec<_> = self.methods.iter().map(|found| found.method.as_str()).collect();
+        let table = match form {
+            Whole::Notices => return self.notices.join(" "),
+            Whole::Verdicts => corridor_published::verdicts(&methods, tally),
+            Whole::Lines => {
+                let lines: BTreeSet<_> = self.methods.iter().flat_map(|found| found.lines.keys()).collect();
+                let row = |line: &String| {
+                    let figures = methods.iter().map(|method| Form::Rated.of(tally(method, line)));
+                    [line.clone()].into_iter().chain(figures).collect()
+                };
+                let header =
+                    [String::new()].into_iter().chain(methods.iter().map(|method| format!("`{method}`")));
+                table::Table { header: header.collect(), rows: lines.into_iter().map(row).collect() }
+            }
+        };
+        format!("\n\n{}", table.markdown())
+    }
+
+    /// What a marker shows of a study; `None` if its tables were not kept.
+    fn study(&self, number: &str, shown: &Shown) -> Result<Option<String>, Wrong> {
+        let known =
+            || (1..=self.tables.len()).map(|number| number.to_string()).collect::<Vec<_>>().join(", ");
+        let index = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
+        match index.and_then(|index| self.tables.get(index)) {
+            None if self.tables.is_empty() => Ok(None),
+            None => Err(one_of(&known(), number)),
+            Some(table) => shown.of(table).map(Some),
+        }
+    }
+}
+
 /// What was expected, and what was found.
 type Wrong = (String, String);
 
@@ -171,7 +241,9 @@ fn split<'a>(text: &'a str, end: &str) -> Result<(&'a str, &'a str), Wrong> {
 
 enum Marker<'a> {
     Experiments,
+    Whole { experiment: &'a str, form: Whole },
     Figure { experiment: &'a str, method: &'a str, form: Form, lines: String },
+    Study { experiment: &'a str, table: &'a str, shown: Shown },
 }
 
 impl<'a> Marker<'a> {
@@ -179,10 +251,17 @@ impl<'a> Marker<'a> {
         let all: Vec<_> = words.split_whitespace().collect();
         match all[..] {
             [EXPERIMENTS] => Ok(Self::Experiments),
+            [experiment, form] => {
+                is_suite(experiment)?;
+                let form = Whole::read(form).ok_or_else(|| one_of(WHOLE_FORMS, form))?;
+                Ok(Self::Whole { experiment, form })
+            }
+            [experiment, table, form, ref words @ ..] if studies::find(experiment).is_some() => {
+                let shown = Shown::read(form, &words.join(" "))?;
+                Ok(Self::Study { experiment, table, shown })
+            }
             [experiment, method, form, ref lines @ ..] => {
-                if !suites::names().any(|known| known == experiment) {
-                    return Err(one_of(&suites::names().collect::<Vec<_>>().join(", "), experiment));
-                }
+                is_suite(experiment)?;
                 let form = Form::read(form).ok_or_else(|| one_of(FORMS, form))?;
                 Ok(Self::Figure { experiment, method, form, lines: lines.join(" ") })
             }
@@ -190,6 +269,85 @@ impl<'a> Marker<'a> {
         }
     }
 }
+
+fn is_suite(experiment: &str) -> Result<(), Wrong> {
+    let is_known = suites::names().any(|known| known == experiment);
+    let known = || suites::names().chain(studies::names()).collect::<Vec<_>>().join(", ");
+    let wrong = || one_of(&known(), experiment);
+    is_known.then_some(()).ok_or_else(wrong)
+}
+
+/// What is shown of a whole experiment.
+#[derive(Clone, Copy)]
+enum Whole {
+    /// A row for each line of its table, a column for each method.
+    Lines,
+    /// The conditions of Patil 2019.
+    Verdicts,
+    /// What a reader must know.
+    Notices,
+}
+
+impl Whole {
+    fn read(word: &str) -> Option<Self> {
+        Some(match word {
+            "lines" => Self::Lines,
+            "verdicts" => Self::Verdicts,
+            "notices" => Self::Notices,
+            _ => return None,
+        })
+    }
+}
+
+/// What is shown of a study's table.
+enum Shown {
+    /// The whole table.
+    Whole,
+    /// The cell of a column and a row, with its interval and its count if the table has them; in percent or not.
+    Cell { column: String, row: String, is_percent: bool },
+}
+
+impl Shown {
+    fn read(form: &str, words: &str) -> Result<Self, Wrong> {
+        let cell = |is_percent| match words.split_once(": ") {
+            Some((column, row)) => Ok(Self::Cell { column: column.into(), row: row.into(), is_percent }),
+            None => Err(("COLUMN: ROW".to_owned(), words.to_owned())),
+        };
+        match form {
+            "table" if words.is_empty() => Ok(Self::Whole),
+            "percent" => cell(true),
+            "number" => cell(false),
+            _ => Err(one_of("table, percent, number", form)),
+        }
+    }
+
+    fn of(&self, table: &Table) -> Result<String, Wrong> {
+        let Self::Cell { column, row, is_percent } = self else {
+            return Ok(format!("\n\n{}", report::words(table).markdown()));
+        };
+        let head = &table.head[1..];
+        let at = head.iter().position(|known| known == column);
+        let at = at.ok_or_else(|| one_of(&head.join("; "), column))?;
+        let names = || table.rows.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join("; ");
+        let found = table.rows.iter().find(|(name, _)| name == row);
+        let (_, values) = found.ok_or_else(|| one_of(&names(), row))?;
+        let (unit, digits): (_, fn(f64) -> String) = match is_percent {
+            true => (" %", |value| format!("{value:.1}")),
+            false => ("", report::number),
+        };
+        let is = |place: usize, name: &str| head.get(place).is_some_and(|known| known == name);
+        let mut text = format!("{}{unit}", digits(values[at]));
+        if is(at + 1, "low") && is(at + 2, "high") {
+            let _ = write!(text, " ({} to {})", digits(values[at + 1]), digits(values[at + 2]));
+            let count = head.iter().rposition(|name| COUNTS.contains(&name.as_str()));
+            text.extend(count.map(|count| format!(" of {}", values[count])));
+        }
+        Ok(text)
+    }
+}
+
+/// The columns that give the number of cases behind a share or a mean.
+const COUNTS: [&str; 2] = ["worlds", "journeys"];
 
 /// How a figure is written.
 #[derive(Clone, Copy)]
@@ -206,7 +364,9 @@ enum Form {
     Attempts,
     /// `80.9 %`: the share of failures that the robot knows.
     Known,
-    /// How many ended so.
+    /// `9 of 12`: the lines of which most tasks were reached.
+    Majority,
+    /// How many tasks ended this way.
     Count(Kind),
 }
 
@@ -219,8 +379,20 @@ impl Form {
             "rated" => Self::Rated,
             "attempts" => Self::Attempts,
             "known" => Self::Known,
+            "majority" => Self::Majority,
             _ => Self::Count(Kind::ALL.into_iter().find(|kind| kind.word().replace(' ', "-") == word)?),
         })
+    }
+
+    /// Over all tasks driven by a method.
+    fn of_method(self, method: &Method) -> String {
+        match self {
+            Self::Majority => {
+                let passed = method.lines.values().filter(|tally| tally.is_mostly_reached()).count();
+                format!("{passed} of {}", method.lines.len())
+            }
+            _ => self.of(method.total),
+        }
     }
 
     fn of(self, tally: Tally) -> String {
@@ -236,6 +408,7 @@ impl Form {
             }
             Self::Attempts => attempts.to_string(),
             Self::Known => percent(tally.share_that_knows()),
+            Self::Majority => format!("{} of 1", u8::from(tally.is_mostly_reached())),
             Self::Count(kind) => tally.count(kind).to_string(),
         }
     }
@@ -250,7 +423,7 @@ fn ends(tally: Tally) -> [String; 2] {
     tally.interval().map(|end| format!("{:.0}", 100.0 * end))
 }
 
-/// `97.5 %`, and `100 %` where it is all of them.
+/// `97.5 %`, but `100 %` or `0 %` without decimals.
 fn percent(rate: Option<f64>) -> String {
     match rate {
         None => "–".to_owned(),
@@ -268,8 +441,17 @@ mod tests {
         let lines = [("hall 1".to_owned(), tally(7, 3, 10)), ("yard".to_owned(), tally(2, 0, 2))].into();
         let outline = Method { method: "outline".into(), total: tally(312, 4, 320), lines };
         let (command, program) = ("sketchnav eval people --seed 1".to_owned(), "0.1.0 7".to_owned());
-        let people = Experiment { command, program, methods: vec![outline] };
-        Figures { experiments: [("people".to_owned(), people)].into() }
+        let notices = vec!["One house.".to_owned(), "Ten people.".to_owned()];
+        let people = Experiment { command, program, methods: vec![outline], notices, tables: Vec::new() };
+        let table = Table {
+            title: "Success".to_owned(),
+            head: ["plan", "D", "low", "high", "journeys", "lost"].map(str::to_owned).to_vec(),
+            rows: vec![("5 mm, D/R".to_owned(), vec![28.04, 25.1, 31.0, 925.0, 1.5])],
+        };
+        let success = Experiment { methods: Vec::new(), tables: vec![table], ..people.clone() };
+        Figures {
+            experiments: [("people".to_owned(), people), ("directions-success".to_owned(), success)].into(),
+        }
     }
 
     fn filled(page: &str) -> String {
@@ -294,14 +476,25 @@ mod tests {
             ("people outline known hall 1", "100 %"),
             ("people outline wrong-arrival", "0"),
             ("people outline of hall 1; yard", "7 of 10, 2 of 2"),
+            ("directions-success 1 percent D: 5 mm, D/R", "28.0 % (25.1 to 31.0) of 925"),
+            ("directions-success 1 number D: 5 mm, D/R", "28.0 (25.1 to 31) of 925"),
+            ("directions-success 1 number lost: 5 mm, D/R", "1.500"),
+            ("people outline majority", "2 of 2"),
+            ("people notices", "One house. Ten people."),
+            (
+                "people lines",
+                "\n\n|  | `outline` |\n|---|---|\n| hall 1 | 7 of 10 (70 %; 40 to 89) |\n| yard | 2 of 2 (100 %; 34 to 100) |\n\n",
+            ),
         ] {
             let page = format!("| a | <!--= {marker}-->old<!--=--> | b |\nend\n");
             assert_eq!(filled(&page), format!("| a | <!--= {marker}-->{figure}<!--=--> | b |\nend\n"));
         }
         assert_eq!(filled("no marker\n"), "no marker\n");
+        let table = filled("<!--= directions-success 1 table--><!--=-->");
+        assert!(table.contains("| 5 mm, D/R | 28.0 | 25.1 | 31 | 925 | 1.500 |\n\n<!--=-->"), "{table}");
     }
 
-    /// Figures of the page were copied by hand, and nobody could tell which ones were of the code beside it.
+    /// The figures of the page used to be copied by hand, and one could not tell which of them matched the current code.
     #[test]
     fn a_figure_that_was_not_driven_gets_a_dagger_once() {
         let page = "<!--= routes outline share-->95.0 %<!--=-->";
@@ -326,9 +519,18 @@ mod tests {
             ("<!--= people beam share-->x<!--=-->", "line 1: expected one of outline, found \"beam\""),
             ("<!--= people outline shares-->x<!--=-->", "expected one of share, percent"),
             ("<!--= people outline share hall-->x<!--=-->", "expected one of hall 1; yard, found \"hall\""),
+            ("<!--= people outlines-->x<!--=-->", "expected one of lines, verdicts or notices"),
             ("<!--= people-->x<!--=-->", "expected experiment, method and form, found \"people\""),
             ("<!--= people outline share-->x\n", "expected a marker that ends with <!--=-->"),
             ("<!--= people outline", "expected a marker that ends with -->"),
+            ("<!--= directions-success 2 table-->x<!--=-->", "expected one of 1, found \"2\""),
+            ("<!--= directions-success 1 share-->x<!--=-->", "expected one of table, percent, number"),
+            ("<!--= directions-success 1 number D-->x<!--=-->", "expected COLUMN: ROW, found \"D\""),
+            (
+                "<!--= directions-success 1 number E: x-->x<!--=-->",
+                "expected one of D; low; high; journeys; lost, found \"E\"",
+            ),
+            ("<!--= directions-success 1 number D: x-->x<!--=-->", "expected one of 5 mm, D/R, found \"x\""),
         ] {
             assert!(error(page).contains(words), "{}", error(page));
         }

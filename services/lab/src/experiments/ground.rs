@@ -1,4 +1,4 @@
-//! The true floor as a grid: where the robot fits, and the shortest ways. Metres, frame `World`.
+//! The true floor as a grid: where the robot fits, and the shortest paths. Metres, frame `World`.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -31,7 +31,7 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Of a map, for a robot that wants `clearance_m` from its middle to the nearest wall.
+    /// The ground of a map, for a robot whose middle must be `clearance_m` from the nearest wall.
     pub fn new(map: &OccupancyMap, clearance_m: f64) -> Self {
         let (width, height) = map.raster().size();
         let (width, height) = (width as i64, height as i64);
@@ -54,7 +54,7 @@ impl Ground {
         Self { width, height, fits, resolution_m, origin_m: map.origin_m(), clearance_m }
     }
 
-    /// Of any world, cut into cells of `resolution_m`; who walks there is not in the way.
+    /// The ground of any world, cut into cells of `resolution_m`; people who walk there are no obstacles.
     pub fn of_world(world: &WorldDescription, resolution_m: f64, clearance_m: f64) -> Self {
         let corners = || world.outline.iter().flatten();
         let extent = |axis: usize| {
@@ -72,14 +72,14 @@ impl Ground {
         ground
     }
 
-    /// Puts something else there.
+    /// Adds a solid.
     pub fn put(&mut self, solid: &Convex) {
         for i in 0..self.fits.len() {
             self.fits[i] = self.fits[i] && gap_m(solid, self.middle(i)) >= self.clearance_m;
         }
     }
 
-    /// Whether the robot, at a place, has its distance from a solid.
+    /// Whether the robot keeps its distance from a solid at a place.
     pub fn clears(&self, solid: &Convex, at: [f64; 2]) -> bool {
         gap_m(solid, at) >= self.clearance_m
     }
@@ -95,7 +95,7 @@ impl Ground {
         self.places().filter(|&p| counts(p)).min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// The shortest way between two places, from cell to cell; `None` where there is none.
+    /// The shortest path between two places, from cell to cell; `None` if there is none.
     pub fn way(&self, from: [f64; 2], to: [f64; 2]) -> Option<Vec<[f64; 2]>> {
         let (from, to) = (self.index(from)?, self.index(to)?);
         let mut costs = vec![u64::MAX; self.fits.len()];
@@ -172,12 +172,12 @@ fn to_edge_m(a: &[f64; 2], b: &[f64; 2], at: [f64; 2]) -> f64 {
     (to[0] - t * along[0]).hypot(to[1] - t * along[1])
 }
 
-/// Length of a way, metres.
+/// The length of a path, metres.
 pub fn length_m(way: &[[f64; 2]]) -> f64 {
     way.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
 }
 
-/// The direction, degrees, in which a way leaves: towards its first point `ahead_m` away, or its end.
+/// The direction, degrees, in which a path leaves: towards its first point that is `ahead_m` away, or its end.
 pub fn departure_deg(way: &[[f64; 2]], ahead_m: f64) -> Option<f64> {
     let from = way.first()?;
     let far = |p: &&[f64; 2]| (p[0] - from[0]).hypot(p[1] - from[1]) >= ahead_m;

@@ -1,4 +1,4 @@
-//! Many trials on several threads; the result does not depend on how many.
+//! Runs many trials on several threads; the result does not depend on their number.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -12,19 +12,19 @@ use crate::experiments::trial::{Trial, derived};
 /// One repetition of a trial by a method.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
-    /// What.
+    /// The trial.
     pub trial: &'a Trial,
-    /// How: a word of the navigator's methods.
+    /// The method, by its name among the navigator's methods.
     pub method: &'a str,
-    /// Which repetition, from 1.
+    /// The number of the repetition, from 1.
     pub repetition: u32,
-    /// Its seed.
+    /// The seed of the repetition.
     pub seed: u64,
 }
 
 impl<'a> Job<'a> {
-    /// The repetition's seed comes from the suite's seed and the names alone. Methods share it, so that they are
-    /// compared in the same world with the same noise. So do variants of a trial.
+    /// The repetition's seed depends only on the suite's seed and the names. Methods share it, so that they are compared in the
+    /// same world with the same noise, and so do variants of a trial.
     pub fn new(trial: &'a Trial, method: &'a str, repetition: u32, suite_seed: u64) -> Self {
         let name = trial.variant_of.as_ref().unwrap_or(&trial.name);
         let seed = derived(suite_seed, &format!("eval/{name}#{repetition}"));
@@ -32,11 +32,10 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Does all jobs, `threads` at a time; the outcomes of each stand in the order of the jobs. `progress` hears of
-/// each job as it is done.
+/// Runs all jobs, `threads` at a time; the outcomes are in the order of the jobs. `progress` is called for each job as it is done.
 ///
 /// # Errors
-/// The first, in the order of the jobs, that could not begin.
+/// The first error, in the order of the jobs, of a trial that could not start.
 pub fn run_all(
     jobs: &[Job<'_>],
     threads: usize,

@@ -1,8 +1,8 @@
-//! The suite `directions-land`: journeys of some 30 m from pole to pole by a custom map, with a noisy laser. The paper
-//! names this navigator and does not build it (Park and Kender 1995, 8).
+//! The suite `directions-land`: journeys of some 30 m from pole to pole by a custom map, with a noisy laser. The paper mentions
+//! this navigator but does not build it (Park and Kender 1995, 8).
 //!
-//! Each trial has a field of its own. The map-maker knows the poles; the navigator sees what its laser shows. A journey succeeds
-//! where the robot stops beside the pole of its goal and has touched nothing.
+//! Each trial has a field of its own. The map-maker knows the poles; the navigator sees what its laser shows. A journey succeeds if
+//! the robot stops next to the pole of its goal without having touched anything.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -23,16 +23,16 @@ use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::trial::{Page, Trial};
 
-/// How many fields.
+/// The number of fields.
 const FIELDS: usize = 100;
-/// From the start to the goal, in a straight line, metres.
+/// The straight-line distance from the start to the goal, metres.
 const WAY_M: f64 = 30.0;
-/// Where the robot starts beside its first pole, and how far from its last one it may stop, metres.
+/// The distance from its first pole at which the robot starts, and from its last one at which it may stop, metres.
 const BESIDE_M: f64 = 0.8;
 const THERE_M: f64 = 1.2;
 /// Standard deviation of the heading at the start, degrees.
 const HEADING_DEG: f64 = 2.0;
-/// The slowest that it drives on the average, metres a second.
+/// The slowest average speed, metres per second.
 const SLOWEST_MPS: f64 = 0.08;
 
 /// Loads the suite.
@@ -63,7 +63,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// The journey on a field; none where no path leads to the goal.
+/// The journey on a field; `None` if no path leads to the goal.
 fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
     let field = poles::poles(number);
     let way_m = |pole: &[f64; 2]| (pole[0] - field[0][0]).hypot(pole[1] - field[0][1]);

@@ -1,35 +1,37 @@
-//! What became of a task, in one word and a few figures.
+//! The outcome of a task, as one word and a few figures.
 
 use crate::experiments::cost::Cost;
 use crate::judge::TaskVerdict;
 use crate::judge::states::StateDriven;
 use serde::{Deserialize, Serialize};
 
-/// How a task ended. Only the first is a success.
+/// How a task ended. Only [`Self::Reached`] is a success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// The robot said that it is there, and truly was.
+    /// The robot reported that it arrived, and truly had.
     Reached,
-    /// It said so and was elsewhere.
+    /// It reported so, but was elsewhere.
     WrongArrival,
-    /// It came there by a way that is not the drawn route's: past something on the wrong side.
+    /// It arrived by a path other than the drawn route's: past something on the wrong side.
     WrongSide,
-    /// It touched something where a touch ends the drive.
+    /// It touched something, and a touch ends the drive.
     Collided,
-    /// It said that it does not know where it is.
+    /// It reported that it does not know where it is.
     Lost,
-    /// It said that there is no way.
+    /// It reported that there is no path.
     Blocked,
-    /// The time was over.
+    /// The time ran out.
     TimedOut,
-    /// The mission ended otherwise.
+    /// The mission ended in another way.
     Aborted,
+    /// It never moved, whatever it reported then: in a corridor driven by markers, no pair was in view.
+    NeverMoved,
 }
 
 impl Kind {
-    /// All, successes first.
-    pub const ALL: [Self; 8] = [
+    /// All kinds, successes first.
+    pub const ALL: [Self; 9] = [
         Self::Reached,
         Self::WrongArrival,
         Self::WrongSide,
@@ -38,9 +40,10 @@ impl Kind {
         Self::Blocked,
         Self::TimedOut,
         Self::Aborted,
+        Self::NeverMoved,
     ];
 
-    /// For tables.
+    /// The word for it in tables.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Reached => "reached",
@@ -51,10 +54,12 @@ impl Kind {
             Self::Blocked => "blocked",
             Self::TimedOut => "timed out",
             Self::Aborted => "aborted",
+            Self::NeverMoved => "never moved",
         }
     }
 
-    /// Of a judged task, as far as its verdict says: not by which way the robot came, nor whether a touch is a failure.
+    /// The kind of a judged task as far as its verdict says, which is without the path that the robot took and whether a touch is a
+    /// failure.
     pub fn of(verdict: &TaskVerdict) -> Self {
         match (verdict.reached, verdict.state.as_str()) {
             (true, _) => Self::Reached,
@@ -70,11 +75,11 @@ impl Kind {
 /// One task of one trial, driven once.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TaskOutcome {
-    /// The trial's name and which repetition: `00/a/2-5#1`; `--only` takes it.
+    /// The trial's name and the number of the repetition, as `--only` takes it: `00/a/2-5#1`.
     pub id: String,
-    /// The drawing it counts for.
+    /// The drawing that it counts for.
     pub drawing: String,
-    /// The method, by its word.
+    /// The method's name.
     pub method: String,
     /// The seed of the run in which the task was driven.
     pub seed: u64,
@@ -88,11 +93,11 @@ pub struct TaskOutcome {
     pub reason: String,
     /// Simulated seconds.
     pub time_s: f64,
-    /// Length of the true way, metres.
+    /// Length of the true path, metres.
     pub path_m: f64,
-    /// Where the robot truly was at the end, metres and degrees, frame `World`; `None` where the task never began.
+    /// Where the robot truly was at the end, metres and degrees, frame `World`; `None` if the task never began.
     pub end: Option<[f64; 3]>,
-    /// From there to the middle of the goal's place, metres.
+    /// The distance from there to the middle of the goal's place, metres.
     pub final_error_m: Option<f64>,
     /// How often the robot began to touch something.
     pub collisions: u32,
@@ -101,7 +106,7 @@ pub struct TaskOutcome {
     /// The landmark states of a drive by such states, in order; empty otherwise.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<StateDriven>,
-    /// How often a person answered the robot in the drive; 0 where nobody looked on.
+    /// How often a person answered the robot in the drive; 0 if there was no person.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub answers: u32,
 }
@@ -112,7 +117,7 @@ fn is_zero(count: &u32) -> bool {
 
 #[cfg(test)]
 impl TaskOutcome {
-    /// One for tests: a trial's name with its repetition, and how it ended.
+    /// An outcome for tests: a trial's name with its repetition, and how it ended.
     pub fn sample(id: &str, kind: Kind) -> Self {
         Self {
             id: id.to_owned(),

@@ -1,11 +1,11 @@
-//! Suite `people`: ten drawings of one environment by ten people. Two annotators say which places of a drawing are
-//! which places of the environment. Suite `people-exam`: six more by other people. Parameters may be chosen by the
-//! first, never by the second. Suites `people-answers` and `people-exam-answers`: the same drives, while a
-//! [person] looks on and answers what the robot asks.
+//! Suite `people`: ten drawings of one environment by ten people. Two annotators say which places of a drawing correspond to which
+//! places of the environment. Suite `people-exam`: six more by other people. Parameters may be chosen by the first suite, never by
+//! the second. Suites `people-answers` and `people-exam-answers`: the same drives, while a [person] looks on and answers the
+//! robot's questions.
 //!
-//! A trial drives from one matched place to another in another region, with the start marked as people mark it.
-//! Arrival is judged by region, since two annotators' marks in one hall lie metres apart. Data: M. Mielle et al., "A
-//! method to find the robot's place in a hand-drawn map" (sketch_map_matching).
+//! A trial drives from one matched place to another in a different region, with the start marked as people mark it. Arrival is
+//! judged by region, since two annotators' marks in one hall can be metres apart. Data: M. Mielle et al., "A method to find the
+//! robot's place in a hand-drawn map" (sketch_map_matching).
 //!
 //! - [`mod@matches`]: the annotators' files; [`regions`]: the environment's rooms.
 
@@ -33,27 +33,27 @@ use matches::{Match, Reading};
 use regions::Regions;
 
 const TITLE: &str = "Ten people's drawings of one environment; from each matched place to each one in another region, both annotators.";
-/// The map beside which the drawings lie.
+/// The map whose folder also contains the drawings.
 const DRAWINGS: Datum = Datum {
     what: "ten people's drawings of one environment (M. Mielle et al., sketch_map_matching)",
     file: "sketches/kth/world.yaml",
 };
 const EXAM_TITLE: &str = "Six more people's drawings of the environment of suite people, by which nothing was chosen; pairs of places as there.";
-/// Drawings that nothing is chosen by.
+/// Drawings by which nothing is chosen.
 const EXAM: Datum = Datum {
     what: "six more people's drawings of the same environment (M. Mielle et al., sketch_map_matching)",
     file: "sketches/kth-validation/10.png",
 };
-/// Beyond its radius, how far from a wall the robot starts.
+/// How far from a wall the robot starts, beyond its radius.
 const START_CLEARANCE_M: f64 = 0.1;
-/// The robot begins looking along its way, as far ahead.
+/// The robot starts facing the point this far ahead on its path.
 const LOOK_AHEAD_M: f64 = 1.0;
 
 /// What all drawings of the suite share.
 struct Place {
-    /// Of the environment's map.
+    /// The folder of the environment's map.
     folder: PathBuf,
-    /// Of the drawings and their marks.
+    /// The folder of the drawings and their marks.
     drawings: PathBuf,
     map: OccupancyMap,
     ground: Ground,
@@ -68,19 +68,19 @@ struct AnnotatedDrawing {
     name: String,
     file: String,
     drawing: Arc<DrawnMap>,
-    /// Where one gets from the drawing's largest free region.
+    /// The cells of the drawing's largest free region.
     reachable: Vec<bool>,
 }
 
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError::NoData`] without the drawings; else with the file that is there and not what it should be.
+/// [`EvalError::NoData`] without the drawings; otherwise with the file that exists but is not as expected.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     ten(folders, false)
 }
 
-/// Loads the drawings that nothing is chosen by.
+/// Loads the drawings by which nothing is chosen.
 ///
 /// # Errors
 /// As [`suite`].
@@ -106,7 +106,7 @@ pub fn exam_answered(folders: &Folders) -> Result<Suite, EvalError> {
 
 fn with_onlooker(suite: Suite) -> Suite {
     let title =
-        format!("{} A person looks on, and answers truly when the robot asks where it is.", suite.title);
+        format!("{} A person looks on and answers truthfully when the robot asks where it is.", suite.title);
     Suite { title, tells: Some(person::sections), ..suite }
 }
 
@@ -153,7 +153,7 @@ impl Place {
         Ok(())
     }
 
-    /// The world's points of a match in metres, in the map's frame.
+    /// The match's points of the world, converted to metres in the map's frame.
     fn in_metres(&self, mut found: Match) -> Match {
         let (_, height) = self.map.raster().size();
         let (resolution, [x, y]) = (self.map.resolution_m(), self.map.origin_m());
@@ -168,9 +168,9 @@ impl Place {
         for (i, spot) in spots.iter().enumerate() {
             if spot.is_none() {
                 let (drawing, number) = (&paper.name, reading.matches[i].number);
-                suite
-                    .notices
-                    .push(format!("{drawing}/{annotator}: match {number} is left out, no robot gets in"));
+                suite.notices.push(format!(
+                    "{drawing}/{annotator}: match {number} is left out: no robot can enter it"
+                ));
             }
         }
         let pairs = spots.iter().flatten().flat_map(|from| spots.iter().flatten().map(move |to| (from, to)));
@@ -185,13 +185,13 @@ impl Place {
         suite.trials.extend(trials.map(|trial| Trial { person: person.clone(), ..trial }));
     }
 
-    /// A matched place; `None` where no robot gets in.
+    /// A matched place; `None` if robots cannot enter it.
     fn spot(&self, paper: &AnnotatedDrawing, reading: &Reading, index: usize) -> Option<Spot> {
         let found = &reading.matches[index];
         let is_enterable = |at| self.regions.of(at).is_some_and(|region| self.regions.is_enterable(region));
         let (sketch, world) = reading.likeliest_pair(index, is_enterable)?;
         let region = self.regions.of(world)?;
-        // The region of the start goes first: all of them count as the goal.
+        // The region of the start comes first; all of them count as the goal.
         let mut regions = vec![region];
         regions.extend(found.world.iter().filter_map(|&at| self.regions.of(at)).filter(|&r| r != region));
         let within = |at| self.regions.of(at) == Some(region);
@@ -253,13 +253,13 @@ impl Place {
 
 /// A matched place to start from and to go to.
 struct Spot {
-    /// Number of its match in the annotator's file.
+    /// The number of its match in the annotator's file.
     number: usize,
-    /// Where the robot stands, metres: the mark, or the nearest place of the region where it fits.
+    /// Where the robot stands, metres: at the mark, or at the nearest place of the region where it fits.
     world: [f64; 2],
-    /// Where the mark is in the drawing, image pixels.
+    /// The position of the mark in the drawing, image pixels.
     sketch: [f64; 2],
-    /// Regions that it is matched to; that of `world` first.
+    /// Regions that it is matched to, beginning with that of `world`.
     regions: Vec<usize>,
 }
 
@@ -272,7 +272,7 @@ impl AnnotatedDrawing {
         Ok(Self { name: name.to_owned(), file, drawing: Arc::new(drawing), reachable })
     }
 
-    /// The nearest place where the drawing is free and connected to the most of it: marks are blunt.
+    /// The nearest place where the drawing is free and connected to most of it, since marks are imprecise.
     fn nearest_free(&self, at: [f64; 2]) -> Option<[f64; 2]> {
         let at = self.drawing.from_image(at);
         let nearest = person::nearest_cell(&self.drawing, &at, |cell| self.reachable[cell])?;

@@ -1,7 +1,7 @@
-//! A person who looks on with the drawing in the hand, and answers when the robot asks where it is.
+//! A person who looks on, drawing in hand, and answers when the robot asks where it is.
 //!
-//! The person sees where the robot truly is, and points at that place in the drawing as exactly as people mark a start.
-//! They answer a few times, then give the drive up. They say nothing unless the robot asks.
+//! The person sees where the robot truly is, and points at that place in the drawing as exactly as people mark a start. After a few
+//! answers they give the drive up. They say nothing unless the robot asks.
 
 use nalgebra::Complex;
 use rand_distr::{Distribution, Normal};
@@ -19,12 +19,12 @@ use crate::experiments::section::Section;
 use crate::experiments::table::Table;
 use crate::experiments::trial::StartError;
 
-/// Most answers in a drive: then the person gives it up.
+/// Most answers in a drive, after which the person gives it up.
 const MOST_ANSWERS: u32 = 4;
-/// Between two answers, simulated nanoseconds.
+/// Pause between two answers, simulated nanoseconds.
 const PAUSE_NS: u64 = 5_000_000_000;
 
-/// What a person knows: which places of the world are which places of the drawing.
+/// What a person knows: which places of the world correspond to which places of the drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Person {
     /// In the world, metres, and in the drawing, pixels, frame `Sketch`.
@@ -32,7 +32,8 @@ pub struct Person {
 }
 
 impl Person {
-    /// By places that are the same: at least one. By a single one, a metre counts as a pixel.
+    /// A person who knows where these places are in the drawing; at least one pair is needed. With only one, a metre counts as a
+    /// pixel.
     pub fn new(matched: impl IntoIterator<Item = (Point<World>, Point<Sketch>)>) -> Self {
         let pair = |(world, sketch): (Point<World>, Point<Sketch>)| {
             [Complex::new(world.x, world.y), Complex::new(sketch.x, sketch.y)]
@@ -40,8 +41,8 @@ impl Person {
         Self { matched: matched.into_iter().map(pair).collect() }
     }
 
-    /// Where in the drawing a pose of the world lies: by the similarity that fits the matched places best, near ones
-    /// above all (Schaefer, McPhail, Warren 2006, section 2.2).
+    /// The pose of the robot as it would be drawn: by the similarity that fits the matched places best, with near ones weighing
+    /// most (Schaefer, McPhail, Warren 2006, section 2.2).
     pub fn drawn(&self, robot: &Pose<World>) -> Pose<Sketch> {
         let at = Complex::new(robot.x, robot.y);
         let weighted = || {
@@ -72,13 +73,13 @@ pub struct Bystander<'a> {
 }
 
 impl<'a> Bystander<'a> {
-    /// Before a drive by `paper`; `seed` is the run's.
+    /// The person before a drive by `paper`; `seed` is the run's.
     pub fn new(person: &'a Person, paper: &'a DrawnMap, seed: u64) -> Self {
         let rng = seed::stream(seed, "eval/person");
         Self { person, paper, rng, question: QuestionKind::Nothing, asked_ns: None, asked: 0 }
     }
 
-    /// Hears a question.
+    /// Takes in a message, which may be a question.
     pub fn hear(&mut self, spec: &ChannelSpec, message: &[u8]) {
         let asked =
             QUESTION.message(spec, message).and_then(|question| QuestionKind::from_code(question.kind));
@@ -90,17 +91,17 @@ impl<'a> Bystander<'a> {
         self.asked.min(MOST_ANSWERS)
     }
 
-    /// Whether they were asked once more than they answer.
+    /// Whether they have been asked once more than they answer.
     pub fn gives_up(&self) -> bool {
         self.asked > MOST_ANSWERS
     }
 
-    /// Whether they have given up a robot that is lost.
+    /// Whether they have given up while the robot is lost.
     pub fn leaves_it_lost(&self) -> bool {
         self.gives_up() && self.question == QuestionKind::Where
     }
 
-    /// The answer to what the robot asks, given anew while it goes on asking; `robot`: where it truly is at this time.
+    /// The answer to the robot's question, given again as long as it keeps asking; `robot`: where it truly is at this time.
     pub fn answer(&mut self, robot: &Pose<World>, stamp_ns: u64) -> Option<Here> {
         let is_due = self.asked_ns.is_none_or(|asked_ns| stamp_ns >= asked_ns + PAUSE_NS);
         if self.question == QuestionKind::Nothing || !is_due {
@@ -133,7 +134,7 @@ impl<'a> Bystander<'a> {
     }
 }
 
-/// The middle of the cell that is nearest to a place of the drawing, of those that count; `None` where none does.
+/// The middle of the nearest cell to a place in the drawing among those that count; `None` if none does.
 pub(super) fn nearest_cell(
     drawing: &DrawnMap,
     at: &Point<Sketch>,
@@ -145,7 +146,7 @@ pub(super) fn nearest_cell(
     counted.min_by(|a, b| a.distance(at).total_cmp(&b.distance(at)))
 }
 
-/// How often the robot asked, and what became of the drives in which it did.
+/// How often the robot asked, and how the drives in which it asked ended.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let mut lines: Vec<(&str, Option<&str>)> = Vec::new();
     for outcome in outcomes {
@@ -174,17 +175,17 @@ pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
         "method",
         "drawing",
         "drives",
-        "the robot asked in",
+        "drives with a question",
         "answers",
         "then reached",
-        "then wrong arrivals",
+        "wrong arrivals afterwards",
     ];
     let words = format!(
         "The person answers truly and points as exactly as people mark a start. At the question after {MOST_ANSWERS} \
          answers they give the drive up."
     );
     vec![Section {
-        title: "What the robot asked".to_owned(),
+        title: "The robot's questions".to_owned(),
         table: Table { header: header.map(str::to_owned).to_vec(), rows: lines.iter().map(row).collect() },
         words: vec![words],
         plots: Vec::new(),
@@ -200,7 +201,7 @@ mod tests {
 
     use super::*;
 
-    /// A quarter turn, ten pixels a metre; the last corner is drawn too far out.
+    /// A quarter turn, ten pixels per metre; the last corner is drawn too far out.
     const CORNERS: [([f64; 2], [f64; 2]); 4] = [
         ([0.0, 0.0], [100.0, 0.0]),
         ([4.0, 0.0], [100.0, 40.0]),
@@ -236,7 +237,7 @@ mod tests {
         bystander.hear(QUESTION.spec, bytemuck::bytes_of(&question));
     }
 
-    /// Of a world that lies on the sheet, a tenth of a metre a pixel.
+    /// A person in a world that coincides with the sheet, a tenth of a metre per pixel.
     fn person_of(paper: &DrawnMap) -> Person {
         let at = |x: f64| (Point::new(x, 0.0), paper.from_image([10.0 * x, 20.0]));
         Person::new([at(0.0), at(6.0)])

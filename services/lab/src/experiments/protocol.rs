@@ -1,6 +1,6 @@
-//! Suites after the protocol of Boniardi et al. 2015, section IV: tasks in a row. The robot's pose is given at the
-//! start of the first. After a task that failed it is given again, at that task's goal. A suite has a mission file for
-//! each drawing and the paper's table to be set beside it.
+//! Suites that follow the protocol of Boniardi et al. 2015, section IV: tasks in a row. The robot's pose is given at the start of
+//! the first task, and after a task that failed it is given again, at that task's goal. A suite has a mission file for each
+//! drawing, and the paper's table to compare with.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,16 +22,16 @@ const FURNISHED: Datum = Datum {
     what: "the map of Building 079 in Freiburg with its furniture",
     file: "maps/Freiburg79_scan_furnitures.yaml",
 };
-/// How often each chain of tasks is driven.
+/// How many times each chain of tasks is driven.
 const ATTEMPTS: u32 = 10;
-/// Beyond its radius, how far from a wall the robot is put, and the ways are measured.
+/// How far from a wall the robot is placed, beyond its radius; paths are measured with the same clearance.
 const CLEARANCE_M: f64 = 0.075;
-/// After a failure the robot begins looking along its way, as far ahead.
+/// After a failure the robot starts facing the point this far ahead on its path.
 const LOOK_AHEAD_M: f64 = 1.0;
-/// What a world of walls and furniture is cut into to find ways.
+/// The size of the cells into which a world of walls and furniture is divided to find paths.
 const CELL_M: f64 = 0.1;
 
-/// Table I: path, length in metres, successes of ten with the drawings A to D.
+/// Table I: path, length in metres, successes out of ten with the drawings A to D.
 const BUILDING: [(&str, f64, [u32; 4]); 9] = [
     ("0 → 1", 6.4, [10, 10, 8, 10]),
     ("1 → 2", 9.7, [10, 10, 7, 8]),
@@ -43,7 +43,7 @@ const BUILDING: [(&str, f64, [u32; 4]); 9] = [
     ("8 → 6", 9.6, [10, 10, 1, 0]),
     ("6 → 7", 8.2, [10, 0, 9, 5]),
 ];
-/// Table II: path, length in metres, successes of ten with the drawings A and B.
+/// Table II: path, length in metres, successes out of ten with the drawings A and B.
 const LABORATORY: [(&str, f64, [u32; 2]); 7] = [
     ("1 → 2", 3.8, [9, 8]),
     ("1 → 4", 6.7, [9, 10]),
@@ -54,10 +54,10 @@ const LABORATORY: [(&str, f64, [u32; 2]); 7] = [
     ("7 → 5", 6.2, [9, 10]),
 ];
 
-/// Table I in the real furnished floor of Building 079, by four drawings of ours from good to bad.
+/// Table I on the real, furnished floor of Building 079, by four drawings of this project from good to bad.
 ///
 /// # Errors
-/// [`EvalError::NoData`] without that floor; else with the file that is there and not what it should be.
+/// [`EvalError::NoData`] without that floor; otherwise with the file that exists but is not as expected.
 pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     let map = folders.datum(FURNISHED)?;
     let mut suite = Suite {
@@ -70,10 +70,10 @@ pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Table I in the building that ships, with people walking, by its four drawings.
+/// Table I in the shipped building, with people walking, by its four drawings.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing or not what it should be.
+/// [`EvalError`] with the file that is missing or not as expected.
 pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         title: "Table I of Boniardi et al. 2015: nine tasks in a row, ten attempts, in the building that ships, where people walk.".into(),
@@ -84,7 +84,7 @@ pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Table II in the laboratory that ships, a part of which both drawings show at another scale.
+/// Table II in the shipped laboratory, one part of which both drawings show at a different scale.
 ///
 /// # Errors
 /// As [`building`].
@@ -124,7 +124,7 @@ fn add(
     Ok(())
 }
 
-/// A mission file; `map` stands for the map that it names.
+/// Loads a mission file; `map` replaces the map that it names.
 fn open(path: &Path, map: Option<&PathBuf>) -> Result<(Mission, Robot), EvalError> {
     let Some(map) = map else { return Ok(sketchnav_sim::mission_file::load(path)?) };
     let text = String::from_utf8_lossy(&read(path)?).into_owned();
@@ -146,7 +146,7 @@ fn ground(world: &WorldDescription, mission: &Mission, robot: &Robot) -> Result<
     }
 }
 
-/// Measures the legs: how long they are here, and how long each may take.
+/// Measures the legs: their lengths here, and the time allowed for each.
 fn measure(suite: &mut Suite, mission: &mut Mission, ground: &Ground) -> Result<(), EvalError> {
     let mut from = mission.start.world;
     for task in &mut mission.task {
@@ -195,7 +195,7 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
     })
 }
 
-/// At `from`, looking along the way to `to`; the drawings of these suites lie as their floors do.
+/// A start at `from`, facing along the path to `to`; the drawings of these suites have the orientation of their floors.
 fn standing_start(ground: &Ground, from: [f64; 2], to: [f64; 2]) -> Option<Start> {
     let from = standing(ground, from)?;
     let way = ground.way(from, standing(ground, to)?)?;
@@ -209,7 +209,7 @@ mod tests {
     use super::*;
     use crate::experiments::run;
 
-    /// Drawing a of the laboratory, its first two tasks, the mark where the mission says.
+    /// Drawing a of the laboratory with its first two tasks, the mark where the mission says.
     fn two_tasks() -> Trial {
         let mut suite = laboratory(&Folders::of_checkout()).unwrap();
         let mut trial = suite.trials.swap_remove(0);

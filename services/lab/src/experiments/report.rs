@@ -1,7 +1,7 @@
-//! A suite's outcomes as one page of HTML that needs no other file. It has tables beside the paper's, intervals, how
-//! tasks failed, some of them as pictures, and the command that made it.
+//! A suite's outcomes as one page of HTML that needs no other file. It has tables next to the paper's, intervals, how tasks failed,
+//! some of them as pictures, and the command that made it.
 //!
-//! Pure: the same outcomes give the same page. Light and dark, and as wide as a phone.
+//! Pure: the same outcomes give the same page. It works in light and dark mode and fits a phone.
 
 mod chart;
 mod examples;
@@ -17,10 +17,10 @@ use crate::experiments::table::{self, Table};
 use chart::{Bar, Dot};
 pub use examples::{Example, examples};
 
-/// What a page shows.
+/// The contents of a page.
 #[derive(Debug, Clone, Copy)]
 pub struct Report<'a> {
-    /// The suite, as it was driven.
+    /// The suite that was driven.
     pub suite: &'a Suite,
     /// The methods, in the order of the tables.
     pub methods: &'a [String],
@@ -33,7 +33,7 @@ pub struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// The page.
+    /// Renders the page.
     pub fn page(&self) -> String {
         page::document(&format!("{} · sketchnav eval", self.suite.name), &self.body())
     }

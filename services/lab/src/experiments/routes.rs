@@ -1,9 +1,8 @@
-//! Suite `routes`: 25 drawings, each with a route that the robot shall follow (Boniardi et al. 2016, V).
+//! Suite `routes`: 25 drawings, each with a route that the robot is to follow (Boniardi et al. 2016, V).
 //!
-//! A trial succeeds where the robot says that it is there, and truly is no farther than the mission's limit from the
-//! meant goal. Its way must also be homotopic to the drawn route with respect to what the person drew
-//! ([`Correspondence`]). The paper judges the estimated way and names no limit; the true way is judged here, and the
-//! missions say 1 m.
+//! A trial succeeds if the robot reports that it has arrived, truly is no farther than the mission's limit from the intended goal,
+//! and took a path that is homotopic to the drawn route with respect to what the person drew ([`Correspondence`]). The paper judges
+//! the estimated path and names no limit; here the true path is judged, and the missions say 1 m.
 //!
 //! The start is the route's first point and direction, with the error that the person made in drawing.
 
@@ -24,13 +23,13 @@ use crate::judge::homotopy::Correspondence;
 const TITLE: &str = "25 drawings with drawn routes, landscape and portrait, in two floors of panels; reached: within 1 m of the goal by a way homotopic to the route.";
 const NOTICE: &str =
     "paper: Boniardi et al. 2016; each of its 25 drawings is of another person and was driven once.";
-/// Of each drawing, by default.
+/// Repetitions per drawing, by default.
 const REPETITIONS: u32 = 4;
 
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing or not what it should be.
+/// [`EvalError`] with the file that is missing or not as expected.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let folder = folders.project.join("sim/missions/routes");
     let path = folder.join("anchors.toml");
@@ -86,10 +85,10 @@ mod tests {
 
     use super::*;
 
-    /// Loaded once: 25 drawings are read.
+    /// Loaded only once, since 25 drawings are read.
     static SHIPPED: LazyLock<Suite> = LazyLock::new(|| suite(&Folders::of_checkout()).unwrap());
 
-    /// Each drawing joins its floor, and its route ends about where the person meant.
+    /// Each drawing joins its floor, and its route ends approximately where the person meant.
     #[test]
     fn every_route_leads_from_the_robot_to_the_goal_that_was_meant() {
         assert_eq!((SHIPPED.trials.len(), SHIPPED.drawings().len()), (25, 25));
@@ -108,7 +107,7 @@ mod tests {
         }
     }
 
-    /// A route is homotopic to itself, carried to the floor; driven back to where it began it is none.
+    /// A route is homotopic to itself, carried to the floor; if driven back to where it began, it is not.
     #[test]
     fn the_routes_themselves_would_succeed() {
         for Trial { name, mission, sheet, .. } in &SHIPPED.trials {

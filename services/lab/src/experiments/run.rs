@@ -22,30 +22,33 @@ use crate::judge::log::Log;
 use crate::judge::states::{Said, StateDriven};
 use crate::judge::{self, TaskSpan, TaskVerdict};
 
+/// A robot that has moved less than this counts as not having moved, metres.
+const STILL_M: f64 = 0.01;
+
 /// A run that was driven.
 #[derive(Debug)]
 pub struct Driven {
-    /// As it was driven.
+    /// The run as it was driven.
     pub run: RunConfig,
-    /// Its mission in the drawing, where it has one.
+    /// Its mission in the drawing, if it has one.
     pub sketch: Option<SketchMission>,
-    /// Number, within the trial, of the run's first task.
+    /// The number, within the trial, of the run's first task.
     pub first_task: usize,
-    /// What it said.
+    /// What the run said.
     pub log: Log,
     /// The stamp of every message on any channel.
     pub stamps_ns: Vec<u64>,
-    /// Processor time of localizer and planner by the clock, seconds.
+    /// Processor time of localizer and planner by the wall clock, seconds.
     pub busy_s: f64,
     /// How often a person answered the robot.
     pub answers: u32,
-    /// Whether the person gave up a robot that is lost.
+    /// Whether the person gave up while the robot was lost.
     pub is_left_lost: bool,
-    /// Its tasks, judged; those that were begun or, where no pose is given after a failure, all.
+    /// The verdicts of its tasks: of those that began or, if no pose is given after a failure, of all.
     pub verdicts: Vec<TaskVerdict>,
 }
 
-/// Writes down a run, and ends it after a failed task where another run is to take over.
+/// Records a run, and ends it after a failed task if another run is to take over.
 struct Watcher<'a> {
     log: Log,
     stamps_ns: Vec<u64>,
@@ -99,11 +102,11 @@ impl Watcher<'_> {
 
 /// Drives one repetition of a trial.
 ///
-/// Where poses are given anew (`restarts`), a run ends with the first task that fails. Another begins at that task's
-/// goal (Boniardi et al. 2015, IV).
+/// If poses are given again (`restarts`), a run ends with the first task that fails, and another starts at that task's goal
+/// (Boniardi et al. 2015, IV).
 ///
 /// # Errors
-/// [`EvalError::Trial`] where the mission cannot begin.
+/// [`EvalError::Trial`] if the mission cannot start.
 pub fn drive(trial: &Trial, method: &str, seed: u64) -> Result<Vec<Driven>, EvalError> {
     let page = trial.bytes.as_ref().map(Page::bytes).transpose()?;
     let mut runs = Vec::new();
@@ -128,13 +131,13 @@ fn drive_from(
     let run = trial.run(method, seed, first_task).map_err(wrong)?;
     let sheet = trial.sheet.as_ref();
     let sketch = sheet.map(|_| SketchMission::of(&run.mission)).transpose().map_err(wrong)?;
-    let stops_at_failure = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
+    let is_given_anew = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
     let mut watcher = Watcher {
         log: Log::default(),
         stamps_ns: Vec::new(),
         tasks: &run.mission.task,
         ends_with_contact: trial.ends_with_contact,
-        stops_at_failure,
+        stops_at_failure: is_given_anew || trial.tasks_are_one,
         failed: false,
         bystander: trial
             .person
@@ -152,7 +155,7 @@ fn drive_from(
     let answers = bystander.as_ref().map_or(0, Bystander::answers);
     let is_left_lost = bystander.is_some_and(|bystander| bystander.leaves_it_lost());
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
-    if stops_at_failure {
+    if is_given_anew {
         let failed = verdicts.iter().position(|verdict| !verdict.reached);
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }
@@ -168,14 +171,16 @@ pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Ve
     Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
 }
 
-/// How the run's task `index` ended, its way included.
+/// How the run's task `index` ended, taking its path into account.
 pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
     let verdict = &driven.verdicts[index];
     if trial.ends_with_contact && verdict.collisions > 0 {
         return Kind::Collided;
     }
     let kind = match Kind::of(verdict) {
-        // With somebody who looks on, a lost robot waits, and its task does not end.
+        Kind::Reached => Kind::Reached,
+        _ if trial.is_corridor() && never_moved(driven) => Kind::NeverMoved,
+        // If a person is watching, a lost robot waits, and its task does not end.
         Kind::Aborted if driven.is_left_lost => Kind::Lost,
         kind => kind,
     };
@@ -189,12 +194,18 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
 }
 
-/// What a task of a run cost; of the processor's time, which is known of the run as a whole, its share by time.
+/// Whether the robot has stayed where it stood at first.
+fn never_moved(driven: &Driven) -> bool {
+    let Some(first) = driven.log.truth.first().map(|truth| truth.pose().position()) else { return true };
+    driven.log.truth.iter().all(|truth| truth.pose().position().distance(&first) < STILL_M)
+}
+
+/// What a task of a run cost. The processor's time is only known for the run as a whole, and is shared out by time.
 fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     let log = &driven.log;
     let whole_s = log.truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
     let is_within = |stamp_ns: &&u64| (span.begin_ns..=span.end_ns).contains(*stamp_ns);
-    // Of a map with thousands of faces that takes longer than the drive.
+    // For a map with thousands of faces this would take longer than the drive.
     let world = trial.ends_with_contact.then(|| sketchnav_sim::files::world(&driven.run.mission.world).ok());
     let half_extents_m = driven.run.robot.half_extents_m();
     let cost = Cost::new(span.of(&log.commands), span.of(&log.truth), time_s, driven.run.robot.mass_kg);
@@ -208,7 +219,7 @@ fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     }
 }
 
-/// The states of a drive by landmark states; none of another drive, nor of one by words, where nothing is drawn.
+/// The states of a drive by landmark states; empty for any other drive, and for one by words, for which nothing is drawn.
 fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     let log = &driven.log;
     let by_states =
@@ -226,26 +237,37 @@ fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     judge::states::states(&driven.run, &said, is_reached)
 }
 
-/// The outcomes of a run's tasks.
-pub fn outcomes<'a>(
-    trial: &'a Trial,
-    method: &'a str,
-    repetition: u32,
-    driven: &'a Driven,
-) -> impl Iterator<Item = TaskOutcome> + 'a {
+/// A task that was driven: its verdict, its time span, and how it ended.
+struct Ended {
+    verdict: TaskVerdict,
+    span: Option<TaskSpan>,
+    kind: Kind,
+}
+
+/// The outcomes of a run's tasks; a single one if they count as one.
+pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -> Vec<TaskOutcome> {
     let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
-    driven.verdicts.iter().zip(spans).enumerate().map(move |(i, (verdict, span))| {
+    let each = driven.verdicts.iter().cloned().zip(spans).enumerate().map(|(i, (verdict, span))| Ended {
+        verdict,
+        span,
+        kind: kind_of(trial, driven, span.as_ref(), i),
+    });
+    let ended = if trial.tasks_are_one {
+        each.reduce(Ended::followed_by).into_iter().collect()
+    } else {
+        each.collect::<Vec<_>>()
+    };
+    let outcome = |(i, Ended { verdict, span, kind }): (usize, Ended)| {
         let end = span.and_then(|span| span.of(&driven.log.truth).last().copied());
-        let kind = kind_of(trial, driven, span.as_ref(), i);
         TaskOutcome {
             id: format!("{}#{repetition}", trial.name),
             drawing: trial.drawing.clone(),
             method: method.to_owned(),
             seed: driven.run.seed,
-            task: verdict.name.clone(),
+            task: verdict.name,
             task_index: driven.first_task + i,
             kind,
-            reason: verdict.reason.clone(),
+            reason: verdict.reason,
             time_s: verdict.time_s,
             path_m: verdict.path_m,
             end: end.map(|truth| truth.pose()).map(|pose| [pose.x, pose.y, pose.yaw_rad.to_degrees()]),
@@ -255,5 +277,25 @@ pub fn outcomes<'a>(
             states: states(driven, kind == Kind::Reached),
             answers: driven.answers,
         }
-    })
+    };
+    ended.into_iter().enumerate().map(outcome).collect()
+}
+
+impl Ended {
+    /// Combines two tasks into one: the first failure decides, and whatever follows it is left out.
+    fn followed_by(self, next: Self) -> Self {
+        if self.kind != Kind::Reached {
+            return self;
+        }
+        let begin_ns = self.span.map(|span| span.begin_ns);
+        let span = next.span.map(|span| TaskSpan { begin_ns: begin_ns.unwrap_or(span.begin_ns), ..span });
+        let verdict = TaskVerdict {
+            name: format!("{}, {}", self.verdict.name, next.verdict.name),
+            time_s: self.verdict.time_s + next.verdict.time_s,
+            path_m: self.verdict.path_m + next.verdict.path_m,
+            collisions: self.verdict.collisions + next.verdict.collisions,
+            ..next.verdict
+        };
+        Self { verdict, span: span.or(self.span), kind: next.kind }
+    }
 }

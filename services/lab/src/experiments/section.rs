@@ -1,4 +1,4 @@
-//! What a suite tells beside its tables of outcomes: tables and figures in the form of a paper, and what they say.
+//! What a suite reports in addition to its tables of outcomes: tables and figures in the form of a paper, with text.
 
 use serde::Serialize;
 
@@ -9,24 +9,24 @@ use crate::experiments::table::Table;
 pub struct Section {
     /// What it shows.
     pub title: String,
-    /// Numbers; without rows where there is none.
+    /// Its numbers; without rows if there are none.
     pub table: Table,
-    /// What they say, and how they differ from what was published: a paragraph each.
+    /// What they mean, and how they differ from what was published, one paragraph each.
     pub words: Vec<String>,
-    /// What is drawn.
+    /// Its plots.
     pub plots: Vec<Plot>,
 }
 
-/// A picture of what succeeded and what failed.
+/// A picture of successes and failures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plot {
     /// What it shows.
     pub title: String,
-    /// What lies along it.
+    /// The unit along it.
     pub x_unit: String,
-    /// What lies up it.
+    /// The unit up it.
     pub y_unit: String,
-    /// How.
+    /// The form of its marks.
     pub form: Form,
     /// The marks.
     pub marks: Vec<Mark>,
@@ -38,16 +38,16 @@ pub struct Plot {
 pub enum Form {
     /// As dots.
     Dots,
-    /// As bars from below.
+    /// As bars from the base line.
     Bars,
 }
 
-/// One of what was counted.
+/// One of the things counted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Mark {
-    /// Where along.
+    /// The position along the picture.
     pub x: f64,
-    /// How high.
+    /// The height.
     pub y: f64,
     /// Whether it succeeded.
     pub is_success: bool,

@@ -1,8 +1,8 @@
-//! Suite `sensitivity`: success against one condition at a time, all others as they are.
+//! Suite `sensitivity`: success against one condition at a time, with all others unchanged.
 //!
-//! The trials are those of suite `deformed` at degree 0.5 by the floors that ship, two by each drawing. A condition
-//! changes the trial and no parameter of the methods. The exception is the parameter that says how large a building is
-//! expected to be. All lines of a trial have the same seeds, so that they differ by the condition alone.
+//! The trials are those of suite `deformed` at degree 0.5 by the shipped floors, two by each drawing. A condition changes the trial
+//! and no parameter of the methods, except for the parameter that says how large a building is expected to be. All lines of a trial
+//! have the same seeds, so that they differ only by the condition.
 
 use sketchnav_schemas::codes::Process;
 
@@ -14,20 +14,20 @@ use crate::experiments::unmapped::{clutter, walkers};
 
 const TITLE: &str = "Success against one condition at a time: drawings of the two floors that ship, deformed at degree 0.5, two trials by each drawing.";
 const DEGREE: f64 = 0.5;
-/// By each drawing.
+/// Trials per drawing.
 const TRIALS: usize = 2;
 /// The line that all curves share.
 const AS_IT_IS: &str = "as-it-is";
 
 /// A condition that is varied.
 struct Condition {
-    /// In the names of its lines.
+    /// The word for it in the names of its lines.
     word: &'static str,
     title: &'static str,
     unit: &'static str,
-    /// In order; one of them is `usual`.
+    /// Its values in order; one of them is `usual`.
     values: &'static [f64],
-    /// As the trials have it.
+    /// The value that the trials have.
     usual: f64,
     change: fn(&mut Trial, &Site, f64),
 }
@@ -36,7 +36,7 @@ const CONDITIONS: [Condition; 8] = [
     Condition {
         word: "start-error",
         title: "Error of the start mark",
-        unit: "times people's (1 % of the diagonal, 5°)",
+        unit: "multiples of people's (1 % of the diagonal, 5°)",
         values: &[0.0, 1.0, 2.0, 4.0, 6.0],
         usual: 1.0,
         change: start_error,
@@ -44,7 +44,7 @@ const CONDITIONS: [Condition; 8] = [
     Condition {
         word: "odometry",
         title: "Noise of the odometry",
-        unit: "times the robot's (standard deviations)",
+        unit: "multiples of the robot's (standard deviations)",
         values: &[0.0, 1.0, 2.0, 4.0, 8.0],
         usual: 1.0,
         change: odometry,
@@ -70,7 +70,7 @@ const CONDITIONS: [Condition; 8] = [
     Condition {
         word: "clutter",
         title: "Clutter that is not drawn",
-        unit: "pieces more than the floor's own furniture",
+        unit: "pieces in addition to the floor's furniture",
         values: &[0.0, 10.0, 20.0, 40.0],
         usual: 0.0,
         change: |trial, site, count| {
@@ -90,7 +90,7 @@ const CONDITIONS: [Condition; 8] = [
     Condition {
         word: "slow",
         title: "Slow cores",
-        unit: "seconds for a step (scans come every 0.1 s)",
+        unit: "seconds per step (scans come every 0.1 s)",
         values: &[0.0, 0.1, 0.2, 0.3, 0.4],
         usual: 0.0,
         change: |trial, _, step_s| {
@@ -113,7 +113,7 @@ const CONDITIONS: [Condition; 8] = [
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing or not what it should be.
+/// [`EvalError`] with the file that is missing or not as expected.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         title: TITLE.into(),

@@ -5,27 +5,30 @@ use sketchnav_schemas::statistics::wilson;
 
 use crate::experiments::outcome::{Kind, TaskOutcome};
 
-/// What many tasks came to.
+/// How many tasks ended in which way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Tasks driven.
     pub attempts: usize,
     /// Tasks reached.
     pub reached: usize,
-    /// Said to be there and was not.
+    /// Reported as reached by a robot that was elsewhere.
     pub wrong_arrival: usize,
-    /// Was there, and had come by another way than the drawn route.
+    /// Reached by a path other than the drawn route's.
     pub wrong_side: usize,
-    /// Touched something, which ended the drive.
+    /// Ended because the robot touched something.
     pub collided: usize,
-    /// Said to be lost.
+    /// Ended by a robot that reported being lost.
     pub lost: usize,
-    /// Said that there is no way.
+    /// Ended by a robot that reported that there is no path.
     pub blocked: usize,
-    /// Time over.
+    /// Out of time.
     pub timed_out: usize,
-    /// Ended otherwise.
+    /// Ended in another way.
     pub aborted: usize,
+    /// Never moved.
+    #[serde(default)]
+    pub never_moved: usize,
     /// Tasks, failed or not, in which the robot touched something.
     pub with_collision: usize,
 }
@@ -54,10 +57,11 @@ impl Tally {
             Kind::Blocked => &mut self.blocked,
             Kind::TimedOut => &mut self.timed_out,
             Kind::Aborted => &mut self.aborted,
+            Kind::NeverMoved => &mut self.never_moved,
         }
     }
 
-    /// How many ended so.
+    /// The number of tasks that ended in this way.
     pub fn count(&self, kind: Kind) -> usize {
         let mut copy = *self;
         *copy.slot(kind)
@@ -68,12 +72,17 @@ impl Tally {
         (self.attempts > 0).then(|| self.reached as f64 / self.attempts as f64)
     }
 
-    /// Wilson's interval of the rate.
+    /// Whether most of the tasks were reached.
+    pub fn is_mostly_reached(&self) -> bool {
+        2 * self.reached > self.attempts
+    }
+
+    /// Wilson's interval of the success rate.
     pub fn interval(&self) -> [f64; 2] {
         wilson(self.reached, self.attempts)
     }
 
-    /// Of the failed tasks, the share that ended as lost or blocked; `None` where none failed.
+    /// Of the failed tasks, the share that ended as lost or blocked; `None` if none failed.
     pub fn share_that_knows(&self) -> Option<f64> {
         let failed = self.attempts - self.reached;
         (failed > 0).then(|| (self.lost + self.blocked) as f64 / failed as f64)

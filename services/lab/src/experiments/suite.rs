@@ -1,4 +1,4 @@
-//! What a suite is: trials with a heading, and what its figures are set beside.
+//! What a suite is: trials with a heading, and the figures that its own are compared with.
 
 use std::path::PathBuf;
 
@@ -7,14 +7,14 @@ use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::trial::Trial;
 
-/// Where files lie.
+/// Where the files of suites are.
 #[derive(Debug, Clone)]
 pub struct Folders {
-    /// The suite that they are for; empty where it is not known yet.
+    /// The suite that they are for; empty if it is not known yet.
     pub suite: &'static str,
     /// The project: missions and drawings that ship.
     pub project: PathBuf,
-    /// Maps and drawings that are not part of it, where somebody has named their folder.
+    /// Maps and drawings that are not part of the project, if a folder was given for them.
     pub data: Option<PathBuf>,
 }
 
@@ -23,20 +23,20 @@ pub struct Folders {
 pub struct Datum {
     /// What it is and who made it.
     pub what: &'static str,
-    /// Where it lies in the folder of the data.
+    /// Its path in the folder of the data.
     pub file: &'static str,
 }
 
 impl Folders {
-    /// Where the file lies without which the suite cannot be driven.
+    /// The path of a file without which the suite cannot be driven.
     ///
     /// # Errors
-    /// [`EvalError::NoData`] where it is not there.
+    /// [`EvalError::NoData`] if it does not exist.
     pub fn datum(&self, Datum { what, file }: Datum) -> Result<PathBuf, EvalError> {
         let found = match &self.data {
             Some(folder) if folder.join(file).is_file() => return Ok(folder.join(file)),
-            Some(folder) => format!("nothing of that name in {}", folder.display()),
-            None => "neither of them set".to_owned(),
+            Some(folder) => format!("no such file in {}", folder.display()),
+            None => "neither is set".to_owned(),
         };
         Err(EvalError::NoData { suite: self.suite, what, file, found })
     }
@@ -55,32 +55,32 @@ pub type Telling = fn(&[TaskOutcome]) -> Vec<Section>;
 /// A list of trials with a heading.
 #[derive(Debug, Default)]
 pub struct Suite {
-    /// Its word on the command line, by which it was loaded.
+    /// Its name on the command line.
     pub name: String,
     /// What is done, in a sentence or two.
     pub title: String,
-    /// What the reader of its figures must know, data that are missing first of all.
+    /// What the reader of its figures must know, missing data first of all.
     pub notices: Vec<String>,
-    /// What is driven.
+    /// The trials.
     pub trials: Vec<Trial>,
-    /// What a line of its table is, where it is no drawing: then the trials' `drawing` says that.
+    /// What a line of its table is, if it is not a drawing; the trials' `drawing` then names that.
     pub lines: Option<&'static str>,
     /// The methods that it compares by default; empty: the first one of its kind of navigator.
     pub methods: Vec<String>,
     /// Repetitions by default.
     pub repetitions: u32,
-    /// What others reached with a suite of the same protocol, where no table lists its tasks.
+    /// What others reached with a suite of the same protocol, if no published table lists its tasks.
     pub paper: Vec<Published>,
     /// What others say of single lines, in words.
     pub told: Vec<Told>,
-    /// Whether its table of costs is shown, too.
+    /// Whether its table of costs is shown as well.
     pub shows_costs: bool,
-    /// Lines of the table that together are a curve.
+    /// Lines of the table that together form a curve.
     pub curves: Vec<Curve>,
-    /// The tasks that count, where a published table lists them: its lines. Empty: all tasks count, and the
-    /// table has a line for each drawing.
+    /// The tasks that count, if a published table lists them: the table's lines. Empty: all tasks count, and the table has a line
+    /// for each drawing.
     pub legs: Vec<Leg>,
-    /// What it tells of all outcomes beside its tables.
+    /// What it reports of all outcomes in addition to its tables.
     pub tells: Option<Telling>,
 }
 
@@ -91,7 +91,7 @@ pub struct Published {
     pub name: String,
     /// Successes.
     pub reached: u32,
-    /// Of so many.
+    /// The number of attempts.
     pub attempts: u32,
 }
 
@@ -105,22 +105,22 @@ impl Published {
 /// What others say of one line of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Told {
-    /// Of which method.
+    /// The method.
     pub method: &'static str,
-    /// Of which line.
+    /// The line.
     pub line: &'static str,
-    /// In few words.
+    /// What they say, in few words.
     pub words: &'static str,
 }
 
-/// Success against one condition.
+/// Success as a function of one condition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Which condition.
+    /// The condition.
     pub title: String,
-    /// What it is measured in.
+    /// The unit of its values.
     pub unit: String,
-    /// Its values, and the line (a trial's `drawing`) that was driven with each.
+    /// Its values, each with the line (a trial's `drawing`) that was driven with it.
     pub points: Vec<(f64, String)>,
 }
 
@@ -129,11 +129,11 @@ pub struct Curve {
 pub struct Leg {
     /// The task's name: `0 → 1`.
     pub name: String,
-    /// How long the way was there, metres.
+    /// The length of the path there, metres.
     pub paper_length_m: f64,
     /// Successes and attempts there, a pair for each drawing.
     pub paper: Vec<(u32, u32)>,
-    /// How long the shortest way is here.
+    /// The length of the shortest path here, metres.
     pub length_m: Option<f64>,
 }
 
@@ -149,7 +149,7 @@ impl Suite {
         names
     }
 
-    /// What others reached: of a published table its columns.
+    /// What others reached; if there is a published table, its columns.
     pub fn papers(&self) -> Vec<Published> {
         let columns = self.legs.iter().map(|leg| leg.paper.len()).max().unwrap_or_default();
         let column = |i: usize| {
@@ -163,8 +163,8 @@ impl Suite {
         self.paper.iter().cloned().chain((0..columns).map(column)).collect()
     }
 
-    /// Whether a trial is driven by one of the methods. A trial with a method of its own is driven by no other that is asked
-    /// for; where its own is not among them it is left out, if the suite compares methods, else driven once.
+    /// Whether a trial is driven by one of the methods. A trial with a method of its own is not driven by any other. If its own is
+    /// not among those asked for, it is left out if the suite compares methods, and otherwise driven once.
     pub fn is_driven(&self, trial: &Trial, method: &str, methods: &[String]) -> bool {
         match &trial.method {
             None => true,
@@ -173,12 +173,12 @@ impl Suite {
         }
     }
 
-    /// What it tells of all outcomes beside its tables.
+    /// What it reports of all outcomes in addition to its tables.
     pub fn sections(&self, outcomes: &[TaskOutcome]) -> Vec<Section> {
         self.tells.map_or(Vec::new(), |tells| tells(outcomes))
     }
 
-    /// Whether an outcome counts: legs that only lead from one to the next do not.
+    /// Whether an outcome counts; legs that only lead from one to the next do not.
     pub fn counts(&self, outcome: &TaskOutcome) -> bool {
         self.legs.is_empty() || self.legs.iter().any(|leg| leg.name == outcome.task)
     }
@@ -200,7 +200,7 @@ impl Suite {
 mod tests {
     use super::*;
 
-    /// The folder was baked in when the program was compiled, and a suite without its data drove nothing and succeeded.
+    /// The folder was fixed at compile time, and a suite without its data drove nothing and succeeded.
     #[test]
     fn who_lacks_data_is_told_which_suite_needs_what_and_what_to_do() {
         let map = Datum { what: "the map of a house", file: "maps/house.yaml" };

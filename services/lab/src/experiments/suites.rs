@@ -9,8 +9,8 @@ use sketchnav_sketch::method::Method;
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
-    ablation, corridor, corridor_cost, deformed, land, landmarks, people, protocol, routes, sensitivity,
-    studies,
+    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks, people,
+    protocol, routes, sensitivity, studies,
 };
 
 /// Loads a suite.
@@ -18,18 +18,24 @@ type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 const OUTLINE: &str = Method::Outline.word();
 const BEAM: &str = Method::Beam.word();
+/// The methods of the thesis, and our method that uses its rules.
+const RULES: [&str; 3] = [METHODS[1], METHODS[2], METHODS[4]];
 const PAPER: &str = Method::Boniardi2015.word();
 
 /// The suites: a new one is a line here and a module of its own. Where all are driven, some compare methods, or are
 /// about another one than the first of their navigator.
-const SUITES: [(&str, Loader, &[&str]); 24] = [
+const SUITES: [(&str, Loader, &[&str]); 28] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
+    ("calibrate-boniardi-2015", calibration::boniardi_2015, &[]),
     ("corridor", corridor::suite, &METHODS),
     ("corridor-cost", corridor_cost::suite, &[]),
     ("corridor-person", corridor::person, &[]),
+    ("corridor-published", corridor_published::suite, &METHODS),
+    ("corridor-published-10hz", corridor_published::at_10_hz, &METHODS),
     ("corridor-turns", corridor::turns, &[]),
+    ("corridor-unknowns", corridor_published::unknowns, &RULES),
     ("deformed", deformed::suite, &[OUTLINE, BEAM, PAPER]),
     ("directions-land", land::suite, &[]),
     ("laboratory", protocol::laboratory, &[OUTLINE, PAPER]),

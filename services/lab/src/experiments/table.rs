@@ -1,4 +1,4 @@
-//! The figures of a suite as tables of words, for the terminal and for the report alike.
+//! The figures of a suite as tables of text, both for the terminal and for the report.
 
 use serde::Serialize;
 use sketchnav_schemas::statistics::wilson;
@@ -7,18 +7,33 @@ use crate::experiments::cost;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::statistics::Tally;
 use crate::experiments::suite::{Leg, Suite};
+use crate::experiments::trial::Trial;
 
 /// A table: the first column names the line, the others are figures.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Table {
-    /// Over the columns.
+    /// The headings of the columns.
     pub header: Vec<String>,
     /// Lines, each as long as the header.
     pub rows: Vec<Vec<String>>,
 }
 
-/// The outcomes of one method: the paper's table beside ours, where there is one; then a line for each
-/// drawing, by how the tasks ended.
+impl Table {
+    /// The table in Markdown, followed by an empty line.
+    pub fn markdown(&self) -> String {
+        let line = |cells: &[String]| {
+            let cells: Vec<_> =
+                cells.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect();
+            format!("| {} |\n", cells.join(" | "))
+        };
+        let rule = format!("|{}\n", "---|".repeat(self.header.len()));
+        let rows: String = self.rows.iter().map(|row| line(row)).collect();
+        line(&self.header) + &rule + &rows + "\n"
+    }
+}
+
+/// The outcomes of one method: the paper's table beside ours, if there is one; then a line for each drawing, by how the tasks
+/// ended.
 pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     let counted: Vec<_> = outcomes.iter().copied().filter(|ended| suite.counts(ended)).collect();
     let kinds = by_drawing(suite, &counted);
@@ -27,14 +42,14 @@ pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     legs.into_iter().chain([kinds]).chain(costs).collect()
 }
 
-/// What became of tasks that do not count, where there are any.
+/// How tasks that do not count ended, if there are any.
 pub fn note(suite: &Suite, outcomes: &[&TaskOutcome]) -> Option<String> {
     let others = Tally::of(outcomes.iter().copied().filter(|ended| !suite.counts(ended)));
     let said = format!("Connecting legs, not counted: {} of {} reached.", others.reached, others.attempts);
     (others.attempts > 0).then_some(said)
 }
 
-/// The paper's table beside ours: a line for each leg, a column for each drawing.
+/// The paper's table next to ours: a line for each leg, a column for each drawing.
 fn by_leg(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let drawings = suite.drawings();
     let papers = suite.papers();
@@ -64,19 +79,19 @@ fn by_leg(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     Table { header, rows }
 }
 
-/// A line for each drawing, one for all, and the paper's.
+/// A line for each drawing, one for all, and the paper's lines.
 fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let mut header = vec![suite.lines.unwrap_or("drawing").to_owned(), "reached".into()];
     header.extend(["%".into(), "95 %".into()]);
-    header.extend(Kind::ALL[1..].iter().map(|kind| kind.word().to_owned()));
+    header.extend(failures(suite).map(|kind| kind.word().to_owned()));
     header.extend(["with collision".into(), "failures known".into()]);
     let of_drawing = |drawing: String| {
-        line(&drawing, Tally::of(outcomes.iter().copied().filter(|ended| ended.drawing == drawing)))
+        line(suite, &drawing, Tally::of(outcomes.iter().copied().filter(|ended| ended.drawing == drawing)))
     };
     // Lines of another method have no attempts of this one.
     let is_driven = |drawing: &String| outcomes.iter().any(|ended| ended.drawing == *drawing);
     let mut rows: Vec<_> = suite.drawings().into_iter().filter(is_driven).map(of_drawing).collect();
-    rows.push(line("all", Tally::of(outcomes.iter().copied())));
+    rows.push(line(suite, "all", Tally::of(outcomes.iter().copied())));
     if !suite.told.is_empty() {
         header.extend(["most failures".into(), "published".into()]);
         for row in &mut rows {
@@ -92,7 +107,7 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     Table { header, rows }
 }
 
-/// What the robot said in most failures of a line.
+/// The reason that the robot gave in most failures of a line.
 fn reason(outcomes: &[&TaskOutcome], line: &str) -> String {
     let failed = outcomes.iter().filter(|ended| ended.drawing == line && !ended.is_success());
     let mut counts: Vec<(&str, usize)> = Vec::new();
@@ -110,16 +125,22 @@ fn reason(outcomes: &[&TaskOutcome], line: &str) -> String {
         .map_or(String::new(), |(reason, _)| reason.to_owned())
 }
 
-/// What others say of a line of the method that was driven.
+/// What others say of a line, for the method that was driven.
 fn told(suite: &Suite, outcomes: &[&TaskOutcome], line: &str) -> String {
     let method = outcomes.first().map_or("", |ended| ended.method.as_str());
     let told = suite.told.iter().find(|told| told.method == method && told.line == line);
     told.map_or(String::new(), |told| told.words.to_owned())
 }
 
-fn line(name: &str, tally: Tally) -> Vec<String> {
+/// How tasks of a suite may fail: only in corridors is a robot that never moved counted separately.
+fn failures(suite: &Suite) -> impl Iterator<Item = Kind> {
+    let is_corridor = suite.trials.iter().any(Trial::is_corridor);
+    Kind::ALL.into_iter().skip(1).filter(move |kind| *kind != Kind::NeverMoved || is_corridor)
+}
+
+fn line(suite: &Suite, name: &str, tally: Tally) -> Vec<String> {
     let mut cells = head(name, tally.reached, tally.attempts);
-    cells.extend(Kind::ALL[1..].iter().map(|&kind| tally.count(kind).to_string()));
+    cells.extend(failures(suite).map(|kind| tally.count(kind).to_string()));
     cells.extend([tally.with_collision.to_string(), percent(tally.share_that_knows())]);
     cells
 }
@@ -131,7 +152,7 @@ fn head(name: &str, reached: usize, attempts: usize) -> Vec<String> {
     vec![name.to_owned(), format!("{reached}/{attempts}"), percent(rate), interval]
 }
 
-/// A share as a figure; a dash where there is none.
+/// A share as a figure; a dash if there is none.
 pub(crate) fn percent(share: Option<f64>) -> String {
     share.map_or("–".into(), |share| format!("{:.1}", 100.0 * share))
 }

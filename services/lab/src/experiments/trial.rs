@@ -1,4 +1,4 @@
-//! A trial: a mission, where its poses are given anew, and how well the person marks the start.
+//! A trial: a mission, where its poses are given again, and how well the person marks the start.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -16,66 +16,68 @@ use sketchnav_schemas::seed;
 use sketchnav_sketch::mission::SketchMission;
 use sketchnav_sketch::reading::DrawnMap;
 
-/// Time for a task, seconds of simulation, by the shortest way to its place. No robot that drives there fails for lack
-/// of it. One that searches for its way may drive five times as far.
+/// Time for a task, seconds of simulation, by the shortest path to its place. No robot that drives there fails for lack of time,
+/// and one that searches for its path may drive five times as far.
 pub fn time_limit_s(shortest_way_m: f64) -> f64 {
     60.0 + 10.0 * shortest_way_m
 }
 
-/// How far beside the truth a person marks the robot's start.
+/// How far from the truth a person marks the robot's start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartError {
-    /// Standard deviation of the mark along each axis, a share of the drawing's diagonal.
+    /// Standard deviation of the mark along each axis, as a share of the drawing's diagonal.
     pub spread_share: f64,
     /// Standard deviation of the heading, degrees.
     pub heading_deg: f64,
 }
 
 impl StartError {
-    /// What the sketcher takes people for (its `start_spread_share` and `start_spread_deg`).
+    /// What the sketcher assumes of people (its `start_spread_share` and `start_spread_deg`).
     pub const OF_PEOPLE: Self = Self { spread_share: 0.01, heading_deg: 5.0 };
 }
 
-/// Where a pose is given anew.
+/// A pose that is given again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Restart {
     /// Where the robot truly stands.
     pub start: Start,
     /// Where the person marks it, image pixels.
     pub marked: Option<[f64; 2]>,
-    /// Which way the person says that it looks, degrees.
+    /// The direction in which the person says that it faces, degrees.
     pub marked_heading_deg: f64,
 }
 
 /// One experiment: tasks in a row.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// Its name within the suite, without blanks: `00/a/2-5`.
+    /// Its name within the suite, without spaces: `00/a/2-5`.
     pub name: String,
-    /// The drawing, or whatever else the table's lines are about: the line that it counts for.
+    /// The line of the table that it counts for: its drawing, or whatever else the lines are about.
     pub drawing: String,
     /// World, drawing, tasks; paths absolute.
     pub mission: Mission,
     /// The robot that the mission names.
     pub robot: Robot,
-    /// What belongs to a drive by a drawing; `None` for the other kinds of navigators.
+    /// The drawing and what belongs to it; `None` for the other kinds of navigators.
     pub sheet: Option<Sheet>,
-    /// The method by which it is driven, whatever the others are driven by.
+    /// The method by which it is driven, regardless of the methods of other trials.
     pub method: Option<String>,
     /// Whether the first touch ends the drive as a failure.
     pub ends_with_contact: bool,
-    /// Scan periods that the cores think about a step: as on a slow machine in real time. 0: lockstep.
+    /// Whether its tasks count as one: it is reached if all of them are, and ends with the first that is not.
+    pub tasks_are_one: bool,
+    /// Duration of a step of the cores in scan periods, as on a slow machine in real time. 0: lockstep.
     pub thinking_scans: u32,
     /// The trial of which this one is a variant: both get the same seeds.
     pub variant_of: Option<String>,
-    /// What a person gives, where it lies in no folder; `None`: the mission names the file.
+    /// What a person gives, if it is not in a folder; `None`: the mission names the file.
     pub bytes: Option<Page>,
-    /// Who looks on and answers the robot's questions; `None`: nobody, and the robot asks nothing.
+    /// The person who looks on and answers the robot's questions; `None`: there is no person, and the robot asks nothing.
     pub person: Option<Arc<Person>>,
 }
 
 impl Trial {
-    /// A drive without a drawing, by the suite's method. Touches do not end it, and nobody looks on.
+    /// A drive without a drawing, by the suite's method. Touches do not end it, and no person looks on.
     pub fn new(name: String, line: String, mission: Mission, robot: Robot) -> Self {
         Self {
             name,
@@ -85,6 +87,7 @@ impl Trial {
             sheet: None,
             method: None,
             ends_with_contact: false,
+            tasks_are_one: false,
             thinking_scans: 0,
             variant_of: None,
             bytes: None,
@@ -93,18 +96,18 @@ impl Trial {
     }
 }
 
-/// What a person gives, where it lies in no folder.
+/// What a person gives, if it is not in a folder.
 #[derive(Debug, Clone)]
 pub enum Page {
-    /// As it is.
+    /// Given as bytes.
     Drawn(Arc<[u8]>),
-    /// Made when it is needed, once: that may take a drive.
+    /// Made once, when it is needed, which may take a drive.
     Made(Arc<Recipe>),
 }
 
 /// How a page is made.
 pub struct Recipe {
-    /// All that decides its bytes.
+    /// Everything that determines its bytes.
     words: String,
     make: Box<dyn Fn() -> Result<Arc<[u8]>, EvalError> + Send + Sync>,
     made: Mutex<Option<Arc<[u8]>>>,
@@ -124,7 +127,7 @@ impl std::fmt::Debug for Recipe {
 }
 
 impl Page {
-    /// A page that `make` makes; `words` say all that decides its bytes.
+    /// A page that is made by `make`; `words` say everything that determines its bytes.
     pub fn made(
         words: String,
         make: impl Fn() -> Result<Arc<[u8]>, EvalError> + Send + Sync + 'static,
@@ -132,10 +135,10 @@ impl Page {
         Self::Made(Arc::new(Recipe { words, make: Box::new(make), made: Mutex::default() }))
     }
 
-    /// Its bytes.
+    /// The page's bytes.
     ///
     /// # Errors
-    /// What went wrong where it was made.
+    /// What went wrong in making it.
     pub fn bytes(&self) -> Result<Arc<[u8]>, EvalError> {
         match self {
             Self::Drawn(bytes) => Ok(bytes.clone()),
@@ -149,7 +152,7 @@ impl Page {
         }
     }
 
-    /// What decides what is driven, for fingerprints: nothing is made for it.
+    /// What determines the page, for fingerprints; nothing is made for it.
     pub fn origin(&self) -> &[u8] {
         match self {
             Self::Drawn(bytes) => bytes,
@@ -167,19 +170,24 @@ impl From<Vec<u8>> for Page {
 /// The drawing of a trial, and how people handle it.
 #[derive(Debug, Clone)]
 pub struct Sheet {
-    /// Where the pose is given anew to go on with task k + 1, should task k fail (`restarts[k]`).
-    /// Empty where nobody does that: then the tasks after a failed one are driven all the same.
+    /// Where the pose is given again to continue with task k + 1 if task k fails (`restarts[k]`). Empty if that is not done: the
+    /// tasks after a failed one are then driven all the same.
     pub restarts: Vec<Restart>,
     /// Error of every start mark that is given; `None`: exactly as the mission says.
     pub start_error: Option<StartError>,
-    /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn anew.
+    /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn again.
     pub paper: Arc<DrawnMap>,
-    /// Which places of the drawing are which places of the floor: then the way, too, must be that of the
-    /// drawn routes. `None` where any way will do.
+    /// Which places of the drawing correspond to which places of the floor; the path must then be that of the drawn routes, too.
+    /// `None` if any path will do.
     pub correspondence: Option<Arc<Correspondence>>,
 }
 
 impl Trial {
+    /// Whether it is driven by the navigator `corridor`.
+    pub fn is_corridor(&self) -> bool {
+        self.mission.navigator.kind == sketchnav_corridor::mission::KIND
+    }
+
     /// The run of the trial from `first_task` on.
     ///
     /// `seed` is the repetition's seed; each run of a trial with restarts gets one of its own.
@@ -208,7 +216,7 @@ impl Sheet {
         Self { restarts: Vec::new(), start_error, paper, correspondence: None }
     }
 
-    /// Marks the start of a run that begins with `first_task`, as a person does.
+    /// Marks the start of a run that begins with `first_task` as a person would.
     fn mark(&self, mission: &mut Mission, seed: u64, first_task: usize) -> Result<(), MissionError> {
         let mut sketch = SketchMission::of(mission)?;
         if first_task > 0 {
@@ -223,8 +231,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Moves and turns the start mark; what would fall into a wall is drawn again, as a person would not
-    /// put the robot into one.
+    /// Moves and turns the start mark. A mark that would fall into a wall is drawn again, as a person would not put the robot into
+    /// one.
     fn disturb(&self, sketch: &mut SketchMission, error: StartError, seed: u64) {
         let mut rng = seed::stream(seed, "eval/start");
         let Ok(normal) = Normal::new(0.0, 1.0) else { return };
@@ -239,8 +247,8 @@ impl Sheet {
 }
 
 impl StartError {
-    /// Where a person marks a place of the drawing, by draws from the standard normal distribution: beside it, and not
-    /// behind a wall. `None` where there is no such place.
+    /// Where a person marks a place of the drawing, by draws from the standard normal distribution: near it, with no wall in
+    /// between. `None` if there is no such place.
     pub fn mark(
         &self,
         paper: &DrawnMap,
@@ -266,7 +274,7 @@ fn sees(paper: &DrawnMap, a: &Point<Sketch>, b: &Point<Sketch>) -> bool {
 
 /// A seed of its own for everything that has a name.
 pub fn derived(seed: u64, name: &str) -> u64 {
-    // 32 bits can be typed off a report and typed in again.
+    // 32 bits can be read off a report and typed in again.
     u64::from(seed::stream(seed, name).random::<u32>())
 }
 

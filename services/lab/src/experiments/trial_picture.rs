@@ -1,4 +1,4 @@
-//! A driven run as two pictures: the drawing with the estimated way, the true floor with the true way.
+//! A driven run as two pictures: the drawing with the estimated path, and the true floor with the true path.
 
 use crate::judge::{self, TaskSpan};
 use crate::picture::{
@@ -15,11 +15,11 @@ use crate::experiments::outcome::Kind;
 use crate::experiments::run::{Driven, kind_of};
 use crate::experiments::trial::{Sheet, Trial};
 
-/// The pictures of a run as SVG, each with what it shows: `sketch` where there is one, and `floor`. The method
-/// `outline` has `outline-sketch` and `outline-floor`, too: what corresponded to what in the end.
+/// The pictures of a run as SVG, each with its name: `sketch` if there is one, and `floor`. The method `outline` also has
+/// `outline-sketch` and `outline-floor`: what corresponded to what at the end.
 ///
 /// # Errors
-/// [`EvalError`] where the world or the drawing cannot be drawn.
+/// [`EvalError`] if the world or the drawing cannot be drawn.
 pub fn draw(trial: &Trial, driven: &Driven) -> Result<Vec<(&'static str, String)>, EvalError> {
     let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
     let spans = &spans[..driven.verdicts.len()];
@@ -61,7 +61,7 @@ fn sketch(
     // A drawn route is its own start mark.
     let believed = driven.log.estimates.first().map(|estimate| estimate.pose.pose());
     picture::sketch(&SketchPicture {
-        title: &title(driven, "the sketch, and where the robot believed to be"),
+        title: &title(driven, "the sketch, and where the robot believed itself to be"),
         width_px: paper.width_px,
         height_px: paper.height_px,
         cells: &paper.cells,

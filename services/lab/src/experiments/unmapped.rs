@@ -1,4 +1,4 @@
-//! What stands and walks in a world and is in no drawing: clutter and people, put there by chance.
+//! Things in a world that are in no drawing: clutter and people, placed at random.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -9,19 +9,19 @@ use sketchnav_sim::convex::Convex;
 use crate::experiments::ground::Ground;
 use crate::experiments::trial::Trial;
 
-/// Sides of a piece of clutter: a bin, a chair, a trolley.
+/// Side lengths of a piece of clutter: a bin, a chair, a trolley.
 const SIDES_M: [f64; 2] = [0.25, 0.6];
-/// Nothing is put so near to the robot's start or to the goal.
+/// The least distance from the robot's start and from the goal.
 const FREE_M: f64 = 0.8;
 /// Places that are tried for each piece.
 const TRIES: usize = 50;
-/// How fast people walk, how far they go at least, and the steps of their way.
+/// How fast people walk, how far they walk at least, and the spacing of the points of their paths.
 const SPEEDS_MPS: [f64; 2] = [0.5, 1.1];
 const LEAST_WALK_M: f64 = 4.0;
 const STRIDE_M: f64 = 0.5;
 const RADIUS_M: f64 = 0.25;
 
-/// Pieces of clutter, one after the other, so that a way stays: with fewer, the first of them. None where
+/// Pieces of clutter, placed one after the other so that a path remains; a smaller `count` gives the first of them. Fewer if
 /// `ground` has no place for more.
 pub fn clutter(ground: &Ground, trial: &Trial, count: usize) -> Vec<Furniture> {
     let mut rng = stream(trial, "clutter");
@@ -69,7 +69,7 @@ fn is_apart(piece: &Furniture, places: [[f64; 2]; 2]) -> bool {
     piece.center.is_some_and(|at| places.iter().all(|place| distance(at, *place) > FREE_M))
 }
 
-/// People who walk to and fro between places of the floor; with fewer, the first of them.
+/// People who walk to and fro between places of the floor; a smaller `count` gives the first of them.
 pub fn walkers(ground: &Ground, trial: &Trial, count: usize) -> Vec<Person> {
     let mut rng = stream(trial, "walkers");
     let [start, _] = ends(trial);

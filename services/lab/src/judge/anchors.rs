@@ -1,4 +1,4 @@
-//! The file that says which places of drawings are which places of floors.
+//! The file that says which places of drawings correspond to which places of floors.
 //!
 //! ```toml
 //! [floor.court]                 # metres
@@ -7,8 +7,7 @@
 //! [drawing.court-01]            # image pixels: column, row
 //! crate = [580, 752]
 //! ```
-//! What a drawing leaves out is left out of its table. Only the judge knows this file: no navigator
-//! may read it.
+//! A place that a drawing leaves out is left out of its table. Only the judge reads this file; navigators must not.
 
 use std::collections::BTreeMap;
 
@@ -31,14 +30,14 @@ pub struct Anchors {
 /// What is wrong with the file.
 #[derive(Debug, thiserror::Error)]
 pub enum AnchorsError {
-    /// No TOML, a key that is not known, a value of the wrong type.
+    /// Not TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// A table that is asked for and is not there.
+    /// A table that is needed is missing.
     #[error("anchors: expected a table [{0}]")]
     Table(String),
-    /// A place that the drawing has and the floor has not.
-    #[error("anchors: drawing.{drawing}.{name}: expected a place of floor.{floor}")]
+    /// A place of the drawing that the floor does not have.
+    #[error("anchors: drawing.{drawing}.{name}: expected a place that floor.{floor} has, too")]
     Place {
         /// The drawing.
         drawing: String,
@@ -47,7 +46,7 @@ pub enum AnchorsError {
         /// The place's name.
         name: String,
     },
-    /// A coordinate that is no number.
+    /// A coordinate that is not a finite number.
     #[error("anchors: drawing.{drawing}.{name}: expected finite numbers")]
     Number {
         /// The drawing.
@@ -58,7 +57,7 @@ pub enum AnchorsError {
 }
 
 impl Anchors {
-    /// Reads the file's text.
+    /// Parses the file's text.
     ///
     /// # Errors
     /// [`AnchorsError::Toml`].
@@ -71,11 +70,11 @@ impl Anchors {
         self.drawing.keys().map(String::as_str)
     }
 
-    /// The anchors of a drawing of a floor, in the alphabetical order of their names. `from_image` turns
-    /// image pixels into the drawing's frame.
+    /// The anchors of a drawing of a floor, in alphabetical order of their names. `from_image` converts image pixels to the
+    /// drawing's frame.
     ///
     /// # Errors
-    /// [`AnchorsError`] where floor or drawing have no table, or a place of the drawing is not on the floor.
+    /// [`AnchorsError`] if the floor or the drawing has no table, or a place of the drawing is not on the floor.
     pub fn of(
         &self,
         drawing: &str,
@@ -120,7 +119,10 @@ mod tests {
     fn what_cannot_be_joined_is_named() {
         let anchors = Anchors::parse(FILE).unwrap();
         let refusal = |drawing, floor| anchors.of(drawing, floor, from_image).unwrap_err().to_string();
-        assert_eq!(refusal("b", "hall"), "anchors: drawing.b.lamp: expected a place of floor.hall");
+        assert_eq!(
+            refusal("b", "hall"),
+            "anchors: drawing.b.lamp: expected a place that floor.hall has, too"
+        );
         assert_eq!(refusal("c", "hall"), "anchors: drawing.c.crate: expected finite numbers");
         assert_eq!(refusal("z", "hall"), "anchors: expected a table [drawing.z]");
         assert_eq!(refusal("a", "yard"), "anchors: expected a table [floor.yard]");

@@ -1,7 +1,7 @@
 //! How journeys by custom maps ended: the six kinds of success and failure (Park and Kender 1995, 7.2.6).
 //!
-//! The navigator knows whether it reports its goal. Whether it truly attained the landmarks that its map means, the judge
-//! knows by the true dots. A landmark that the map-maker means is the true dot nearest to where the map-maker sees it.
+//! The navigator knows whether it reports its goal. Whether it truly attained the landmarks that its map means is judged by the
+//! true dots: the landmark that the map-maker means is the true dot nearest to where the map-maker sees it.
 
 use serde::Serialize;
 use sketchnav_directions::messages::Journey;
@@ -18,18 +18,18 @@ use super::{TaskSpan, spans};
 pub struct JourneyVerdict {
     /// The task's name.
     pub task: String,
-    /// One of the six kinds; `None` where it has not ended, or nobody says what its map means.
+    /// One of the six kinds; `None` if it has not ended, or if it is not known what its map means.
     #[serde(serialize_with = "as_word")]
     pub kind: Option<Kind>,
     /// Entries that the navigator finished.
     pub accepted: u32,
-    /// Those of them with the landmark that the map means.
+    /// The number of these whose landmark is the one that the map means.
     pub right: u32,
     /// How often it recovered.
     pub recoveries: u32,
     /// The probability of arrival that the map-maker stated.
     pub stated: Option<f64>,
-    /// The true dots that it took for its landmarks, by their numbers.
+    /// The true dots that it took for its landmarks, by index.
     pub attained: Vec<usize>,
 }
 
@@ -74,7 +74,7 @@ pub fn nearest(dots: &[[f64; 2]], [x, y]: [f64; 2]) -> usize {
     all.min_by(|a, b| far(a.1).total_cmp(&far(b.1))).map_or(0, |(index, _)| index)
 }
 
-/// For each entry that was finished the true dot that was taken for its landmark.
+/// For each finished entry, the true dot that was taken for its landmark.
 fn attained(log: &Log, steps: &[&Journey], dots: &[[f64; 2]]) -> Vec<usize> {
     let mut attained = Vec::new();
     for step in steps {
@@ -130,7 +130,7 @@ mod tests {
         for (step, &dot) in (1..).zip(taken) {
             let mut journey: Journey = bytemuck::Zeroable::zeroed();
             (journey.header_mut().stamp_ns, journey.accepted, journey.has_reference) = (step, step as u32, 1);
-            // The window hangs a little above the dot and has turned by a quarter.
+            // The window hangs a little above the dot and has turned by 90°.
             (journey.reference_x_m, journey.reference_y_m) = (-0.2, 0.0);
             change(&mut journey);
             log.journeys.push(journey);

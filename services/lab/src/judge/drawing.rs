@@ -1,4 +1,4 @@
-//! What is judged of runs in a drawing alone.
+//! The part of judging that concerns only runs in a drawing.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,12 +12,12 @@ use super::figures::MetricMap;
 use super::homotopy::Correspondence;
 use super::log::Log;
 
-/// Of each task with a drawn route whether the true way was homotopic to it, with respect to the drawing. That is what
-/// counts as success (Boniardi et al. 2016, IV and V). The anchors' table of the drawing has the mission's name, that
-/// of the floor the floor plan's.
+/// For each task with a drawn route, whether the true path was homotopic to it with respect to the drawing, which is what counts as
+/// success in Boniardi et al. 2016, IV and V. The anchors' table of the drawing has the mission's name, that of the floor has the
+/// floor plan's.
 ///
 /// # Errors
-/// Fails where the drawing cannot be read, or the anchors do not match it.
+/// Fails if the drawing cannot be read, or if the anchors do not match it.
 pub fn homotopic(
     run: &RunConfig,
     files: &sketchnav_stage::Files<'_>,
@@ -25,7 +25,7 @@ pub fn homotopic(
     anchors: &Anchors,
 ) -> anyhow::Result<BTreeMap<String, bool>> {
     if run.pad.draws() {
-        // Anchors are a file's, and this drawing is in none.
+        // Anchors come from a file, which does not know this drawing.
         return Ok(BTreeMap::new());
     }
     let (drawing, _) = sketchnav_sketch::sketcher::understand(run, files)?;
@@ -45,7 +45,7 @@ pub fn homotopic(
     Ok(ways)
 }
 
-/// Where the drawing lies in the world, where it is the world's own map.
+/// Where the drawing lies in the world, if it is the world's own map.
 pub fn map_of(recording: &Recording, run: &RunConfig) -> Option<MetricMap> {
     let map = Path::new(run.mission.world.map.as_ref()?);
     let drawing = SketchMission::of(&run.mission).ok()?.drawing;

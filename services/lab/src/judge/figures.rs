@@ -1,11 +1,10 @@
-//! The figures of a recording: how far the estimates were from the truth, how the mission went, how the
-//! services kept up.
+//! The figures of a recording: how far the estimates were from the truth, how the mission went, and how the services kept up.
 //!
-//! In a drawing an estimate has no metres of its own. It has two errors. *Metric*: the trajectory in metres, brought
-//! onto the truth by a rotation and a translation. Pixels become metres by the map's resolution where the drawing is
-//! the map of the world. Else they do by the mean of the local scales along the walls and across. *Local*: how far the
-//! estimate is from the truth as the best affine map of the whole trajectory puts it. It is in metres by the local
-//! scales of that very estimate. What a drawing's proportions do to all of it is no error.
+//! In a drawing an estimate has no metres of its own, so it has two errors. *Metric*: the trajectory in metres, aligned with the
+//! true one by a rotation and a translation. Pixels become metres by the map's resolution if the drawing is the map of the world,
+//! and otherwise by the mean of the local scales along and across the walls. *Local*: how far the estimate is from the truth that
+//! the best affine map of the whole trajectory carries into the drawing, in metres by the local scales of that very estimate. The
+//! proportions of the drawing are thus not counted as an error.
 
 use std::collections::BTreeMap;
 
@@ -21,55 +20,55 @@ use super::rooms::Rooms;
 use super::trajectory::{self, NotAligned, Statistics};
 use super::{Verdict, judge};
 
-/// Estimates from one end of a relative error to the other: a second at ten scans a second.
+/// Estimates from one end of a relative error to the other: one second at ten scans per second.
 pub const RELATIVE_STEPS: usize = 10;
 
-/// Where the drawing lies in the world, where it is a map of it.
+/// Where the drawing lies in the world, if it is a map of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MetricMap {
-    /// Metres a pixel.
+    /// Metres per pixel.
     pub resolution_m: f64,
-    /// The world's place of the drawing's lower left corner.
+    /// The position of the drawing's lower left corner in the world.
     pub origin_m: [f64; 2],
 }
 
 /// The figures of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figures {
-    /// How the tasks ended; `None` where the recording has none that was driven.
+    /// How the tasks ended; `None` if the recording has none that was driven.
     pub verdict: Option<Verdict>,
-    /// Estimates beside a truth of the same instant.
+    /// Estimates for which there is a truth of the same instant.
     pub estimates: usize,
-    /// How the trajectory came to metres: `map`, `mean scales`.
+    /// How the trajectory was converted to metres: `map` or `mean scales`.
     pub metres_by: &'static str,
-    /// Why the trajectory is not aligned with the true one, where there are estimates and it is not. Then neither the
-    /// absolute error nor the local one exists.
+    /// Why the trajectory is not aligned with the true one, if there are estimates and it is not. There is then neither an absolute
+    /// nor a local error.
     pub not_aligned: Option<NotAligned>,
     /// Absolute trajectory error in metres, aligned.
     pub absolute_m: Option<Statistics>,
-    /// The same without alignment; where the drawing is a map of the world.
+    /// The same without alignment, if the drawing is a map of the world.
     pub unaligned_m: Option<Statistics>,
     /// Relative trajectory error over [`RELATIVE_STEPS`], metres.
     pub relative_m: Option<Statistics>,
     /// The error in the drawing's local metric, metres.
     pub local_m: Option<Statistics>,
-    /// Whether the estimates were in the right rooms, where these are known.
+    /// Whether the estimates were in the right rooms, if these are known.
     pub rooms: Option<RoomFigures>,
     /// How often the robot began to touch something.
     pub collisions: usize,
     /// Effective sample size.
     pub effective_sample_size: Option<Statistics>,
-    /// Local scale along the walls, pixels a metre.
+    /// Local scale along the walls, pixels per metre.
     pub scale_a_pxpm: Option<Statistics>,
-    /// Local scale across the walls, pixels a metre.
+    /// Local scale across the walls, pixels per metre.
     pub scale_b_pxpm: Option<Statistics>,
-    /// Shares of the estimates by what the localizer said of itself.
+    /// Shares of the estimates by the localizer's own assessment.
     pub tracking: BTreeMap<&'static str, f64>,
-    /// How long it took by the clock, milliseconds, from the sending of a message to that of the one that it caused.
+    /// Time from the sending of a message to that of the message that it caused, by the wall clock, milliseconds.
     pub latency_ms: BTreeMap<&'static str, Statistics>,
-    /// How long each process took for a step, by its health.
+    /// How long each process took per step, according to its health messages.
     pub stages: Vec<Stage>,
-    /// Scans to which no command came; 0 where there are no commands at all, for nobody drove.
+    /// Scans that no command answered; 0 if there are no commands at all, since nothing drove.
     pub unanswered_scans: u64,
 }
 
@@ -78,16 +77,16 @@ pub struct Figures {
 pub struct RoomFigures {
     /// Estimates while the robot truly was in a room of the file.
     pub judged: usize,
-    /// Those of them that lie in the same room of the drawing.
+    /// How many of these lie in the same room of the drawing.
     pub right: usize,
     /// The share.
     pub share: f64,
 }
 
-/// How long a process took for its steps, by the clock.
+/// How long a process took for its steps, by the wall clock.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stage {
-    /// The process: the localizer leads from the scan to the estimate, the planner from there to the command.
+    /// The process: the localizer covers the time from the scan to the estimate, the planner from there to the command.
     pub process: &'static str,
     /// Steps.
     pub steps: u64,
@@ -95,11 +94,11 @@ pub struct Stage {
     pub mean_ms: f64,
     /// Median of the longest steps of each second, milliseconds.
     pub median_of_longest_ms: f64,
-    /// The longest of all, milliseconds.
+    /// The longest step, milliseconds.
     pub max_ms: f64,
 }
 
-/// Makes the figures. `mission` where there was one, `map` where the drawing is a map of the world.
+/// Computes the figures. `mission`: if there was one; `map`: if the drawing is a map of the world.
 pub fn figures(
     log: &Log,
     mission: Option<&Mission>,
@@ -133,7 +132,7 @@ pub fn figures(
     }
 }
 
-/// Why the estimates are not aligned with the truth; `None` where they are, or where there are none of either.
+/// Why the estimates are not aligned with the truth; `None` if they are, or if either is missing.
 fn not_aligned(log: &Log, truth: &[Pose<World>], estimate: &[Pose<World>]) -> Option<NotAligned> {
     let estimates = log.estimates.len();
     if estimates == 0 {
@@ -154,7 +153,7 @@ fn unanswered(log: &Log) -> u64 {
     if log.answered_scans == 0 { 0 } else { log.scans.saturating_sub(log.answered_scans) }
 }
 
-/// The true and the estimated trajectory in metres, and how the estimated one came to them.
+/// The true and the estimated trajectory in metres, and how the estimated one was converted.
 pub fn metric(log: &Log, map: Option<MetricMap>) -> (Vec<Pose<World>>, Vec<Pose<World>>, &'static str) {
     let truth = log.instants.iter().map(|i| i.truth).collect();
     let (estimate, by) = match map {
@@ -185,14 +184,14 @@ fn by_mean_scales(instants: &[Instant], wall_direction_rad: f64) -> Vec<Pose<Wor
         .collect()
 }
 
-/// A way in pixels as metres: R(φ) · diag(1/a, 1/b) · R(−φ), Boniardi et al. 2015, equation 1 read backwards.
+/// A displacement in pixels, in metres: R(φ) · diag(1/a, 1/b) · R(−φ), the inverse of Boniardi et al. 2015, equation 1.
 fn metres(px: [f64; 2], [a, b]: [f64; 2], wall_direction_rad: f64) -> [f64; 2] {
     let (sin, cos) = wall_direction_rad.sin_cos();
     let (along, across) = ((cos * px[0] + sin * px[1]) / a, (-sin * px[0] + cos * px[1]) / b);
     [cos * along - sin * across, sin * along + cos * across]
 }
 
-/// The errors in the drawing's local metric; none where the trajectory is a line or too short.
+/// The errors in the drawing's local metric; none if the trajectory is a line or too short.
 pub fn local_errors_m(log: &Log) -> Vec<f64> {
     let (truth, estimate, _) = metric(log, None);
     match log.map() {
@@ -201,7 +200,7 @@ pub fn local_errors_m(log: &Log) -> Vec<f64> {
     }
 }
 
-/// The errors from the affine map that fits best; none where the trajectory is a line.
+/// The errors from the affine map that fits best; none if the trajectory is a line.
 fn fitted(instants: &[Instant], sketch: &SketchMap) -> Vec<f64> {
     let truth: Vec<_> = instants.iter().map(|i| [i.truth.x, i.truth.y]).collect();
     let drawn: Vec<_> = instants.iter().map(|i| [i.estimate.x, i.estimate.y]).collect();
@@ -246,7 +245,7 @@ fn latencies(latencies: &[Latency]) -> BTreeMap<&'static str, Statistics> {
     stages.into_iter().filter_map(|(stage, ms)| Some((stage, ms?))).collect()
 }
 
-/// By what the processes say of themselves; what a process before a kill has done counts too.
+/// Taken from the processes' health messages; steps that a process took before it was killed count too.
 fn stages(health: &[Health]) -> Vec<Stage> {
     let mut lives: BTreeMap<u32, BTreeMap<u32, Vec<&Health>>> = BTreeMap::new();
     for message in health {
@@ -277,7 +276,7 @@ mod tests {
 
     use super::*;
 
-    /// A log in which the robot truly goes around a corner, and the estimate is where `at` puts it.
+    /// A log in which the robot truly drives around a corner, and the estimate is where `at` puts it.
     fn log(at: fn(f64) -> [f64; 2]) -> Log {
         let instants = (0..40).map(|i| {
             let way = f64::from(i) * 0.1;
@@ -302,7 +301,7 @@ mod tests {
         }
     }
 
-    /// A log without ODOM lines was localized at one point: "error in local metres 0.000 m".
+    /// A log without ODOM lines was localized at a single point, with "error in local metres 0.000 m".
     #[test]
     fn a_fit_that_collapses_to_a_point_is_no_fit() {
         let followed =

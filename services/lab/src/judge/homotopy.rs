@@ -1,25 +1,23 @@
-//! Whether a way on the true floor passes the same things on the same sides as a route in the drawing, as often and in
-//! the same order. It is the criterion of Boniardi et al. 2016, V-B: "homotopically equivalent with respect to the
-//! topology induced by the sketch".
+//! Whether a path on the true floor passes the same things on the same sides as a route in the drawing, as often and in the same
+//! order. This is the criterion of Boniardi et al. 2016, V-B: "homotopically equivalent with respect to the topology induced by the
+//! sketch".
 //!
-//! Way and route lie in different planes. What joins these are [`Anchor`]s: things of which both places are known,
-//! above all the obstacles that the person drew. (The estimated way lies in the drawing, but an estimate that is wrong
-//! in just the right manner would excuse itself. So the true way is judged.) On the anchors we lay a triangulation
-//! whose straight edges cross nowhere in either plane. Triangle upon triangle is then one map from plane to plane,
-//! continuous both ways, that carries every anchor to its like. A way crosses the same edges in both planes. The
-//! sequence of edges is its *word*.
+//! The path and the route lie in different planes. They are joined by [`Anchor`]s: things of which both places are known, above all
+//! the obstacles that the person drew. (The estimated path lies in the drawing, but an estimate that is wrong in just the right
+//! manner would excuse itself, so the true path is judged.) On the anchors we lay a triangulation whose straight edges cross
+//! nowhere in either plane. Taking triangle to triangle is then one map from plane to plane, continuous both ways, that carries
+//! every anchor to its counterpart. A path crosses the same edges in both planes, and the sequence of these edges is its *word*.
 //!
-//! A word without two equal neighbours is reduced. All triangles are discs and all anchors corners, so the plane
-//! without its anchors shrinks to the graph "triangle beside triangle". A walk on a graph is determined up to homotopy
-//! by its reduced form. A closed line can thus be drawn together without passing over an anchor exactly where its word
-//! reduces to nothing. That is the fundamental (free) group, finer than winding numbers, which see no order. (S.
-//! Bhattacharya et al., "Topological constraints in search-based robot path planning", 2012, compare h-signatures; D.
-//! Grigoriev and A. Slissenko, 1998, reduced words of cuts.) Both lines are closed to one by joining their ends in the
-//! drawing.
+//! A word without two equal neighbours is reduced. All triangles are discs and all anchors are corners, so the plane without its
+//! anchors retracts to the graph of adjacent triangles. A walk on a graph is determined up to homotopy by its reduced form. A
+//! closed line can therefore be contracted without passing over an anchor exactly if its word reduces to nothing. That is the
+//! fundamental (free) group, which is finer than winding numbers: those do not see the order. (S. Bhattacharya et al., "Topological
+//! constraints in search-based robot path planning", 2012, compare h-signatures; D. Grigoriev and A. Slissenko, 1998, reduced words
+//! of cuts.) The path and the route are closed to a single line by joining their ends in the drawing.
 //!
-//! Anchors at wall ends and corners do no harm: no way leads around them but through a wall.
+//! Anchors at wall ends and corners do no harm, since no path leads around them except through a wall.
 //!
-//! Pure: points in, a word out. Knows no recording.
+//! Pure: points in, a word out, with no knowledge of recordings.
 
 mod mesh;
 mod word;
@@ -30,7 +28,7 @@ use sketchnav_schemas::geometry::{Point, Sketch, World};
 use mesh::{Mesh, Plane};
 pub use word::Word;
 
-/// Something of which both places are known.
+/// A thing of which both places are known.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
     /// On the true floor, metres.
@@ -39,15 +37,15 @@ pub struct Anchor {
     pub drawing: Point<Sketch>,
 }
 
-/// Why anchors join nothing.
+/// Why anchors do not join the planes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum CorrespondenceError {
-    /// Fewer than three, or all in a line, or the drawing is the mirror image of the floor.
+    /// Fewer than three, or all on a line, or the drawing is the mirror image of the floor.
     #[error(
-        "anchors: expected three that are not in a line and go round the same way on both sides, found {0}"
+        "anchors: expected three that are not on a line and have the same orientation in both planes, found none among {0}"
     )]
     Flat(usize),
-    /// The places contradict each other too much: no triangulation holds in both planes.
+    /// The places contradict each other too much: no triangulation is valid in both planes.
     #[error(
         "anchors: expected a triangulation of {expected} triangles common to floor and drawing, found {found}"
     )]
@@ -68,11 +66,11 @@ pub struct Correspondence {
 }
 
 impl Correspondence {
-    /// Joins the planes by their anchors. Around these a frame far outside is laid, mapped by the
-    /// best affine map, so that every place near the anchors lies in some triangle.
+    /// Joins the planes by their anchors. A frame far outside is laid around these, mapped by the best affine map, so that every
+    /// place near the anchors lies in some triangle.
     ///
     /// # Errors
-    /// [`CorrespondenceError`] where the anchors are too few or contradict each other.
+    /// [`CorrespondenceError`] if the anchors are too few or contradict each other.
     pub fn new(anchors: &[Anchor]) -> Result<Self, CorrespondenceError> {
         let mut floor: Vec<_> = anchors.iter().map(|a| a.world).collect();
         let mut drawing: Vec<_> = anchors.iter().map(|a| a.drawing).collect();
@@ -91,19 +89,19 @@ impl Correspondence {
         }
     }
 
-    /// Where a place of the floor lies in the drawing; `None` far outside of all anchors.
+    /// Where a place of the floor lies in the drawing; `None` far from all anchors.
     pub fn to_drawing(&self, place: Point<World>) -> Option<Point<Sketch>> {
         self.mesh.carry(&self.floor, &self.drawing, place)
     }
 
-    /// Where a place of the drawing lies on the floor; `None` far outside of all anchors.
+    /// Where a place of the drawing lies on the floor; `None` far from all anchors.
     pub fn to_floor(&self, place: Point<Sketch>) -> Option<Point<World>> {
         self.mesh.carry(&self.drawing, &self.floor, place)
     }
 
-    /// The reduced word of a closed line. It runs along `way`, straight (in the drawing) to the end of `route`, back
-    /// along it, and straight to the begin of `way`. It is empty where the two are homotopic. `None` where one of them
-    /// is empty or leaves the anchors' surroundings.
+    /// The reduced word of a closed line that runs along `way`, straight (in the drawing) to the end of `route`, back along it, and
+    /// straight to the start of `way`. It is empty if the two are homotopic. `None` if one of them is empty or leaves the anchors'
+    /// surroundings.
     pub fn difference(&self, way: &[Point<World>], route: &[Point<Sketch>]) -> Option<Word> {
         let (first, last) = (self.to_drawing(*way.first()?)?, self.to_drawing(*way.last()?)?);
         let back: Vec<_> = std::iter::once(last).chain(route.iter().rev().copied()).chain([first]).collect();

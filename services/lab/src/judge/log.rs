@@ -1,5 +1,5 @@
-//! What a mission said, as far as judging and drawing need it: what is sent while it is driven, or what a recording
-//! holds, read in one pass over the chunks that hold it.
+//! What a mission said, as far as judging and drawing need it: the messages of a mission that is being driven, or those of a
+//! recording, read in one pass over the chunks that hold them.
 
 use std::collections::BTreeMap;
 
@@ -32,16 +32,16 @@ use sketchnav_recordings::writer::topic_name;
 use sketchnav_rehearsal::{Onlooker, Tap};
 use sketchnav_sketch::planner::ROOMS;
 
-/// An estimate beside the truth of its instant.
+/// An estimate and the truth of the same instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Instant {
     /// Simulation time, nanoseconds.
     pub stamp_ns: u64,
     /// Where the robot truly was.
     pub truth: Pose<World>,
-    /// Where it believed to be.
+    /// Where the robot believed itself to be.
     pub estimate: Pose<Sketch>,
-    /// The local scales, pixels a metre: along the walls and across.
+    /// The local scales, pixels per metre: along the walls and across.
     pub scales_pxpm: [f64; 2],
     /// Kish's effective sample size.
     pub effective_sample_size: f64,
@@ -51,12 +51,12 @@ pub struct Instant {
     pub tracking: u32,
 }
 
-/// What a mission said. All of it is in memory: some kilobytes an instant, and ten for each sample of the particles.
+/// What a mission said. All of it is in memory: some kilobytes per instant, and ten for each sample of the particles.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
     /// The channel `truth`.
     pub truth: Vec<GroundTruth>,
-    /// The channel `status`; where people draw, of the last drive alone.
+    /// The channel `status`; if people draw, of the last drive only.
     pub status: Vec<MissionStatus>,
     /// The channel `people`.
     pub people: Vec<People>,
@@ -76,15 +76,15 @@ pub struct Log {
     pub estimates: Vec<PoseEstimate>,
     /// The channel `command`.
     pub commands: Vec<VelocityCommand>,
-    /// The route past landmarks, as the sketcher says it; empty without one.
+    /// The route past landmarks, as the sketcher publishes it; empty if there is none.
     pub landmark_route: Vec<u8>,
     /// The channel `landmark_view`.
     pub landmark_views: Vec<LandmarkView>,
     /// The channel `landmark_progress`.
     pub landmark_progress: Vec<LandmarkProgress>,
-    /// The channel `particles`, in the last drawing; of a recording after [`Log::read_all`] alone.
+    /// The channel `particles`, in the last drawing; read from a recording only by [`Log::read_all`].
     pub particles: Vec<Particles>,
-    /// The channel `correspondence`, in the last drawing; of a recording after [`Log::read_all`] alone.
+    /// The channel `correspondence`, in the last drawing; read from a recording only by [`Log::read_all`].
     pub correspondences: Vec<Correspondence>,
     /// The channel `health`.
     pub health: Vec<Health>,
@@ -94,23 +94,23 @@ pub struct Log {
     pub faults: Vec<Fault>,
     /// Each estimate of a recording that has a truth of its instant.
     pub instants: Vec<Instant>,
-    /// The invalid messages of a recording, which no process acts upon.
+    /// The invalid messages of a recording, on which no process acts.
     pub rejected: Rejections,
-    /// How many scans there are.
+    /// The number of scans.
     pub scans: u64,
-    /// To how many of them a command came.
+    /// How many of these a command answered.
     pub answered_scans: u64,
-    /// The tasks; the last ones.
+    /// The tasks; the last ones if there were several lists.
     pub route: Option<Box<Route>>,
-    /// The drawing and its cells; the last one, where people drew several.
+    /// The drawing and its cells; the last one if people drew several.
     pub sketch: Option<(SketchMap, Vec<u8>)>,
-    /// When people last had the robot begin with the first task: simulation time, nanoseconds.
+    /// When people last started the robot on the first task: simulation time, nanoseconds.
     pub(crate) began_ns: Option<u64>,
-    /// The scan of the last command.
+    /// The scan that the last command answered.
     pub(crate) last_answered: u64,
 }
 
-/// What a verdict and the figures need.
+/// The channels that a verdict and the figures need.
 const NEEDED: [&ChannelSpec; 17] = [
     DIRECTIONS.spec,
     ITINERARY.spec,
@@ -131,18 +131,18 @@ const NEEDED: [&ChannelSpec; 17] = [
     ORDERS.spec,
 ];
 
-/// What else is shown.
+/// The further channels that pages show.
 const SHOWN: [&ChannelSpec; 5] =
     [PARTICLES.spec, CORRESPONDENCE.spec, LANDMARK_ROUTE.spec, LANDMARK_VIEW.spec, LANDMARK_PROGRESS.spec];
 
 impl Log {
-    /// What the planner said of how it drives, where it differs from what the method says.
+    /// How the planner says that it drives, if this differs from what the method says.
     pub fn driven(&self) -> Option<&'static str> {
         let drove_by_rooms = self.status.iter().any(|status| status.reason.as_str() == ROOMS);
         drove_by_rooms.then_some(ROOMS)
     }
 
-    /// The goal of the task that was driven at that time.
+    /// The goal of the task that was being driven at that time.
     pub fn goal_at(&self, stamp_ns: u64) -> Option<Point<Sketch>> {
         let until = self.status.partition_point(|status| status.header.stamp_ns <= stamp_ns);
         let task = self.status[..until].last().map_or(0, |status| status.task as usize);
@@ -150,7 +150,7 @@ impl Log {
         route.points(route.tasks().get(task)?).last()
     }
 
-    /// Reads that of a recording, without the particles and the messages about landmarks.
+    /// Reads a recording, without the particles and the messages about landmarks.
     ///
     /// # Errors
     /// [`RecordingError`].
@@ -158,7 +158,7 @@ impl Log {
         Self::of_channels(recording, &NEEDED)
     }
 
-    /// Reads all of that of a recording.
+    /// Reads all channels of a recording that are kept here.
     ///
     /// # Errors
     /// [`RecordingError`].
@@ -167,7 +167,7 @@ impl Log {
     }
 
     fn of_channels(recording: &Recording, channels: &[&ChannelSpec]) -> Result<Self, RecordingError> {
-        // Sensors are looked at for invalid messages.
+        // Sensors are checked for invalid messages.
         let names = channels.iter().map(|spec| spec.name).chain(sensors().map(|spec| spec.name));
         let topics = names.map(topic_name);
         let mut log = Self::default();
@@ -182,7 +182,7 @@ impl Log {
         Ok(log)
     }
 
-    /// What was said in another frame than the last drawing's, or in none.
+    /// Removes what was said in a frame other than that of the last drawing, or in none.
     fn forget_earlier_drawings(&mut self) {
         let drawn_ns = self.map().map_or(0, |map| map.header.stamp_ns);
         self.estimates.retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());
@@ -190,8 +190,8 @@ impl Log {
         self.correspondences.retain(|found| found.header.stamp_ns >= drawn_ns);
     }
 
-    /// What was said of tasks before the last ones were begun: of others, or of these in an earlier drive. Nothing is
-    /// left where they were sent and not driven.
+    /// Removes what was said of tasks before the last ones began: of other tasks, or of these in an earlier drive. Nothing is left
+    /// if they were sent but not driven.
     fn forget_earlier_drives(&mut self) {
         let sent_ns = self.route.as_ref().map_or(0, |route| route.header.stamp_ns);
         let Some(began_ns) = self.began_ns.filter(|began_ns| *began_ns > sent_ns) else {
@@ -207,8 +207,7 @@ impl Log {
         self.status.drain(..first);
     }
 
-    /// The run with the tasks that people have drawn last, where they have. Their places in the true world are
-    /// not known.
+    /// The run with the tasks that people drew last, if they did. Their places in the true world are not known.
     #[must_use]
     pub fn with_drawn_tasks(&self, mut run: RunConfig) -> RunConfig {
         if let Some(route) = self.route.as_ref().filter(|_| run.pad.draws()) {
@@ -223,7 +222,7 @@ impl Log {
         run
     }
 
-    /// Where the robot truly was at that moment, or last before it.
+    /// Where the robot truly was at that moment, or else last before it.
     pub fn pose_at(&self, stamp_ns: u64) -> Option<Pose<World>> {
         let after = self.truth.partition_point(|truth| truth.header.stamp_ns <= stamp_ns);
         self.truth[..after].last().map(GroundTruth::pose)
@@ -234,12 +233,12 @@ impl Log {
         self.sketch.as_ref().map(|(map, _)| map)
     }
 
-    /// What went wrong with the processes, and right again.
+    /// The processes' faults and recoveries.
     pub fn told_faults(&self) -> Vec<FaultInfo> {
         self.faults.iter().map(FaultInfo::new).collect()
     }
 
-    /// Of the sensors but the markers it is enough that they spoke.
+    /// For the sensors other than the markers it is enough that they spoke.
     fn take(&mut self, raw: &RawMessage, recording: &Recording) -> Result<(), RecordingError> {
         let Some(spec) = of_topic(&raw.topic.name) else { return Ok(()) };
         self.rejected.look_at(raw, spec);
@@ -252,7 +251,7 @@ impl Log {
         Ok(())
     }
 
-    /// The newest instructions and orders are kept.
+    /// Keeps the newest instructions and orders.
     fn see_instruction(&mut self, spec: &ChannelSpec, message: &[u8], cells: &[u8]) {
         if let Some(sketch) = SKETCH.message(spec, message) {
             self.sketch = Some((*sketch, cells.to_vec()));
@@ -272,7 +271,7 @@ impl Log {
         }
     }
 
-    /// A scan counts as answered once, however many commands there are to it.
+    /// A scan counts as answered once, however many commands answer it.
     fn answer(&mut self, command: &VelocityCommand) {
         let scan = command.header.source_seq;
         self.answered_scans += u64::from(scan > self.last_answered);

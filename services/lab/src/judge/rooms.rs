@@ -1,4 +1,4 @@
-//! Which room is which: a file that says, for each room, where it is in the true floor and in the drawing.
+//! Which room is which: a file that gives, for each room, its place on the true floor and in the drawing.
 //!
 //! ```toml
 //! [[room]]
@@ -6,7 +6,7 @@
 //! world = [[0.0, 0.0], [20.0, 0.0], [20.0, 2.0], [0.0, 2.0]]      # metres
 //! sketch = [[10, 200], [400, 200], [400, 240], [10, 240]]         # image pixels: column, row
 //! ```
-//! Only the judge knows this file.
+//! Only the judge reads this file.
 
 use serde::Deserialize;
 use sketchnav_schemas::geometry::{Point, Sketch, World, encloses};
@@ -30,11 +30,11 @@ struct Room {
 /// What is wrong with the file.
 #[derive(Debug, thiserror::Error)]
 pub enum RoomsError {
-    /// No TOML, a key that is not known, a value of the wrong type.
+    /// Not TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// A room that is no area.
-    #[error("room {name}: expected three corners or more, finite numbers")]
+    /// A room whose corners do not enclose an area.
+    #[error("room {name}: expected at least three corners with finite coordinates")]
     Corners {
         /// The room.
         name: String,
@@ -42,7 +42,7 @@ pub enum RoomsError {
 }
 
 impl Rooms {
-    /// Reads the file's text.
+    /// Parses the file's text.
     ///
     /// # Errors
     /// [`RoomsError`].
@@ -56,12 +56,12 @@ impl Rooms {
         }
     }
 
-    /// The room that a true place lies in; the first of the file where there are several.
+    /// The room that a true place lies in; the first in the file if there are several.
     pub fn of_world(&self, at: Point<World>) -> Option<&str> {
         self.find(|room| encloses(&room.world, [at.x, at.y]))
     }
 
-    /// The room that a place of the drawing lies in. `height_px`: of the drawing.
+    /// The room that a place in the drawing lies in. `height_px`: the height of the drawing.
     pub fn of_sketch(&self, at: Point<Sketch>, height_px: f64) -> Option<&str> {
         self.find(|room| encloses(&room.sketch, [at.x, height_px - at.y]))
     }

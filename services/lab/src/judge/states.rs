@@ -1,6 +1,6 @@
 //! Which landmark states of a drive were matched by the objects that the sketch means (Chronis 2007, 5.2.1).
 //!
-//! The thesis determined by hand "whether the sonar range system readings were from the extracted objects or random
+//! In the thesis it was determined by hand "whether the sonar range system readings were from the extracted objects or random
 //! objects". Here the true scene says which objects the sonars of a seen object hit, and names are compared. Pure.
 
 use std::f64::consts::{FRAC_PI_8, TAU};
@@ -19,40 +19,40 @@ use sketchnav_schemas::geometry::{Point, Pose, World, wrap_angle};
 use sketchnav_schemas::message::GroundTruth;
 use sketchnav_schemas::run::RunConfig;
 
-/// What temporal matching remembers, nanoseconds: three cycles of 0.192 s (4.6.4).
+/// How long temporal matching remembers, nanoseconds: three cycles of 0.192 s (4.6.4).
 const REMEMBERED_NS: u64 = 600_000_000;
-/// Rays of a sonar's cone.
+/// Rays per sonar cone.
 const RAYS: i32 = 12;
-/// Half the cone of a direction where there are no sonars.
+/// Half the cone of a direction if there are no sonars.
 const HALF_DIRECTION_RAD: f64 = FRAC_PI_8 / 2.0;
 
-/// A landmark state of a route, as it was driven.
+/// A landmark state of a route, as driven.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StateDriven {
-    /// Whether the robot matched it. The first state always is (rule 1), the last one where the robot arrived (rule 2).
+    /// Whether the robot matched it. The first state always is matched (rule 1), the last one if the robot arrived (rule 2).
     pub matched: bool,
-    /// Whether it was matched by the objects that the sketch means; the last one: whether the robot stopped at its goal.
+    /// Whether it was matched by the objects that the sketch means; for the last one, whether the robot stopped at its goal.
     pub correct: bool,
-    /// Whether the way that ends with it is a turn.
+    /// Whether the piece of the route that ends with it is a turn.
     pub ends_turn: bool,
-    /// Steps of the drawn route since the state before.
+    /// Steps of the drawn route since the previous state.
     pub steps: f64,
-    /// How far the drawn route turns since the state before, degrees.
+    /// How far the drawn route turns since the previous state, degrees.
     pub turned_deg: f64,
 }
 
-/// What a drive said of landmarks.
+/// What a drive reported about landmarks.
 #[derive(Debug, Clone, Copy)]
 pub struct Said<'a> {
     /// The states.
     pub route: &'a Route,
     /// The sketch that they were extracted from.
     pub sketch: &'a Sketch,
-    /// What was seen, one a step.
+    /// What was seen, one per step.
     pub views: &'a [LandmarkView],
-    /// How far the robot had come, one a step.
+    /// How far the robot had come, one per step.
     pub progress: &'a [LandmarkProgress],
-    /// Where it truly was, one a step.
+    /// Where it truly was, one per step.
     pub truth: &'a [GroundTruth],
 }
 
@@ -80,7 +80,7 @@ pub fn states(run: &RunConfig, said: &Said<'_>, is_reached: bool) -> Vec<StateDr
     driven
 }
 
-/// What the sketch alone says of the states.
+/// The part of the states that follows from the sketch without a drive.
 fn drawn(route: &Route, sketch: &Sketch) -> Vec<StateDriven> {
     let step = plane::length(&sketch.route) / (sketch.route.len() - 1).max(1) as f64;
     let steps = |along: Option<DrawnMetres>| along.unwrap_or_default().0 / step;
@@ -102,7 +102,7 @@ fn drawn(route: &Route, sketch: &Sketch) -> Vec<StateDriven> {
     route.states.iter().enumerate().map(one).collect()
 }
 
-/// The true objects, as the sonars may hit them.
+/// The true objects that the sonars may hit.
 struct TrueScene<'a> {
     objects: Vec<(&'a str, Vec<Point<World>>)>,
     ring_m: f64,
@@ -127,10 +127,10 @@ impl<'a> TrueScene<'a> {
         }
     }
 
-    /// Whether each object of a state that was matched then is there by what the sonars hit.
+    /// Whether each object of a state that was matched then is truly there, by what the sonars hit.
     ///
-    /// What matched may have been seen shortly before (4.6.4): the newest view in which something meets the object's
-    /// relations counts.
+    /// What matched may have been seen shortly before (4.6.4), so the newest view in which something meets the object's relations
+    /// counts.
     fn explains(&self, said: &Said<'_>, number: usize, stamp_ns: u64) -> bool {
         let end = said.views.partition_point(|view| view.header.stamp_ns <= stamp_ns);
         let is_remembered = |view: &&LandmarkView| view.header.stamp_ns + REMEMBERED_NS >= stamp_ns;
@@ -141,7 +141,7 @@ impl<'a> TrueScene<'a> {
         })
     }
 
-    /// Whether what meets an object's relations in a view is that object; `None` where nothing meets them.
+    /// Whether what meets an object's relations in a view is that object; `None` if nothing meets them.
     fn is_it(
         &self,
         name: &str,
@@ -176,7 +176,7 @@ impl<'a> TrueScene<'a> {
         counts.into_iter().max_by_key(|(_, count)| *count).map(|(name, _)| name)
     }
 
-    /// The object that is the nearest in the cone of a direction.
+    /// The nearest object in the cone of a direction.
     fn echo(&self, robot: &Pose<World>, direction: usize) -> Option<&'a str> {
         let axis = robot.yaw_rad + direction as f64 * TAU / f64::from(DIRECTIONS);
         let from = Point::new(robot.x + self.ring_m * axis.cos(), robot.y + self.ring_m * axis.sin());
@@ -188,7 +188,7 @@ impl<'a> TrueScene<'a> {
     }
 }
 
-/// What meets a relation: an object, or the two beside its direction (4.6.4). `None` where nothing does.
+/// What meets a relation: an object, or the two on either side of its direction (4.6.4). `None` if nothing does.
 fn witnesses<'s>(relation: &Relation, seen: &'s [Seen], features: Features) -> Option<Vec<&'s Seen>> {
     let alone = Features { neighbours: false, ..features };
     let met = |relation: &Relation| {
@@ -204,7 +204,7 @@ fn witnesses<'s>(relation: &Relation, seen: &'s [Seen], features: Features) -> O
     Some(vec![beside(1)?, beside(DIRECTIONS - 1)?])
 }
 
-/// How far an outline is along a ray; `None` where it does not meet it.
+/// The distance to an outline along a ray; `None` if the ray does not hit it.
 fn range(from: Point<World>, ray_rad: f64, outline: &[Point<World>]) -> Option<f64> {
     let (sin, cos) = ray_rad.sin_cos();
     let crossing = |[a, b]: [Point<World>; 2]| {

@@ -1,4 +1,4 @@
-//! The trajectories as text, for other tools.
+//! The trajectories as text, for other programs.
 
 use std::fmt::Write;
 
@@ -8,19 +8,19 @@ use sketchnav_schemas::time::seconds;
 use super::figures::{MetricMap, local_errors_m, metric};
 use super::log::Log;
 
-/// A line a pose, as the TUM benchmark and evo have it: time, position, quaternion.
+/// A line per pose, in the format of the TUM benchmark and evo: time, position, quaternion.
 pub fn tum(stamps_ns: impl IntoIterator<Item = u64>, poses: &[Pose<World>]) -> String {
     let mut text = String::new();
     for (ns, pose) in stamps_ns.into_iter().zip(poses) {
         let (sin, cos) = (pose.yaw_rad / 2.0).sin_cos();
         let (s, rest) = (ns / 1_000_000_000, ns % 1_000_000_000);
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{s}.{rest:09} {} {} 0 0 0 {sin} {cos}", pose.x, pose.y);
     }
     text
 }
 
-/// A line an estimate: time, truth, estimate in the drawing, scales, effective sample size, fit, local error.
+/// A line per estimate: time, truth, estimate in the drawing, scales, effective sample size, fit, local error.
 pub fn csv(log: &Log) -> String {
     let mut text = String::from(
         "stamp_s,truth_x_m,truth_y_m,truth_yaw_rad,estimate_x_px,estimate_y_px,estimate_yaw_rad,scale_a_pxpm,scale_b_pxpm,effective_sample_size,fit,local_error_m\n",
@@ -46,7 +46,7 @@ pub fn csv(log: &Log) -> String {
     text
 }
 
-/// The true trajectory and the estimated one in metres, not aligned, each as [`tum`] has it.
+/// The true and the estimated trajectory in metres, not aligned, each in the format of [`tum`].
 pub fn tum_pair(log: &Log, map: Option<MetricMap>) -> (String, String) {
     let (truth, estimate, _) = metric(log, map);
     let stamps = || log.instants.iter().map(|instant| instant.stamp_ns);

@@ -1,31 +1,31 @@
-//! How far one trajectory is from another, as absolute and relative errors. They are those of evo and the TUM
-//! benchmark (Sturm et al., *A Benchmark for the Evaluation of RGB-D SLAM Systems*, IROS 2012).
+//! How far one trajectory is from another: the absolute and relative errors of evo and the TUM benchmark (Sturm et al., *A
+//! Benchmark for the Evaluation of RGB-D SLAM Systems*, IROS 2012).
 //!
-//! Pure. Both trajectories are as long as each other, their poses of one index belong together.
+//! Pure. Both trajectories have the same length; poses of the same index belong together.
 
 use serde::{Serialize, Serializer};
 use sketchnav_schemas::geometry::Pose;
 
-/// Fewer poses are not aligned: an affine map brings any three onto any other three.
+/// Fewer poses are not aligned, since an affine map brings any three onto any other three.
 const FEWEST_POSES: usize = 4;
-/// A shorter path is not aligned: errors of that size are ordinary, and would be turned and moved away.
+/// A shorter path is not aligned: errors of that size are ordinary, and alignment would remove them.
 const SHORTEST_SPAN_M: f64 = 0.5;
-/// An estimate that spans less of the true path than this has collapsed.
+/// An estimate that spans less than this share of the true path has collapsed.
 const LEAST_SHARE: f64 = 0.1;
 
-/// Why a trajectory is not aligned with the true one. What fits a point fits anything.
+/// Why a trajectory is not aligned with the true one. Anything can be fitted to a single point.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NotAligned {
     /// There are estimates, but the recording does not say where the robot truly was.
     #[error("there are no true poses to compare {estimates} estimates with")]
     NoTruth {
-        /// How many.
+        /// The number of estimates.
         estimates: usize,
     },
     /// There are too few poses.
     #[error("the path is too short to align: expected {FEWEST_POSES} estimates or more, found {found}")]
     Few {
-        /// As many as there are.
+        /// The number of poses.
         found: usize,
     },
     /// The robot hardly moved.
@@ -33,7 +33,7 @@ pub enum NotAligned {
         "the path is too short to align: expected true poses that span {SHORTEST_SPAN_M} m or more, found {span_m:.3} m"
     )]
     TrueSpan {
-        /// What they span.
+        /// The extent of the true path.
         span_m: f64,
     },
     /// The estimate hardly moved.
@@ -41,9 +41,9 @@ pub enum NotAligned {
         "the estimated path is too short to align: expected estimates that span {least_m:.2} m or more, found {span_m:.3} m"
     )]
     EstimatedSpan {
-        /// What they must span here.
+        /// The extent that the estimate must have here.
         least_m: f64,
-        /// What they span.
+        /// The extent that it has.
         span_m: f64,
     },
 }
@@ -54,7 +54,7 @@ impl Serialize for NotAligned {
     }
 }
 
-/// Whether two trajectories in metres can be aligned; `None` where they can.
+/// Whether two trajectories in metres can be aligned; `None` if they can.
 pub fn not_aligned<F>(truth: &[Pose<F>], estimate: &[Pose<F>]) -> Option<NotAligned> {
     let (true_m, estimated_m) = (span(truth), span(estimate));
     let least_m = SHORTEST_SPAN_M.max(LEAST_SHARE * true_m);
@@ -76,7 +76,7 @@ fn span<F>(poses: &[Pose<F>]) -> f64 {
             .iter()
             .map(of)
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), v| (least.min(v), most.max(v)));
-        // Places that are no numbers have no extent.
+        // Positions that are not finite have no extent.
         if least <= most { most - least } else { f64::NAN }
     };
     if poses.is_empty() { 0.0 } else { extent(|pose| pose.x).hypot(extent(|pose| pose.y)) }
@@ -91,9 +91,9 @@ pub struct Statistics {
     pub rmse: f64,
     /// Mean.
     pub mean: f64,
-    /// Median; between the middle two where they are even in number.
+    /// Median; the mean of the middle two if their number is even.
     pub median: f64,
-    /// Standard deviation of all of them, not of a sample.
+    /// Standard deviation of the population, not of a sample.
     pub std: f64,
     /// The 95 % quantile, by the nearest rank.
     pub p95: f64,
@@ -106,7 +106,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
-    /// Of these errors; `None` where there are none.
+    /// The statistics of these errors; `None` if there are none.
     pub fn of(errors: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<f64> = errors.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
@@ -123,8 +123,8 @@ impl Statistics {
     }
 }
 
-/// The rotation and translation that bring `moved` nearest to `fixed` by their positions' squared distances
-/// (Umeyama 1991, without scale, in the plane). The identity where there are none.
+/// The rotation and translation that bring `moved` nearest to `fixed` in squared distances of the positions (Umeyama 1991, without
+/// scale, in the plane). The identity if there are no poses.
 pub fn alignment<F>(fixed: &[Pose<F>], moved: &[Pose<F>]) -> Pose<F> {
     let n = fixed.len().max(1) as f64;
     let middle = |poses: &[Pose<F>]| {
@@ -142,7 +142,7 @@ pub fn alignment<F>(fixed: &[Pose<F>], moved: &[Pose<F>]) -> Pose<F> {
     Pose::new(fx - (cos * mx - sin * my), fy - (sin * mx + cos * my), yaw)
 }
 
-/// `moved` by that rotation and translation.
+/// `moved` after that rotation and translation.
 pub fn aligned<F>(by: &Pose<F>, moved: &[Pose<F>]) -> Vec<Pose<F>> {
     let (sin, cos) = by.yaw_rad.sin_cos();
     let place = |p: &Pose<F>| {
@@ -156,8 +156,8 @@ pub fn absolute<'a, F>(truth: &'a [Pose<F>], estimate: &'a [Pose<F>]) -> impl It
     truth.iter().zip(estimate).map(|(t, e)| (t.x - e.x).hypot(t.y - e.y))
 }
 
-/// How far the ways of `delta` poses differ in length and direction, from pose 0 to `delta`, from there on and so
-/// forth. It is the translation of (Q⁻¹ᵢ Qᵢ₊δ)⁻¹ (P⁻¹ᵢ Pᵢ₊δ).
+/// How far the motions over `delta` poses differ, from pose 0 to `delta`, from there on and so forth: the translation of (Q⁻¹ᵢ
+/// Qᵢ₊δ)⁻¹ (P⁻¹ᵢ Pᵢ₊δ).
 pub fn relative<'a, F>(
     truth: &'a [Pose<F>],
     estimate: &'a [Pose<F>],
@@ -170,15 +170,14 @@ pub fn relative<'a, F>(
     })
 }
 
-/// Where `to` lies as `from` sees it.
+/// The position of `to` in the frame of `from`.
 fn way<F>(from: &Pose<F>, to: &Pose<F>) -> [f64; 2] {
     let (sin, cos) = from.yaw_rad.sin_cos();
     let (dx, dy) = (to.x - from.x, to.y - from.y);
     [cos * dx + sin * dy, -sin * dx + cos * dy]
 }
 
-/// The affine map that brings `from` nearest to `to` by squared distances: its two rows. `None` where the
-/// points lie on a line.
+/// The affine map that brings `from` nearest to `to` in squared distances, as its two rows. `None` if the points lie on a line.
 pub fn affine(from: &[[f64; 2]], to: &[[f64; 2]]) -> Option<[[f64; 3]; 2]> {
     let n = from.len() as f64;
     let middle = |points: &[[f64; 2]], i: usize| points.iter().map(|p| p[i]).sum::<f64>() / n;
@@ -225,7 +224,7 @@ mod tests {
         assert!(worst < 1e-12, "a relative error knows no frame: {worst}");
     }
 
-    /// A robot that never moved by its odometry was judged: "0.000 m".
+    /// A robot that never moved according to its odometry was given an error: "0.000 m".
     #[test]
     fn what_collapses_to_a_point_is_not_aligned() {
         let truth = bend(60);

@@ -1,5 +1,5 @@
-//! What of a drawing corresponds to what a robot has seen, as two pictures: the drawing's outline, and its partners on the floor. A
-//! sample and its partner have one colour.
+//! What in a drawing corresponds to what a robot has seen, as two pictures: the drawing's outline, and its partners on the floor. A
+//! sample and its partner have the same colour.
 
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::GroundTruth;
@@ -23,7 +23,7 @@ pub struct DrawnOutline<'a> {
     pub start: Pose<Sketch>,
     /// The goal.
     pub goal: Point<Sketch>,
-    /// What corresponds to what.
+    /// The correspondence between the drawing and the map.
     pub found: &'a Correspondence,
 }
 
@@ -34,18 +34,18 @@ pub struct SeenOutline<'a> {
     pub title: &'a str,
     /// What stands on the floor.
     pub shapes: &'a FloorShapes,
-    /// Where the map's origin truly is.
+    /// The true position of the map's origin.
     pub origin: Pose<World>,
     /// Where the robot truly was.
     pub trail: &'a [Point<World>],
-    /// What corresponds to what.
+    /// The correspondence between the drawing and the map.
     pub found: &'a Correspondence,
 }
 
 /// The drawing's side as SVG.
 ///
 /// # Errors
-/// [`PictureError`] where the cells are no grid of the said size.
+/// [`PictureError`] if the number of cells does not match the size.
 pub fn drawn_outline(picture: &DrawnOutline<'_>) -> Result<String, PictureError> {
     let DrawnOutline { title, width_px, height_px, cells, .. } = *picture;
     let view = View::new([0.0, 0.0], [width_px.into(), height_px.into()], 0.0);
@@ -61,7 +61,7 @@ pub fn drawn_outline(picture: &DrawnOutline<'_>) -> Result<String, PictureError>
     Ok(sheet.finish())
 }
 
-/// Where the map's origin truly is, by where the robot truly is and where it is in the map.
+/// The true position of the map's origin, from where the robot truly is and where it is in the map.
 pub fn origin_of(found: &Correspondence, truth: &[GroundTruth]) -> Pose<World> {
     let until = truth.partition_point(|truth| truth.header.stamp_ns <= found.header.stamp_ns);
     let Some(truth) = truth[..until].last() else { return Pose::new(0.0, 0.0, 0.0) };
@@ -114,8 +114,8 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
 
 type Segments = Vec<[Point<World>; 2]>;
 
-/// The drawing as the floor has corrected it: its outline through the partners of its samples. What leads along walls that
-/// were seen, and what leads through gaps. Samples without a partner are left out.
+/// The drawing as the floor has corrected it: its outline through the partners of its samples, as pieces along walls that were seen
+/// and pieces through gaps. Samples without a partner are left out.
 fn corrected(samples: &[OutlineSample], partners: &[Point<World>]) -> (Segments, Segments) {
     let has_partner = |(sample, _): &(&OutlineSample, _)| sample.partner != PartnerKind::Nothing.code();
     let placed: Vec<_> = samples.iter().zip(partners).filter(has_partner).collect();
@@ -138,7 +138,7 @@ fn bounds<'a>(points: impl Iterator<Item = &'a Point<World>>) -> ([f64; 2], [f64
     if low[0] <= high[0] { (low.map(|k| k - 1.0), high.map(|k| k + 1.0)) } else { ([-1.0; 2], [1.0; 2]) }
 }
 
-/// Round the outline once through the colours.
+/// The colours run through the colour wheel once around the outline.
 fn colour(sample: usize, found: &Correspondence) -> String {
     let turn = 6.0 * sample as f64 / f64::from(found.sample_count.max(1));
     let channel = |shift: f64| {

@@ -21,7 +21,7 @@ pub struct FloorShapes {
 }
 
 impl FloorShapes {
-    /// Those of a world.
+    /// The shapes of a world.
     pub fn of(world: &WorldDescription) -> Self {
         let point = |at: &[f64; 2]| Point::new(at[0], at[1]);
         let corners = |piece: &Convex| piece.corners().iter().map(point).collect();

@@ -7,7 +7,7 @@ use sketchnav_schemas::geometry::{Point, Pose};
 use super::svg::{SHEET_WIDTH, Sheet};
 use super::task::{TaskMark, TaskPicture};
 
-/// One after the other for the tasks. They differ on white, also for most people who are colour-blind.
+/// The colours of successive tasks. They can be told apart on white, also by most people who are colour-blind.
 const COLOURS: [&str; 10] = [
     "#2f6fd0", "#e07b16", "#2b9a55", "#c23b8f", "#7a52cc", "#0e9aa7", "#a8641f", "#d14545", "#5b8a00",
     "#5a6b86",
@@ -23,7 +23,7 @@ pub enum Symbol {
     Start,
     /// A goal.
     Goal,
-    /// A trail, and whose.
+    /// A trail, and whose it is.
     Trail(&'static str),
     /// A drawn route.
     Route,
@@ -53,10 +53,10 @@ fn colour(task: usize) -> &'static str {
 
 /// How a person's way is drawn.
 const WAY: &str = "stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\"";
-/// A piece of a way that lies in such a square was drawn already where another piece lies there.
+/// A piece of a path is not drawn if a piece was drawn in the same square of this size before.
 const SAME_M: f64 = 0.25;
 
-/// The ways of people, each place once: the dots of who goes to and fro would come to lie between each other, and look like a
+/// The paths of people, each place only once: the dots of a person walking to and fro would fall between each other and look like a
 /// line.
 pub fn ways<F>(sheet: &mut Sheet, ways: &[Vec<Point<F>>]) {
     let mut drawn = BTreeSet::new();
@@ -65,7 +65,7 @@ pub fn ways<F>(sheet: &mut Sheet, ways: &[Vec<Point<F>>]) {
     }
 }
 
-/// The pieces of a way through squares that nobody has drawn before.
+/// The pieces of a path through squares that no path has been drawn in before.
 fn first_passes<F>(way: &[Point<F>], drawn: &mut BTreeSet<[i64; 2]>) -> Vec<Vec<Point<F>>> {
     let (mut pieces, mut piece) = (Vec::new(), Vec::new());
     let mut last = None;
@@ -83,14 +83,14 @@ fn first_passes<F>(way: &[Point<F>], drawn: &mut BTreeSet<[i64; 2]>) -> Vec<Vec<
     pieces
 }
 
-/// The tasks' places, lightly tinted.
+/// The places of the tasks, lightly tinted.
 pub fn places<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     for (i, task) in tasks.iter().enumerate() {
         sheet.polygon(&task.place, &format!("fill=\"{}\" fill-opacity=\"0.07\"", colour(i)));
     }
 }
 
-/// Routes, trails, particles, goals and ends of all tasks, each kind over the one before.
+/// Routes, trails, particles, goals and ends of all tasks, each kind above the previous one.
 pub fn tasks<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     for (i, task) in tasks.iter().enumerate().filter(|(_, task)| task.marks.len() > 1) {
         route(sheet, &task.marks, colour(i));
@@ -118,7 +118,7 @@ pub fn tasks<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     }
 }
 
-/// How each task ended, where it did.
+/// How each task ended, if it did.
 pub fn ends<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     for task in tasks.iter().filter(|task| task.outcome != TaskMark::NotBegun) {
         if let Some(end) = task.trail.last() {
@@ -128,7 +128,7 @@ pub fn ends<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     }
 }
 
-/// Where the robot started, and which way it looked.
+/// Where the robot started, and its heading there.
 pub fn start<F>(sheet: &mut Sheet, start: &Pose<F>) {
     let [x, y] = sheet.view.at(&start.position());
     arrow(sheet, [x, y], start.yaw_rad);
@@ -237,7 +237,7 @@ fn route<F>(sheet: &mut Sheet, points: &[Point<F>], colour: &str) {
     ));
 }
 
-/// Particles, a dot each.
+/// Particles, one dot each.
 pub fn cloud<F>(sheet: &mut Sheet, particles: &[Point<F>], colour: &str) {
     for particle in particles {
         dot(sheet, sheet.view.at(particle), colour);
@@ -265,7 +265,7 @@ fn badge(sheet: &mut Sheet, [x, y]: [f64; 2], task: usize) {
     sheet.text([x, y + 4.5], 13.0, "middle", "#ffffff", "700", &number);
 }
 
-/// Beside a mark, where no badge of another mark stands yet.
+/// A place next to a mark where no badge of another mark stands yet.
 fn free_spot([x, y]: [f64; 2], taken: &[[f64; 2]]) -> [f64; 2] {
     let spots = [(17.0, -17.0), (-17.0, -17.0), (17.0, 17.0), (-17.0, 17.0), (0.0, -25.0), (0.0, 25.0)];
     let mut spots = spots.iter().map(|(dx, dy)| [x + dx, y + dy]);
@@ -304,7 +304,7 @@ mod tests {
 
     use super::*;
 
-    /// A person who went along a corridor ten times was drawn as a line, which the legend did not have.
+    /// A person who walked along a corridor ten times was drawn as a line, which the legend did not have.
     #[test]
     fn who_goes_to_and_fro_is_drawn_once() {
         let there = (0..=40).map(|i| Point::<World>::new(0.1 * f64::from(i), 1.0));

@@ -1,6 +1,6 @@
-//! A plane of dots: parkways, trajectories, the way that is planned, and the journeys over it.
+//! A plane of dots: parkways, trajectories, the planned path, and the journeys over it.
 //!
-//! The colour of a journey's way says what the navigator was doing.
+//! The colour of a journey's path shows what the navigator was doing.
 
 use sketchnav_directions::messages::Activity;
 use sketchnav_schemas::geometry::{Point, World};
@@ -16,7 +16,7 @@ pub struct PlanePicture<'a> {
     pub title: &'a str,
     /// The true dots.
     pub dots: &'a [Point<World>],
-    /// What stands on the floor of a robot on land, by its lines.
+    /// The walls and other obstacles of a robot on land, as lines.
     pub walls: &'a [[Point<World>; 2]],
     /// Pairs of landmarks that are joined within a parkway, as the map-maker sees them.
     pub parkways: &'a [[Point<World>; 2]],
@@ -24,13 +24,13 @@ pub struct PlanePicture<'a> {
     pub trajectories: &'a [[Point<World>; 2]],
     /// The landmarks of each task, in order.
     pub planned: &'a [Vec<Point<World>>],
-    /// The ways of the window's centre, a piece for each thing that the navigator did.
+    /// The paths of the window's centre, a piece for each activity of the navigator.
     pub ways: &'a [(Activity, Vec<Point<World>>)],
-    /// The window at some moments, by its corners.
+    /// The window at some moments, as its corners.
     pub windows: &'a [Vec<Point<World>>],
     /// The tasks, in order.
     pub tasks: &'a [TaskPicture<World>],
-    /// The scale bar is of a round length up to this, metres.
+    /// The greatest length of the scale bar, which is a round one, metres.
     pub bar_m: f64,
 }
 
@@ -80,8 +80,8 @@ pub fn plane(picture: &PlanePicture<'_>) -> String {
     sheet.finish()
 }
 
-/// The landmarks by the numbers of their entries. A landmark has one text, however many entries and tasks lead to it: the next
-/// task begins where the last one ends. With several tasks, their numbers go before those of the entries.
+/// The landmarks with the numbers of their entries. A landmark has a single label, however many entries and tasks lead to it, since
+/// each task begins where the previous one ends. With several tasks, the task's number comes before that of the entry.
 fn numbers(sheet: &mut Sheet, planned: &[Vec<Point<World>>]) {
     for (landmark, numbers) in labels(planned) {
         let [x, y] = sheet.view.at(&landmark);
@@ -119,7 +119,7 @@ fn symbols(picture: &PlanePicture<'_>) -> Vec<Symbol> {
     symbols
 }
 
-/// The smallest box around the dots and the ways.
+/// The smallest box around the dots and the paths.
 fn extent(picture: &PlanePicture<'_>) -> ([f64; 2], [f64; 2]) {
     let ways = picture.ways.iter().flat_map(|(_, way)| way);
     let points = picture.dots.iter().chain(ways).chain(picture.walls.as_flattened());

@@ -1,4 +1,4 @@
-//! A sheet of SVG: from a frame's coordinates to units of the sheet, and the few shapes that are drawn.
+//! A sheet of SVG: the conversion from a frame's coordinates to units of the sheet, and the few shapes that are drawn.
 
 use std::fmt::{Display, Write};
 
@@ -7,13 +7,13 @@ use sketchnav_schemas::shown::one_line;
 
 /// Width of a sheet.
 pub const SHEET_WIDTH: f64 = 1200.0;
-/// Greatest height of what is shown.
+/// Greatest height of the view.
 const MAX_VIEW_HEIGHT: f64 = 1000.0;
 /// Room for the heading.
 const TITLE_HEIGHT: f64 = 46.0;
 /// Empty border.
 const MARGIN: f64 = 18.0;
-/// Points of a line that lie nearer than this to the last one are left out.
+/// Points of a line that are nearer than this to the previous one are left out.
 const MIN_STEP: f64 = 0.8;
 
 /// Where a box of the frame lies on the sheet: y up in the frame, down on the sheet.
@@ -21,7 +21,7 @@ const MIN_STEP: f64 = 0.8;
 pub struct View {
     low: [f64; 2],
     high: [f64; 2],
-    /// Units of the sheet for a unit of the frame.
+    /// Units of the sheet per unit of the frame.
     pub scale: f64,
     left: f64,
 }
@@ -42,16 +42,16 @@ impl View {
         [x, TITLE_HEIGHT + (self.high[1] - p.y) * self.scale]
     }
 
-    /// Left, top, width and height of what is shown.
+    /// Left, top, width and height of the view.
     pub fn frame(&self) -> [f64; 4] {
         let (width, height) = (self.high[0] - self.low[0], self.high[1] - self.low[1]);
         [self.left, TITLE_HEIGHT, width * self.scale, height * self.scale]
     }
 }
 
-/// The greatest of 1, 2 and 5 times a power of ten that is no longer, metres: for people to reckon with.
+/// The greatest of 1, 2 and 5 times a power of ten that does not exceed `most_m`, metres: a length that people can reckon with.
 pub fn round_length(most_m: f64) -> f64 {
-    // A tenth is not a tenth exactly.
+    // A tenth is not exact in binary.
     let most_m = most_m.max(1e-6) * (1.0 + 1e-9);
     let power = most_m.log10().floor() as i32;
     let in_power =
@@ -81,12 +81,12 @@ impl Sheet {
         sheet
     }
 
-    /// A shape as it stands.
+    /// A shape that is already SVG.
     pub fn raw(&mut self, shape: impl Display) {
         self.body.push_str(&format!("{shape}\n"));
     }
 
-    /// A line of text; `anchor` and `weight` as SVG has them.
+    /// A line of text; `anchor` and `weight` as in SVG.
     pub fn text(&mut self, [x, y]: [f64; 2], size: f64, anchor: &str, fill: &str, weight: &str, text: &str) {
         let text = escape(text);
         self.raw(format_args!(
@@ -94,7 +94,7 @@ impl Sheet {
         ));
     }
 
-    /// A PNG over the whole of what is shown.
+    /// A PNG over the whole view.
     pub fn image(&mut self, png: &[u8]) {
         let [x, y, width, height] = self.view.frame();
         let data = base64(png);
@@ -111,7 +111,7 @@ impl Sheet {
         }
     }
 
-    /// An open line without fill; `style` are SVG attributes.
+    /// An open line without a fill; `style` are SVG attributes.
     pub fn line<F>(&mut self, points: &[Point<F>], style: &str) {
         if points.len() > 1 {
             let path = self.path(points, MIN_STEP);
@@ -131,7 +131,7 @@ impl Sheet {
         self.raw(format_args!("<path d=\"{path}\" fill=\"none\" {style}/>"));
     }
 
-    /// A bar of so many metres at the lower right, for frames in metres.
+    /// A bar of the given length at the lower right, for frames in metres.
     pub fn scale_bar(&mut self, metres: f64) {
         let [x, y, width, height] = self.view.frame();
         let (right, base, length) = (x + width - 16.0, y + height - 12.0, metres * self.view.scale);
@@ -153,7 +153,7 @@ impl Sheet {
         )
     }
 
-    /// The path data of a line, without points nearer than `min_step` to the last one (the end stays).
+    /// The path data of a line, without points nearer than `min_step` to the previous one (the end stays).
     fn path<F>(&self, points: &[Point<F>], min_step: f64) -> String {
         let mut path = String::new();
         let mut last: Option<[f64; 2]> = None;
@@ -163,7 +163,7 @@ impl Sheet {
             if near && i + 1 < points.len() {
                 continue;
             }
-            // Writing into a String cannot fail.
+            // Writing into a `String` cannot fail.
             let _ = write!(path, "{}{x:.1} {y:.1}", if last.is_none() { 'M' } else { 'L' });
             last = Some([x, y]);
         }
@@ -171,7 +171,7 @@ impl Sheet {
     }
 }
 
-/// `text` with what XML reserves written as entities, and without what XML forbids.
+/// `text` with XML's reserved characters as entities, and without the characters that XML forbids.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in one_line(text).chars() {

@@ -1,13 +1,13 @@
-//! A task as pictures show it.
+//! A task as the pictures show it.
 
 use sketchnav_schemas::geometry::Point;
 
-/// How a task ended, as far as a picture shows it.
+/// How a task ended, as far as pictures show it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TaskMark {
     /// Reached.
     Reached,
-    /// Begun, and not reached.
+    /// Begun, but not reached.
     Failed,
     /// Never begun.
     NotBegun,
@@ -20,11 +20,11 @@ pub struct TaskPicture<F> {
     pub name: String,
     /// Where to go: one point for a goal, more for a drawn route.
     pub marks: Vec<Point<F>>,
-    /// Outline of the place that counts as there; empty where it is not shown.
+    /// The outline of the place that counts as the goal; empty if it is not shown.
     pub place: Vec<Point<F>>,
-    /// The way driven, in order.
+    /// The path driven, in order.
     pub trail: Vec<Point<F>>,
-    /// Particles at the task's end; empty where they are not shown.
+    /// Particles at the task's end; empty if they are not shown.
     pub particles: Vec<Point<F>>,
     /// How it ended.
     pub outcome: TaskMark,

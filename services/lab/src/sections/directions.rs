@@ -1,4 +1,4 @@
-//! What a page says of journeys by custom maps: the plane with its parkways, trajectories and journeys, how each journey
+//! The part of a page about journeys by custom maps: the plane with its parkways, trajectories and journeys, how each journey
 //! ended, and the maps.
 
 use std::path::Path;
@@ -26,13 +26,13 @@ use sketchnav_schemas::run::RunConfig;
 
 use crate::sections::outcome;
 
-/// Moments at which the window is shown.
+/// The number of moments at which the window is shown.
 const WINDOWS: usize = 14;
 
-/// The true dots of a run's plane, or its landmarks on land; `None` where it has neither.
+/// The true dots of a run's plane, or its landmarks on land; `None` if it has neither.
 ///
 /// # Errors
-/// A file of the world failed to be read.
+/// Fails if a file of the world cannot be read.
 pub fn dots(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<Vec<[f64; 2]>>> {
     let world = &run.mission.world;
     if let Some(plane) = &world.plane {
@@ -42,7 +42,7 @@ pub fn dots(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<Vec<[f6
     Ok(floor.map(|(plan, radius_m)| pillars(&plan, radius_m).collect()))
 }
 
-/// The floor of a run on land, with all that stands there, and the radius of its landmarks, metres.
+/// The floor of a run on land, with everything on it, and the radius of its landmarks, metres.
 fn floor(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<(FloorPlan, f64)>> {
     let world = &run.mission.world;
     let is_ours = run.mission.navigator_kind() == mission::KIND;
@@ -54,13 +54,13 @@ fn floor(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<(FloorPlan
     Ok(Some((plan, land.radius_m)))
 }
 
-/// What stands on the floor of a run beside its landmarks; nothing above a plane.
+/// What stands on the floor of a run other than its landmarks; nothing if the run is above a plane.
 fn walls(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Arc<Walls>> {
     let Some((plan, radius_m)) = floor(run, files)? else { return Ok(Arc::default()) };
     Ok(Arc::new(sketcher::walls(&plan, radius_m, mission::body(&run.mission, &run.robot)?)))
 }
 
-/// How the journeys of a run ended; empty where its world is no plane.
+/// How the journeys of a run ended; empty if its world is not a plane.
 ///
 /// # Errors
 /// As [`dots`].
@@ -70,7 +70,7 @@ pub fn verdicts(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result
     Ok(journeys(log, &names, &dots))
 }
 
-/// How journeys by custom maps ended, by the plane inside the recording.
+/// How journeys by custom maps ended, judged by the plane inside the recording.
 ///
 /// # Errors
 /// As [`dots`].
@@ -82,7 +82,7 @@ pub fn verdicts_of(recording: &Recording, log: &Log) -> anyhow::Result<Vec<Journ
     verdicts(&run, &files, log)
 }
 
-/// The plane of a run with its journeys; `None` where its world is none.
+/// The plane of a run with its journeys; `None` if its world is not a plane.
 ///
 /// # Errors
 /// As [`dots`].
@@ -128,7 +128,7 @@ pub fn plane_picture(
 
 type Pairs = Vec<[Point<World>; 2]>;
 
-/// What joins the landmarks, as the map-maker sees them: parkways and trajectories.
+/// The parkways and trajectories that join the landmarks, as the map-maker sees them.
 fn joined(log: &Log, window: Window, walls: &Arc<Walls>) -> (Pairs, Pairs) {
     let places = log.seen_dots.iter().map(|[x, y]| Place::new(*x, *y)).collect();
     let Ok(plane) = Plane::new(places) else {
@@ -156,7 +156,7 @@ fn planned(log: &Log, tasks: usize) -> Vec<Vec<Point<World>>> {
     (0..tasks).map(of).collect()
 }
 
-/// The way of the window's centre, cut where the navigator began to do something else.
+/// The path of the window's centre, cut wherever the navigator's activity changed.
 fn ways(log: &Log) -> Vec<(Activity, Vec<Point<World>>)> {
     let mut ways: Vec<(Activity, Vec<Point<World>>)> = Vec::new();
     for journey in &log.journeys {
@@ -174,10 +174,10 @@ fn ways(log: &Log) -> Vec<(Activity, Vec<Point<World>>)> {
     ways
 }
 
-/// The window at some moments spread over the run.
+/// The window at moments spread evenly over the run.
 fn windows(log: &Log, window: Window) -> Vec<Vec<Point<World>>> {
     if window.land.is_some() {
-        // A robot sees all around.
+        // A robot on land sees all around itself.
         return Vec::new();
     }
     let step = log.truth.len().div_ceil(WINDOWS).max(1);
@@ -190,7 +190,7 @@ fn windows(log: &Log, window: Window) -> Vec<Vec<Point<World>>> {
     log.truth.iter().step_by(step).map(|truth| window(truth.pose())).collect()
 }
 
-/// How the journeys ended, and the maps; nothing where there are none.
+/// How the journeys ended, and the maps; empty if there are none.
 pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Markup {
     if verdicts.is_empty() {
         return html! {};
@@ -203,7 +203,7 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
         (page::table(&header.map(str::to_owned), &rows.collect::<Vec<_>>()))
         p.small {
             "Direct, recovered, unaware: at the goal; by a wrong way in the last case. Cannot locate, lost: the navigator knows. "
-            "Astray: it believes to be at the goal (Park and Kender 1995, 7.2.6)."
+            "Astray: it believes itself to be at the goal (Park and Kender 1995, 7.2.6)."
         }
         h2 { "Custom maps" }
         @for (map, name) in maps.split(&format!("{BETWEEN}\n")).zip(run.mission.task.iter().map(|task| &task.name)) {

@@ -1,4 +1,4 @@
-//! A run in a drawing: where the robot believed to be, some moments, what of the drawing corresponded to what was seen.
+//! A run in a drawing: where the robot believed itself to be, some moments, and what in the drawing corresponded to what was seen.
 
 use maud::{Markup, PreEscaped, html};
 use sketchnav_files::Files;
@@ -15,10 +15,10 @@ use crate::judge::log::Log;
 use crate::judge::{self, TaskSpan, Verdict};
 use crate::picture::{self, Moment, SketchPicture, TaskPicture};
 
-/// Moments that are shown.
+/// The number of moments that are shown.
 const MOMENTS: usize = 4;
 
-/// The drawing with the estimated trajectory; `None` where the recording has no drawing.
+/// The drawing with the estimated trajectory; `None` if the recording has no drawing.
 pub fn picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<Option<String>> {
     let Some((map, cells)) = &log.sketch else { return Ok(None) };
     let spans = judge::spans(run.mission.task.len(), &log.status);
@@ -59,13 +59,13 @@ fn sketch_tasks(
     (0..run.mission.task.len()).map(task).collect()
 }
 
-/// The places of particles.
+/// The positions of particles.
 fn cloud(particles: &Particles) -> Vec<Point<Sketch>> {
     let count = (particles.count as usize).min(particles.particles.len());
     particles.particles[..count].iter().map(|p| Point::new(p.x_px.into(), p.y_px.into())).collect()
 }
 
-/// Spread over the way: where it can be read best, at the beginning, and later on.
+/// Moments spread over the path: some where it can be read best, at the beginning, and some later.
 pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
     let (Some((map, cells)), particles) = (&log.sketch, &log.particles) else {
         return Ok(html! {});
@@ -100,7 +100,7 @@ pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
     })
 }
 
-/// What of the drawing corresponded to what was seen, along the way and in the end.
+/// What in the drawing corresponded to what was seen, along the path and at the end.
 pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result<Markup> {
     let (Some((map, cells)), Some(last)) = (&log.sketch, log.correspondences.len().checked_sub(1)) else {
         return Ok(html! {});
@@ -134,13 +134,13 @@ pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow:
         }));
     }
     Ok(html! {
-        h2 { "What of the drawing corresponds to what was seen" }
+        h2 { "What in the drawing corresponds to what was seen" }
         p { "A piece of the drawing's outline and its partner have one colour. Green cross: the goal. Red cross: where the best rival has it." }
         div.pictures { @for svg in &figures { figure { (PreEscaped(svg)) } } }
     })
 }
 
-/// The plan that held at that time: the last of the minute before it.
+/// The plan in force at that time: the last one of the minute before it.
 fn plan_at(recording: &Recording, stamp_ns: u64) -> anyhow::Result<Vec<Point<Sketch>>> {
     const LOOK_BACK_NS: u64 = 60_000_000_000;
     let times = stamp_ns.saturating_sub(LOOK_BACK_NS)..stamp_ns + 1;

@@ -1,4 +1,4 @@
-//! The true floor of a run: its people, what the camera saw, where the robot truly was.
+//! The true floor of a run: its people, what the camera saw, and where the robot truly was.
 
 use sketchnav_files::Files;
 use sketchnav_schemas::geometry::{Base, Point, Pose, World};
@@ -10,7 +10,7 @@ use crate::judge::log::Log;
 use crate::judge::{TaskSpan, Verdict};
 use crate::picture::{self, FloorPicture, FloorShapes, TaskPicture};
 
-/// The ways of the people.
+/// The paths of the people.
 fn ways(people: &[People]) -> Vec<Vec<Point<World>>> {
     let count = people.iter().map(|all| all.people().len()).max().unwrap_or_default();
     let way = |person: usize| {
@@ -20,10 +20,10 @@ fn ways(people: &[People]) -> Vec<Vec<Point<World>>> {
     (0..count).map(way).collect()
 }
 
-/// Moments at which the camera's view is shown.
+/// The number of moments at which the camera's view is shown.
 const VIEWS: usize = 5;
 
-/// What the camera had in view at some moments spread over the run, as polygons.
+/// What the camera had in view at moments spread evenly over the run, as polygons.
 fn views(log: &Log) -> Vec<Vec<Point<World>>> {
     let step = (log.markers.len() / VIEWS).max(1);
     let shown = log.markers.iter().step_by(step).take(VIEWS);

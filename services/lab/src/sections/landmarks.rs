@@ -1,5 +1,5 @@
-//! The part of a report about landmarks. It has the sketch with its states, and the true scene with the path and the
-//! matches. Histograms of forces at the matches follow, and what the robot said of its place.
+//! The part of a report about landmarks: the sketch with its states, the true scene with the path and the matches, histograms of
+//! forces at the matches, and what the robot reported about its place.
 
 use std::fmt::Write;
 
@@ -22,17 +22,17 @@ use sketchnav_schemas::message::GroundTruth;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 
-/// Moments of which histograms are shown.
+/// The number of moments whose histograms are shown.
 const MOMENTS: usize = 6;
 /// Colours of objects in a picture of histograms.
 const COLOURS: [&str; 6] = ["#2563eb", "#d97706", "#059669", "#7c3aed", "#dc2626", "#0891b2"];
-/// Around what is drawn, as a part of it; metres around the way in the true scene.
+/// The border around what is drawn, as a share of it; in the true scene, metres around the path.
 const BORDER: f64 = 0.06;
 const AROUND_M: f64 = 1.5;
-/// Objects from so near are in the picture.
+/// Objects within this distance are in the picture.
 const SEEN_M: f64 = 6.5;
 
-/// What a recording says of landmarks.
+/// What a recording contains about landmarks.
 pub struct Landmarks<'a> {
     instructions: Instructions,
     route: Option<Route>,
@@ -40,7 +40,7 @@ pub struct Landmarks<'a> {
     progress: &'a [LandmarkProgress],
 }
 
-/// A moment in which a state was matched, or the drive ended.
+/// A moment at which a state was matched or the drive ended.
 struct Moment<'a> {
     view: &'a LandmarkView,
     progress: &'a LandmarkProgress,
@@ -49,10 +49,10 @@ struct Moment<'a> {
 }
 
 impl<'a> Landmarks<'a> {
-    /// Reads the route; `None` in a recording of another kind.
+    /// Reads the route; `None` for a recording of another kind.
     ///
     /// # Errors
-    /// A route that is damaged.
+    /// Fails if the route is damaged.
     pub fn of(log: &'a Log) -> anyhow::Result<Option<Self>> {
         if log.landmark_route.is_empty() {
             return Ok(None);
@@ -62,7 +62,7 @@ impl<'a> Landmarks<'a> {
         Ok(Some(Self { instructions, route, views: &log.landmark_views, progress: &log.landmark_progress }))
     }
 
-    /// Pictures and words.
+    /// The pictures, with text.
     pub fn section(&self, run: &RunConfig, files: &dyn Files, truth: &[GroundTruth]) -> Markup {
         let moments = self.moments(truth);
         html! {
@@ -78,13 +78,13 @@ impl<'a> Landmarks<'a> {
             }
             @if let Some(svg) = histograms(run, &moments) {
                 h2 { "Histograms of forces" }
-                p.small { "Each object that is seen, by its histogram of constant forces; ahead is up, a radius is the greatest force." }
+                p.small { "The histogram of constant forces of each visible object; ahead is up, and the radius is the greatest force." }
                 div.pictures { figure { (PreEscaped(svg)) } }
             }
         }
     }
 
-    /// When a state was matched, and the end.
+    /// The moments at which states were matched, and the end.
     fn moments(&self, truth: &[GroundTruth]) -> Vec<Moment<'_>> {
         let is_event = |said: &&LandmarkProgress| said.event != LandmarkEvent::Nothing.code();
         let moment = |progress: &'_ LandmarkProgress| {
@@ -118,12 +118,12 @@ impl<'a> Landmarks<'a> {
         page::table(&header, &moments.iter().map(row).collect::<Vec<_>>())
     }
 
-    /// The sketch with its states and the believed trajectory; `None` where the route is in words alone.
+    /// The sketch with its states and the believed trajectory; `None` if the route was given only in words.
     pub fn sketch_picture(&self) -> Option<String> {
         let sketch = self.instructions.sketch.as_ref()?;
         let all = || sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline));
         let mut sheet = sheet(
-            "The sketch with its states, and where the robot believed to be",
+            "The sketch with its states, and where the robot believed itself to be",
             all().copied().map(<[f64; 2]>::from),
         );
         for landmark in &sketch.landmarks {
@@ -170,7 +170,7 @@ fn mark<F>(sheet: &mut Sheet, at: &Point<F>, text: &str, colour: &str) {
     sheet.text([x, y + 5.0], 14.0, "middle", "#ffffff", "600", text);
 }
 
-/// The true scene: `None` where its floor is not in the recording.
+/// The true scene; `None` if its floor is not in the recording.
 fn scene_picture(
     run: &RunConfig,
     files: &dyn Files,
@@ -253,7 +253,7 @@ fn rose(sheet: &mut Sheet, centre: [f64; 2], moment: &Moment<'_>, perception: &m
     let _ = write!(title, "{} · {:.1} s", moment.label, seconds(moment.view.header.stamp_ns));
     sheet.text([x, y - radius - 8.0], 16.0, "middle", "#20242c", "600", &title);
     for (k, seen) in view::objects(moment.view).enumerate() {
-        // The ranges of this object alone.
+        // The ranges of this object only.
         let mut ranges = [f64::INFINITY; 16];
         for i in 0..usize::from(seen.beams[1]).min(16) {
             let beam = (usize::from(seen.beams[0]) + i) % 16;

@@ -5,9 +5,9 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use sketchnav_mapping::alignment::{Aligner, Anchor, Problem, Search, Weights};
 use sketchnav_mapping::harmonic::Interior;
-use sketchnav_mapping::outline::{Outline, SeenOutline, Taking, free_around};
+use sketchnav_mapping::outline::{Outline, SeenOutline, Taking};
 use sketchnav_mapping::region::Region;
-use sketchnav_mapping::{Cell, CellGrid};
+use sketchnav_mapping::{Cell, CellGrid, Survey};
 
 const SAMPLES: usize = 220;
 
@@ -24,33 +24,27 @@ fn drawing() -> Region {
 
 /// The same floor at 94 px per metre, seen except for its right third.
 fn map() -> CellGrid {
-    let (width, height) = (560, 280);
-    let mut grid = CellGrid::unknown(width, height, 0.05, [0.0, 0.0]);
-    for (k, cell) in grid.cells.iter_mut().enumerate() {
-        let at = [(k % width) as f64, (k / width) as f64].map(|k| (k + 0.5) * 0.05 * 94.0);
+    CellGrid::of([560, 280], 0.05, [0.0, 0.0], |k| {
+        let at = [(k % 560) as f64, (k / 560) as f64].map(|k| (k + 0.5) * 0.05 * 94.0);
         let is_seen = at[0] < 1700.0;
         let is_free = |dx: f64, dy: f64| is_inside(at[0] + dx, at[1] + dy);
         let is_beside = [-5.0, 5.0].into_iter().any(|d| is_free(d, 0.0) || is_free(0.0, d));
-        *cell = match (is_seen, is_free(0.0, 0.0), is_beside) {
+        match (is_seen, is_free(0.0, 0.0), is_beside) {
             (false, ..) | (_, false, false) => Cell::Unknown,
             (_, true, _) => Cell::Free,
             _ => Cell::Occupied,
-        };
-    }
-    grid
+        }
+    })
 }
 
-fn seen(grid: &CellGrid) -> SeenOutline {
-    let taking = Taking {
-        piece_m: 0.6,
-        smoothing_m: 0.12,
-        wall_m: 0.15,
-        least_gap_m: 0.36,
-        least_wall_m: 0.24,
-        most_pieces: 900,
-    };
-    SeenOutline::of_map(grid, &free_around(grid, [3.0, 3.0], 0.6), &[], &taking)
-}
+const TAKING: Taking = Taking {
+    piece_m: 0.6,
+    smoothing_m: 0.12,
+    wall_m: 0.15,
+    least_gap_m: 0.36,
+    least_wall_m: 0.24,
+    most_pieces: 900,
+};
 
 fn outlines(criterion: &mut Criterion) {
     let region = drawing();
@@ -65,11 +59,11 @@ fn outlines(criterion: &mut Criterion) {
     criterion.bench_function("harmonic measure of a goal", |bencher| {
         bencher.iter(|| interior.measure(black_box([2250.0, 900.0])));
     });
-    let grid = map();
+    let survey = Survey::of(map(), [3.0, 3.0], 0.6);
     criterion.bench_function("outline of a map of 28 × 14 m", |bencher| {
-        bencher.iter(|| seen(black_box(&grid)));
+        bencher.iter(|| SeenOutline::of_map(black_box(&survey), &[], &TAKING));
     });
-    let seen = seen(&grid);
+    let seen = SeenOutline::of_map(&survey, &[], &TAKING);
     let anchor = Anchor { drawn: [280.0, 280.0], seen: [3.0, 3.0], turn_rad: 0.0, scale_m: 0.0107 };
     let mut aligner = Aligner::default();
     criterion.bench_function("alignment of the two, whole", |bencher| {

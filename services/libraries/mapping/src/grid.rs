@@ -1,5 +1,7 @@
 //! Cells that are free, occupied or unknown, as a plain rectangle.
 
+use crate::region::Region;
+
 /// What is known about a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
@@ -13,36 +15,57 @@ pub enum Cell {
     Occupied,
 }
 
+/// The largest integer not above `at`, saturating. (`f64::floor` is a function call on plain x86-64.)
+#[inline]
+pub(crate) fn floor(at: f64) -> i32 {
+    let towards_zero = at as i32;
+    towards_zero.saturating_sub(i32::from(at < f64::from(towards_zero)))
+}
+
 /// A rectangle of cells; row 0 is the lowest (y up), cells of a row go along x.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CellGrid {
-    /// Cells in a row.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
     /// Side of a cell, in the unit of the frame (metres in a map, pixels in a drawing).
     pub cell: f64,
     /// The lower left corner of the lower left cell, in the frame of the grid's maker.
     pub origin: [f64; 2],
-    /// Row by row.
-    pub cells: Vec<Cell>,
+    /// The cells that beams pass through.
+    pub free: Region,
+    /// The cells that beams end in; the same size as `free`, and disjoint from it.
+    pub occupied: Region,
 }
 
 impl CellGrid {
-    /// A grid of unknown cells.
-    pub fn unknown(width: usize, height: usize, cell: f64, origin: [f64; 2]) -> Self {
-        Self { width, height, cell, origin, cells: vec![Cell::Unknown; width * height] }
+    /// A grid of `size` columns and rows; `what` returns what is known about each cell.
+    pub fn of(size: [usize; 2], cell: f64, origin: [f64; 2], what: impl Fn(usize) -> Cell) -> Self {
+        let region = |is: Cell| Region::of(size[0], size[1], |index| what(index) == is);
+        Self { cell, origin, free: region(Cell::Free), occupied: region(Cell::Occupied) }
     }
 
-    /// The cell in a column and a row; unknown outside the grid.
+    /// Resets this to a grid of unknown cells with this many columns and rows, reusing its memory.
+    pub fn reset(&mut self, [width, height]: [usize; 2], cell: f64, origin: [f64; 2]) {
+        (self.cell, self.origin) = (cell, origin);
+        self.free.reset(width, height);
+        self.occupied.reset(width, height);
+    }
+
+    /// The number of cells in a row.
+    pub fn width(&self) -> usize {
+        self.free.width()
+    }
+
+    /// The number of rows.
+    pub fn height(&self) -> usize {
+        self.free.height()
+    }
+
+    /// The cell at a column and a row; unknown outside the grid.
     pub fn at(&self, column: i64, row: i64) -> Cell {
-        self.index(column, row).map_or(Cell::Unknown, |index| self.cells[index])
-    }
-
-    /// The index of a cell in `cells`; `None` outside the grid.
-    pub fn index(&self, column: i64, row: i64) -> Option<usize> {
-        let (column, row) = (usize::try_from(column).ok()?, usize::try_from(row).ok()?);
-        (column < self.width && row < self.height).then_some(row * self.width + column)
+        match (self.free.holds([column, row]), self.occupied.holds([column, row])) {
+            (true, _) => Cell::Free,
+            (_, true) => Cell::Occupied,
+            _ => Cell::Unknown,
+        }
     }
 
     /// Column and row of the cell that contains a place; they may lie outside the grid.
@@ -52,7 +75,7 @@ impl CellGrid {
 
     /// The middle of a cell.
     pub fn middle(&self, index: usize) -> [f64; 2] {
-        let at = [index % self.width, index / self.width];
+        let at = self.free.at(index);
         [0, 1].map(|axis| self.origin[axis] + (at[axis] as f64 + 0.5) * self.cell)
     }
 }
@@ -62,14 +85,23 @@ mod tests {
     use super::*;
 
     #[test]
+    fn what_is_below_zero_is_rounded_down_too() {
+        for at in [0.0, -0.0, 0.9, 1.0, -0.1, -1.0, -1.1, 1e9 + 0.5, 1e30, -1e30, f64::INFINITY] {
+            assert_eq!(floor(at), at.floor() as i32, "{at}");
+        }
+    }
+
+    #[test]
     fn a_place_is_in_the_cell_whose_middle_is_nearest() {
-        let grid = CellGrid::unknown(4, 3, 0.5, [-1.0, 2.0]);
+        let grid = CellGrid::of([4, 3], 0.5, [-1.0, 2.0], |_| Cell::Free);
         for index in 0..12 {
             let [column, row] = grid.cell_of(grid.middle(index));
-            assert_eq!(grid.index(column, row), Some(index));
+            assert_eq!(grid.free.index([column, row]), Some(index));
         }
         assert_eq!(grid.cell_of([-1.01, 2.0]), [-1, 0]);
-        assert_eq!(grid.at(-1, 0), Cell::Unknown);
-        assert_eq!(grid.index(4, 0), None);
+        assert_eq!(
+            (grid.at(-1, 0), grid.at(4, 0), grid.at(3, 2)),
+            (Cell::Unknown, Cell::Unknown, Cell::Free)
+        );
     }
 }

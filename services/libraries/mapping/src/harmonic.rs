@@ -27,23 +27,24 @@ const MOST_ROUNDS: usize = 4000;
 impl Interior {
     /// Of a region and its outline: at most about `cells` coarse cells along its longer side.
     pub fn new(region: &Region, outline: &Outline, cells: usize) -> Self {
-        let step = (region.width.max(region.height) as f64 / cells as f64).max(1.0);
+        let step = (region.width().max(region.height()) as f64 / cells as f64).max(1.0);
         let along = |length: usize| (length as f64 / step).ceil() as usize;
-        let [width, height] = [along(region.width), along(region.height)].map(|count| count + 2);
+        let [width, height] = [along(region.width()), along(region.height())].map(|count| count + 2);
         let (mut free, mut all) = (vec![0.0; width * height], vec![0.0; width * height]);
-        for (index, is_free) in region.cells.iter().enumerate() {
+        let coarse = |index: usize| {
             let [column, row] = region.at(index).map(|at| (at as f64 / step) as usize + 1);
-            all[row * width + column] += 1.0;
-            free[row * width + column] += f64::from(u8::from(*is_free));
-        }
+            row * width + column
+        };
+        (0..region.cells()).for_each(|index| all[coarse(index)] += 1.0);
+        region.iter().for_each(|index| free[coarse(index)] += 1.0);
         let inside = Region::of(width, height, |k| free[k] > 0.0 && free[k] >= COVERED * all[k]);
         let parts = largest(&inside);
         let mut interior = Self { step, grid: parts, sides: Vec::new(), samples: outline.places.len() };
-        interior.find_sides(outline);
+        interior.sides = interior.find_sides(outline);
         interior
     }
 
-    fn find_sides(&mut self, outline: &Outline) {
+    fn find_sides(&self, outline: &Outline) -> Vec<(u32, u16)> {
         let nearest = |place: Place| {
             let square = |k: &usize| {
                 let off = [0, 1].map(|axis| outline.places[*k][axis] - place[axis]);
@@ -51,17 +52,13 @@ impl Interior {
             };
             (0..outline.places.len()).min_by(|a, b| square(a).total_cmp(&square(b))).unwrap_or_default()
         };
-        for cell in (0..self.grid.cells.len()).filter(|cell| self.grid.cells[*cell]) {
-            for beside in self.beside(cell) {
-                if !self.grid.cells[beside] {
-                    self.sides.push((cell as u32, nearest(self.middle(beside)) as u16));
-                }
-            }
-        }
+        let beside = |cell| self.beside(cell).map(|beside| (cell, beside));
+        let sides = self.grid.iter().flat_map(beside).filter(|(_, beside)| !self.grid.contains(*beside));
+        sides.map(|(cell, beside)| (cell as u32, nearest(self.middle(beside)) as u16)).collect()
     }
 
     fn beside(&self, cell: usize) -> [usize; 4] {
-        [cell + 1, cell - 1, cell + self.grid.width, cell - self.grid.width]
+        [cell + 1, cell - 1, cell + self.grid.width(), cell - self.grid.width()]
     }
 
     /// The middle of a coarse cell, in cells of the region.
@@ -74,9 +71,9 @@ impl Interior {
     pub fn measure(&self, at: Place) -> Vec<f64> {
         let mut shares = vec![0.0; self.samples];
         let place = at.map(|part| part / self.step + 1.0);
-        let reach = (self.grid.width + self.grid.height) as f64;
+        let reach = (self.grid.width() + self.grid.height()) as f64;
         let Some(cell) = self.grid.nearest(place, reach) else { return shares };
-        let mut source = vec![0.0; self.grid.cells.len()];
+        let mut source = vec![0.0; self.grid.cells()];
         source[cell] = 1.0;
         let visits = self.solve(source);
         for &(cell, sample) in &self.sides {
@@ -94,7 +91,7 @@ impl Interior {
     /// measure. This is the inverse of [`Interior::measure`], for all places at once.
     pub fn place_of(&self, images: &[Option<Place>], image: Place, least: f64) -> Option<Place> {
         let extended = |value: &dyn Fn(Place) -> f64| {
-            let mut source = vec![0.0; self.grid.cells.len()];
+            let mut source = vec![0.0; self.grid.cells()];
             for &(cell, sample) in &self.sides {
                 source[cell as usize] += images[usize::from(sample)].map_or(0.0, value);
             }
@@ -106,16 +103,15 @@ impl Interior {
             let off = [x[cell] / known[cell] - image[0], y[cell] / known[cell] - image[1]];
             off[0] * off[0] + off[1] * off[1]
         };
-        let inside =
-            (0..known.len()).filter(|cell| self.grid.cells[*cell] && known[*cell] >= least.max(1e-9));
+        let inside = self.grid.iter().filter(|cell| known[*cell] >= least.max(1e-9));
         let nearest = inside.min_by(|a, b| square(*a).total_cmp(&square(*b)))?;
         Some(self.middle(nearest))
     }
 
     /// Solves Laplace's equation with zero outside and these sources.
     fn solve(&self, source: Vec<f64>) -> Vec<f64> {
-        let inside: Vec<usize> = (0..self.grid.cells.len()).filter(|cell| self.grid.cells[*cell]).collect();
-        let mut found = vec![0.0; self.grid.cells.len()];
+        let inside: Vec<usize> = self.grid.iter().collect();
+        let mut found = vec![0.0; self.grid.cells()];
         let mut residual = source;
         let (mut direction, mut image) = (residual.clone(), found.clone());
         let whole: f64 = residual.iter().map(|part| part * part).sum();
@@ -149,14 +145,12 @@ impl Interior {
 /// The largest connected part.
 fn largest(region: &Region) -> Region {
     let mut left = region.clone();
-    let mut largest = Region { cells: vec![false; region.cells.len()], ..*region };
-    let mut most = 0;
-    while let Some(seed) = left.cells.iter().position(|cell| *cell) {
+    let mut largest = Region::empty(region.width(), region.height());
+    while let Some(seed) = left.first() {
         let part = left.connected(seed);
-        left.cells.iter_mut().zip(&part.cells).for_each(|(cell, taken)| *cell &= !taken);
-        let count = part.count();
-        if count > most {
-            (largest, most) = (part, count);
+        left.subtract(&part);
+        if part.count() > largest.count() {
+            largest = part;
         }
     }
     largest

@@ -4,7 +4,7 @@
 //! - [`occupancy`]: the map: cells that are free, occupied or unknown, of bounded size.
 //! - [`matching`]: where a scan fits the map best, within a window around the odometry's guess.
 //! - [`grid`]: the map as plain cells.
-//! - [`region`], [`outline`]: the free part of it, and the outline of that; the same for a drawing.
+//! - [`region`], [`survey`], [`outline`]: the free part of the map and its outline; the same for a drawing.
 //! - [`alignment`]: which piece of one outline corresponds to which piece of the other.
 //! - [`harmonic`]: what follows for places inside.
 //!
@@ -22,12 +22,14 @@ pub mod outline;
 pub mod parameters;
 pub mod region;
 pub mod scan;
+pub mod survey;
 
 pub use error::Error;
 pub use grid::{Cell, CellGrid};
 pub use mapper::{Mapper, Outcome};
 pub use parameters::Parameters;
 pub use scan::Scan;
+pub use survey::Survey;
 
 /// The frame of the map: metres, its origin where the robot stood at its first scan, x along its heading then.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -7,10 +7,13 @@
 //!
 //! The state is bounded by [`Parameters::max_tiles`]. An update allocates nothing.
 
+use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Pose};
+use sketchnav_schemas::message::MAX_BEAMS;
 
-use crate::matching::field::{BLOCKS, Field};
+use crate::grid::floor;
+use crate::matching::field::Field;
 use crate::matching::{Fit, Matcher, Prior};
 use crate::occupancy::Occupancy;
 use crate::scan::{Beam, Scan};
@@ -64,7 +67,29 @@ pub struct Mapper {
     state: State,
     field: Field,
     matcher: Matcher,
+    directions: Directions,
     touched: Vec<u32>,
+}
+
+/// The directions of a laser's beams as unit vectors in the robot's frame; they are the same for all its scans.
+#[derive(Debug)]
+struct Directions {
+    /// The direction of beam 0, and the step from one beam to the next, radians.
+    laser: [f64; 2],
+    beams: Vec<[f64; 2]>,
+}
+
+impl Directions {
+    fn of(&mut self, scan: &Scan<'_>) -> &[[f64; 2]] {
+        let laser = [scan.base_from_laser.yaw_rad + scan.first_rad, scan.step_rad];
+        if self.laser != laser {
+            self.laser = laser;
+            self.beams.clear();
+        }
+        let known = self.beams.len();
+        self.beams.extend((known..scan.ranges_m.len()).map(|beam| scan.direction(beam)));
+        &self.beams
+    }
 }
 
 impl Mapper {
@@ -103,13 +128,13 @@ impl Mapper {
 
     fn with(parameters: Parameters, state: State) -> Self {
         let reach_m = parameters.matching_range_m + parameters.window_max_m + FIELD_MARGIN_M;
-        let half_m = reach_m + (BLOCKS[BLOCKS.len() - 1] + 8) as f64 * parameters.cell_m;
-        let mut field = Field::new(parameters.cell_m, half_m, parameters.blur_m);
+        let mut field = Field::new(parameters.cell_m, reach_m, parameters.blur_m);
         field.rebuild(&state.map, state.field_middle);
         // Cells that the beams of a scan can reach.
         let range_cells = parameters.mapping_range_m / parameters.cell_m + 4.0;
         let touched = Vec::with_capacity((2.0 * range_cells).powi(2) as usize);
-        Self { matcher: Matcher::new(&parameters), parameters, state, field, touched }
+        let directions = Directions { laser: [0.0; 2], beams: Vec::with_capacity(MAX_BEAMS) };
+        Self { matcher: Matcher::new(&parameters), parameters, state, field, directions, touched }
     }
 
     /// For a checkpoint.
@@ -175,7 +200,8 @@ impl Mapper {
 
     fn correct(&mut self, scan: &Scan<'_>) -> Option<Fit> {
         self.follow_with_field();
-        self.matcher.set_points(ends(scan, self.parameters.matching_range_m));
+        let directions = self.directions.of(scan);
+        self.matcher.set_points(ends(scan, directions, self.parameters.matching_range_m));
         let fit = self.matcher.fit(&self.field, &self.prior())?;
         self.state.pose = fit.pose;
         self.state.since_match = Driven::default();
@@ -208,21 +234,22 @@ impl Mapper {
     /// Enters a scan at the present pose and redraws the field.
     fn enter(&mut self, scan: &Scan<'_>) {
         let (pose, parameters) = (self.state.pose, &self.parameters);
+        let turned = Rotation2::new(pose.yaw_rad);
         let in_cells = |[x, y]: [f64; 2]| {
-            let at = pose.compose(&Pose::<Map>::new(x, y, 0.0));
-            [at.x / parameters.cell_m, at.y / parameters.cell_m]
+            let moved = turned * Vector2::new(x, y);
+            [(pose.x + moved.x) / parameters.cell_m, (pose.y + moved.y) / parameters.cell_m]
         };
-        let mount = [scan.base_from_laser.x, scan.base_from_laser.y];
+        let (mount, directions) =
+            ([scan.base_from_laser.x, scan.base_from_laser.y], self.directions.of(scan));
         let end = |beam: usize, range_m: f64| {
-            let direction = scan.direction(beam);
-            in_cells([0, 1].map(|axis| mount[axis] + range_m * direction[axis]))
+            in_cells([0, 1].map(|axis| mount[axis] + range_m * directions[beam][axis]))
         };
         let mut entering = self.state.map.scan(&mut self.touched);
         for beam in 0..scan.ranges_m.len() {
             if let Beam::Hit(range_m) = scan.beam(beam)
                 && range_m <= parameters.mapping_range_m
             {
-                entering.hit(end(beam, range_m).map(|at| at.floor() as i32));
+                entering.hit(end(beam, range_m).map(floor));
             }
         }
         let laser = in_cells(mount);
@@ -248,12 +275,15 @@ impl Mapper {
 }
 
 /// Ends of the beams up to a range, in the robot's frame.
-fn ends<'a>(scan: &'a Scan<'a>, longest_m: f64) -> impl Iterator<Item = [f64; 2]> + 'a {
+fn ends<'a>(
+    scan: &'a Scan<'a>,
+    directions: &'a [[f64; 2]],
+    longest_m: f64,
+) -> impl Iterator<Item = [f64; 2]> + 'a {
     let mount = [scan.base_from_laser.x, scan.base_from_laser.y];
     (0..scan.ranges_m.len()).filter_map(move |beam| match scan.beam(beam) {
         Beam::Hit(range_m) if range_m <= longest_m => {
-            let direction = scan.direction(beam);
-            Some([0, 1].map(|axis| mount[axis] + range_m * direction[axis]))
+            Some([0, 1].map(|axis| mount[axis] + range_m * directions[beam][axis]))
         }
         _ => None,
     })

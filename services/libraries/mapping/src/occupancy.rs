@@ -4,15 +4,19 @@
 //! entered but counted. A cell is changed once per scan, whatever the number of beams through it.
 //!
 //! People walking by leave no wall: a beam that ends deep in free space counts little, and later beams pass there.
+//!
+//! Bits beside the log odds record whether each cell is free or occupied, so that whole rows of a tile can be read at once.
 
 use serde::{Deserialize, Serialize};
 
-use crate::grid::{Cell, CellGrid};
+use crate::grid::{Cell, CellGrid, floor};
 use crate::{Error, Parameters};
 
 /// Cells along a side of a tile.
 pub const TILE: usize = 32;
 const TILE_CELLS: usize = TILE * TILE;
+// A row of a tile fits one word.
+const _: () = assert!(TILE == u32::BITS as usize);
 const NO_TILE: u16 = u16::MAX;
 
 /// A level is log odds plus this; one step is 0.05. Zero: never seen.
@@ -37,21 +41,49 @@ pub struct Occupancy {
     max_tiles: usize,
     /// The tile of each place in the map.
     slots: Vec<u16>,
+    #[serde(with = "serde_bytes")]
     levels: Vec<u8>,
+    /// The signs of each row of each tile, derived from its levels.
+    #[serde(skip)]
+    signs: Vec<Signs>,
     /// How many cells were not entered because no tile was left or they were beyond the extent.
     left_out: u64,
+}
+
+/// The free and the occupied cells of a tile's row, one bit per cell.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Signs {
+    free: u32,
+    occupied: u32,
+}
+
+impl Signs {
+    /// The signs of a row's levels.
+    fn of(levels: &[u8]) -> Self {
+        let mut signs = Self::default();
+        levels.iter().enumerate().for_each(|(column, level)| signs.set(column, *level));
+        signs
+    }
+
+    fn set(&mut self, column: usize, level: u8) {
+        let cell = classify(level);
+        let with = |bits: u32, is_set: bool| bits & !(1 << column) | u32::from(is_set) << column;
+        self.free = with(self.free, cell == Cell::Free);
+        self.occupied = with(self.occupied, cell == Cell::Occupied);
+    }
 }
 
 impl Occupancy {
     /// An empty map; memory for all tiles is reserved.
     pub fn new(parameters: &Parameters) -> Self {
-        let tiles_per_side = (parameters.extent_m / (parameters.cell_m * TILE as f64)).ceil() as usize;
+        let tiles_per_side = parameters.tiles_per_side();
         Self {
             cell_m: parameters.cell_m,
             tiles_per_side,
             max_tiles: parameters.max_tiles,
             slots: vec![NO_TILE; tiles_per_side * tiles_per_side],
             levels: Vec::with_capacity(parameters.max_tiles * TILE_CELLS),
+            signs: Vec::with_capacity(parameters.max_tiles * TILE),
             left_out: 0,
         }
     }
@@ -84,6 +116,8 @@ impl Occupancy {
         }
         self.max_tiles = new.max_tiles;
         self.levels.reserve_exact(new.max_tiles * TILE_CELLS - self.levels.len());
+        self.signs = new.signs;
+        self.signs.extend(self.levels.chunks(TILE).map(Signs::of));
         Ok(self)
     }
 
@@ -111,11 +145,11 @@ impl Occupancy {
         self.find(cell).map_or(0, |index| self.levels[index])
     }
 
-    /// Place of a tile's slot, and of the cell in the tile; `None` beyond the extent.
+    /// The indices of the tile's slot and of the cell in the tile; `None` beyond the extent.
     fn split(&self, cell: [i32; 2]) -> Option<(usize, usize)> {
-        let half = (self.tiles_per_side * TILE / 2) as i64;
-        let [x, y] = cell.map(|at| usize::try_from(i64::from(at) + half).ok());
-        let (x, y) = (x?, y?);
+        let half = self.tiles_per_side * TILE / 2;
+        // A cell below the extent wraps around to a very large number.
+        let [x, y] = cell.map(|at| at.wrapping_add(half as i32) as u32 as usize);
         let (column, row) = (x / TILE, y / TILE);
         let is_within = column < self.tiles_per_side && row < self.tiles_per_side;
         is_within.then(|| (row * self.tiles_per_side + column, y % TILE * TILE + x % TILE))
@@ -127,22 +161,23 @@ impl Occupancy {
         (tile != NO_TILE).then(|| usize::from(tile) * TILE_CELLS + within)
     }
 
-    fn find_or_make(&mut self, cell: [i32; 2]) -> Option<usize> {
-        let (slot, within) = self.split(cell)?;
+    /// The index of the first cell of a slot's tile. The tile is created if there is room.
+    fn find_or_make(&mut self, slot: usize) -> Option<usize> {
         if self.slots[slot] == NO_TILE {
             if self.tiles() >= self.max_tiles {
                 return None;
             }
             self.slots[slot] = self.tiles() as u16;
             self.levels.resize(self.levels.len() + TILE_CELLS, 0);
+            self.signs.resize(self.levels.len() / TILE, Signs::default());
         }
-        Some(usize::from(self.slots[slot]) * TILE_CELLS + within)
+        Some(usize::from(self.slots[slot]) * TILE_CELLS)
     }
 
     /// Begins a scan. `touched` is working memory; nothing is allocated if it has room for all cells in range.
     pub(crate) fn scan<'a>(&'a mut self, touched: &'a mut Vec<u32>) -> Entering<'a> {
         touched.clear();
-        Entering { map: self, touched }
+        Entering { map: self, touched, tile: None }
     }
 
     /// Calls `visit` with each occupied cell of a rectangle, tile by tile.
@@ -155,20 +190,24 @@ impl Occupancy {
                 if slot == NO_TILE {
                     continue;
                 }
-                let levels = &self.levels[usize::from(slot) * TILE_CELLS..][..TILE_CELLS];
-                for (k, _) in levels.iter().enumerate().filter(|(_, level)| **level >= OCCUPIED_FROM) {
-                    let x = column * TILE as i32 - half + (k % TILE) as i32;
-                    let y = row * TILE as i32 - half + (k / TILE) as i32;
-                    if (low[0]..=high[0]).contains(&x) && (low[1]..=high[1]).contains(&y) {
-                        visit([x, y]);
+                let signs = &self.signs[usize::from(slot) * TILE..][..TILE];
+                let corner = [column, row].map(|at| at * TILE as i32 - half);
+                for (y, signs) in (corner[1]..).zip(signs).filter(|(y, _)| (low[1]..=high[1]).contains(y)) {
+                    let mut left = signs.occupied;
+                    while left != 0 {
+                        let x = corner[0] + left.trailing_zeros() as i32;
+                        if (low[0]..=high[0]).contains(&x) {
+                            visit([x, y]);
+                        }
+                        left &= left - 1;
                     }
                 }
             }
         }
     }
 
-    /// The map as plain cells: the rectangle of all tiles in use.
-    pub fn grid(&self) -> CellGrid {
+    /// Writes the map to a grid that is the rectangle around all tiles in use.
+    pub fn write(&self, grid: &mut CellGrid) {
         let half = (self.tiles_per_side * TILE / 2) as i32;
         let used = self.slots.iter().enumerate().filter(|(_, slot)| **slot != NO_TILE);
         let places = used.map(|(k, slot)| ([k % self.tiles_per_side, k / self.tiles_per_side], *slot));
@@ -176,20 +215,18 @@ impl Occupancy {
         let high =
             places.clone().fold([0; 2], |high, (at, _)| [high[0].max(at[0] + 1), high[1].max(at[1] + 1)]);
         if self.levels.is_empty() {
-            return CellGrid { cell: self.cell_m, ..CellGrid::default() };
+            return grid.reset([0; 2], self.cell_m, [0.0; 2]);
         }
         let origin = low.map(|at| f64::from((at * TILE) as i32 - half) * self.cell_m);
-        let [width, height] = [0, 1].map(|axis| (high[axis] - low[axis]) * TILE);
-        let mut grid = CellGrid::unknown(width, height, self.cell_m, origin);
-        for ([column, row], slot) in places {
-            let levels = &self.levels[usize::from(slot) * TILE_CELLS..][..TILE_CELLS];
-            for (y, cells) in levels.chunks(TILE).enumerate() {
-                let start = ((row - low[1]) * TILE + y) * width + (column - low[0]) * TILE;
-                let row = &mut grid.cells[start..start + TILE];
-                row.iter_mut().zip(cells).for_each(|(cell, level)| *cell = classify(*level));
+        grid.reset([0, 1].map(|axis| (high[axis] - low[axis]) * TILE), self.cell_m, origin);
+        for (at, slot) in places {
+            let [column, row] = [0, 1].map(|axis| (at[axis] - low[axis]) * TILE);
+            let signs = &self.signs[usize::from(slot) * TILE..][..TILE];
+            for (row, signs) in (row..).zip(signs) {
+                grid.free.insert_bits(column, row, signs.free);
+                grid.occupied.insert_bits(column, row, signs.occupied);
             }
         }
-        grid
     }
 }
 
@@ -206,6 +243,8 @@ fn classify(level: u8) -> Cell {
 pub(crate) struct Entering<'a> {
     map: &'a mut Occupancy,
     touched: &'a mut Vec<u32>,
+    /// The last slot and the first cell of its tile, since successive cells of a beam are mostly in the same tile.
+    tile: Option<(usize, usize)>,
 }
 
 impl Entering<'_> {
@@ -229,17 +268,30 @@ impl Entering<'_> {
         }
     }
 
+    #[inline]
     fn change(&mut self, cell: [i32; 2], by: impl Fn(u8) -> u8) {
-        let Some(index) = self.map.find_or_make(cell) else {
+        let Some(index) = self.find(cell) else {
             self.map.left_out += 1;
             return;
         };
         let level = &mut self.map.levels[index];
         if *level & TOUCHED == 0 {
-            let before = if *level == 0 { EVEN } else { *level };
-            *level = by(before) | TOUCHED;
+            let after = by(if *level == 0 { EVEN } else { *level });
+            *level = after | TOUCHED;
+            self.map.signs[index / TILE].set(index % TILE, after);
             self.touched.push(index as u32);
         }
+    }
+
+    #[inline]
+    fn find(&mut self, cell: [i32; 2]) -> Option<usize> {
+        let (slot, within) = self.map.split(cell)?;
+        if let Some((_, first)) = self.tile.filter(|(known, _)| *known == slot) {
+            return Some(first + within);
+        }
+        let first = self.map.find_or_make(slot)?;
+        self.tile = Some((slot, first));
+        Some(first + within)
     }
 }
 
@@ -253,7 +305,7 @@ impl Drop for Entering<'_> {
 
 /// Visits the cells along a ray (Amanatides and Woo 1987). Places and lengths in cells.
 pub(crate) fn traverse(from: [f64; 2], direction: [f64; 2], length: f64, mut visit: impl FnMut([i32; 2])) {
-    let mut cell = from.map(|at| at.floor() as i32);
+    let mut cell = from.map(floor);
     let step = direction.map(|part| if part < 0.0 { -1 } else { 1 });
     let per_cell = direction.map(|part| if part == 0.0 { f64::INFINITY } else { 1.0 / part.abs() });
     let mut next = [0, 1].map(|axis| {
@@ -296,7 +348,8 @@ mod tests {
         let row: Vec<_> = [0, 10, 18, 20, 21].map(|x| map.at([x, 0])).to_vec();
         use Cell::{Free, Occupied, Unknown};
         assert_eq!(row, [Free, Free, Free, Occupied, Unknown]);
-        let grid = map.grid();
+        let mut grid = CellGrid::default();
+        map.write(&mut grid);
         let [x, y] = grid.cell_of([20.5 * 0.05, 0.5 * 0.05]);
         assert_eq!(grid.at(x, y), Occupied);
         let mut seen = Vec::new();
@@ -333,6 +386,7 @@ mod tests {
         assert_eq!(map.tiles(), 4);
         assert!(map.left_out() > 0);
         let slots = map.clone();
+        map.signs.clear();
         assert_eq!(
             map.restored(&Parameters { max_tiles: 4, extent_m: 10.0, ..Parameters::default() }),
             Ok(slots)

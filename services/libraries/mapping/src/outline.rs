@@ -6,8 +6,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::grid::{Cell, CellGrid};
+use crate::grid::CellGrid;
 use crate::region::Region;
+use crate::survey::Survey;
 
 /// A place, x and y.
 pub type Place = [f64; 2];
@@ -97,23 +98,11 @@ pub struct Taking {
     pub most_pieces: usize,
 }
 
-/// The free part of a map that is connected to the robot's place; slits a cell wide between beams are closed. Empty if the
-/// robot's place is not free.
-pub fn free_around(grid: &CellGrid, robot: Place, within_m: f64) -> Region {
-    let free = Region::of(grid.width, grid.height, |k| grid.cells[k] == Cell::Free);
-    let mut closed = free.grown(1).shrunk(1);
-    closed.cells.iter_mut().zip(&grid.cells).for_each(|(cell, seen)| *cell &= *seen != Cell::Occupied);
-    let at = [0, 1].map(|k| (robot[k] - grid.origin[k]) / grid.cell);
-    match closed.nearest(at, within_m / grid.cell) {
-        Some(seed) => closed.connected(seed),
-        None => Region { cells: vec![false; closed.cells.len()], ..closed },
-    }
-}
-
 impl SeenOutline {
-    /// The outline of a free region of a map. What lies near a cell of `shut` is wall, too: gaps that show nothing behind them.
-    pub fn of_map(grid: &CellGrid, free: &Region, shut: &[Place], taking: &Taking) -> Self {
-        let border = free.border();
+    /// The outline of the free space around the robot. Places near a cell of `shut` count as wall, too: these are gaps that show
+    /// nothing beyond them.
+    pub fn of_map(survey: &Survey, shut: &[Place], taking: &Taking) -> Self {
+        let (grid, border) = (survey.grid(), survey.free().border());
         if border.len() < 8 {
             return Self::default();
         }
@@ -161,14 +150,11 @@ impl SeenOutline {
 
 /// Whether each cell of the border lies near something occupied or shut.
 fn walls(grid: &CellGrid, border: &[[i64; 2]], shut: &[Place], wall_m: f64) -> Vec<bool> {
-    let mut solid = Region::of(grid.width, grid.height, |k| grid.cells[k] == Cell::Occupied);
-    for place in shut {
-        let [column, row] = grid.cell_of(*place);
-        if let Some(index) = grid.index(column, row) {
-            solid.cells[index] = true;
-        }
+    let mut near = grid.occupied.clone();
+    for index in shut.iter().filter_map(|place| grid.occupied.index(grid.cell_of(*place))) {
+        near.insert(index);
     }
-    let near = solid.grown((wall_m / grid.cell).round() as usize);
+    near.grow((wall_m / grid.cell).round() as usize);
     border.iter().map(|at| near.holds(*at)).collect()
 }
 
@@ -263,6 +249,7 @@ fn unit(v: Place) -> Place {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Cell;
 
     const TAKING: Taking = Taking {
         piece_m: 0.5,
@@ -274,27 +261,24 @@ mod tests {
     };
 
     /// A room of 4 × 3 m with a door of 1 m in the right wall, through which the robot has not looked.
-    fn room() -> CellGrid {
-        let mut grid = CellGrid::unknown(100, 80, 0.05, [0.0, 0.0]);
-        for row in 9..71 {
-            for column in 9..91 {
-                let is_inside = (10..90).contains(&column) && (10..70).contains(&row);
-                let is_door = column == 90 && (30..50).contains(&row);
-                grid.cells[row * 100 + column] = match (is_inside, is_door) {
-                    (true, _) => Cell::Free,
-                    (_, true) => Cell::Unknown,
-                    _ => Cell::Occupied,
-                };
+    fn room() -> Survey {
+        let grid = CellGrid::of([100, 80], 0.05, [0.0, 0.0], |k| {
+            let (column, row) = (k % 100, k / 100);
+            let is_near = (9..91).contains(&column) && (9..71).contains(&row);
+            let is_inside = (10..90).contains(&column) && (10..70).contains(&row);
+            let is_door = column == 90 && (30..50).contains(&row);
+            match (is_near, is_inside, is_door) {
+                (_, true, _) => Cell::Free,
+                (true, _, false) => Cell::Occupied,
+                _ => Cell::Unknown,
             }
-        }
-        grid
+        });
+        Survey::of(grid, [2.0, 2.0], 0.5)
     }
 
     #[test]
     fn a_room_with_a_door_is_walls_and_one_gap() {
-        let grid = room();
-        let free = free_around(&grid, [2.0, 2.0], 0.5);
-        let seen = SeenOutline::of_map(&grid, &free, &[], &TAKING);
+        let seen = SeenOutline::of_map(&room(), &[], &TAKING);
         let [gap] = &seen.gaps[..] else { panic!("{} gaps", seen.gaps.len()) };
         assert!(gap.iter().all(|p| (p[0] - 4.475).abs() < 0.01 && (1.5..2.6).contains(&p[1])), "{gap:?}");
         let walls = seen.pieces.iter().filter(|piece| matches!(piece, Piece::Wall { .. })).count();
@@ -303,10 +287,8 @@ mod tests {
 
     #[test]
     fn a_gap_that_is_shut_is_wall() {
-        let grid = room();
-        let free = free_around(&grid, [2.0, 2.0], 0.5);
         let shut: Vec<_> = (28..52).map(|row| [4.475, f64::from(row) * 0.05 + 0.025]).collect();
-        let seen = SeenOutline::of_map(&grid, &free, &shut, &TAKING);
+        let seen = SeenOutline::of_map(&room(), &shut, &TAKING);
         assert!(seen.gaps.is_empty() && seen.pieces.len() > 25);
     }
 

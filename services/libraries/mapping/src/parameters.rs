@@ -3,6 +3,7 @@
 use sketchnav_schemas::message::MAX_BEAMS;
 
 use crate::Error;
+use crate::occupancy::TILE;
 
 /// How far odometry may be off, one standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -94,6 +95,16 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// The largest number of cells along a side of a map.
+    pub fn cells_per_side(&self) -> usize {
+        self.tiles_per_side() * TILE
+    }
+
+    /// The largest number of tiles along a side of a map.
+    pub(crate) fn tiles_per_side(&self) -> usize {
+        (self.extent_m / (self.cell_m * TILE as f64)).ceil() as usize
+    }
+
     /// Checks bounds; memory and work follow from them.
     ///
     /// # Errors

@@ -1,5 +1,4 @@
-//! How long a plan takes: a new goal in a drawing, the way around what the laser sees, and what every
-//! step costs besides.
+//! How long a plan takes: a new goal in a drawing, the path around what the laser sees, and the further cost of every step.
 
 #[path = "../tests/support/building.rs"]
 mod building;
@@ -56,7 +55,7 @@ impl Scene {
         Self { field, obstacles, chart, robot, goal, scan }
     }
 
-    /// The farthest place on the way through the drawing that the local planner sees.
+    /// The farthest place on the path through the drawing that the local planner sees.
     fn target(&self, global: &[Point<SketchFrame>]) -> Point<Odom> {
         let in_window = |p: &&Point<SketchFrame>| self.chart.distance_m(global[0], **p) < 2.5;
         let last = global.iter().take_while(in_window).last();

@@ -1,5 +1,5 @@
-//! How long a drawing takes to be read, of each kind that ships. The yardstick, in the same run: what imageproc takes for
-//! one exact distance transform of as many pixels (Felzenszwalb and Huttenlocher 2012).
+//! How long it takes to read a drawing of each kind that ships. The yardstick, in the same run: the time imageproc needs for one
+//! exact distance transform of the same number of pixels (Felzenszwalb and Huttenlocher 2012).
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads files")]
 

@@ -1,4 +1,4 @@
-//! What is said of a run in a drawing: local scales, the particles, how well the scans fit.
+//! What a report says of a run in a drawing: local scales, the particles, and how well the scans fit.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Heard};

@@ -1,4 +1,4 @@
-//! What viewers get of navigation in a drawing.
+//! The topics that viewers get of navigation in a drawing.
 
 use sketchnav_schemas::ros2::derived::{Derived, derived};
 use sketchnav_schemas::ros2::forms::{
@@ -56,7 +56,7 @@ fn way_path(found: &Correspondence, _: &[u8]) -> Result<Path, Ros2Error> {
     path(&found.header, "map", first(&found.way_m, found.way_count))
 }
 
-/// Goals as discs, drawn routes as lines, each with its name.
+/// Goals as discs and drawn routes as lines, each with its name.
 fn route_markers(route: &Route, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     const GOAL_PX: f64 = 12.0;
     let mut shapes = Shapes::new(&route.header, "sketch")?;
@@ -72,7 +72,7 @@ fn route_markers(route: &Route, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     Ok(shapes.finish())
 }
 
-/// Where the partners of the drawing's outline are in the map, and the goal among them.
+/// Where the partners of the drawing's outline are in the map, with the goal.
 fn outline_markers(found: &Correspondence, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     const SAMPLE_M: f64 = 0.08;
     let mut shapes = Shapes::new(&found.header, "map")?;
@@ -144,7 +144,7 @@ mod tests {
         assert!((2.0 * poses.poses[1].orientation.z.asin() - 1.0).abs() < 1e-9);
     }
 
-    /// Counts that a foreign writer made up are bounded; a viewer must not die of them.
+    /// Counts that a foreign writer made up are bounded; they must not crash a viewer.
     #[test]
     fn a_count_beyond_the_capacity_takes_what_there_is() {
         let mut particles: Particles = sent();
@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(grid.data, [0, 100, 0, 0, 100, 0]);
     }
 
-    /// A goal has one point and no line; what was shown of an earlier route is taken away first.
+    /// A goal has one point and no line; what was shown of an earlier route is removed first.
     #[test]
     fn a_route_shows_its_goals_by_name() {
         let mut route: Route = sent();

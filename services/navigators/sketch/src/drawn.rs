@@ -1,4 +1,4 @@
-//! What people draw on the pad: its walls, and a mission of it that is driven without a page.
+//! What people draw on the pad: its walls, and the mission made of it that can be driven without a page.
 
 use crate::mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_schemas::codes::Process;
@@ -14,10 +14,10 @@ use crate::reading::{self, Options, Settings, desk, route_heading_rad};
 /// Time for a task, seconds of simulation.
 const TIME_LIMIT_S: f64 = 1800.0;
 
-/// What this navigator makes of drawings.
+/// How this navigator handles drawings.
 pub const DRAWN: Drawn = Drawn { walls, keep };
 
-/// By the sketcher's own code.
+/// Read by the sketcher's own code.
 fn walls(run: &RunConfig, bytes: &[u8]) -> Option<Walls> {
     let options = Options::of_mission(&run.mission, run.seed).ok()?;
     let drawing = reading::read(bytes, desk::NAME, &options).ok()?;
@@ -35,8 +35,8 @@ fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
         start_heading_deg: placing.start.and_then(|start| start.heading_deg),
         tasks: tasks(marks),
     };
-    // A heading that is to be found along the route that placed the robot is found in these tasks only if they begin
-    // with that route.
+    // A heading that follows from the route that placed the robot would be found again in these tasks only if they begin with that
+    // route.
     if drawn.start_heading_deg.is_none() && placing.route != marks.route {
         let settings = Settings::from_table(mission.parameters.of(Process::Sketcher))?;
         drawn.start_heading_deg = heading_deg(kept, &settings);
@@ -59,8 +59,7 @@ fn tasks(marks: &Marks) -> Vec<SketchTask> {
     goals.chain(route).collect()
 }
 
-/// The heading that the sketcher has taken from the route that placed the robot, degrees counter-clockwise from "to the
-/// right".
+/// The heading that the sketcher took from the route that placed the robot, degrees counter-clockwise from "to the right".
 fn heading_deg(kept: &Kept<'_>, settings: &Settings) -> Option<f64> {
     let [width_px, height_px] = kept.size_px.map(f64::from);
     let route = kept.placing.route.as_deref().unwrap_or_default().iter();
@@ -82,7 +81,7 @@ mod tests {
         .unwrap()
     }
 
-    /// What is read of the mission that is written after these marks in a drawing of this size.
+    /// What is read back of the mission that is written after these marks in a drawing of this size.
     fn written(size_px: [u32; 2], placing: &str, marks: &str) -> (Mission, SketchMission) {
         let [placing, marks] = [placing, marks].map(|marks| serde_json::from_str::<Marks>(marks).unwrap());
         let drawing = "my-room.json";
@@ -113,9 +112,8 @@ mod tests {
         assert_eq!(names, ["goal 1", "hall"]);
     }
 
-    /// The pad took the heading from the first point more than 50 px away. The sketcher took it from the first one farther
-    /// away than 2 % of the diagonal. With a squiggle at the beginning of a route, a saved mission had another heading
-    /// than the robot had.
+    /// The pad took the heading from the first point more than 50 px away, the sketcher from the first one farther away than 2 % of
+    /// the diagonal. With a squiggle at the beginning of a route, a saved mission had a different heading than the robot had.
     #[test]
     fn a_saved_mission_begins_looking_as_the_robot_did() {
         // 57 px on a large canvas, 14 px on a small one.

@@ -1,12 +1,12 @@
 //! Monte Carlo localization in a sketch: pose and two local scales at once (Boniardi et al. 2015, III-A).
 //!
-//! The state of a particle is (x, y, θ, a, b). It has a pose in the drawing, pixels, and the scales there: pixels a
-//! metre along the walls' direction and across. An update propagates the particles by the scaled odometry (equation 6)
-//! and weighs them by the scan. Weights follow equations 7 and 8, or the beam model. Then it resamples. Between
-//! updates the estimate is dead-reckoned through its scales.
+//! The state of a particle is (x, y, θ, a, b): a pose in the drawing, in pixels, and the scales there, in pixels per metre, along
+//! the walls' direction and across it. An update propagates the particles by the scaled odometry (equation 6), weighs them by the
+//! scan (equations 7 and 8, or the beam model), and resamples them. Between updates the estimate is dead-reckoned through its
+//! scales.
 //!
-//! It knows no clock, no file and no truth; after [`Filter::new`] it allocates nothing; the same
-//! inputs give the same bits.
+//! The filter uses no clock, no file and no truth; it allocates nothing after [`Filter::new`]; and the same inputs give the same
+//! bits.
 
 pub mod adaptive;
 pub mod beam_model;
@@ -61,21 +61,21 @@ use start::{believed, extent_px, first_anisotropy};
 use weighing::{BeamModelOfScan, FieldOfScan, weigh};
 use workers::Workers;
 
-/// How much worse than that of a lost robot the fit of a scan is that shows nothing.
+/// How much worse the fit of a scan that shows nothing is than the fit at which the robot counts as lost.
 const BLIND: f32 = 1.0;
 
 /// Where the robot is in the drawing, after a scan.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
-    /// The mode of the particles, never a mean of several modes.
+    /// The mode of the particles, never a mean over several modes.
     pub pose: Pose<Sketch>,
-    /// Local scale along the wall direction, pixels a metre.
+    /// Local scale along the wall direction, pixels per metre.
     pub scale_a_pxpm: f64,
-    /// Local scale across, pixels a metre.
+    /// Local scale across it, pixels per metre.
     pub scale_b_pxpm: f64,
     /// Covariance of (x px, y px, yaw rad, a px/m, b px/m) around the mode, row by row.
     pub covariance: [f64; 25],
-    /// Kish's effective sample size before resampling, of the last update.
+    /// Kish's effective sample size of the last update, before resampling.
     pub effective_sample_size: f64,
     /// Mean log likelihood of a beam at the estimate (beam model).
     pub fit: f64,
@@ -103,13 +103,13 @@ pub enum FilterError {
     },
 }
 
-/// Everything that changes: what a checkpoint holds.
+/// Everything that changes, which is what a checkpoint contains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     particles: ParticleSet,
     rng: Pcg64Mcg,
     proportions: Proportions,
-    /// How far ranges are typically off in this drawing, in ln(measured / expected).
+    /// How far off ranges typically are in this drawing, in ln(measured / expected).
     drawing_error: f32,
     started: bool,
     /// Odometry at the last update (x m, y m, yaw rad).
@@ -129,7 +129,7 @@ pub struct State {
     told: Option<Start>,
 }
 
-/// The filter: the drawing prepared, the state, and room to work in.
+/// The filter: the prepared drawing, the state, and buffers.
 #[derive(Debug, Clone)]
 pub struct Filter {
     parameters: Parameters,
@@ -197,12 +197,12 @@ impl Filter {
         })
     }
 
-    /// Lends the localizer threads. They change how long an update takes and nothing else.
+    /// Lends threads to the localizer. They change only how long an update takes.
     pub fn set_workers(&mut self, workers: Workers) {
         self.workers = workers;
     }
 
-    /// Takes in the scan and the odometry of its time; returns where the robot is now.
+    /// Takes in the scan and the odometry of the same time; returns where the robot is now.
     pub fn step(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> Estimate {
         self.beams.select(scan, &self.mounting, self.parameters.beams);
         self.beam_model.read(&self.beams, self.state.drawing_error);
@@ -221,10 +221,10 @@ impl Filter {
         self.estimate()
     }
 
-    /// A person says where the robot is. With the next scan all particles are drawn anew there.
+    /// Takes in where a person says that the robot is. With the next scan all particles are drawn again there.
     ///
     /// # Errors
-    /// [`FilterError::StartOutside`], and nothing has changed.
+    /// [`FilterError::StartOutside`]; nothing has changed then.
     pub fn tell(&mut self, told: Start) -> Result<(), FilterError> {
         told.check_within(self.size_px)?;
         self.state.told = Some(told);
@@ -241,7 +241,7 @@ impl Filter {
         &self.state
     }
 
-    /// Goes on from a checkpoint of a localizer with the same drawing and parameters.
+    /// Continues from a checkpoint of a localizer with the same drawing and parameters.
     pub fn restore(&mut self, state: State) {
         if state.started {
             self.weigher.suit(&self.grid, &self.parameters, &state.proportions);
@@ -311,7 +311,7 @@ impl Filter {
         }
     }
 
-    /// Finds the mode and judges it. `last` is where the robot is if it was where it was believed to be.
+    /// Finds the mode and judges it. `last` is the pose of the robot if the last estimate was right.
     fn locate(&mut self, last: Option<ScaledPose>) {
         let p = &self.parameters;
         let kernel = Kernel {
@@ -350,8 +350,8 @@ impl Filter {
         }
     }
 
-    /// Mean log likelihood of a beam at a pose (beam model). A scan without any valid beam fits nowhere: a
-    /// robot that sees nothing is lost after a while, however well it did before.
+    /// Mean log likelihood of a beam at a pose (beam model). A scan without any valid beam fits nowhere: a robot that sees nothing
+    /// is lost after a while, however well it was localized before.
     fn fit(&mut self, pose: &ScaledPose) -> f32 {
         if self.beams.is_empty() {
             return self.parameters.lost_below - BLIND;
@@ -393,9 +393,9 @@ impl Filter {
         }
     }
 
-    /// Draws the first particles. The pose is as the person marked it, and the scales are as the first scan suggests.
-    /// Later they are drawn back to the drawing's mean. Noise of the motion model is added once (Boniardi et al. 2015,
-    /// IV: "sampled according to the state model").
+    /// Draws the first particles. The pose is as the person marked it, and the scales are as the first scan suggests; later they
+    /// are drawn back to the drawing's mean. Noise of the motion model is added once (Boniardi et al. 2015, IV: "sampled according
+    /// to the state model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
         let (p, start) = (&self.parameters, &self.start);
         let first = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
@@ -414,8 +414,8 @@ impl Filter {
         (self.state.odometry, self.state.updated_at, self.state.started) = (at, at, true);
     }
 
-    /// Draws all particles anew where a person says that the robot is, as at the start. The drawing's mean scales stay;
-    /// those of the place are as this scan suggests, where the heading is known.
+    /// Draws all particles again where a person says that the robot is, as at the start. The drawing's mean scales stay; those of
+    /// the place are as this scan suggests, if the heading is known.
     fn begin_anew_at(&mut self, told: &Start, odometry: &Pose<Odom>) {
         let p = &self.parameters;
         let [a_pxpm, b_pxpm] = self.state.proportions.mean_ln_scales.map(f32::exp);
@@ -493,7 +493,7 @@ impl State {
     }
 }
 
-/// What of the drawing the scans are weighed by.
+/// The form of the drawing by which the scans are weighed.
 #[derive(Debug, Clone)]
 enum Weigher {
     /// The beam model's table of ranges.
@@ -511,7 +511,7 @@ impl Weigher {
         }
     }
 
-    /// The field's kernel has a width in metres: it suits a scale.
+    /// The field's kernel has a width in metres, so the field depends on the scale.
     fn suit(&mut self, grid: &Grid, p: &Parameters, proportions: &Proportions) {
         if let Self::Field(field) = self {
             *field = Field::new(grid, p, proportions.mean_scale_pxpm());
@@ -524,7 +524,7 @@ mod tests {
     use super::*;
     use sketchnav_schemas::codes::{FREE, WALL};
 
-    /// A building of 500 px, hence of 20 px/m: two rooms, and a door of 8 px where doors are of 14.
+    /// A building of 500 px, and hence 20 px/m: two rooms, and a door of 8 px, where a door's usual width is 14.
     fn two_rooms() -> SketchGrid {
         let is_wall = |x: usize, y: usize| {
             let outline = !(3..497).contains(&x) || !(3..297).contains(&y);
@@ -542,9 +542,8 @@ mod tests {
         (220..280).filter(|&x| !localizer.grid.is_wall(x as f32 + 0.5, 150.5)).count()
     }
 
-    /// The hysteresis of the estimate once was about the place and heading of the last update. A turn of an update
-    /// (0.35 rad) is as wide as the kernel. So of two equal rivals the estimate could take the other one whenever the
-    /// robot turned.
+    /// The hysteresis of the estimate used to apply to the place and heading of the last update. Since a turn of an update (0.35
+    /// rad) is as wide as the kernel, the estimate could switch between two equal rivals whenever the robot turned.
     #[test]
     fn a_turn_does_not_change_the_robots_mind() {
         let parameters =
@@ -556,7 +555,7 @@ mod tests {
         let mut scan = LaserScan { beam_count: 4, range_max_m: 5.6, ..bytemuck::Zeroable::zeroed() };
         scan.ranges_m[..4].fill(f32::INFINITY);
         localizer.step(&Pose::new(0.0, 0.0, 0.0), &scan);
-        // Two places, the other one with 52 particles of 100, and no reading that tells them apart.
+        // Two places, the other one with 52 of 100 particles, and no reading that tells them apart.
         let State { particles, mode, .. } = &mut localizer.state;
         for (i, x_px) in particles.x_px.iter_mut().enumerate() {
             *x_px = if i < 48 { 100.0 } else { 400.0 };

@@ -1,14 +1,14 @@
-//! Navigation in drawings (Boniardi et al. 2015, 2016): the stages of the navigator `sketch`, and what they stand on.
+//! Navigation in drawings (Boniardi et al. 2015, 2016): the stages of the navigator `sketch`, and what they are built on.
 //!
 //! - [`sketcher`], [`localizer`], [`planner`]: the stages;
-//! - [`messages`]: what they say, and on which channels; [`mission`], [`method`]: the keys of a mission of this kind;
-//! - [`lookout`], [`drawn`]: what a page shows of them, and what people draw on it; [`account`]: what is said of a run;
+//! - [`messages`]: their messages and channels; [`mission`], [`method`]: the keys of a mission of this kind;
+//! - [`lookout`], [`drawn`]: what a page shows of them, and what people draw on it; [`account`]: what a report says of a run;
 //! - [`reading`]: from a picture or strokes to a map, with the start and the tasks placed in it;
 //! - [`filter`]: Monte Carlo localization of the pose and two local scales in that map;
-//! - [`paths`]: a way through the map, and along drawn routes.
+//! - [`paths`]: paths through the map and along drawn routes.
 //!
-//! Nothing here knows a clock, a file or a channel, or starts a thread. Time, randomness, configuration and helpers
-//! for the work arrive as arguments.
+//! Nothing here uses a clock, a file or a channel, or starts a thread. Time, randomness, configuration and worker threads are
+//! passed in as arguments.
 
 pub mod account;
 pub mod derived;

@@ -1,8 +1,8 @@
-//! The localizer in drawings: says where the robot is in the drawing.
+//! The localizer in drawings, which reports where the robot is in the drawing.
 //!
-//! It answers every tick with one estimate, and once a simulated second with a sample of the particles before it.
-//! Instants wait for the sketch; where people draw while it runs, nothing waits, and with each new sketch the filter
-//! starts over. By an order `here` it starts over where a person says the robot is.
+//! It answers every tick with one estimate, and once per simulated second sends a sample of the particles before it. Instants wait
+//! for the sketch. If people draw while it runs, nothing waits, and with each new sketch the filter starts over. On an order `here`
+//! it starts over where a person says the robot is.
 
 use crate::messages::{ESTIMATE, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
 use crate::mission::SketchMission;
@@ -26,7 +26,7 @@ const PARTICLES_EVERY_NS: u64 = 1_000_000_000;
 /// Why the localizer cannot work.
 #[derive(Debug, thiserror::Error)]
 pub enum LocalizerError {
-    /// The mission's part for this navigator.
+    /// An error in the mission's part for this navigator.
     #[error(transparent)]
     Mission(#[from] MissionError),
     /// The mission's table of parameters has an unknown key or a wrong type.
@@ -35,15 +35,15 @@ pub enum LocalizerError {
     /// The robot lacks the laser or the odometry.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// A parameter or the start cannot be.
+    /// A parameter or the start is invalid.
     #[error(transparent)]
     Localization(#[from] FilterError),
-    /// The sketch does not hold what it says.
+    /// The sketch's cells do not match its size.
     #[error(transparent)]
     Cells(#[from] CellsError),
 }
 
-/// The parameters that a mission gives the localizer, and the robot's laser; the robot has odometry, too.
+/// The parameters that a mission gives the localizer, and the robot's laser. The robot must have odometry, too.
 ///
 /// # Errors
 /// [`LocalizerError`] with the key of the mission, or of the robot file.
@@ -55,12 +55,12 @@ pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser),
     Ok((parameters, robot.laser()?.clone()))
 }
 
-/// Everything that changes from scan to scan: what a checkpoint holds. `F` is the filter's own state, or
-/// a reference to it where it is only to be written.
+/// Everything that changes from scan to scan, which is what a checkpoint contains. `F` is the filter's own state, or a reference to
+/// it if it is only to be written.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct State<F = filter::State> {
     filter: Option<F>,
-    /// The odometry of the last scan, and what came of it.
+    /// The odometry of the last scan, and the resulting estimate.
     odometry: Option<[f64; 4]>,
     estimate: Option<Estimate>,
     particles_due_ns: u64,
@@ -77,21 +77,21 @@ pub struct Localizer {
     waits_for_sketch: bool,
     filter: Option<Filter>,
     particles_due_ns: u64,
-    /// The sketch that the filter belongs to; 0 before the first.
+    /// The sketch that the filter belongs to; 0 before the first one.
     sketch_seq: u64,
-    /// The odometry of the last scan, and what came of it.
+    /// The odometry of the last scan, and the resulting estimate.
     odometry: Option<PoseM>,
     estimate: Option<Estimate>,
-    /// Where the robot was, known better than where the drawing marks the start.
+    /// Where the robot was, if that is known better than by the start that the drawing marks.
     start: Option<Start>,
     /// Where the drawing marks the start.
     marked: Option<Start>,
-    /// Orders that were given up to this time are too old, nanoseconds.
+    /// Orders given up to this time are too old, nanoseconds.
     too_old_ns: Option<u64>,
 }
 
 impl Localizer {
-    /// Reads the parameters out of the mission.
+    /// Reads the parameters from the mission.
     ///
     /// # Errors
     /// [`LocalizerError`] with the key of the mission, or of the robot file.
@@ -115,9 +115,9 @@ impl Localizer {
         })
     }
 
-    /// Starts over where a person says the robot is, by an order `here`. The place may be as far off as the mark of
-    /// the start. A heading that is not given is the estimate's, or any where the robot is lost. It is ignored outside of
-    /// the drawing, before there is one, and where it was given before the estimate that this localizer has begun at.
+    /// Starts over where a person says the robot is, on an order `here`. The place may be as far off as the mark of the start. A
+    /// heading that is not given is that of the estimate, or any if the robot is lost. The order is ignored outside the drawing,
+    /// before there is one, and if it was given before the estimate from which this localizer started.
     fn on_order(&mut self, order: &MissionCommand) {
         let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
         let Some(here) = order.here().filter(|_| !is_old) else { return };
@@ -125,19 +125,18 @@ impl Localizer {
         let known = self.estimate.filter(|estimate| estimate.tracking != Tracking::Lost);
         let heading = here.yaw_rad.or(known.map(|estimate| estimate.pose.yaw_rad));
         let yaw_rad = heading.unwrap_or(marked.pose.yaw_rad);
-        // Before the first scan the heading is the one that is marked.
+        // Before the first scan the heading is the marked one.
         let is_any = heading.is_none() && self.estimate.is_some();
         let spread_rad = if is_any { std::f64::consts::PI } else { marked.spread_rad };
         let pose = Pose::new(here.at.x, here.at.y, wrap_angle(yaw_rad));
-        // Nobody is where there is no drawing.
+        // A place outside the drawing is ignored.
         let _ = filter.tell(Start { pose, spread_rad, ..marked });
     }
 
-    /// Takes in a sketch, the first or another; `cells` are the bytes behind the message. The filter begins
-    /// anew.
+    /// Takes in a sketch, the first or another; `cells` are the bytes that follow the message. The filter starts again.
     ///
     /// # Errors
-    /// [`LocalizerError::Cells`]; [`LocalizerError::Localization`] where the start is outside the sketch.
+    /// [`LocalizerError::Cells`]; [`LocalizerError::Localization`] if the start is outside the sketch.
     fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), LocalizerError> {
         let sketch = SketchGrid::of_map(map, cells)?;
         let marked = Start {
@@ -149,7 +148,7 @@ impl Localizer {
             let (mounting, drive, parameters) = ((&self.laser).into(), self.drive, self.parameters.clone());
             Filter::new(&sketch, mounting, drive, parameters, start, self.seed)
         };
-        // As unsure as at the start of the mission, at least: there is more to it than a covariance.
+        // At least as unsure as at the start of the mission, since there is more to it than a covariance.
         let last = self.start.take().map(|last| Start {
             spread_px: last.spread_px.max(marked.spread_px),
             spread_rad: last.spread_rad.max(marked.spread_rad),
@@ -160,8 +159,8 @@ impl Localizer {
         Ok(())
     }
 
-    /// Takes in what the sensors say now: a scan where there is a new one, and the odometry of its time. Without a new
-    /// scan the last estimate still holds.
+    /// Takes in what the sensors report now: a scan if there is a new one, and the odometry of its time. Without a new scan the
+    /// last estimate remains valid.
     fn observe(&mut self, odometry: &Odometry, scan: Option<&LaserScan>) {
         match (scan, &mut self.filter) {
             (Some(scan), Some(filter)) => self.estimate = Some(filter.step(&odometry.pose(), scan)),
@@ -177,7 +176,7 @@ impl Localizer {
         }
     }
 
-    /// Before there is a sketch, that it waits for one.
+    /// Before there is a sketch, the estimate says that it waits for one.
     fn write_estimate(&self, out: &mut PoseEstimate) {
         out.odometry = self.odometry.unwrap_or_else(|| PoseM::new(&Pose::<Odom>::new(0.0, 0.0, 0.0)));
         out.tracking = Tracking::Waiting.code();
@@ -224,7 +223,7 @@ impl Stage for Localizer {
         State { filter, odometry, estimate: self.estimate, particles_due_ns, sketch_seq }
     }
 
-    /// Where a newer sketch than the state's has come, the filter starts over in it.
+    /// If a newer sketch than that of the state has arrived, the filter starts over in it.
     fn restore(&mut self, state: State) -> Result<(), StageError> {
         let is_same = state.sketch_seq == self.sketch_seq;
         if let (Some(filter), Some(before)) = (&mut self.filter, state.filter.filter(|_| is_same)) {
@@ -241,8 +240,8 @@ impl Stage for Localizer {
         Ok(())
     }
 
-    /// Once a sketch comes, the filter begins at the robot's place of the last estimate instead of at the start. An
-    /// estimate that still waits for a sketch says nothing.
+    /// Once a sketch arrives, the filter starts at the robot's place in the last estimate instead of at the start. An estimate that
+    /// still waits for a sketch is not used.
     fn recover(&mut self, remains: &dyn Remains) {
         let is_known = |last: &PoseEstimate| last.tracking != Tracking::Waiting.code();
         let Some(last) = remains.of(ESTIMATE).filter(is_known) else { return };

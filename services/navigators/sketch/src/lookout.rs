@@ -1,5 +1,5 @@
-//! What a page shows of a drive in a drawing: the estimate with its particles, what the laser sees by that, the plan, what of
-//! the drawn outline was seen, and what the robot asks.
+//! What a page shows of a drive in a drawing: the estimate with its particles, what the laser sees according to it, the plan, which
+//! parts of the drawn outline were seen, and the robot's question.
 
 use sketchnav_schemas::channels::SCAN;
 use sketchnav_schemas::codes::Tracking;
@@ -15,18 +15,18 @@ use crate::messages::{
 };
 use crate::paths::chart::Chart;
 
-/// Estimates after another sketch that may still be about the one before: on their way, or at work.
+/// The number of estimates after a new sketch that may still refer to the previous one, because they were under way.
 const IN_FLIGHT: u32 = 2;
 
-/// The newest that is known of the drive.
+/// The latest state of the drive.
 pub struct Lookout {
     robot: Robot,
-    /// The number of the sketch that holds.
+    /// The number of the current sketch.
     sketch_seq: u64,
     size_px: Option<[u32; 2]>,
     wall_direction_rad: f64,
     walls: Option<Walls>,
-    /// Estimates to come that may still be about an earlier sketch.
+    /// The number of coming estimates that may still refer to an earlier sketch.
     in_flight: u32,
     tracking: Option<Tracking>,
     estimate: Option<Box<PoseEstimate>>,
@@ -38,7 +38,7 @@ pub struct Lookout {
 }
 
 impl Lookout {
-    /// Of this robot.
+    /// A lookout for this robot.
     pub fn new(robot: &Robot) -> Self {
         Self {
             robot: robot.clone(),
@@ -62,7 +62,7 @@ impl Lookout {
         (self.size_px, self.wall_direction_rad) = (Some(size_px), map.wall_direction_rad);
         self.walls = Some(Walls { size_px, cells: cells.to_vec() });
         if map.header.seq != self.sketch_seq {
-            // What was known belongs to the sketch before.
+            // What was known belongs to the previous sketch.
             (self.sketch_seq, self.in_flight) = (map.header.seq, IN_FLIGHT);
             (self.estimate, self.plan, self.particles, self.correspondence) = (None, None, None, None);
         }
@@ -134,7 +134,7 @@ fn keep<T: Copy>(newest: &mut Option<Box<T>>, message: Option<&T>) {
     }
 }
 
-/// Where the robot believes to be; `None` where it does not know.
+/// Where the robot believes itself to be; `None` if it does not know.
 fn robot(estimate: &PoseEstimate, robot: &Robot) -> Option<Whereabouts> {
     let tracking = Tracking::from_code(estimate.tracking).filter(|t| *t != Tracking::Waiting)?;
     let pose = estimate.pose.pose();
@@ -165,7 +165,7 @@ fn particles(particles: &Particles) -> Vec<[f64; 2]> {
     thinned(particles.particles[..count].iter()).map(|p| [p.x_px.into(), p.y_px.into()]).collect()
 }
 
-/// Walls of the drawn outline that the robot has seen, and those beyond gaps of what it has seen.
+/// Walls of the drawn outline that the robot has seen, and those behind gaps in what it has seen.
 fn outline(found: &Correspondence) -> [Shape; 2] {
     let of = |kind: PartnerKind, color| {
         let samples = found.samples().iter().filter(|sample| sample.partner == kind.code());
@@ -177,7 +177,7 @@ fn outline(found: &Correspondence) -> [Shape; 2] {
     [of(PartnerKind::Wall, Color::Seen), of(PartnerKind::Gap, Color::Hidden)]
 }
 
-/// Where the robot is about to go: through the drawing to the task's end, and around what the laser sees.
+/// Where the robot is about to drive: through the drawing to the task's end, and around what the laser sees.
 fn ways(plan: &Plan) -> [Shape; 2] {
     let line = |points: &[[f32; 2]], count: u32, stroke| {
         let points = &points[..(count as usize).min(points.len())];
@@ -190,7 +190,7 @@ fn ways(plan: &Plan) -> [Shape; 2] {
     ]
 }
 
-/// Where the laser sees something, by the estimate's local scales; nowhere where the robot has none.
+/// Where the laser sees something, according to the estimate's local scales; empty if there are none.
 fn hits(scan: &LaserScan, estimate: &PoseEstimate, wall_direction_rad: f64, robot: &Robot) -> Vec<[f64; 2]> {
     let Some(chart) = Chart::new(estimate, wall_direction_rad) else { return Vec::new() };
     let Some(laser) = &robot.laser else { return Vec::new() };

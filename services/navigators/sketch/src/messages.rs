@@ -28,7 +28,7 @@ codes! {
         None = 0 "none",
         /// Where the goal is.
         Goal = 1 "goal",
-        /// A gap of what was seen, behind which the goal lies.
+        /// A gap in what was seen that leads to the goal.
         Gap = 2 "gap",
         /// Where the best rival alignment has the goal.
         Rival = 3 "rival",
@@ -155,7 +155,7 @@ messages! {
         pub cost: f64,
         /// What the best alignment that has the goal elsewhere costs more; negative where none was asked for.
         pub rival_margin: f64,
-        /// Where that has the goal, or the gap behind which it has it.
+        /// Where that has the goal, or the gap that leads to it.
         pub rival_m: [f64; 2],
         /// What the robot looks for on its course.
         pub target_m: [f64; 2],

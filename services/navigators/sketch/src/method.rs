@@ -1,24 +1,24 @@
-//! The methods of the kind `sketch`: this project's, and the published ones that it is measured against.
+//! The methods of the kind `sketch`: this project's own, and the published ones that they are measured against.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Which set of parameters the localizer and the planner begin with: the key `navigator.method` of a mission.
-/// The mission's tables `parameters.localizer` and `parameters.planner` change single values of it.
+/// Which set of parameters the localizer and the planner start from: the key `navigator.method` of a mission. The mission's tables
+/// `parameters.localizer` and `parameters.planner` change single values of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "&'static str")]
 pub enum Method {
-    /// This project's own: on an open floor, the outline of what was seen is aligned with the drawing's. Once it has seen rooms,
-    /// and along routes, it drives as [`Self::Beam`] does.
+    /// This project's own: on an open floor, the outline of what was seen is aligned with that of the drawing. Once the robot has
+    /// seen rooms, and along routes, it drives as [`Self::Beam`] does.
     #[default]
     Outline,
-    /// This project's own: a particle filter. Beams are weighed by what the drawing lets them see.
+    /// This project's own: a particle filter whose beams are weighed by what the drawing lets them see.
     Beam,
     /// Boniardi et al. 2015: two local scales, tracked.
     Boniardi2015,
-    /// Its special case without tracking: one scale for both directions, as the first scan says it.
+    /// Its special case without tracking: one scale for both directions, as it follows from the first scan.
     Boniardi2015FixedScale,
     /// Its predecessor, Behzadian et al. 2015: one local scale, tracked.
     Behzadian2015,
@@ -29,7 +29,7 @@ impl Method {
     pub const ALL: [Self; 5] =
         [Self::Outline, Self::Beam, Self::Boniardi2015, Self::Boniardi2015FixedScale, Self::Behzadian2015];
 
-    /// The word for people and files.
+    /// Its name, as people and files write it.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Beam => "beam",
@@ -81,7 +81,7 @@ mod tests {
             assert_eq!(method.word().parse(), Ok(method));
             assert_eq!(toml::Value::try_from(method).unwrap().as_str(), Some(method.word()));
         }
-        // The words of before are answered with those of now.
+        // Former names are refused with the current ones.
         for old in ["ours", "paper", "fixed-scale", "one-scale"] {
             let error = old.parse::<Method>().unwrap_err();
             let words = "outline, beam, boniardi-2015, boniardi-2015-fixed-scale, behzadian-2015";

@@ -1,4 +1,4 @@
-//! What belongs to a mission of kind `sketch`: the drawing, where the robot starts in it, and where it shall go.
+//! What belongs to a mission of kind `sketch`: the drawing, where the robot starts in it, and where it is to go.
 //!
 //! All code reads and writes these keys through [`SketchMission`].
 
@@ -14,7 +14,7 @@ use sketchnav_schemas::mission::{
 use crate::method::Method;
 use sketchnav_schemas::message::MAX_ROUTE_POINTS;
 
-/// The word of the kind.
+/// The name of the kind.
 pub const KIND: &str = "sketch";
 
 /// The part of a mission that belongs to the kind `sketch`.
@@ -22,14 +22,14 @@ pub const KIND: &str = "sketch";
 pub struct SketchMission {
     /// How the robot finds its way.
     pub method: Method,
-    /// The drawing: PNG, JPEG, SVG or strokes in JSON.
+    /// The drawing: PNG, JPEG, GIF, WebP, BMP, SVG or strokes in JSON.
     pub drawing: String,
-    /// Whether the walls are dark lines, light lines, or to be found out.
+    /// Whether the walls are dark lines, light lines, or still to be determined.
     pub walls: WallTone,
-    /// Start in the drawing, image pixels (column, row; row 0 at the top). `None` where the first task is a drawn
-    /// route or the drawing itself holds the start.
+    /// Start in the drawing, image pixels (column, row; row 0 at the top). `None` if the first task is a drawn route, or if the
+    /// drawing itself contains the start.
     pub start: Option<[f64; 2]>,
-    /// Heading in the drawing, degrees counter-clockwise from "to the right" as one looks at it.
+    /// Heading in the drawing, degrees counter-clockwise from "to the right" as one looks at the drawing.
     pub start_heading_deg: Option<f64>,
     /// Where to go, in order.
     pub tasks: Vec<SketchTask>,
@@ -39,7 +39,7 @@ pub struct SketchMission {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallTone {
-    /// To be found out.
+    /// To be determined from the picture.
     #[default]
     Auto,
     /// Dark on light.
@@ -61,7 +61,7 @@ impl WallTone {
 /// A task in a drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SketchTask {
-    /// Name, for people.
+    /// Name for people.
     pub name: String,
     /// Where to go.
     pub aim: Aim,
@@ -79,7 +79,7 @@ pub enum Aim {
 }
 
 impl Aim {
-    /// The goal alone, or the points of the route.
+    /// The goal by itself, or the points of the route.
     pub fn points(&self) -> &[[f64; 2]] {
         match self {
             Self::Goal(at) => std::slice::from_ref(at),
@@ -87,7 +87,7 @@ impl Aim {
         }
     }
 
-    /// The points of a route.
+    /// The points of a route; `None` for a goal.
     pub fn route(&self) -> Option<&[[f64; 2]]> {
         match self {
             Self::Goal(_) => None,
@@ -95,7 +95,7 @@ impl Aim {
         }
     }
 
-    /// The keys of a task that say so.
+    /// The keys of a task that express this.
     pub fn given(&self) -> toml::Table {
         let (key, value) = match self {
             Self::Goal(at) => ("goal", point(*at)),
@@ -132,7 +132,7 @@ fn point(at: [f64; 2]) -> toml::Value {
 }
 
 impl SketchMission {
-    /// Reads and checks the keys of the kind. A mission without tasks holds: where people draw, they come later.
+    /// Reads and checks the keys of the kind. A mission without tasks is valid: if people draw, the tasks come later.
     ///
     /// # Errors
     /// [`MissionError`] with the key and what was expected.
@@ -152,7 +152,7 @@ impl SketchMission {
         keys.end(&["kind", "method", "drawing", "walls", "start", "start_heading_deg"])?;
         check_heading("navigator.start_heading_deg", read.start_heading_deg.unwrap_or_default())?;
         let points: usize = read.tasks.iter().map(|task| task.aim.points().len()).sum();
-        let expected = "at most 8192 points of all goals and routes";
+        let expected = "at most 8192 points in all goals and routes together";
         check(points <= MAX_ROUTE_POINTS, || "task".into(), expected, || points.to_string())?;
         read.check_places()?;
         Ok(read)
@@ -185,8 +185,8 @@ impl SketchMission {
         NavigatorChoice { kind: KIND.to_owned(), given: given.collect() }
     }
 
-    /// Makes `mission` one of this kind with these tasks. A task of `mission` keeps its `there`; where there are more
-    /// tasks now, those of the others are unknown.
+    /// Makes `mission` one of this kind with these tasks. A task of `mission` keeps its `there`; if there are now more tasks, those
+    /// of the others are unknown.
     pub fn write_to(&self, mission: &mut Mission) {
         mission.navigator = self.navigator();
         let mut places = std::mem::take(&mut mission.task).into_iter().map(|task| task.there);
@@ -201,7 +201,7 @@ impl SketchTask {
         Ok(Self { name: task.name.clone(), aim, time_limit_s: task.time_limit_s })
     }
 
-    /// The task of a mission file; `there`: which place of the true world it is.
+    /// The task for a mission file; `there`: its place in the true world.
     pub fn with_place(&self, there: Place) -> Task {
         let Self { name, aim, time_limit_s } = self;
         Task { name: name.clone(), there, time_limit_s: *time_limit_s, given: aim.given() }
@@ -231,7 +231,7 @@ impl<'a> Keys<'a> {
         MissionError::Value { key: format!("{}.{key}", self.table), expected, found: "none".into() }
     }
 
-    /// Nothing may be left.
+    /// Fails if any key is left.
     fn end(self, known: &[&str]) -> Result<(), MissionError> {
         self.left.into_iter().next().map_or(Ok(()), |(key, _)| {
             let reason = format!("unknown key, expected one of {}", known.join(", "));
@@ -332,7 +332,7 @@ mod tests {
         assert!(refusal("[[3, 4], [5, 6.5]]", &long).contains("8192 points"));
     }
 
-    /// Missions that no file was read for are checked too.
+    /// Missions that were not read from a file are checked too.
     #[test]
     fn a_number_that_is_none_is_named() {
         let mut mission = Mission::parse(MISSION).unwrap();

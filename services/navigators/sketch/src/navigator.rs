@@ -1,4 +1,4 @@
-//! The navigator as a mission chooses it: its stages, and all that is shown and said of them.
+//! The navigator as a mission chooses it: its stages, and everything that is shown and reported of them.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;

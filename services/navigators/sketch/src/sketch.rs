@@ -7,8 +7,8 @@ use crate::messages::SketchMap;
 
 /// The drawing: cells in rows from the bottom up, and the direction of its walls.
 ///
-/// Cell (column, row) covers the square from (column, row) to (column + 1, row + 1) of the frame
-/// [`Sketch`]. What lies outside the grid is wall.
+/// Cell (column, row) covers the square from (column, row) to (column + 1, row + 1) of the frame [`Sketch`]. Everything outside the
+/// grid is wall.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SketchGrid {
     width: usize,
@@ -17,20 +17,20 @@ pub struct SketchGrid {
     wall_direction_rad: f64,
 }
 
-/// The cells behind a sketch are not as many as its size says, or none.
+/// The number of cells after a sketch does not match its size, or is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("sketch: expected {width} × {height} cells, found {found}")]
 pub struct CellsError {
-    /// Width that the message says.
+    /// Width according to the message.
     pub width: u32,
-    /// Height that the message says.
+    /// Height according to the message.
     pub height: u32,
-    /// Cells behind the message.
+    /// The number of cells after the message.
     pub found: usize,
 }
 
 impl SketchGrid {
-    /// From the message and the cells behind it.
+    /// Made from the message and the cells that follow it.
     ///
     /// # Errors
     /// [`CellsError`].
@@ -41,8 +41,8 @@ impl SketchGrid {
             .ok_or(CellsError { width, height, found: cells.len() })
     }
 
-    /// From cells as they travel behind a `SketchMap` (row 0 at the bottom; [`WALL`] is wall, all
-    /// else free). Returns `None` where the count of cells is not width × height.
+    /// Made from cells as they follow a `SketchMap` (row 0 at the bottom; [`WALL`] is wall, everything else free). Returns `None`
+    /// if the number of cells is not width × height.
     pub fn new(width: usize, height: usize, cells: &[u8], wall_direction_rad: f64) -> Option<Self> {
         (width.checked_mul(height)? == cells.len()).then(|| Self {
             width,

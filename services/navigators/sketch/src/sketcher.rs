@@ -1,4 +1,4 @@
-//! The sketcher in drawings as a stage: the drawing of a mission, or those that people send while it runs.
+//! The sketcher in drawings as a stage: for the drawing of a mission, or for those that people send while it runs.
 
 use crate::messages::{ROUTE, Route, SKETCH, SketchMap};
 use crate::mission::SketchMission;
@@ -18,13 +18,13 @@ use crate::reading::{
 };
 use crate::task::fill_route;
 
-/// How often a drawing is read that has killed the sketcher each time.
+/// How many times a drawing is read that has crashed the sketcher each time.
 const MAX_ATTEMPTS: u32 = 3;
 
-/// The sketcher of a run: by the pad's drawings where people draw, else by the mission's.
+/// The sketcher of a run: for the pad's drawings if people draw, otherwise for the mission's.
 ///
 /// # Errors
-/// [`SketchError`]: a parameter, or a drawing that cannot be opened.
+/// [`SketchError`] for a parameter, or for a drawing that cannot be opened.
 pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, StageError> {
     if run.pad.draws() {
         return Ok(Box::new(LiveSketcher { desk: Desk::new(run)?, answer: None }));
@@ -34,8 +34,8 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
     Ok(Box::new(FileSketcher { bytes: load(&mission, files)?, mission, options }))
 }
 
-/// Reads the drawing of a run and places its start and tasks in it; the mission goes before what the
-/// drawing itself marks.
+/// Reads the drawing of a run and places its start and tasks in it; the mission takes precedence over what the drawing itself
+/// marks.
 ///
 /// # Errors
 /// A drawing that is missing, or that [`read`] or [`Intent::place`] refuses.
@@ -45,10 +45,10 @@ pub fn understand(run: &RunConfig, files: &Files<'_>) -> Result<(DrawnMap, Place
     understand_bytes(&mission, &options, &load(&mission, files)?)
 }
 
-/// What a person should know of a drawing before a robot is driven by it; nothing where people draw while it runs.
+/// What a person should know about a drawing before a robot is driven by it; empty if people draw while it runs.
 ///
 /// # Errors
-/// [`SketchError`] where the drawing cannot be read, or where nothing could be right in it.
+/// [`SketchError`] if the drawing cannot be read, or if it cannot be right at all.
 pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError> {
     if run.pad.draws() {
         return Ok(Doubts::default());
@@ -65,10 +65,10 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError>
     })
 }
 
-/// The grid that a run's drawing becomes; `None` where people draw while it runs.
+/// The grid that a run's drawing becomes; `None` if people draw while it runs.
 ///
 /// # Errors
-/// [`SketchError`] where the drawing cannot be read.
+/// [`SketchError`] if the drawing cannot be read.
 pub fn canvas(run: &RunConfig, files: &Files<'_>) -> Result<Option<Canvas>, SketchError> {
     if run.pad.draws() {
         return Ok(None);
@@ -94,7 +94,7 @@ fn understand_bytes(
     Ok((drawing, places))
 }
 
-/// Sends the sketch and the route of the mission's drawing once; after a kill it reads the drawing again.
+/// Sends the sketch and the route of the mission's drawing once; after a crash it reads the drawing again.
 struct FileSketcher {
     mission: SketchMission,
     options: Options,
@@ -124,16 +124,16 @@ fn write_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap, cells:
     fill_cells(drawing, cells);
 }
 
-/// Answers each drawing of the pad with one word, and sends what follows from it before.
+/// Answers each drawing of the pad with one message, and first sends what follows from the drawing.
 ///
-/// Its state holds the drawings that were taken over, since the pad has forgotten them, and the answer to the last
-/// one. A successor needs both.
+/// Its state contains the drawings that were accepted, since the pad has forgotten them, and the answer to the last one. A
+/// restarted sketcher needs both.
 struct LiveSketcher {
     desk: Desk,
     answer: Option<Answer>,
 }
 
-/// What is said to a drawing.
+/// The answer to a drawing.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Answer {
     kind: u32,
@@ -141,7 +141,7 @@ struct Answer {
     outcome: Result<Change, String>,
 }
 
-/// The state of the sketcher where people draw: `D` is the desk's, or a reference to it.
+/// The state of the sketcher if people draw: `D` is the desk's state, or a reference to it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct State<D = desk::State, A = Option<Answer>> {
     desk: D,
@@ -166,7 +166,7 @@ impl Stage for LiveSketcher {
         Ok(())
     }
 
-    /// The route says which sketch its tasks are places of.
+    /// The route says to which sketch the places of its tasks refer.
     fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Some(Answer { kind, outcome }) = &self.answer else { return Ok(()) };
         if let Some((drawing, places)) = self.desk.placed() {

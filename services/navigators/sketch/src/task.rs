@@ -9,7 +9,7 @@ use crate::messages::{Route, RouteTask};
 /// A task: one point is a goal, more are a drawn route. `P` is a place in the frame [`Sketch`], or in image pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Task<P = Point<Sketch>> {
-    /// Name, for people.
+    /// Name for people.
     pub name: String,
     /// Where to go.
     pub points: Vec<P>,
@@ -50,9 +50,9 @@ impl Task {
     }
 }
 
-/// Fills a route message; what lies behind its counts becomes zero.
+/// Fills a route message; entries past its counts become zero.
 ///
-/// Tasks and points beyond what the message holds are left out.
+/// Tasks and points beyond the capacity of the message are left out.
 pub fn fill_route(tasks: &[Task], route: &mut Route) {
     let nothing = RouteTask { name: Text::default(), first_point: 0, point_count: 0, time_limit_s: 0.0 };
     route.tasks.fill(nothing);

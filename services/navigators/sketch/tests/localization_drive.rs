@@ -1,5 +1,5 @@
-//! A robot drives through a small building and is tracked in drawings of it. They are stretched differently along and
-//! across, turned and wobbly, and lack the furniture.
+//! A robot drives through a small building and is tracked in drawings of it. They are stretched differently along and across the
+//! corridor, turned and wobbly, and lack the furniture.
 
 mod support;
 
@@ -8,14 +8,14 @@ use sketchnav_sketch::filter::parameters::{Likelihood, Parameters};
 use sketchnav_sketch::filter::{Estimate, Filter};
 use support::{Drawing, Drive, WAY};
 
-/// A drawing of 21 pixels a metre along the corridor and 13 across.
+/// A drawing with 21 pixels per metre along the corridor and 13 across.
 const STRETCHED: Drawing = Drawing { size: [500, 500], a: 21.0, b: 13.0, turn_rad: 0.0, wobble_px: 0.0 };
 
-/// What came of a drive.
+/// The outcome of a drive.
 struct Outcome {
     median_error_m: f64,
     final_error_m: f64,
-    /// Mean of the logarithm of estimated over true scale, the last two thirds of the way.
+    /// Mean of the logarithm of estimated over true scale, in the last two thirds of the path.
     scale_a_error: f64,
     scale_b_error: f64,
     tracking: Tracking,
@@ -26,7 +26,7 @@ fn drive(drawing: Drawing, parameters: Parameters, seed: u64) -> Outcome {
     drive_with(drawing, parameters, seed, |_, _| ())
 }
 
-/// Drives all the way; `meddle` is called after each step.
+/// Drives the whole path; `meddle` is called after each step.
 fn drive_with(
     drawing: Drawing,
     parameters: Parameters,

@@ -1,5 +1,4 @@
-//! A running filter asks nothing of the heap, on one thread or on two, and two threads give the bits of
-//! one.
+//! A running filter allocates nothing, on one thread or on two, and two threads give the same bits as one.
 
 mod support;
 
@@ -15,7 +14,7 @@ use support::{Drawing, Drive, WAY};
 
 const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_rad: 0.1, wobble_px: 0.0 };
 
-/// Counts what the counted threads ask of the heap.
+/// Counts the allocations of the counted threads.
 struct Counting;
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
@@ -30,7 +29,7 @@ fn count() {
     }
 }
 
-// SAFETY: every call goes to the system's allocator unchanged; flag and counter have no destructor.
+// SAFETY: every call goes to the system's allocator unchanged; neither the flag nor the counter has a destructor.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();
@@ -49,12 +48,12 @@ static COUNTING: Counting = Counting;
 fn pool(threads: usize) -> Arc<ThreadPool> {
     let counted = |_| IS_COUNTED.set(true);
     let pool = ThreadPoolBuilder::new().num_threads(threads).start_handler(counted).build().unwrap();
-    // A thread that starts late would make its place in the pool in the middle of a step.
+    // A thread that starts late would otherwise allocate its slot in the pool in the middle of a step.
     pool.broadcast(|_| ());
     Arc::new(pool)
 }
 
-/// Takes `count` steps without an allocation; what the filter believes after each, to the bit.
+/// Takes `count` steps, none of which may allocate; returns the filter's belief after each, to the bit.
 fn steps(drive: &mut Drive, count: usize) -> Vec<[u64; 3]> {
     let mut beliefs = Vec::with_capacity(count);
     for _ in 0..count {
@@ -79,7 +78,7 @@ fn a_steady_update_allocates_nothing_and_two_threads_change_no_bit() {
         drive
     };
     let alone = both.each_ref().map(|parameters| steps(&mut warm(parameters), 40));
-    // One pool for both: the threads of one that ends ask something of the heap while the next steps are counted.
+    // One pool for both: the threads of a pool that ends allocate something while the next steps are counted.
     let pool = pool(2);
     for (parameters, alone) in both.iter().zip(&alone) {
         let together = pool.install(|| {

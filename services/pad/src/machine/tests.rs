@@ -237,7 +237,7 @@ fn a_sketcher_that_does_not_answer_is_given_up() {
 #[test]
 fn a_successor_that_knows_nothing_can_stop_a_robot_that_drives() {
     let mut scene = Scene::new(true);
-    scene.machine.begin_behind(7);
+    scene.machine.resume_after(7);
     scene.located();
     scene.say(TaskState::Driving);
     assert_eq!((scene.machine.state(), scene.allowed()), (State::Driving, vec![Step::Abort]));
@@ -252,7 +252,7 @@ fn a_successor_that_knows_nothing_can_stop_a_robot_that_drives() {
 #[test]
 fn a_successor_that_knows_nothing_can_stop_a_robot_of_which_nothing_was_heard() {
     let mut machine = Machine::new(true);
-    machine.begin_behind(7);
+    machine.resume_after(7);
     assert_eq!((machine.state(), machine.allowed(true, s(0))), (State::Driving, vec![Step::Abort]));
     machine.on_status(&status(TaskState::Waiting), s(1));
     assert_eq!(machine.order(Step::Abort, false, s(1)), Ok(Order::Abort));

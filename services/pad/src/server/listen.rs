@@ -145,7 +145,7 @@ impl Dismissal {
             ),
             Self::Crowd => (
                 "503 Service Unavailable",
-                "too many connections that say nothing: come again with a request".to_owned(),
+                "too many idle connections; try again and send a request at once".to_owned(),
             ),
             Self::Gone => return String::new(),
         };

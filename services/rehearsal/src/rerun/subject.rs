@@ -19,7 +19,7 @@ use crate::parts::{Part, World};
 
 /// A process under examination.
 pub(super) enum Subject {
-    World(Box<World>),
+    World(Box<World>, Vec<Duration>),
     Stage(Box<Staged>),
 }
 
@@ -34,13 +34,15 @@ pub(super) struct Staged {
     /// The ticks to answer; `None` for all.
     answered: Option<BTreeSet<u64>>,
     rejections: Rejections,
+    /// How long each step took.
+    steps: Vec<Duration>,
 }
 
 impl Subject {
     pub(super) fn new(process: Process, recorded: &RecordedRun) -> Result<Self, RerunError> {
         let RecordedRun { run, files } = recorded;
         if process == Process::World {
-            return Ok(Self::World(Box::new(World::new(run, files)?)));
+            return Ok(Self::World(Box::new(World::new(run, files)?), Vec::new()));
         }
         let part = Part::new(process, run, &read_from(files))?.ok_or(RerunError::Process { process })?;
         let kind = run.mission.navigator_kind();
@@ -51,6 +53,7 @@ impl Subject {
             reads: channels::read_by(process, kind).collect(),
             answered: None,
             rejections: Rejections::default(),
+            steps: Vec::new(),
         })))
     }
 
@@ -64,7 +67,7 @@ impl Subject {
     /// Sends what it has to say before it hears anything.
     pub(super) fn begin(&mut self, tap: &mut impl Tap) -> Result<(), RerunError> {
         let said = match self {
-            Self::World(world) => world.observe(tap),
+            Self::World(world, _) => world.observe(tap),
             Self::Stage(staged) => staged.part.speak(Header { seq: 0, stamp_ns: 0, source_seq: 0 }, tap),
         };
         Ok(said.map_err(RehearsalError::Stage)?)
@@ -73,23 +76,28 @@ impl Subject {
     /// Hears a message of another process and sends what that causes.
     pub(super) fn hear(&mut self, message: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
         match self {
-            Self::World(world) => hear_command(world, message, tap),
+            Self::World(world, steps) => {
+                let before = world.spent;
+                hear_command(world, message, tap)?;
+                steps.extend(Some(world.spent - before).filter(|step| !step.is_zero()));
+                Ok(())
+            }
             Self::Stage(staged) => staged.hear(message, tap),
         }
     }
 
-    /// The invalid messages among what it heard; the world only hears commands.
-    pub(super) fn rejections(self) -> Rejections {
+    /// The invalid messages among its inputs (the world receives only commands), and how long each step took.
+    pub(super) fn finish(self) -> (Rejections, Vec<Duration>) {
         match self {
-            Self::World(_) => Rejections::default(),
-            Self::Stage(staged) => staged.rejections,
+            Self::World(_, steps) => (Rejections::default(), steps),
+            Self::Stage(staged) => (staged.rejections, staged.steps),
         }
     }
 
     /// How long it has taken so far, excluding reading, encoding, comparing and writing.
     pub(super) fn spent(&self) -> Duration {
         match self {
-            Self::World(world) => world.spent,
+            Self::World(world, _) => world.spent,
             Self::Stage(staged) => staged.part.spent,
         }
     }
@@ -139,7 +147,9 @@ impl Staged {
         let tick = if spec.role == Role::Tick { cause.seq } else { cause.source_seq };
         let is_left_out = self.answered.as_ref().is_some_and(|ticks| !ticks.contains(&tick));
         if self.part.is_ready() && !is_left_out {
+            let before = self.part.spent;
             self.part.step((tick, cause.stamp_ns), &self.inputs, tap)?;
+            self.steps.push(self.part.spent - before);
             self.inputs.end_instant();
         }
         Ok(())

@@ -202,7 +202,7 @@ impl Inputs {
 
     /// Resumes after the tick `answered` with whatever the channels still have. Earlier requests of the pad are
     /// skipped. Drawings need not be: no history keeps them.
-    pub(super) fn begin_behind(&mut self, answered: u64, node: &Node) -> Result<()> {
+    pub(super) fn resume_after(&mut self, answered: u64, node: &Node) -> Result<()> {
         self.answered = answered;
         for requests in self.requests.iter_mut().filter(|requests| is_of_people(requests.reader.spec())) {
             requests.reader.take_kept(node, |_| {})?;

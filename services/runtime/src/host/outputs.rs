@@ -46,8 +46,8 @@ impl Outputs {
         }
     }
 
-    pub(super) fn resume_behind_history(&mut self) {
-        self.writers.iter_mut().for_each(RawWriter::resume_behind_history);
+    pub(super) fn resume_after_history(&mut self) {
+        self.writers.iter_mut().for_each(RawWriter::resume_after_history);
     }
 
     pub(super) fn last_sent(&self, spec: &ChannelSpec) -> Option<Header> {

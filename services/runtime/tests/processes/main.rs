@@ -98,7 +98,7 @@ fn a_link_among_the_files_of_a_system_is_named_and_not_followed() {
     let place = |name: &str| PathBuf::from(owner.to_str().unwrap().replace("_owner", &format!("_{name}")));
     let link = place("checkpoint_localizer_0");
     std::os::unix::fs::symlink(&victim, &link).unwrap();
-    let expected = format!("{}: expected a file of user", link.display());
+    let expected = format!("{}: expected a regular file owned by user", link.display());
     let complaint = supervisor.tell("complaint");
     assert!(complaint.starts_with(&expected) && complaint.contains("found a link"), "{complaint}");
     let mut localizer = stage.player();
@@ -132,7 +132,10 @@ fn a_link_in_the_way_of_a_start_is_named() {
     let link = next_file(&stage, "linked");
     std::os::unix::fs::symlink("/nowhere", &link).unwrap();
     let answer = supervisor.tell("join linked supervisor");
-    assert!(answer.starts_with(&format!("error {}: expected a file of user", link.display())), "{answer}");
+    assert!(
+        answer.starts_with(&format!("error {}: expected a regular file owned by user", link.display())),
+        "{answer}"
+    );
     supervisor.does("remove");
     assert_eq!(stage.leftovers("linked"), Vec::<String>::new());
 }
@@ -222,7 +225,7 @@ fn a_second_writer_is_refused() {
     let answer = twin.tell("join second world");
     assert_eq!(
         answer,
-        format!("error world of system \"second\" runs already as process {pid}; end that one first")
+        format!("error world of system \"second\" is already running as process {pid}; end that one first")
     );
     writer.kill();
     twin.does("join second world");

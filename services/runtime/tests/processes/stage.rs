@@ -20,7 +20,7 @@ pub struct Player {
 
 impl Stage {
     pub fn new() -> Self {
-        Self { root: tempfile::tempdir().unwrap() }
+        Self { root: tempfile::tempdir_in("/dev/shm").unwrap() }
     }
 
     pub fn player(&self) -> Player {

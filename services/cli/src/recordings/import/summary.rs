@@ -13,7 +13,10 @@ use crate::recordings::args::ImportOptions;
 /// Maximum number of reasons, and of lines per reason, that are shown to people; programs get more of them.
 const MAX_SHOWN: usize = 5;
 
-/// The result of converting a log.
+/// Logs of coarse clocks have some scans of the same time; one scan in so many is too many.
+const STANDING_SHARE: f64 = 10.0;
+
+/// What became of a log.
 #[derive(Debug, Serialize)]
 pub struct Summary {
     recording: String,
@@ -71,12 +74,22 @@ impl Summary {
             let why = format!("{count} readings that are no distance; the others of the scan are read");
             Why { line: *line, why }
         });
-        let clock = (imported.clock_goes_back > 0).then(|| {
-            let count = imported.clock_goes_back;
-            format!(
-                "the log's clock goes back {count} times: these scans follow the one before without a pause"
-            )
-        });
+        let scans = imported.scans;
+        let clock = |count: u64, what: &str| {
+            format!("the log's clock {what} {count} times: these scans follow the one before without a pause")
+        };
+        let goes_back = Some(imported.clock_goes_back).filter(|count| *count > 0);
+        let stands =
+            Some(imported.clock_stands).filter(|count| STANDING_SHARE * *count as f64 > scans as f64);
+        let blind = Some(imported.blind).filter(|count| 2 * count > scans);
+        let found = [
+            goes_back.map(|count| clock(count, "goes back")),
+            stands.map(|count| clock(count, "stands still")),
+            blind.map(|count| {
+                let most_m = options.range_max;
+                format!("{count} of {scans} scans have no distance below {most_m} m: expected metres")
+            }),
+        ];
         let lasers = imported.shapes.known.iter().map(|shape| LaserFigures {
             beams: shape.count,
             span_deg: shape.beams.span_rad(shape.count).to_degrees(),
@@ -100,7 +113,7 @@ impl Summary {
                 why: lines.chain(readings).collect(),
             },
             not_read,
-            warnings: doubts.iter().map(Doubt::to_string).chain(clock).collect(),
+            warnings: doubts.iter().map(Doubt::to_string).chain(found.into_iter().flatten()).collect(),
         }
     }
 

@@ -91,8 +91,20 @@ impl<'a> Player<'a> {
         })
     }
 
-    /// Plays the recording to its end.
+    /// Plays to the end. However that comes, what live processes have heard nothing of is named.
     pub fn play(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<End> {
+        let end = self.play_all(supervisor);
+        self.bar.finish_and_clear();
+        self.ports.not_played().list().iter().for_each(|message| say!("notice: not played: {message}"));
+        self.ports
+            .invalid()
+            .list()
+            .iter()
+            .for_each(|message| say!("notice: rejected by every reader: {message}"));
+        end
+    }
+
+    fn play_all(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<End> {
         let mut from_ns = self.plan.times_ns.start;
         if self.wait_for_lives(supervisor)? == Wake::Terminate {
             return Ok(End::Interrupted);
@@ -110,11 +122,7 @@ impl<'a> Player<'a> {
                 }
                 Turn::Next => End::Played,
             };
-            self.bar.finish_and_clear();
             self.wait_for_answers(self.tick, supervisor)?;
-            for rejected in self.ports.rejected().list() {
-                say!("notice: not played: {rejected}");
-            }
             return Ok(end);
         }
     }

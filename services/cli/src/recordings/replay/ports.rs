@@ -74,14 +74,19 @@ pub struct Ports {
     ports: BTreeMap<String, Port>,
     /// After the ports, which must be dropped first.
     nodes: BTreeMap<Process, Node>,
-    rejected: Rejections,
+    not_played: Rejections,
+    invalid: Rejections,
 }
 
 impl Ports {
     /// Opens the channels that are played into; the supervisor's own through its node.
     pub fn open(system: &str, plan: &Plan, supervisor: &Supervisor) -> anyhow::Result<Self> {
-        let mut ports =
-            Self { ports: BTreeMap::new(), nodes: BTreeMap::new(), rejected: Rejections::default() };
+        let mut ports = Self {
+            ports: BTreeMap::new(),
+            nodes: BTreeMap::new(),
+            not_played: Rejections::default(),
+            invalid: Rejections::default(),
+        };
         for spec in channels::all() {
             let Some(topic) = plan.topic_of(spec) else { continue };
             let process = speaker(spec);
@@ -109,18 +114,24 @@ impl Ports {
         let node = node_of(&self.nodes, port.process, supervisor)?;
         let decoded = match message.decode(port.writer.spec()) {
             Err(error) if error.is_one_message() => {
-                self.rejected.count_undecoded(message, &error);
+                self.not_played.count_undecoded(message, &error);
                 return Ok(());
             }
             decoded => decoded?,
         };
+        self.invalid.check(message, port.writer.spec(), decoded.bytes());
         port.play(node, &decoded, shift)
             .with_context(|| format!("{} message {}", message.topic.name, message.sequence))
     }
 
     /// Messages that could not be decoded, and were not sent.
-    pub fn rejected(&self) -> &Rejections {
-        &self.rejected
+    pub fn not_played(&self) -> &Rejections {
+        &self.not_played
+    }
+
+    /// Messages that were sent, and that every reader rejects as invalid.
+    pub fn invalid(&self) -> &Rejections {
+        &self.invalid
     }
 
     /// Sleeps, and hands earlier messages to readers that have joined; returns whether the process is asked to end.

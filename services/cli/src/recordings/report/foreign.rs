@@ -19,11 +19,12 @@ pub fn report(whole: &Whole, recording: &Recording, output: &Path, json: bool) -
     let mut info = info::info(recording.path()).or_input()?;
     let is_told = !whole.lacks().cut_off.is_empty();
     info.clean_end &= !is_told;
-    // Positions that cannot be read are reported; the rest is shown.
+    // If the positions are unreadable, say so and show the rest.
     let ways = poses::read(recording).unwrap_or_else(|error| {
         say!("notice: places are not shown: {error}");
         Vec::new()
     });
+    ways.iter().filter_map(Way::notice).for_each(|words| say!("notice: {words}"));
     let page =
         page::document(&format!("{} · sketchnav report", name(recording)), &body(recording, &info, &ways));
     sketchnav_files::write(output, page).with_context(|| output.display().to_string()).or_input()?;
@@ -52,6 +53,7 @@ fn body(recording: &Recording, info: &Info, ways: &[Way]) -> Markup {
         h1 { (name(recording)) }
         @if !info.clean_end { p.notice { "The recording is cut off: what follows is of a part of it." } }
         @for note in &info.notes { p.notice { (note) } }
+        @for note in ways.iter().filter_map(Way::notice) { p.notice { (note) } }
         p.facts {
             span { "profile " b { (said(&header.profile)) } }
             span { "written by " b { (said(&header.library)) } }

@@ -98,9 +98,10 @@ pub const F_TEST: [f64; 2] = [1.43, 1.6];
 
 #[cfg(test)]
 mod tests {
+    use sketchnav_schemas::statistics::variance;
+
     use super::*;
     use crate::experiments::landmarks::tables::performance;
-    use crate::experiments::variance::variance;
 
     #[test]
     fn tables_5_2_and_5_3_add_up_to_what_the_text_says() {

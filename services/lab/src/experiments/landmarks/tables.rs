@@ -1,12 +1,14 @@
 //! Tables 5.2 to 5.6 of Chronis 2007 and its F test, from what was driven, beside what is published.
 
+use sketchnav_schemas::statistics::{interval_of_mean, mean, variance};
+
 use crate::experiments::landmarks::figures;
 use crate::experiments::landmarks::published::{F_TEST, P_OF_BOTH, SCENES, Scene, Sketch};
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::statistics::Tally;
 use crate::experiments::table::{Table, percent};
-use crate::experiments::variance::{FTest, f_test, interval_of_mean, mean, variance};
+use crate::experiments::variance::{FTest, f_test};
 
 /// How the names of trials without additional states end.
 pub const BASE: &str = "/base";

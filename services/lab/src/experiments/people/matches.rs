@@ -1,4 +1,4 @@
-//! What an annotator wrote down: which places of the drawing are which places of the environment.
+//! An annotator's file: which places of the drawing correspond to which places of the environment.
 //!
 //! ```text
 //! # 0match set
@@ -14,7 +14,7 @@ use nalgebra::Complex;
 
 use crate::error::EvalError;
 
-/// Places that are the same; (column, row) in image pixels as parsed.
+/// Places that correspond; (column, row) in image pixels as parsed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Match {
     /// Its number in the file.
@@ -25,7 +25,7 @@ pub struct Match {
     pub world: Vec<[f64; 2]>,
 }
 
-/// A line that is not what it should be.
+/// A line that is not as expected.
 #[derive(Debug, PartialEq)]
 pub struct BadLine {
     line: usize,
@@ -33,14 +33,14 @@ pub struct BadLine {
 }
 
 impl BadLine {
-    /// As an error about a file.
+    /// The error for a file.
     pub fn in_file(self, path: &Path) -> EvalError {
         let expected = "a row and a column, in image pixels, within a match set";
         EvalError::Line { path: path.to_path_buf(), line: self.line, expected, found: self.found }
     }
 }
 
-/// Reads an annotator's file; sets that lack either side are left out.
+/// Parses an annotator's file; sets that lack either side are left out.
 ///
 /// # Errors
 /// [`BadLine`].
@@ -64,7 +64,7 @@ pub fn parse(text: &str) -> Result<Vec<Match>, BadLine> {
     Ok(matches)
 }
 
-/// Column and row, from a line that has them the other way round.
+/// Column and row, from a line that has them in reverse order.
 fn place(line: &str) -> Option<[f64; 2]> {
     let mut numbers = line.split_whitespace().map(str::parse::<f64>);
     let (row, column) = (numbers.next()?.ok()?, numbers.next()?.ok()?);
@@ -76,14 +76,14 @@ fn place(line: &str) -> Option<[f64; 2]> {
 pub struct Reading {
     /// The matches.
     pub matches: Vec<Match>,
-    /// z ↦ turn·z + shift leads from the world (x + iy) to the drawing (column − i·row). It has the least squares over
-    /// the middles of the matches.
+    /// z ↦ turn·z + shift maps the world (x + iy) to the drawing (column − i·row), with the least squares over the middles of the
+    /// matches.
     turn: Complex<f64>,
     shift: Complex<f64>,
 }
 
 impl Reading {
-    /// Fits how the annotator holds the drawing.
+    /// Fits the orientation in which the annotator holds the drawing.
     pub fn new(matches: Vec<Match>) -> Self {
         let (worlds, sketches): (Vec<_>, Vec<_>) = matches
             .iter()
@@ -98,14 +98,14 @@ impl Reading {
         Self { matches, turn, shift: middle_sketch - turn * middle_world }
     }
 
-    /// By how many degrees, in quarter turns, the drawing is turned against the world. People draw walls along the
-    /// paper, and one annotator reads one drawing upside down.
+    /// By how many degrees, in quarter turns, the drawing is turned against the world. People draw walls parallel to the paper's
+    /// edges, and one annotator reads one drawing upside down.
     pub fn quarter_turns_deg(&self) -> f64 {
         (self.turn.arg().to_degrees() / 90.0).round() * 90.0
     }
 
-    /// A match has several places on either side. This is the place of the drawing and the place of the world (one
-    /// that `counts` accepts) that agree best with all other matches. As [`Match::sketch`] and [`Match::world`].
+    /// A match has several places on either side. This is the place in the drawing and the place in the world (one that `counts`
+    /// accepts) that agree best with all other matches, in the units of [`Match::sketch`] and [`Match::world`].
     pub fn likeliest_pair(
         &self,
         index: usize,
@@ -123,7 +123,7 @@ fn world(at: &[f64; 2]) -> Complex<f64> {
     Complex::new(at[0], at[1])
 }
 
-/// Rows go down.
+/// Rows increase downwards.
 fn sketch(at: &[f64; 2]) -> Complex<f64> {
     Complex::new(at[0], -at[1])
 }
@@ -154,7 +154,7 @@ mod tests {
         }
     }
 
-    /// World with y up, drawing with rows down: the same place in both is a turn of nothing.
+    /// World with y up, drawing with rows down: the same place in both is a rotation by zero.
     fn reading(turn: impl Fn([f64; 2]) -> [f64; 2]) -> Reading {
         let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]];
         let matches = corners.iter().enumerate().map(|(number, &at)| Match {

@@ -7,10 +7,10 @@ use sketchnav_schemas::mission::Place;
 use crate::error::EvalError;
 use crate::experiments::ground::to_outline_m;
 
-/// A mark farther from all regions belongs to none, metres.
+/// A mark that is farther than this from all regions belongs to none, metres.
 const NEAR_M: f64 = 1.0;
 
-/// The regions; a place belongs to the first that holds it.
+/// The regions; a place belongs to the first that contains it.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Regions {
@@ -23,7 +23,7 @@ struct Region {
     name: String,
     /// Corners, metres.
     polygon: Vec<[f64; 2]>,
-    /// Whether a robot gets in.
+    /// Whether a robot can enter it.
     #[serde(default = "yes")]
     enterable: bool,
 }
@@ -33,17 +33,16 @@ fn yes() -> bool {
 }
 
 impl Regions {
-    /// Those that are part of the project.
+    /// The regions that are part of the project.
     ///
     /// # Errors
-    /// [`EvalError::Data`] where the file is not what it should be.
+    /// [`EvalError::Data`] if the file is not as expected.
     pub fn shipped() -> Result<Self, EvalError> {
         toml::from_str(include_str!("regions.toml"))
             .map_err(|cause| EvalError::Data { what: "regions of the suite people", cause })
     }
 
-    /// The region of a place, metres: the one that holds it, or the nearest within a metre: marks slip
-    /// over walls.
+    /// The region of a place, metres: the one that contains it, or the nearest within a metre, since marks slip over walls.
     pub fn of(&self, at: [f64; 2]) -> Option<usize> {
         if let Some(region) = self.region.iter().position(|region| encloses(&region.polygon, at)) {
             return Some(region);
@@ -57,26 +56,26 @@ impl Regions {
         &self.region[region].name
     }
 
-    /// Names and corners of those that a robot gets in.
+    /// Names and corners of those that a robot can enter.
     pub fn enterable(&self) -> impl Iterator<Item = (&str, &[[f64; 2]])> {
         let regions = self.region.iter().filter(|region| region.enterable);
         regions.map(|region| (region.name.as_str(), region.polygon.as_slice()))
     }
 
-    /// Whether a robot gets in.
+    /// Whether a robot can enter it.
     pub fn is_enterable(&self, region: usize) -> bool {
         self.region[region].enterable
     }
 
-    /// Several regions as one place whose error is measured from `center`. (Where two overlap at a door,
-    /// the strip of a third of a metre belongs to neither.)
+    /// Several regions as one place whose error is measured from `center`. (If two overlap at a door, the strip of a third of a
+    /// metre belongs to neither.)
     pub fn union(&self, regions: &[usize], center: [f64; 2]) -> Place {
         place(regions.iter().map(|&region| self.region[region].polygon.clone()).collect(), center)
     }
 }
 
-/// Polygons as one. Cuts join them that lead from the first corner of the first to each other and back; the even-odd
-/// rule does not see them.
+/// Polygons as one. They are joined by cuts from the first corner of the first polygon to each other polygon and back, which the
+/// even-odd rule does not see.
 fn place(polygons: Vec<Vec<[f64; 2]>>, center: [f64; 2]) -> Place {
     let mut corners: Vec<[f64; 2]> = Vec::new();
     let anchor = polygons[0][0];

@@ -7,25 +7,25 @@ use crate::experiments::run::drive;
 use crate::experiments::suite::Suite;
 use crate::experiments::trial_picture;
 
-/// Of each: successes, failures.
+/// Most successes, and most failures, that are shown.
 const SHOWN: usize = 4;
 
-/// A task, driven and drawn.
+/// A task that was driven and drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Example {
     /// What it was and how it ended.
     pub title: String,
-    /// What the robot said, and the figures.
+    /// What the robot reported, and the figures.
     pub text: String,
-    /// The drawing with the way that it believed to go, the floor with the way that it went: SVG.
+    /// The drawing with the path that it believed it took, and the floor with the path that it took: SVG.
     pub pictures: Vec<String>,
 }
 
-/// Drives some failures and some successes of the first method once more, and draws them. They are the same bits as
-/// before, so that nobody has to keep the logs of thousands of tasks.
+/// Drives some failures and some successes of the first method again and draws them. They are identical to the bit, so the logs of
+/// thousands of tasks need not be kept.
 ///
 /// # Errors
-/// [`EvalError`] where a floor or a drawing cannot be drawn.
+/// [`EvalError`] if a floor or a drawing cannot be drawn.
 pub fn examples(
     suite: &Suite,
     jobs: &[Job<'_>],
@@ -39,7 +39,7 @@ pub fn examples(
     chosen.filter_map(|ended| example(jobs, ended).transpose()).collect()
 }
 
-/// Some of them, as different as can be: each in turn has the least in common with those before it.
+/// Some of them, as different as possible: each in turn has the least in common with those before it.
 fn various<'a>(outcomes: &[&'a TaskOutcome]) -> Vec<&'a TaskOutcome> {
     let mut chosen: Vec<&TaskOutcome> = Vec::new();
     while chosen.len() < SHOWN.min(outcomes.len()) {
@@ -52,7 +52,7 @@ fn various<'a>(outcomes: &[&'a TaskOutcome]) -> Vec<&'a TaskOutcome> {
             };
             chosen.iter().map(alike).sum()
         };
-        // From the middle on, since trials stand in the order of their drawings.
+        // Starts from the middle, since trials are in the order of their drawings.
         let turned = outcomes.iter().cycle().skip(outcomes.len() / 2).take(outcomes.len());
         chosen.extend(turned.min_by_key(|ended| alike(ended)));
     }
@@ -73,7 +73,7 @@ fn example(jobs: &[Job<'_>], ended: &TaskOutcome) -> Result<Option<Example>, Eva
     let off = ended.final_error_m.map(|off| format!(", {off:.1} m from the middle of the goal"));
     let said = if ended.reason.is_empty() { "nothing" } else { &ended.reason };
     let text = format!(
-        "After {:.0} s and {:.1} m{}. The robot said: {said}.",
+        "After {:.0} s and {:.1} m{}. The robot reported: {said}.",
         ended.time_s,
         ended.path_m,
         off.unwrap_or_default()

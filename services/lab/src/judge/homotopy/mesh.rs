@@ -4,11 +4,11 @@ use sketchnav_schemas::geometry::Point;
 
 use super::word::Word;
 
-/// How far the frame lies outside of the anchors, times their extent.
+/// How far outside the anchors the frame lies, in multiples of their extent.
 const FRAME: f64 = 2.0;
 /// Corners of the frame.
 const FRAME_CORNERS: usize = 4;
-/// A corner nearer to an edge than this share of the edge's length lies on it.
+/// A corner that is nearer to an edge than this share of the edge's length lies on it.
 const ON_EDGE: f64 = 1e-9;
 
 /// The corners in one plane.
@@ -24,7 +24,7 @@ pub(super) struct Mesh {
     triangles: Vec<[usize; 3]>,
 }
 
-/// Twice the signed area of a triangle; above 0 where it goes round counter-clockwise.
+/// Twice the signed area of a triangle; positive if it is counter-clockwise.
 fn area<F>(a: Point<F>, b: Point<F>, c: Point<F>) -> f64 {
     (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
 }
@@ -80,8 +80,8 @@ impl<F: Copy> Plane<F> {
         (self.corners[a].distance(&self.corners[b]) / corner(0).distance(&corner(2))).powi(2)
     }
 
-    /// Where between `from` (0) and `to` (1) the straight line crosses the edge. Half open: a place on
-    /// an edge's line counts to its right side, so that no line crosses there twice or never.
+    /// Where between `from` (0) and `to` (1) the straight line crosses the edge. Half open: a place on an edge's line counts to its
+    /// right side, so that no line crosses there twice or never.
     fn crossing(&self, from: Point<F>, to: Point<F>, edge: [usize; 2]) -> Option<f64> {
         let [a, b] = edge.map(|i| self.corners[i]);
         let (before, after) = (area(a, b, from), area(a, b, to));
@@ -112,7 +112,7 @@ impl Mesh {
         self.triangles.len()
     }
 
-    /// Carries a place from plane to plane: the triangle that it lies in says where to.
+    /// Carries a place from one plane to the other by the triangle that it lies in.
     pub(super) fn carry<F: Copy, G: Copy>(
         &self,
         from: &Plane<F>,
@@ -139,7 +139,7 @@ impl Mesh {
     }
 }
 
-/// The triangles between the edges that go round the same way in both planes and hold no corner.
+/// The triangles between the edges that have the same orientation in both planes and hold no corner.
 fn triangles<F: Copy, G: Copy>(
     edges: &[[usize; 2]],
     floor: &Plane<F>,
@@ -180,7 +180,7 @@ pub(super) struct Affine<F, G> {
 }
 
 impl<F: Copy, G: Copy> Affine<F, G> {
-    /// The best one in the sense of least squares; `None` where the places lie in a line.
+    /// The best map in the least-squares sense; `None` if the places lie on a line.
     pub(super) fn fit(from: &[Point<F>], to: &[Point<G>]) -> Option<Self> {
         let (center, image) = (mean(from)?, mean(to)?);
         let (mut square, mut mixed) = ([[0.0; 2]; 2], [[0.0; 2]; 2]);

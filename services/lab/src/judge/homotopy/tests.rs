@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// The corners of a room of 10 × 8 m and four things in it, drawn at 50 pixels a metre.
+/// The corners of a room of 10 × 8 m and four things in it, drawn at 50 pixels per metre.
 fn room() -> Vec<Anchor> {
     let places =
         [[0.0, 0.0], [10.0, 0.0], [10.0, 8.0], [0.0, 8.0], [3.0, 2.5], [7.0, 3.0], [3.5, 5.5], [6.5, 6.0]];
@@ -17,12 +17,12 @@ fn way(points: &[[f64; 2]]) -> Vec<Point<World>> {
     points.iter().map(|p| Point::new(p[0], p[1])).collect()
 }
 
-/// A route at 50 pixels a metre.
+/// A route at 50 pixels per metre.
 fn route(points: &[[f64; 2]]) -> Vec<Point<Sketch>> {
     points.iter().map(|p| Point::new(50.0 * p[0], 50.0 * p[1])).collect()
 }
 
-/// A round about `center`, `turns` times counter-clockwise, from and to the south.
+/// A round trip about `center`, `turns` times counter-clockwise, from the south and back to it.
 fn round(center: [f64; 2], radius: f64, turns: i32) -> Vec<[f64; 2]> {
     let at = |k: i32| {
         let angle =
@@ -63,8 +63,8 @@ fn rounds_are_counted() {
     }
 }
 
-/// About the first thing, about the second, back about the first, back about the second. Every winding number is 0,
-/// yet the line cannot be drawn together.
+/// About the first thing, about the second, back about the first, back about the second. Every winding number is 0, yet the line
+/// cannot be contracted.
 #[test]
 fn order_counts_where_winding_numbers_see_nothing() {
     let room = Correspondence::new(&room()).unwrap();
@@ -91,7 +91,7 @@ fn a_thing_that_nobody_drew_may_be_passed_on_any_side() {
     }
 }
 
-/// A drawing in which a thing lies elsewhere in the room: the sides count, not the places.
+/// A drawing in which a thing lies elsewhere in the room: the sides count, not the positions.
 #[test]
 fn a_thing_drawn_in_the_wrong_place_is_still_that_thing() {
     let mut anchors = room();
@@ -134,7 +134,7 @@ fn inside() -> impl Strategy<Value = [f64; 2]> {
     (0.2..9.8, 0.2..7.8).prop_map(|(x, y)| [x, y])
 }
 
-/// Drawn otherwise: turned, stretched, bent, and every thing shifted by up to 0.7 m.
+/// The room drawn differently: turned, stretched, bent, and with every thing shifted by up to 0.7 m.
 fn drawings() -> impl Strategy<Value = Vec<Anchor>> {
     let shifts = prop::collection::vec((-0.7..0.7, -0.7..0.7), 8);
     (-3.0..3.0_f64, 0.6..1.8, -0.06..0.06, shifts).prop_map(|(turn, stretch, bend, shifts)| {
@@ -148,7 +148,7 @@ fn drawings() -> impl Strategy<Value = Vec<Anchor>> {
     })
 }
 
-/// The way, finely cut and carried into the drawing.
+/// The path, finely cut and carried into the drawing.
 fn carried(room: &Correspondence, way: &[Point<World>]) -> Vec<Point<Sketch>> {
     let cut = |pair: &[Point<World>]| {
         let [a, b] = [pair[0], pair[1]];
@@ -173,7 +173,7 @@ fn distance_to_anchors(way: &[Point<World>]) -> f64 {
     room().into_iter().map(nearest).fold(f64::INFINITY, f64::min)
 }
 
-/// How often a closed line winds about a place.
+/// How often a closed line winds around a place.
 fn winding(line: &[Point<Sketch>], about: Point<Sketch>) -> i64 {
     let angle = |p: &Point<Sketch>| (p.y - about.y).atan2(p.x - about.x);
     let turn = |(a, b): (&Point<Sketch>, &Point<Sketch>)| {
@@ -186,7 +186,7 @@ fn winding(line: &[Point<Sketch>], about: Point<Sketch>) -> i64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// The map from plane to plane keeps ways homotopic, however the drawing is deformed.
+    /// The map from plane to plane keeps paths homotopic, however the drawing is deformed.
     #[test]
     fn a_way_is_homotopic_to_its_own_image(anchors in drawings(), points in prop::collection::vec(inside(), 2..12)) {
         let Ok(room) = Correspondence::new(&anchors) else { return Ok(()) };
@@ -195,7 +195,7 @@ proptest! {
         prop_assert!(room.is_homotopic(&way, &carried(&room, &way)));
     }
 
-    /// Equal winding numbers about every anchor are necessary.
+    /// Equal winding numbers around every anchor are necessary.
     #[test]
     fn homotopic_lines_wind_alike(
         anchors in drawings(), mut a in prop::collection::vec(inside(), 2..7), b in prop::collection::vec(inside(), 2..7),
@@ -210,7 +210,7 @@ proptest! {
         prop_assert!(unwound || !room.is_homotopic(&a, &drawn));
     }
 
-    /// A corner of the way may slide wherever it sweeps over no anchor, and only there.
+    /// A corner of the path may slide wherever it sweeps over no anchor, and only there.
     #[test]
     fn a_corner_may_slide_but_not_over_an_anchor(
         points in prop::collection::vec(inside(), 3..8), which in 0_usize..6, to in inside(),
@@ -226,7 +226,7 @@ proptest! {
         prop_assert_eq!(room.is_homotopic(&way(&slid), &route(&points)), !passed);
     }
 
-    /// Driven and drawn backwards, the answer is the same; so it is with a detour there and back.
+    /// The answer stays the same if path and route are driven and drawn backwards, and with a detour there and back.
     #[test]
     fn neither_direction_nor_detours_there_and_back_matter(
         a in prop::collection::vec(inside(), 2..7), b in prop::collection::vec(inside(), 2..7), detour in prop::collection::vec(inside(), 1..5),

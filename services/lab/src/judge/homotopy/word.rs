@@ -1,7 +1,7 @@
-//! Reduced words: what a line crosses, without what it crosses there and back.
+//! Reduced words: the edges that a line crosses, without crossings there and back.
 
-/// A reduced word: the edges that a line crosses, without the crossings that undo each other. An edge is given by the
-/// indices of its anchors; the four after the last are the frame's.
+/// A reduced word: the edges that a line crosses, without the crossings that undo each other. An edge is given by the indices of
+/// its anchors; the four indices after the last anchor are the frame's corners.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Word(Vec<[usize; 2]>);
 

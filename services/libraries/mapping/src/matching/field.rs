@@ -1,9 +1,12 @@
 //! How near a place is to a wall of the map, rasterised around the robot, and its maxima over blocks.
 
+use crate::grid::floor;
 use crate::occupancy::Occupancy;
 
 /// Sides of the blocks, in cells; block k of a cell begins there and goes to the right and up.
 pub const BLOCKS: [usize; 4] = [1, 2, 4, 8];
+/// Number of cells by which a row of the kernel is drawn at once.
+const TOGETHER: usize = 16;
 
 /// Values of a square of cells: exp(−d² / 2σ²) times 255, d the distance to the nearest occupied cell.
 #[derive(Debug)]
@@ -12,24 +15,27 @@ pub struct Field {
     low: [i32; 2],
     side: usize,
     cell_m: f64,
-    /// The kernel's rows, `reach` cells to each side.
-    kernel: Vec<u8>,
+    /// The kernel's rows, `reach` cells to each side, then zeros up to a multiple of [`TOGETHER`].
+    kernel: Vec<[u8; TOGETHER]>,
     reach: usize,
     levels: [Vec<u8>; 4],
 }
 
 impl Field {
-    /// A field of zeros that reaches `half_m` from its middle.
+    /// A field of zeros that is complete up to `half_m` from its middle.
     pub fn new(cell_m: f64, half_m: f64, blur_m: f64) -> Self {
-        let side = 2 * (half_m / cell_m).ceil() as usize;
         let blur = blur_m / cell_m;
         let reach = (2.5 * blur).ceil() as usize;
-        let offset = |k: usize| (k % (2 * reach + 1)) as f64 - reach as f64;
+        let width = (2 * reach + 1).next_multiple_of(TOGETHER);
+        // The margin holds the padded rows of the kernel, and blocks that extend beyond a place.
+        let side = 2 * ((half_m / cell_m).ceil() as usize + width + BLOCKS[BLOCKS.len() - 1]);
         let value = |k: usize| {
-            let squared = offset(k).powi(2) + offset(k / (2 * reach + 1)).powi(2);
-            (255.0 * (-0.5 * squared / (blur * blur)).exp()).round() as u8
+            let [x, y] = [k % width, k / width].map(|at| at as f64 - reach as f64);
+            let value = (255.0 * (-0.5 * (x * x + y * y) / (blur * blur)).exp()).round() as u8;
+            if k % width <= 2 * reach { value } else { 0 }
         };
-        let kernel = (0..(2 * reach + 1).pow(2)).map(value).collect();
+        let values: Vec<_> = (0..width * (2 * reach + 1)).map(value).collect();
+        let kernel = values.as_chunks().0.to_vec();
         let levels = std::array::from_fn(|_| vec![0; side * side]);
         Self { low: [0, 0], side, cell_m, kernel, reach, levels }
     }
@@ -54,18 +60,18 @@ impl Field {
         let half = (self.side / 2) as i32;
         self.low = middle.map(|at| at - half);
         self.levels[0].fill(0);
-        let (side, reach, width) = (self.side, self.reach, 2 * self.reach + 1);
-        let (low, kernel, level) = (self.low, &self.kernel, &mut self.levels[0]);
-        let inner = |at: i32, low: i32| {
-            let at = (at - low) as usize;
-            (reach <= at && at + reach < side).then_some(at)
-        };
-        map.occupied_within(low, low.map(|at| at + side as i32 - 1), |[x, y]| {
-            let (Some(x), Some(y)) = (inner(x, low[0]), inner(y, low[1])) else { return };
-            for (row, values) in kernel.chunks(width).enumerate() {
+        let (side, reach, low, level) = (self.side, self.reach, self.low, &mut self.levels[0]);
+        let chunks = self.kernel.len() / (2 * reach + 1);
+        map.occupied_within(low, low.map(|at| at + side as i32 - 1), |cell| {
+            let [x, y] = [0, 1].map(|axis| (cell[axis] - low[axis]) as usize);
+            if x < reach || y < reach || x - reach + chunks * TOGETHER > side || y + reach >= side {
+                return;
+            }
+            for (row, values) in self.kernel.chunks(chunks).enumerate() {
                 let start = (y + row - reach) * side + x - reach;
-                let cells = &mut level[start..start + width];
-                cells.iter_mut().zip(values).for_each(|(cell, value)| *cell = (*cell).max(*value));
+                for (cells, values) in level[start..].as_chunks_mut().0.iter_mut().zip(values) {
+                    *cells = std::array::from_fn::<_, TOGETHER, _>(|k| u8::max(cells[k], values[k]));
+                }
             }
         });
         for k in 1..BLOCKS.len() {
@@ -82,16 +88,30 @@ impl Field {
     }
 
     /// The value at a place, metres in the map: 0 to 1, smooth (a quadratic B-spline over nine cells).
+    #[inline]
     pub(crate) fn sample(&self, at: [f64; 2]) -> f64 {
-        let cells = [0, 1].map(|axis| (at[axis] / self.cell_m - f64::from(self.low[axis])).clamp(-1e6, 1e6));
-        let [x, y] = cells.map(f64::floor);
-        let (across, up) = (spline(cells[0] - x), spline(cells[1] - y));
-        let (x, y) = (x as i32 - 1, y as i32 - 1);
-        let row = |dy: i32| {
-            let value = |dx: i32| f64::from(self.block(0, [x + dx, y + dy]));
-            across[0] * value(0) + across[1] * value(1) + across[2] * value(2)
+        let cells = [0, 1].map(|axis| at[axis] / self.cell_m - f64::from(self.low[axis]));
+        let [x, y] = cells.map(floor);
+        let Some(near) = self.around(x, y) else { return 0.0 };
+        let (across, up) = (spline(cells[0] - f64::from(x)), spline(cells[1] - f64::from(y)));
+        let row = |values: [u8; 3]| {
+            let [left, middle, right] = values.map(f64::from);
+            across[0] * left + across[1] * middle + across[2] * right
         };
-        (up[0] * row(0) + up[1] * row(1) + up[2] * row(2)) / 255.0
+        let [below, here, above] = near.map(row);
+        (up[0] * below + up[1] * here + up[2] * above) / 255.0
+    }
+
+    /// The values of a cell and its eight neighbours, row by row; `None` if one of them lies outside the field.
+    #[inline]
+    fn around(&self, x: i32, y: i32) -> Option<[[u8; 3]; 3]> {
+        let (x, y) = (usize::try_from(x).ok()?.checked_sub(1)?, usize::try_from(y).ok()?.checked_sub(1)?);
+        let level = &self.levels[0][..];
+        if x + 2 >= self.side || y + 2 >= self.side {
+            return None;
+        }
+        let row = |row: usize| level[(y + row) * self.side + x..].first_chunk().copied().unwrap_or_default();
+        Some([row(0), row(1), row(2)])
     }
 }
 

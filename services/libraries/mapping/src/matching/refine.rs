@@ -81,7 +81,11 @@ pub(super) fn refine(
     let mut pose = coarse;
     let mut now = posterior(&pose);
     let mut information = prior_information;
+    let mut in_vain = None;
     for cells in STENCILS {
+        if in_vain == Some(cells) {
+            continue;
+        }
         let size = cells * field.cell_m();
         let (slope, curvature) = likelihood.parabola(&pose, &Vector3::new(size, size, 2.0 * size / farthest));
         information = curvature + prior_information;
@@ -91,6 +95,9 @@ pub(super) fn refine(
         let then = posterior(&next);
         if then > now {
             (pose, now) = (next, then);
+        } else {
+            // Repeating the step would lead to the same place.
+            in_vain = Some(cells);
         }
     }
     let covariance = information.try_inverse().unwrap_or_else(|| Matrix3::from_diagonal(&variances));

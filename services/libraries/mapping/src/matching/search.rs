@@ -5,6 +5,7 @@ use sketchnav_schemas::geometry::Pose;
 
 use super::Prior;
 use super::field::{BLOCKS, Field};
+use crate::grid::floor;
 use crate::{Map, Parameters};
 
 /// Most angles that are tried; the step is wider if the window has more.
@@ -100,7 +101,7 @@ impl Search {
                 let x_m = prior.pose.x + cos * x - sin * y;
                 let y_m = prior.pose.y + sin * x + cos * y;
                 let [low_x, low_y] = field.low();
-                [(x_m / field.cell_m()).floor() as i32 - low_x, (y_m / field.cell_m()).floor() as i32 - low_y]
+                [floor(x_m / field.cell_m()) - low_x, floor(y_m / field.cell_m()) - low_y]
             }));
         }
     }

@@ -3,7 +3,7 @@
 //! ```toml
 //! [navigator]
 //! kind = "directions"
-//! method = "arrival"               # or shortest, simplest, reliable, d-r: Park and Kender 1995
+//! method = "arrival"               # or shortest, simplest, fewest-views, quickest, reliable, d-r: Park and Kender 1995
 //! plane_file = "plane.png"         # the plane as the global camera sees it
 //! calibration = [[101.5, 702.0, 0.0, 0.0], …]  # four known points or more: column, row; x, y in metres
 //! map_noise_m = 0.001              # error of the map-maker's positions; else by the calibration
@@ -52,7 +52,8 @@ use crate::walls::Body;
 /// The word of `[navigator] kind`.
 pub const KIND: &str = "directions";
 /// The words of `[navigator] method`, the default first.
-pub const METHODS: [&str; 5] = ["arrival", "shortest", "simplest", "reliable", "d-r"];
+pub const METHODS: [&str; 7] =
+    ["arrival", "shortest", "simplest", "fewest-views", "quickest", "reliable", "d-r"];
 
 /// What a path is chosen by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -67,6 +68,12 @@ pub enum Method {
     /// The number of entries of the map.
     #[serde(rename = "simplest")]
     Simplest,
+    /// The number of views by which the navigator decides.
+    #[serde(rename = "fewest-views")]
+    FewestViews,
+    /// The time of the journey.
+    #[serde(rename = "quickest")]
+    Quickest,
     /// The product of reliabilities.
     #[serde(rename = "reliable")]
     Reliable,
@@ -76,12 +83,14 @@ pub enum Method {
 }
 
 impl Method {
-    /// What the search minimises; none for simulation.
-    pub fn objective(self) -> Option<Objective> {
+    /// What the search minimises, for a navigator with these settings; `None` for simulation.
+    pub fn objective(self, settings: &Settings) -> Option<Objective> {
         match self {
             Self::Arrival => None,
             Self::Shortest => Some(Objective::SHORTEST),
             Self::Simplest => Some(Objective::FEWEST_ENTRIES),
+            Self::FewestViews => Some(Objective::FEWEST_VIEWS),
+            Self::Quickest => Some(Objective::quickest(settings)),
             Self::Reliable => Some(Objective::MOST_RELIABLE),
             Self::Ratio => Some(Objective::Ratio),
         }
@@ -581,9 +590,11 @@ mod tests {
     fn a_mission_says_what_is_seen_and_where_to_go() {
         let mission = read(MISSION).unwrap();
         assert_eq!((mission.method, &mission.goals[..]), (Method::Arrival, &[Point::new(0.5, 0.9)][..]));
+        let usual = Settings::new(Window::new(0.1, 0.015).unwrap(), 0.001);
         for method in METHODS {
             let text = MISSION.replace("kind='directions'", &format!("kind='directions'\nmethod='{method}'"));
-            assert_eq!(read(&text).unwrap().method.objective().is_none(), method == METHODS[0]);
+            let objective = read(&text).unwrap().method.objective(&usual);
+            assert_eq!(objective.is_none(), method == METHODS[0]);
         }
     }
 

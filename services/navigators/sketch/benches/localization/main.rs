@@ -1,4 +1,4 @@
-//! How long an update of the localization takes, and how many particle-beams a second it weighs.
+//! How long an update of the localization takes, and how many particle-beams it weighs per second.
 
 #[path = "../../tests/support/mod.rs"]
 mod support;

@@ -1,10 +1,8 @@
-//! How many particles the belief needs (Fox 2003, *Adapting the sample size in particle filters through
-//! KLD-sampling*). With probability 1 − δ, the particles' distribution over bins is then no farther than ε
-//! (Kullback-Leibler) from the belief's.
+//! How many particles the belief needs (Fox 2003, *Adapting the sample size in particle filters through KLD-sampling*): so many
+//! that with probability 1 − δ the particles' distribution over bins is no farther than ε (Kullback-Leibler) from the belief's.
 //!
-//! The bins are of x, y and θ. The scales have none, since they spread about as far wherever the robot is. Bins of
-//! five dimensions would hold one particle each, and the bound would always be the most. It allocates nothing after
-//! [`SampleSize::new`].
+//! The bins are of x, y and θ. The scales have none, since they spread about equally wherever the robot is: bins of five dimensions
+//! would contain one particle each, and the bound would always be the maximum. Nothing is allocated after [`SampleSize::new`].
 
 use std::f32::consts::TAU;
 
@@ -13,10 +11,10 @@ use super::particles::ParticleSet;
 
 /// Upper 1 − δ quantile of the standard normal distribution for δ = 0.01.
 const Z: f64 = 2.326_347_9;
-/// Directions in a turn.
+/// Bins of direction in a turn.
 const DIRECTIONS: f32 = 36.0;
 
-/// Counts bins, with the room it needs.
+/// Counts bins, with a buffer for them.
 #[derive(Debug, Clone)]
 pub struct SampleSize {
     bins: Vec<u64>,
@@ -28,10 +26,9 @@ impl SampleSize {
         Self { bins: Vec::with_capacity(most) }
     }
 
-    /// How many particles the belief needs, within the parameters' limits. `set` has equal weights, just
-    /// resampled: how many bins it fills says how far the belief is spread. (Fox draws one particle after
-    /// the other until there are enough for the bins met so far; with systematic resampling all are there
-    /// at once.)
+    /// The number of particles that the belief needs, within the parameters' limits. `set` has equal weights, having just been
+    /// resampled: the number of bins that it fills says how far the belief is spread. (Fox draws one particle after the other until
+    /// there are enough for the bins met so far; with systematic resampling all exist at once.)
     pub fn wanted(&mut self, set: &ParticleSet, scale_pxpm: f32, parameters: &Parameters) -> usize {
         let bin_px = parameters.bin_m * scale_pxpm;
         self.bins.clear();

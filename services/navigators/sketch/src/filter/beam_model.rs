@@ -1,25 +1,23 @@
-//! How likely a scan is from a pose with two scales by what is to be seen from there: the beam
-//! model.
+//! The beam model: how likely a scan is from a pose with two scales, given what is visible from there.
 //!
-//! A drawing errs in range by proportion, and it errs in bearing. A door is drawn too narrow or beside its place, so
-//! some beams pass where the drawing has a wall, even from the true pose. The range r of a beam is therefore explained
-//! by what the drawing shows at bearings β + δ near by,
+//! A drawing errs in range by proportion, and it errs in bearing: a door is drawn too narrow or next to its true place, so that
+//! some beams pass where the drawing has a wall, even from the true pose. The range r of a beam is therefore explained by what the
+//! drawing shows at nearby bearings β + δ,
 //!
 //! ```text
 //! p(r) = Σ_δ q(δ) p(r | expected range at β + δ),
 //! ```
 //!
-//! the likelihood proper of a reading whose error of the bearing is not known. (The best δ alone, a
-//! maximum, forgives most where most is to be seen, and pulls the estimate there.)
+//! which is the proper likelihood of a reading whose error in bearing is unknown. (Using only the best δ, a maximum, forgives most
+//! where most is visible, and pulls the estimate there.)
 //!
-//! About an expected range x a reading r is, by e = ln(r / x), one of three. It is about there (Laplace, of width w),
-//! or anywhere. Or it is short of it: what is not drawn sets a level below which the Laplace term does not fall on
-//! that side. A beam without return says that the wall is beyond the sensor's range. With r and x to the power 1/w at
-//! hand, the Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w). So five bearings cost no exponential and no
-//! table.
+//! Around an expected range x, with e = ln(r / x), a reading r is one of three. It is near the expected range (Laplace, of width
+//! w); or it is anywhere; or it falls short, since things that are not drawn set a level below which the Laplace term does not fall
+//! on that side. A beam without return says that the wall is beyond the sensor's range. With r and x to the power 1/w at hand, the
+//! Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w), so that five bearings need no exponential and no table.
 //!
-//! How wide w is depends on who drew: a surveyed map errs by its cells, a drawing from memory by a
-//! quarter. The filter learns it while it drives ([`learned`]).
+//! The width w depends on the author: a surveyed map errs by its cells, a drawing from memory by a quarter. The filter learns it
+//! while driving ([`learned`]).
 
 use fearless_simd::{f32x16, prelude::*};
 
@@ -29,25 +27,25 @@ use super::lanes::{self, LANES};
 use super::metric::{PxFromBase, wrap};
 use super::parameters::Parameters;
 
-/// Rays are followed up to so many times the sensor's longest range: beyond, all is one.
+/// Rays are followed up to this multiple of the sensor's longest range, beyond which everything is treated alike.
 pub const LOOK_BEYOND: f32 = 1.5;
-/// Thickest wall that a robot may be believed to stand in, metres of the local metric.
+/// The thickest wall that a robot may be believed to stand in, metres of the local metric.
 pub const LEAVE_WALL_M: f32 = 0.4;
-/// At how many bearings the drawing is asked about a reading.
+/// The number of bearings at which the drawing is compared with a reading.
 const BEARINGS: usize = 5;
-/// Density of a reading anywhere, over e, and the level short of the expected range were all that is measured there.
+/// Density of a reading anywhere, over e, and the level short of the expected range if all readings there were short.
 const ANYWHERE: f32 = 0.25;
 const ANYWHERE_SHORT: f32 = 0.3;
 /// Brings the probability of no return to the level of the density of a return.
 const LOST_LEVEL: f32 = 1.2;
-/// Share of the beams without return that the expected range explains, and of those at any place.
+/// Share of the beams without return that the expected range explains, and share of those that occur at any place.
 const LOST_SHARES: [f32; 2] = [0.9, 0.03];
-/// Readings whose likelihoods are multiplied before a logarithm is taken: no product leaves the range
-/// of single precision.
+/// The number of readings whose likelihoods are multiplied before a logarithm is taken: no product leaves the range of single
+/// precision.
 const PER_LOGARITHM: usize = 4;
 
-/// Range from the sensor to the first drawn wall along beam `i`, metres of the local metric, at most
-/// `LOOK_BEYOND` times the longest range. `place_px` is the robot's.
+/// Range from the sensor to the first drawn wall along beam `i`, metres of the local metric, at most `LOOK_BEYOND` times the
+/// longest range. `place_px` is the robot's position.
 #[inline]
 pub fn expected_range(grid: &Grid, beams: &Beams, i: usize, place_px: [f32; 2], metric: &PxFromBase) -> f32 {
     let origin = metric.apply(beams.origin_m[0], beams.origin_m[1]);
@@ -56,21 +54,19 @@ pub fn expected_range(grid: &Grid, beams: &Beams, i: usize, place_px: [f32; 2], 
     grid.cast(from, direction, LEAVE_WALL_M, beams.range_max_m * LOOK_BEYOND)
 }
 
-/// An error of the ranges above this counts as this much, in ln(measured / expected).
+/// Greater errors of the ranges count as this, in ln(measured / expected).
 const MOST_ERROR: f32 = 0.5;
-/// How fast the error that is believed rises and falls, a share an update: a drawing whose corridor happens
-/// to fit is no map.
+/// How fast the believed error rises and falls, as a share per update: a drawing with a corridor that happens to fit is not a map.
 const ERROR_RISES: f32 = 0.1;
 const ERROR_FALLS: f32 = 0.02;
 
-/// What is believed of a drawing's error, the typical |ln(measured / expected)|, after an update in which it
-/// was `seen`.
+/// The believed error of a drawing, the typical |ln(measured / expected)|, after an update in which `seen` was measured.
 pub fn learned(believed: f32, seen: f32) -> f32 {
     let follow = if seen > believed { ERROR_RISES } else { ERROR_FALLS };
     believed + follow * (seen.min(MOST_ERROR) - believed)
 }
 
-/// The model, and the readings of the scan that it was last given.
+/// The model, and the readings of the last scan.
 #[derive(Debug, Clone)]
 pub struct BeamModel {
     /// The least and the largest Laplace width.
@@ -82,7 +78,7 @@ pub struct BeamModel {
     hit: f32,
     short: f32,
     random: f32,
-    /// Errors of the bearing, radians, and their shares, which are 1 together.
+    /// Errors of the bearing, radians, and their shares, which add up to 1.
     bearing_error_rad: [f32; BEARINGS],
     shares: [f32; BEARINGS],
     readings: Vec<Reading>,
@@ -92,7 +88,7 @@ pub struct BeamModel {
     bounds_log2: [f32; 2],
 }
 
-/// Room to work in, for the plain form of the model.
+/// Buffers for the plain form of the model.
 #[derive(Debug, Clone, Default)]
 pub struct Room {
     expected: Vec<Powers<f32>>,
@@ -100,7 +96,7 @@ pub struct Room {
 }
 
 impl Room {
-    /// For `beams` beams.
+    /// Buffers for `beams` beams.
     pub fn new(beams: usize) -> Self {
         Self { expected: Vec::with_capacity(beams), errors: Vec::with_capacity(beams) }
     }
@@ -113,7 +109,7 @@ struct Reading {
     range: Powers<f32>,
     /// The beams at the bearings that it is compared with.
     beside: [u16; BEARINGS],
-    /// For each of these r^(1/w) and its inverse, both times the density of a reading just as expected there.
+    /// For each of these r^(1/w) and its inverse, both times the density of a reading that is exactly as expected there.
     sharp: [f32; BEARINGS],
     inverse: [f32; BEARINGS],
 }
@@ -126,7 +122,7 @@ pub struct Powers<T> {
 }
 
 impl BeamModel {
-    /// The model by its parameters, and room for `parameters.beams` readings.
+    /// The model with these parameters, and buffers for `parameters.beams` readings.
     pub fn new(parameters: &Parameters) -> Self {
         let p = parameters;
         let step = p.bearing_error_rad / (BEARINGS / 2) as f32;
@@ -148,10 +144,10 @@ impl BeamModel {
         }
     }
 
-    /// Takes in the beams of a scan, for a drawing of which the error `error` is believed.
+    /// Takes in the beams of a scan, for a drawing that is believed to have the error `error`.
     pub fn read(&mut self, beams: &Beams, error: f32) {
         let [least, largest] = self.widths;
-        // The square tells a map from a drawing that fits for a while.
+        // The square distinguishes a map from a drawing that happens to fit for a while.
         self.width = (error * error / largest).clamp(least, largest);
         self.inverse_width = 1.0 / self.width;
         self.unit_log2 = beams.range_max_m.log2();
@@ -173,13 +169,13 @@ impl BeamModel {
         }
     }
 
-    /// How many times as much a scan counts as in a drawing by hand, as far as this one is believed to be more exact.
-    /// The errors that are left are the sensor's, of each beam its own.
+    /// How many times as much a scan counts as it would in a drawing by hand, depending on how much more exact this drawing is
+    /// believed to be. The remaining errors are the sensor's, which are independent for each beam.
     pub fn exactness(&self) -> f32 {
         (self.widths[1] / self.width).sqrt()
     }
 
-    /// A range by its binary logarithm.
+    /// A range, given by its binary logarithm, metres.
     fn powers(&self, log2_m: f32) -> Powers<f32> {
         let log2 = log2_m.clamp(self.bounds_log2[0], self.bounds_log2[1]) - self.unit_log2;
         let sharp = (log2 * self.inverse_width).exp2();
@@ -202,8 +198,8 @@ impl BeamModel {
         self.readings.iter().map(|reading| self.likelihood(reading, &room.expected).ln()).sum()
     }
 
-    /// The median of |ln(measured / expected)| of the beams that returned, at their own bearings. It is that of the
-    /// last call of [`Self::log_likelihood`] with this `room`; `None` where none returned.
+    /// The median of |ln(measured / expected)| over the beams that returned, at their own bearings, from the last call of
+    /// [`Self::log_likelihood`] with this `room`; `None` if none returned.
     pub fn error(&self, room: &mut Room) -> Option<f32> {
         let Room { expected, errors } = room;
         errors.clear();
@@ -214,7 +210,7 @@ impl BeamModel {
         (middle < errors.len()).then(|| *errors.select_nth_unstable_by(middle, f32::total_cmp).1 * self.width)
     }
 
-    /// The likelihood of a reading by the ranges that the drawing shows.
+    /// The likelihood of a reading, given the ranges that the drawing shows.
     fn likelihood(&self, reading: &Reading, expected: &[Powers<f32>]) -> f32 {
         let of_each = (0..BEARINGS).map(|k| {
             let expected = &expected[usize::from(reading.beside[k])];
@@ -233,7 +229,7 @@ impl BeamModel {
         of_each.sum()
     }
 
-    /// The expected ranges of sixteen particles in one direction, by their binary logarithms, metres.
+    /// The expected ranges of sixteen particles in one direction, from their binary logarithms, metres.
     #[inline(always)]
     pub fn expect<S: Simd>(&self, log2_m: f32x16<S>) -> Powers<[f32; LANES]> {
         let [least, most] = self.bounds_log2;
@@ -242,7 +238,7 @@ impl BeamModel {
         Powers { sharp, inverse }
     }
 
-    /// Σ ln p of sixteen particles, by what each expects of each beam.
+    /// Σ ln p of sixteen particles, from what each expects of each beam.
     #[inline(always)]
     pub fn of<S: Simd>(&self, simd: S, expected: &[Powers<[f32; LANES]>]) -> f32x16<S> {
         let mut sum = f32x16::splat(simd, 0.0);
@@ -264,7 +260,7 @@ impl BeamModel {
         expected: &[Powers<[f32; LANES]>],
     ) -> f32x16<S> {
         let mut near = f32x16::splat(simd, 0.0);
-        // By index: as iterators over both arrays, a tenth of the time went into copying the shares.
+        // By index: with iterators over both arrays, a tenth of the time went into copying the shares.
         if reading.returned {
             for k in 0..BEARINGS {
                 let expected = &expected[usize::from(reading.beside[k])];
@@ -285,7 +281,7 @@ impl BeamModel {
     }
 }
 
-/// The one of `angles`, which go round once in either sense, that is nearest to `angle`.
+/// The index of the one of `angles`, which go round once in either sense, that is nearest to `angle`.
 fn nearest(angles: &[f32], angle: f32) -> u16 {
     use std::f32::consts::TAU;
     let rises = angles.first() <= angles.last();
@@ -318,7 +314,7 @@ mod tests {
         beams
     }
 
-    /// Likelihood of the reading in the middle of `measured`, where the drawing shows `drawn`.
+    /// Likelihood of the reading in the middle of `measured` if the drawing shows `drawn`.
     fn likelihood(parameters: &Parameters, measured: &[f32], drawn: &[f32]) -> f32 {
         let mut beam_model = BeamModel::new(parameters);
         beam_model.read(&fan(measured), parameters.hit_width);
@@ -338,7 +334,7 @@ mod tests {
             let expected = anywhere + if e < 0.0 { hit(e).max(short) } else { hit(e) };
             assert!((level(measured) / expected - 1.0).abs() < 1e-4, "{measured}");
         }
-        // Nothing returned from a wall at 2 m, ln 2.5 nearer than the sensor's longest range.
+        // No return from a wall at 2 m, ln 2.5 nearer than the sensor's longest range.
         let lost = 1.2 * (0.9 * 0.5 * (2.0_f32 / 5.0).powf(1.0 / p.hit_width) + 0.03);
         assert!((level(6.0) / lost - 1.0).abs() < 1e-4);
         assert!(likelihood(&p, &[6.0], &[7.4]) > 10.0 * level(6.0));
@@ -351,7 +347,7 @@ mod tests {
         let measured = [1.0, 1.0, 4.0, 1.0, 1.0];
         let beside = [1.0, 1.0, 1.0, 4.0, 1.0];
         assert!(likelihood(&ours, &measured, &beside) > 2.0 * likelihood(&rigid, &measured, &beside));
-        // Where it is drawn is better still, and no door at all is worse.
+        // Where it is drawn, it is better still; without any door it is worse.
         assert!(likelihood(&ours, &measured, &measured) > likelihood(&ours, &measured, &beside) * 1.05);
         assert!(likelihood(&ours, &measured, &[1.0; 5]) < 0.5 * likelihood(&ours, &measured, &beside));
     }
@@ -363,8 +359,8 @@ mod tests {
         beam_model.likelihood_of_each(simd, reading, &vec![expected; beam_model.readings.len()]).into()
     }
 
-    /// With a laser of 79 m, a reading and a wall both under 7 cm were an infinite fit. Their ratio to the longest
-    /// range, to the power 1/w of a map, left the range of single precision.
+    /// With a laser of 79 m, a reading and a wall both under 7 cm were an infinite fit: their ratio to the longest range, to the
+    /// power 1/w of a map, left the range of single precision.
     #[test]
     fn the_shortest_ranges_of_a_long_laser_are_as_likely_as_any() {
         let p = Parameters::default();

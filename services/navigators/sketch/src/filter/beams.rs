@@ -3,7 +3,7 @@
 use sketchnav_schemas::message::{LaserScan, MAX_BEAMS};
 use sketchnav_schemas::robot::Laser;
 
-/// Where a laser sits on the robot.
+/// Where a laser is mounted on the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Mounting {
     /// Forward of the robot's centre, metres.
@@ -21,7 +21,7 @@ impl From<&Laser> for Mounting {
     }
 }
 
-/// Shortest range that differs from none, metres.
+/// The shortest range that counts, metres; shorter readings are invalid.
 pub const SHORTEST_M: f32 = 0.05;
 
 /// An even selection of a scan's valid beams, one array for each property.
@@ -33,22 +33,22 @@ pub struct Beams {
     pub forward: Vec<f32>,
     /// Directions as unit vectors: left.
     pub left: Vec<f32>,
-    /// Measured ranges, metres; the longest range where nothing returned.
+    /// Measured ranges, metres; the longest range if nothing returned.
     pub range_m: Vec<f32>,
     /// Binary logarithms of the ranges.
     pub log2_range: Vec<f32>,
-    /// Whether the beam came back.
+    /// Whether the beam returned.
     pub returned: Vec<bool>,
-    /// End points of the beams that came back, in the robot's axes: forward and left, metres.
+    /// End points of the beams that returned, in the robot's axes: forward and left, metres.
     pub end_m: Vec<[f32; 2]>,
-    /// The sensor's place in the robot's axes, metres.
+    /// The sensor's position in the robot's axes, metres.
     pub origin_m: [f32; 2],
     /// Longest range that the sensor measures, metres.
     pub range_max_m: f32,
 }
 
 impl Beams {
-    /// Room for `capacity` beams; [`Self::select`] allocates nothing.
+    /// Buffers for `capacity` beams; [`Self::select`] allocates nothing.
     pub fn with_capacity(capacity: usize) -> Self {
         let room = || Vec::with_capacity(capacity.min(MAX_BEAMS));
         Self {
@@ -64,12 +64,12 @@ impl Beams {
         }
     }
 
-    /// How many beams there are.
+    /// The number of beams.
     pub fn len(&self) -> usize {
         self.range_m.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.range_m.is_empty()
     }

@@ -1,20 +1,20 @@
-//! Cells as bits, 64 in a word: what spreads over them spreads over a word at once.
+//! Cells as bits, 64 to a word, so that spreading works on a word at once.
 
 use std::ops::Range;
 
 const WORD: usize = u64::BITS as usize;
 
-/// Rows of bits, each from a word's first bit on; what lies behind a row's last cell says nothing.
+/// Rows of bits, each starting at a word's first bit; bits after a row's last cell have no meaning.
 #[derive(Debug, Clone)]
 pub struct Bits {
     width: usize,
-    /// Words a row.
+    /// Words per row.
     stride: usize,
     words: Vec<u64>,
 }
 
 impl Bits {
-    /// Cells in rows of `width`, with a frame of `margin` cells around that are not set.
+    /// Cells in rows of `width`, surrounded by a frame of `margin` cells that are not set.
     pub fn framed(cells: &[bool], width: usize, margin: usize) -> Self {
         let framed = width + 2 * margin;
         let (stride, height) = (framed.div_ceil(WORD), cells.len() / width + 2 * margin);
@@ -32,12 +32,12 @@ impl Bits {
         bits
     }
 
-    /// As many cells, none set.
+    /// The same number of cells, none set.
     pub fn blank(&self) -> Self {
         Self { words: vec![0; self.words.len()], ..*self }
     }
 
-    /// Rows.
+    /// The number of rows.
     pub fn height(&self) -> usize {
         self.words.len() / self.stride
     }
@@ -81,7 +81,7 @@ impl Bits {
         })
     }
 
-    /// Sets every cell that is no farther than `reach` from one that is set, in columns and in rows.
+    /// Sets every cell that is at most `reach` from one that is set, along columns and rows.
     pub fn spread(mut self, reach: usize) -> Self {
         for row in self.words.chunks_exact_mut(self.stride) {
             let mut down = row.to_vec();
@@ -97,7 +97,7 @@ impl Bits {
     }
 }
 
-/// Eight cells, or fewer, as bits from the lowest on.
+/// Up to eight cells as bits, from the lowest on.
 fn packed(cells: &[bool]) -> u64 {
     let Ok(eight) = <[bool; 8]>::try_from(cells) else {
         return cells.iter().rev().fold(0, |bits, &cell| bits << 1 | u64::from(cell));
@@ -106,7 +106,7 @@ fn packed(cells: &[bool]) -> u64 {
     u64::from_le_bytes(eight.map(u8::from)).wrapping_mul(0x0102_0408_1020_4080) >> 56
 }
 
-/// The first cell from `from` on whose bit differs from those of `skipped`; behind all where there is none.
+/// The first cell from `from` on whose bit differs from those of `skipped`; past the end if there is none.
 fn next(words: &[u64], from: usize, skipped: u64) -> usize {
     let first = u64::MAX << (from % WORD);
     for (k, word) in words.iter().enumerate().skip(from / WORD) {
@@ -118,7 +118,7 @@ fn next(words: &[u64], from: usize, skipped: u64) -> usize {
     words.len() * WORD
 }
 
-/// Calls `smear` with the steps by which a set that is joined with itself shifted spreads by `reach` cells in all.
+/// Calls `smear` with the steps by which a set that is repeatedly joined with itself, shifted, spreads by `reach` cells in total.
 fn doubling(reach: usize, mut smear: impl FnMut(usize)) {
     let mut covered = 1;
     while covered <= reach {

@@ -1,4 +1,4 @@
-//! How sure the localization is, with hysteresis, so that the judgement does not flicker.
+//! How sure the localization is, with hysteresis so that the judgement does not flicker.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::Tracking;
@@ -7,13 +7,13 @@ use super::parameters::Parameters;
 
 /// Share of the weight near the mode below which several places are in question.
 const ONE_PLACE: f64 = 0.3;
-/// How fast the fit's running mean follows, a share an update.
+/// How fast the fit's running mean follows, as a share per update.
 const FOLLOW: f32 = 0.25;
 /// How fast the quick and the slow mean likelihood follow (Thrun, Burgard and Fox, table 8.3).
 const QUICK: f32 = 0.25;
 const SLOW: f32 = 0.02;
 
-/// The judgement and what it remembers.
+/// The judgement and its memory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Confidence {
     level: u32,
@@ -35,13 +35,12 @@ impl Confidence {
         Tracking::from_code(self.level).unwrap_or(Tracking::Waiting)
     }
 
-    /// How much worse the scans fit than they used to, 0 to 1.
+    /// How much worse the scans fit than before, 0 to 1.
     pub fn decline(&self) -> f32 {
         if self.slow > 0.0 { (1.0 - self.quick / self.slow).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// Takes in an update: `fit`, the mean log likelihood of a beam at the estimate, and the share of
-    /// the weight near it.
+    /// Takes in an update: `fit`, the mean log likelihood of a beam at the estimate, and the share of the weight near it.
     pub fn update(&mut self, fit: f32, share: f64, parameters: &Parameters) {
         let likelihood = fit.exp();
         if !self.seen {

@@ -1,35 +1,35 @@
-//! Doors as wide as doors are.
+//! Doors at their usual width.
 //!
-//! Who draws a door leaves a gap in a wall. The gap is a sign: where it is counts, how wide it is does not, and hasty
-//! hands leave it narrow. Taken for a measure, the gap makes the drawing seem smaller here than it is, and the
-//! robot drives past the right door. So gaps in walls that are narrower than a door are widened before the filter uses
-//! the drawing. The walls beside them limit that.
+//! A person who draws a door leaves a gap in a wall. The gap is a sign: its place counts, its width does not, and hasty hands leave
+//! it narrow. Taken as a measure, the gap makes the drawing seem smaller here than it is, and the robot drives past the right door.
+//! Gaps in walls that are narrower than a door are therefore widened before the filter uses the drawing, as far as the walls next
+//! to them allow.
 //!
-//! Some passages stay as drawn. They do not open out on both sides, as a corridor or a door along a wall that runs on
-//! past it. Or their walls are thicker than about half the gap. Slips of the pen stay, too, and gaps within a door's
-//! width of a narrower one. Posts between two gaps stay.
+//! Some passages stay as drawn: those that do not open out on both sides, such as a corridor, or a door along a wall that runs on
+//! past it; those whose walls are thicker than about half the gap; slips of the pen; and gaps within a door's width of a narrower
+//! one. Posts between two gaps stay, too.
 
 use fearless_simd::{Level, dispatch};
 use nalgebra::Vector2;
 
 use crate::sketch::SketchGrid;
 
-/// A gap narrower than this share of a door is a slip of the pen, no door.
+/// A gap narrower than this share of a door is a slip of the pen, not a door.
 const SLIP: f32 = 0.2;
 /// Cosine of the least angle between the two sides of a gap, seen from its middle.
 const OPPOSITE: f32 = -0.7;
-/// Beyond a gap there is more room than in it, by this factor. (In a corridor there is as much.)
+/// There is more room beyond a gap than in it, by at least this factor. (In a corridor there is equally much.)
 const OPENS_OUT: f32 = 1.15;
-/// Where that is looked at: so far beyond half the gap's width from its middle, pixels.
+/// Where that is checked: this far beyond half the gap's width from its middle, pixels.
 const BEYOND_PX: f32 = 3.0;
-/// A wall may lie so far beside the gap's line, as a share of the gap, ...
+/// A wall may be off the gap's line by this share of the gap, ...
 const BESIDE: f32 = 0.5;
 /// ... and lead away from it by this slope.
 const SLOPE: f32 = 0.3;
-/// Of the wall beside it a gap takes no more than this share: small rooms have doors drawn small.
+/// A gap takes no more than this share of the wall next to it, since small rooms have doors drawn small.
 const TAKES: f32 = 0.25;
 
-/// `sketch` with the gaps in its walls widened towards `door_px`; `None` where that changes nothing.
+/// `sketch` with the gaps in its walls widened towards `door_px`; `None` if that changes nothing.
 pub fn widened(sketch: &SketchGrid, door_px: f32) -> Option<SketchGrid> {
     let nearest = Nearest::new(sketch, door_px);
     let mut gaps = nearest.gaps(SLIP * door_px..door_px);
@@ -77,7 +77,7 @@ struct Gap {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Side {
     end: Vector,
-    /// Unit vector away from the gap, the way that its wall goes.
+    /// Unit vector away from the gap, in the direction in which its wall runs.
     away: Vector,
     width_px: f32,
 }
@@ -104,18 +104,18 @@ impl Gap {
 }
 
 impl Side {
-    /// How far beside the gap's line its wall may lie, `along` pixels from the gap's end.
+    /// How far off the gap's line its wall may lie, `along` pixels from the gap's end.
     fn band_px(&self, along: f32) -> f32 {
         BESIDE * self.width_px + SLOPE * along.max(0.0)
     }
 
-    /// The place so far along the wall and so far beside the gap's line.
+    /// The place at this distance along the wall and this distance off the gap's line.
     fn at(&self, along: f32, beside: f32) -> Vector {
         self.end + self.away * along + turned(self.away) * beside
     }
 
-    /// How much of its wall the side gives to the gap, at most `missing_px`. Of the wall's length, up to its end or
-    /// the next wall, it gives no more than its share. Nothing where it goes on for less than the gap is wide: a post.
+    /// How much of its wall the side gives to the gap, at most `missing_px`: no more than its share of the wall's length up to its
+    /// end or the next wall, and nothing if the wall ends before it is as long as the gap is wide: it is a post then.
     fn yields_px(&self, sketch: &SketchGrid, missing_px: f32) -> f32 {
         let is_wall = |along: f32, beside: i32| {
             let [x, y] = self.at(along, beside as f32).map(|v| v.round() as i64).into();
@@ -150,15 +150,15 @@ impl Side {
     }
 }
 
-/// A column of a way to no wall: farther than any that counts, and whatever is added to it still is.
+/// The column of a vector to no wall: farther than any that counts, and still so whatever is added to it.
 const NONE: i16 = 20_000;
-/// Cells that are looked at together: most are far from walls.
+/// Cells that are checked together: most are far from walls.
 const TOGETHER: usize = 32;
 
-/// Of each free cell the nearest wall cell, where that is near enough to be the side of a door.
+/// The nearest wall cell of each free cell, if it is near enough to be the side of a door.
 struct Nearest<'a> {
     sketch: &'a SketchGrid,
-    /// Cells a row, with one on either side that knows no wall; there is such a row below and above, too.
+    /// Cells per row, with one on either side that knows no wall; there is such a row below and above, too.
     stride: usize,
     /// From the cell to its wall, in columns ([`NONE`]: there is none) and in rows.
     x: Vec<i16>,
@@ -166,14 +166,14 @@ struct Nearest<'a> {
     reach2: i32,
 }
 
-/// For each cell of a row a wall that others know of.
+/// For each cell of a row, a wall that other cells know of.
 struct Known {
     x: Vec<i16>,
     y: Vec<i16>,
     distance2: Vec<i32>,
 }
 
-/// Whether the walls of two cells lie more or less opposite to a third's.
+/// Whether the walls of two cells lie roughly opposite to that of a third.
 #[inline(always)]
 fn face_away(x: &[i16], y: &[i16], rx: &[i16], ry: &[i16], ux: &[i16], uy: &[i16], maybe: &mut [bool]) {
     let count = maybe.len();
@@ -187,17 +187,17 @@ fn face_away(x: &[i16], y: &[i16], rx: &[i16], ry: &[i16], ux: &[i16], uy: &[i16
     }
 }
 
-/// What a row's cells know, with one on either side that knows nothing.
+/// What the cells of a row know, with one on either side that knows nothing.
 struct Row<'a> {
     x: &'a mut [i16],
     y: &'a mut [i16],
-    /// Only what is nearer is of interest, pixels².
+    /// Only walls nearer than this matter, pixels².
     reach2: i32,
 }
 
 impl<'a> Nearest<'a> {
-    /// By two passes over the eight neighbours, who know the nearest wall or one hardly farther away
-    /// (Danielsson 1980).
+    /// Computed by two passes over the eight neighbours, which know the nearest wall or one that is hardly farther away (Danielsson
+    /// 1980).
     fn new(sketch: &'a SketchGrid, door_px: f32) -> Self {
         let [width, height] = [sketch.width(), sketch.height()];
         let stride = width + 2;
@@ -236,7 +236,7 @@ impl<'a> Nearest<'a> {
         (self.x[at] != NONE).then(|| [self.x[at], self.y[at]])
     }
 
-    /// Where two neighbours have their walls on opposite sides there is a gap between these.
+    /// Two neighbours whose nearest walls are on opposite sides have a gap between these walls.
     fn gaps(&self, widths_px: std::ops::Range<f32>) -> Vec<Gap> {
         let mut gaps = Vec::new();
         let mut maybe = vec![false; self.sketch.width()];
@@ -255,7 +255,7 @@ impl<'a> Nearest<'a> {
         gaps
     }
 
-    /// Which cells of a row have their walls more or less opposite to a neighbour's.
+    /// Which cells of a row have their walls roughly opposite to a neighbour's.
     #[inline(always)]
     fn face_away(&self, row: usize, maybe: &mut [bool]) {
         let (first, count) = ((row + 1) * self.stride + 1, maybe.len());
@@ -264,7 +264,7 @@ impl<'a> Nearest<'a> {
         face_away(x, y, rx, ry, ux, uy, maybe);
     }
 
-    /// The gap between the walls of a cell and of the neighbour `to`, where they are on opposite sides.
+    /// The gap between the walls of a cell and of the neighbour `to`, if they are on opposite sides.
     fn gap(&self, [column, row]: [usize; 2], [dx, dy]: [usize; 2]) -> Option<Gap> {
         let here = vector(self.get([column, row])?);
         let there = vector(self.get([column + dx, row + dy])?);
@@ -291,7 +291,7 @@ fn vector(to_wall: [i16; 2]) -> Vector {
     to_wall.map(f32::from).into()
 }
 
-/// A quarter of a turn on.
+/// A vector turned by a quarter.
 fn turned(v: Vector) -> Vector {
     Vector::new(-v.y, v.x)
 }
@@ -304,8 +304,8 @@ impl Known {
     }
 }
 
-/// What the three cells of a row on the side `SIDE` know: the nearest wall; of equal ones the first, from that side on.
-/// (Here and below by masks and in plain slices, which can be put into vectors.)
+/// What the three cells of a row on the side `SIDE` know: the nearest wall, and among equal ones the first from that side. (Here
+/// and below with masks and plain slices, which the compiler can vectorize.)
 #[inline(always)]
 fn ask<const SIDE: isize>(
     x: &[i16],
@@ -335,13 +335,13 @@ fn ask<const SIDE: isize>(
     }
 }
 
-/// A row's cells with what others know, before they ask each other.
+/// The cells of a row with what others know, before they ask each other.
 struct Merged {
     x: Vec<i16>,
     y: Vec<i16>,
-    /// How near the cells' own walls are, pixels².
+    /// The squared distances of the cells' own walls, pixels².
     own2: Vec<i32>,
-    /// Whether the cell before has a nearer one.
+    /// Whether the previous cell has a nearer one.
     gains: Vec<bool>,
 }
 
@@ -351,9 +351,9 @@ impl Merged {
         Self { x, y, own2: vec![0; width], gains: vec![false; width] }
     }
 
-    /// Goes along a row, away from the side `SIDE`. Each cell takes the wall of the cell before, or of what is
-    /// `known`, where that is nearer than its own. Cells are asked one after the other only where one of them gains by
-    /// it. Where none gains by what the one before had at first, none gains at all.
+    /// Runs along a row, away from the side `SIDE`. Each cell takes the wall of the previous cell, or of what is `known`, if that
+    /// is nearer than its own. Cells are asked one after the other only if one of them gains by it: if none gains by what the
+    /// previous cell had at first, none gains at all.
     fn pass<const SIDE: isize>(&mut self, row: Row<'_>, known: &Known) {
         dispatch!(Level::new(), _simd => self.merge::<SIDE>(&row, known));
         let count = self.own2.len();
@@ -377,7 +377,7 @@ impl Merged {
         }
     }
 
-    /// Whether a wall is nearer to a cell than its own, and no farther than what others know.
+    /// Whether a wall is nearer to a cell than its own, and no farther than those that others know.
     fn gains_by(&self, at: usize, (x, y): (i16, i16), known: &Known) -> bool {
         let distance2 = squared([x, y]);
         distance2 < self.own2[at] && distance2 <= known.distance2[at]
@@ -395,7 +395,7 @@ impl Merged {
     }
 }
 
-/// Takes what is known where it is nearer than a cell's own wall; and returns how near that is.
+/// Takes what is known if it is nearer than a cell's own wall, and returns its distance.
 #[expect(clippy::too_many_arguments, reason = "plain slices")]
 #[inline(always)]
 fn merge(
@@ -423,7 +423,7 @@ fn merge(
     }
 }
 
-/// Whether the wall of the cell before is nearer than a cell's own, and no farther than what others know.
+/// Whether the wall of the previous cell is nearer than a cell's own, and no farther than those that others know.
 #[inline(always)]
 fn gains(step: i32, x: &[i16], y: &[i16], own2: &[i32], known2: &[i32], gains: &mut [bool]) {
     let count = gains.len();
@@ -436,7 +436,7 @@ fn gains(step: i32, x: &[i16], y: &[i16], own2: &[i32], known2: &[i32], gains: &
 }
 
 impl Row<'_> {
-    /// The wall of the cell on the side `SIDE` of a cell, as that one sees it.
+    /// The wall of the cell on the side `SIDE` of a cell, relative to the latter.
     fn passed<const SIDE: isize>(&self, at: usize) -> Option<(i16, i16)> {
         let before = (at + 1).wrapping_add_signed(SIDE);
         (self.x[before] != NONE).then(|| (self.x[before] + SIDE as i16, self.y[before]))
@@ -487,7 +487,7 @@ mod tests {
         }
     }
 
-    /// Between the flat ends of two blocks there is a gap as long as the blocks are thick.
+    /// Between the flat ends of two blocks the gap is as long as the blocks are thick.
     #[test]
     fn a_passage_through_a_thick_wall_does_not_open_out() {
         let thick = |half: usize| {
@@ -516,7 +516,7 @@ mod tests {
         assert!((108..113).all(|x| found.is_wall_cell(x, 100)));
     }
 
-    /// A drawing that is cut off beside its outline.
+    /// A drawing that is cut off next to its outline.
     #[test]
     fn a_door_at_the_edge_of_the_sheet_is_a_door() {
         let found = widened(&sheet(|x, y| y < 3 && !(95..105).contains(&x)), DOOR_PX).unwrap();
@@ -570,7 +570,7 @@ mod tests {
             }
         }
 
-        /// Whatever is drawn, on however small a sheet: what was wall and is none now lies beside a gap.
+        /// Whatever is drawn, on however small a sheet: cells that were wall and no longer are lie next to a gap.
         #[test]
         fn walls_give_way_only_beside_what_is_free(
             strokes in prop::collection::vec(prop::array::uniform4(0.0_f32..80.0), 0..12),

@@ -1,12 +1,12 @@
-//! How likely a scan is by the paper's likelihood field (Boniardi et al. 2015, equation 7).
+//! How likely a scan is according to the paper's likelihood field (Boniardi et al. 2015, equation 7).
 
 use super::beams::Beams;
 use super::grid::Grid;
 use super::metric::PxFromBase;
 use super::parameters::Parameters;
 
-/// The likelihood field (Thrun, Burgard and Fox, section 6.4): ln p of an end point by its distance
-/// from the nearest drawn wall.
+/// The likelihood field (Thrun, Burgard and Fox, section 6.4): ln p of an end point as a function of its distance to the nearest
+/// drawn wall.
 #[derive(Debug, Clone)]
 pub struct Field {
     cells: [usize; 2],
@@ -29,7 +29,7 @@ impl Field {
         Self { cells: grid.cells(), px_per_cell: grid.px_per_cell(), by_cell }
     }
 
-    /// Columns and rows, the ring around the drawing included.
+    /// Columns and rows, including the ring around the drawing.
     pub fn cells(&self) -> [usize; 2] {
         self.cells
     }

@@ -1,18 +1,18 @@
-//! The drawing as the filter asks for it: how far to the next wall, and how far along a beam.
+//! The drawing as the filter queries it: how far it is to the next wall, and how far along a beam.
 //!
-//! A drawing of millions of pixels is reduced until it fits a cache. A cell is wall where any of its pixels is, so
-//! that no wall gets a hole. Rays jump from box to box. Around a free cell whose nearest wall is `r` cells away
-//! (chessboard distance) lies a square of `2r − 1` free cells. A ray may go to its edge at once. The jump is exact:
-//! the result is that of a walk cell by cell.
+//! A drawing of millions of pixels is reduced until it fits into a cache. A cell is a wall if any of its pixels is, so that no wall
+//! gets a hole. Rays jump from box to box: around a free cell whose nearest wall is `r` cells away (chessboard distance) lies a
+//! square of `2r − 1` free cells, and a ray may go to its edge at once. The jump is exact: the result is that of a walk cell by
+//! cell.
 //!
-//! It knows no scale: a direction's length is what a unit of the result means.
+//! The grid does not know the scale; the length of the direction vector determines the unit of a result.
 
 use crate::sketch::SketchGrid;
 
-/// Steps of the stored Euclidean distance in a cell.
+/// Steps of the stored Euclidean distance per cell.
 const STEPS_PER_CELL: f32 = 2.0;
 
-/// The drawing, reduced, with distances. A ring of wall runs around it.
+/// The reduced drawing, with distances. A ring of wall runs around it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     /// Width and height of the drawing, pixels.
@@ -27,7 +27,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Reduces `sketch` to at most `max_cells` cells (the ring not counted).
+    /// Reduces `sketch` to at most `max_cells` cells (not counting the ring).
     pub fn new(sketch: &SketchGrid, max_cells: usize) -> Self {
         let reduction = reduction(sketch, max_cells);
         let width = sketch.width().div_ceil(reduction) + 2;
@@ -44,19 +44,18 @@ impl Grid {
         self.size_px
     }
 
-    /// Columns and rows, the ring included.
+    /// Columns and rows, including the ring.
     pub fn cells(&self) -> [usize; 2] {
         [self.width, self.height]
     }
 
-    /// Whether each cell is wall, row by row from the bottom, the ring included.
+    /// Whether each cell is wall, row by row from the bottom, including the ring.
     pub fn walls(&self) -> impl Iterator<Item = bool> + '_ {
         self.free_radius.iter().map(|&radius| radius == 0)
     }
 
-    /// The distance from each cell to the nearest surface of a wall, in steps of half a cell. Rows run from the
-    /// bottom, the ring included. Within a wall it grows again: what a laser measures is a surface, not the inside of
-    /// a pillar.
+    /// The distance from each cell to the nearest surface of a wall, in steps of half a cell. Rows run from the bottom, including
+    /// the ring. Within a wall it grows again, since a laser measures a surface and not the inside of a pillar.
     pub fn distance_steps(&self) -> &[u8] {
         &self.distance
     }
@@ -66,12 +65,12 @@ impl Grid {
         self.px_per_cell
     }
 
-    /// What a distance step stands for, pixels.
+    /// The length of a distance step, pixels.
     pub fn distance_px(&self, step: u8) -> f32 {
         f32::from(step) / STEPS_PER_CELL * self.px_per_cell
     }
 
-    /// Whether a place in pixels is in a wall or outside.
+    /// Whether a place in pixels is in a wall or outside the drawing.
     #[inline]
     pub fn is_wall(&self, x_px: f32, y_px: f32) -> bool {
         let inv = 1.0 / self.px_per_cell;
@@ -79,10 +78,10 @@ impl Grid {
         self.free_radius[at] == 0
     }
 
-    /// How far the ray (x, y) + t·(dx, dy), all in pixels, goes before it enters a wall: t, at most `t_max`. A ray
-    /// that begins in a wall leaves it first, where that takes no more than `t_leave`; it is 0 where it takes more. A
-    /// drawn line is where a person's hand went: a robot that is believed to stand on it does see the rooms beside it.
-    /// Nobody stands inside a pillar.
+    /// How far the ray (x, y) + t·(dx, dy), all in pixels, goes before it enters a wall: t, at most `t_max`. A ray that starts in a
+    /// wall leaves it first, if that takes no more than `t_leave`; if it takes more, the result is 0. A drawn line only shows where
+    /// a person's hand went, so a robot that is believed to stand on it does see the rooms next to it; but no robot stands inside a
+    /// pillar.
     #[inline]
     pub fn cast(&self, from_px: [f32; 2], direction_px: [f32; 2], t_leave: f32, t_max: f32) -> f32 {
         let ([x_px, y_px], [dx_px, dy_px]) = (from_px, direction_px);
@@ -111,12 +110,12 @@ impl Grid {
         t_max
     }
 
-    /// Whether the straight way from one place to another, pixels, enters a wall or ends in one.
+    /// Whether the straight line from one place to another, pixels, enters a wall or ends in one.
     pub fn crosses_wall(&self, from: [f32; 2], to: [f32; 2]) -> bool {
         self.is_wall(to[0], to[1]) || self.cast(from, [to[0] - from[0], to[1] - from[1]], 1.0, 1.0) < 1.0
     }
 
-    /// Returns whether the ray came out of the wall that it began in, if any, by `t_leave`.
+    /// Returns whether the ray left the wall that it started in, if any, by `t_leave`.
     fn leave_wall(&self, ray: &mut Ray, t_leave: f32) -> bool {
         while self.free_radius[self.index(ray.column, ray.row)] == 0 {
             if ray.t >= t_leave || !self.within(ray) {
@@ -131,7 +130,7 @@ impl Grid {
         (1..self.width as i32 - 1).contains(&ray.column) && (1..self.height as i32 - 1).contains(&ray.row)
     }
 
-    /// Index of a cell along an axis from its coordinate in cells; the ring where it lies outside.
+    /// Index of a cell along an axis from its coordinate in cells; that of the ring if it lies outside.
     #[inline]
     fn cell(&self, coordinate: f32, size: usize) -> i32 {
         ((coordinate + 1.0) as i32).clamp(0, size as i32 - 1)
@@ -143,7 +142,7 @@ impl Grid {
     }
 }
 
-/// A ray on its way, in cells (the ring included).
+/// A ray in progress, in cells (including the ring).
 struct Ray {
     x: f32,
     y: f32,
@@ -157,9 +156,8 @@ struct Ray {
 }
 
 impl Ray {
-    /// Goes on to the cell behind the edge of the square of `2·radius − 1` cells around the cell.
-    /// Cell indices are kept as integers, so that rounding cannot stop the ray or let it slip through.
-    /// (Without the branch it took a fifth longer.)
+    /// Moves to the cell beyond the edge of the square of `2·radius − 1` cells around the cell. Cell indices are kept as integers,
+    /// so that rounding cannot stop the ray or let it slip through. (Without the branch this took a fifth longer.)
     #[inline]
     fn leave_box(&mut self, radius: i32) {
         let (forward, up) = (self.dx >= 0.0, self.dy >= 0.0);
@@ -181,13 +179,13 @@ impl Ray {
     }
 }
 
-/// 1 / d; +∞ for both zeros: an axis that the ray does not move along is never the first to end.
+/// 1 / d; +∞ for both zeros, since an axis along which the ray does not move is never the first to end.
 #[inline]
 fn reciprocal(d: f32) -> f32 {
     if d == 0.0 { f32::INFINITY } else { 1.0 / d }
 }
 
-/// How many pixels go into a cell along an edge.
+/// How many pixels make up a cell along an edge.
 fn reduction(sketch: &SketchGrid, max_cells: usize) -> usize {
     let cells = |k: &usize| sketch.width().div_ceil(*k) * sketch.height().div_ceil(*k);
     (1..).find(|k| cells(k) <= max_cells.max(1)).unwrap_or(1)
@@ -218,7 +216,7 @@ fn reduced_walls(sketch: &SketchGrid, reduction: usize, width: usize, height: us
     wall
 }
 
-/// Wall cells beside a free cell.
+/// Wall cells next to a free cell.
 fn surface(wall: &[bool], width: usize, height: usize) -> Vec<bool> {
     let mut surface = vec![false; wall.len()];
     let row = |row: usize| &wall[row * width..][..width];
@@ -253,7 +251,7 @@ fn chessboard_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
     distance
 }
 
-/// Passes the distances of a row on to the row beside it.
+/// Passes the distances of a row on to the adjacent row.
 fn pass_row(from: &[u8], to: &mut [u8]) {
     let inner = to.len() - 1;
     for (to, from) in to[1..inner].iter_mut().zip(from.windows(3)) {
@@ -261,8 +259,8 @@ fn pass_row(from: &[u8], to: &mut [u8]) {
     }
 }
 
-/// Exact, in half cells: distances in the columns, then row by row the lower envelope of parabolas (Meijster, Roerdink
-/// and Hesselink 2000).
+/// Exact, in half cells: distances in the columns, then the lower envelope of parabolas row by row (Meijster, Roerdink and
+/// Hesselink 2000).
 fn euclidean_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
     let mut distance = column_distance(wall, width);
     let farthest = (width * width + height * height) as i64;
@@ -275,7 +273,7 @@ fn euclidean_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
     distance
 }
 
-/// The distance to the nearest wall in the column, cells; 255 where it is farther or there is none.
+/// The distance to the nearest wall in the column, cells; 255 if it is farther or there is none.
 fn column_distance(wall: &[bool], width: usize) -> Vec<u8> {
     let mut distance: Vec<u8> = wall.iter().map(|&w| if w { 0 } else { u8::MAX }).collect();
     let mut passed = vec![u8::MAX; width];
@@ -290,7 +288,7 @@ fn column_distance(wall: &[bool], width: usize) -> Vec<u8> {
     distance
 }
 
-/// The lower envelope of the parabolas over one row: each with its apex, its height there, and from where on it is the
+/// The lower envelope of the parabolas over one row: each with its apex, its height there, and the position from which on it is the
 /// lowest.
 #[derive(Default)]
 struct Envelope {
@@ -298,7 +296,7 @@ struct Envelope {
 }
 
 impl Envelope {
-    /// Writes the squared distances by the distances in the columns; nothing where there are none.
+    /// Writes the squared distances from the distances in the columns; nothing if there are none.
     fn write(&mut self, columns: &[u8], squared: &mut [i64]) {
         self.build(columns);
         let mut until = squared.len();
@@ -375,7 +373,7 @@ mod tests {
             let (dy, dx) = angle.sin_cos();
             let found = f64::from(grid.cast([x as f32, y as f32], [dx as f32, dy as f32], 1e3, 1e3));
             let expected = brute_force(&sketch, x, y, dx, dy, 1e3);
-            // A ray through a corner may go either way; the two directions beside it tell.
+            // A ray through a corner may take either side; the two directions next to it decide.
             let beside = [-1e-4, 1e-4].map(|d: f64| brute_force(&sketch, x, y, (angle + d).cos(), (angle + d).sin(), 1e3));
             let near = |t: f64| (found - t).abs() < 0.02;
             prop_assert!(near(expected) || beside.into_iter().any(near), "{found} {expected} {beside:?}");

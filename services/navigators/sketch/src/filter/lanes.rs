@@ -1,15 +1,14 @@
 //! Sixteen numbers at once: the functions that the filter's inner loops need.
 //!
-//! Every operation is one that IEEE 754 rounds exactly: no fused multiply-add, no estimated reciprocals, no library
-//! call. Their order is written down here. So every set of vector instructions gives the same bits. Coefficients: Cody
-//! and Waite 1980, Cephes.
+//! Every operation is one that IEEE 754 rounds exactly: no fused multiply-add, no estimated reciprocals, no library call. Their
+//! order is fixed here, so every set of vector instructions gives the same bits. Coefficients: Cody and Waite 1980, Cephes.
 
 use fearless_simd::{f32x16, i32x16, prelude::*};
 
-/// How many particles go together, whatever the processor: on narrower vectors in several steps.
+/// How many particles are processed together, whatever the processor: on narrower vectors in several steps.
 pub const LANES: usize = 16;
 
-/// Sixteen elements of `column` from `first` on; past the end the last one again.
+/// Sixteen elements of `column` from `first` on; past the end the last one is repeated.
 #[inline(always)]
 pub fn load<S: Simd>(simd: S, column: &[f32], first: usize) -> f32x16<S> {
     match column.get(first..first + LANES) {
@@ -27,7 +26,7 @@ pub fn load_or_zero<S: Simd>(simd: S, column: &[f32], first: usize) -> f32x16<S>
     }
 }
 
-/// The elements of `table` that `index` names; the last one where it names none.
+/// The elements of `table` at `index`; the last one for an index past the end.
 #[inline(always)]
 pub fn gather<S: Simd>(simd: S, table: &[f32], index: i32x16<S>) -> f32x16<S> {
     let index: [i32; LANES] = index.into();
@@ -50,13 +49,13 @@ pub fn sin_cos<S: Simd>(angle_rad: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
     (negated(s, quadrant & 2), negated(c, (quadrant + 1) & 2))
 }
 
-/// −x where `two` is 2, x where it is 0.
+/// −x if `two` is 2, x if it is 0.
 #[inline(always)]
 fn negated<S: Simd>(x: f32x16<S>, two: i32x16<S>) -> f32x16<S> {
     (x.bitcast::<i32x16<S>>() ^ (two << 30)).bitcast()
 }
 
-/// eˣ to a relative 2·10⁻⁷ for x from −87 to 88; beyond, e⁸⁸ above and 0 below, for −∞ and NaN too.
+/// eˣ to a relative 2·10⁻⁷ for x from −87 to 88; e⁸⁸ above that range and 0 below it, also for −∞ and NaN.
 #[inline(always)]
 pub fn exp<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     let something = x.simd_ge(-87.0);
@@ -71,7 +70,7 @@ pub fn exp<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     something.select(value, f32x16::splat(x.simd, 0.0))
 }
 
-/// [`exp`] of all of `from` into `to`, which is as long.
+/// [`exp`] of all of `from`, written to `to`, which has the same length.
 #[inline(always)]
 pub fn exp_all<S: Simd>(simd: S, from: &[f32], to: &mut [f32]) {
     for (k, to) in to.chunks_mut(LANES).enumerate() {
@@ -79,7 +78,7 @@ pub fn exp_all<S: Simd>(simd: S, from: &[f32], to: &mut [f32]) {
     }
 }
 
-/// The angle's equal in [−π, π), as [`super::metric::wrap`] has it.
+/// The equivalent angle in [−π, π), like [`super::metric::wrap`].
 #[inline(always)]
 pub fn wrap<S: Simd>(angle_rad: f32x16<S>) -> f32x16<S> {
     use std::f32::consts::{PI, TAU};
@@ -96,12 +95,12 @@ pub fn fast_log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     exponent + above_one * (above_one * -0.346_555_3 + 1.346_555_3)
 }
 
-/// The largest power of two that [`fast_exp2`] is for; its inverse is the least.
+/// The largest power of two for which [`fast_exp2`] is defined; its inverse is the smallest.
 pub const MOST_EXP2: f32 = 120.0;
 
-/// 2 to the power x·times, from −120 to 120, and its inverse, both to 0.3 %. The bits of a number are nearly its
-/// logarithm (Schraudolph 1999). The straight line between two powers is too high. A parabola takes that away, the
-/// same one for both, since it is even about the middle.
+/// 2 to the power x·times, from −120 to 120, and its inverse, both to 0.3 %. The bits of a number are nearly its logarithm
+/// (Schraudolph 1999). The straight line between two powers is too high, which a parabola corrects: the same one for both, since it
+/// is even about the middle.
 #[inline(always)]
 pub fn fast_exp2<S: Simd>(x: f32x16<S>, times: f32) -> [f32x16<S>; 2] {
     const UNIT: f32 = (1 << 23) as f32;
@@ -114,8 +113,8 @@ pub fn fast_exp2<S: Simd>(x: f32x16<S>, times: f32) -> [f32x16<S>; 2] {
     [bits(one + log2 * UNIT), bits(one - log2 * UNIT)]
 }
 
-/// The direction of (x, y) in `per_turn`-ths of a turn, to 0.0001 turns and not yet rounded, from −½ to ½ of a turn.
-/// Within a quarter it is the arc tangent of the offset from the middle (Hastings 1955), mirrored into the others.
+/// The direction of (x, y) in `per_turn`-ths of a turn, to 0.0001 turns and not yet rounded, from −½ to ½ of a turn. Within a
+/// quarter it is the arc tangent of the offset from the middle (Hastings 1955), which is mirrored into the other quarters.
 #[inline(always)]
 pub fn direction<S: Simd>(x: f32x16<S>, y: f32x16<S>, per_turn: f32) -> f32x16<S> {
     let (along, across) = (x.abs(), y.abs());

@@ -1,4 +1,4 @@
-//! How a motion or a beam in metres lies in the drawing (Boniardi et al. 2015, equations 2 and 3).
+//! How a motion or a beam in metres maps to the drawing (Boniardi et al. 2015, equations 2 and 3).
 
 /// The direction φ of the frame R_S along whose axes the drawing is stretched.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +20,7 @@ impl ScaleFrame {
         [self.direction_rad, self.cos, self.sin]
     }
 
-    /// R(φ)·diag(a, b)·R(−φ)·R(θ): what turns metres in the robot's axes into pixels.
+    /// R(φ)·diag(a, b)·R(−φ)·R(θ), which converts metres in the robot's axes to pixels.
     #[inline]
     pub fn px_from_base(&self, yaw_rad: f32, a_pxpm: f32, b_pxpm: f32) -> PxFromBase {
         let (sin, cos) = (yaw_rad - self.direction_rad).sin_cos();
@@ -33,14 +33,14 @@ impl ScaleFrame {
         }
     }
 
-    /// R(θ − φ)·(x, y): a vector in the robot's axes by the frame's, the projections π_a and π_b of
+    /// R(θ − φ)·(x, y): a vector in the robot's axes, expressed in those of the frame, which gives the projections π_a and π_b of
     /// equation (8).
     pub fn frame_from_base(&self, yaw_rad: f32, x: f32, y: f32) -> [f32; 2] {
         let (sin, cos) = (yaw_rad - self.direction_rad).sin_cos();
         [cos * x - sin * y, sin * x + cos * y]
     }
 
-    /// R(φ)·diag(a, b): what turns lengths along the walls and across into pixels.
+    /// R(φ)·diag(a, b), which converts lengths along and across the walls to pixels.
     pub fn px_from_frame(&self, a: f32, b: f32) -> PxFromBase {
         PxFromBase { xx: self.cos * a, xy: -self.sin * b, yx: self.sin * a, yy: self.cos * b }
     }
@@ -68,16 +68,15 @@ impl PxFromBase {
     }
 }
 
-/// The angle's equal in [−π, π), in the single precision of particles: what [`super::lanes::wrap`] does for sixteen at
-/// once.
+/// The equivalent angle in [−π, π), in the single precision of particles; [`super::lanes::wrap`] does this for sixteen at once.
 #[inline]
 pub fn wrap(angle_rad: f32) -> f32 {
     use std::f32::consts::{PI, TAU};
     angle_rad - TAU * floor((angle_rad + PI) / TAU)
 }
 
-/// The greatest whole number that is not above `x`, for |x| below 2³¹. (Older processors have no instruction
-/// for it: the library's function takes longer than all the rest of [`wrap`].)
+/// The greatest whole number that does not exceed `x`, for |x| below 2³¹. (Older processors have no instruction for it, and the
+/// library's function takes longer than all the rest of [`wrap`].)
 #[inline]
 fn floor(x: f32) -> f32 {
     let whole = x as i32 as f32;

@@ -1,5 +1,4 @@
-//! The densest place of the particle set. Never a mean over several places: between two modes the
-//! robot is for sure not.
+//! The densest place of the particle set. Never a mean over several places, since the robot is certainly not between two modes.
 
 use fearless_simd::{Level, dispatch, f32x16, prelude::*};
 
@@ -8,7 +7,7 @@ use super::metric::wrap;
 use super::particles::ParticleSet;
 use super::scales::ScaledPose;
 
-/// The densest place and how the particles lie around it.
+/// The densest place and the spread of the particles around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
     /// Weighted mean of the particles there.
@@ -28,9 +27,9 @@ pub struct Kernel {
     pub radius_rad: f32,
 }
 
-/// How many particles, drawn evenly by weight, are tried as the densest.
+/// The number of particles, drawn evenly by weight, that are tried as the densest place.
 const CANDIDATES: usize = 4 * LANES;
-/// How often the mean of what is near becomes the new middle (mean shift).
+/// How many times the mean of the nearby particles becomes the new middle (mean shift).
 const SHIFTS: usize = 3;
 
 impl Kernel {
@@ -49,7 +48,7 @@ struct Candidates {
 }
 
 impl Candidates {
-    /// The particles that hold the middles of [`CANDIDATES`] equal shares of the weight.
+    /// The particles at the middles of [`CANDIDATES`] equal shares of the weight.
     fn of(set: &ParticleSet) -> Self {
         let (mut particle, mut count, mut passed, mut next) = ([0; CANDIDATES], 0, 0.0, 0.5);
         for (i, weight) in set.weight.iter().enumerate() {
@@ -86,8 +85,8 @@ impl Candidates {
     }
 }
 
-/// The mode of `set`. Near `last`, where the robot was believed to be, the density counts `hysteresis`
-/// times, so that two equal rivals do not take turns.
+/// The mode of `set`. Near `last`, the robot's last believed pose, the density counts `hysteresis` times, so that two equal rivals
+/// do not take turns.
 pub fn find_mode(set: &ParticleSet, kernel: &Kernel, last: Option<&ScaledPose>, hysteresis: f32) -> Mode {
     let mut candidates = Candidates::of(set);
     candidates.weigh(Level::new(), set, kernel);
@@ -107,8 +106,7 @@ pub fn find_mode(set: &ParticleSet, kernel: &Kernel, last: Option<&ScaledPose>, 
     Mode { pose, covariance: covariance_near(Level::new(), set, kernel, &pose), share }
 }
 
-/// Weighted mean of the particles within the kernel's radius (scales in the logarithm), and their
-/// weight; `None` where there is none.
+/// Weighted mean of the particles within the kernel's radius (scales in the logarithm), and their weight; `None` if there are none.
 fn mean_near(
     level: Level,
     set: &ParticleSet,
@@ -165,8 +163,8 @@ const TRIANGLE: [Option<(usize, usize)>; 16] = {
     entries
 };
 
-/// The sums of weight times each of `values` over the particles nearer to `pose` than √`reach` radii.
-/// Values are made from (x, y, yaw) relative to `pose` and the logarithms of the scales.
+/// The sums of weight times each of `values` over the particles nearer to `pose` than √`reach` radii. The values are computed from
+/// (x, y, yaw) relative to `pose` and the logarithms of the scales.
 #[inline(always)]
 fn sum_near<S: Simd, const N: usize>(
     simd: S,
@@ -293,7 +291,7 @@ mod tests {
             for (i, &weight) in set.weight.iter().enumerate() {
                 let begin = end;
                 end += f64::from(weight) * CANDIDATES as f64;
-                // Sums are rounded: a middle at the very end of a piece may go either way.
+                // Sums are rounded: a middle at the very end of a piece may fall on either side.
                 let middles = |slack: f64| (begin - 0.5 - slack).ceil() < (end - 0.5 + slack).ceil();
                 let tried = found.particle[..found.count].contains(&i);
                 prop_assert!(if tried { middles(1e-3) } else { !middles(-1e-3) }, "{i}: {begin} to {end}");

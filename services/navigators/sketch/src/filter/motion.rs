@@ -1,9 +1,8 @@
-//! The evolution of the state (Boniardi et al. 2015, equation 6): odometry through the local metric, Gamma
-//! noise on the scales.
+//! The evolution of the state (Boniardi et al. 2015, equation 6): odometry through the local metric, and Gamma noise on the scales.
 //!
-//! Noise that grows with the way depends on the drive. An omnidirectional one errs ahead, to the left and in its
-//! heading, each on its own. A differential one does not slide sideways. It turns, rolls and turns, and errs in each
-//! (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.6).
+//! Noise that grows with the distance depends on the drive. An omnidirectional drive errs ahead, to the left and in its heading,
+//! each independently. A differential one does not slide sideways: it turns, rolls and turns, and errs in each (Thrun, Burgard and
+//! Fox, *Probabilistic Robotics*, table 5.6).
 
 use std::f32::consts::TAU;
 
@@ -18,7 +17,7 @@ use super::metric::{ScaleFrame, wrap};
 use super::parameters::{Parameters, Scales};
 use super::particles::ParticleSet;
 
-/// Odometry between two updates, in the robot's axes at the first.
+/// Odometry between two updates, in the robot's axes at the first of them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
     /// Forward, metres.
@@ -27,13 +26,13 @@ pub struct Motion {
     pub left_m: f32,
     /// Turn, radians.
     pub turn_rad: f32,
-    /// Length of the way, metres.
+    /// Length of the path, metres.
     pub distance_m: f32,
-    /// Sum of all turns' amounts, radians.
+    /// Sum of the absolute values of all turns, radians.
     pub turned_rad: f32,
 }
 
-/// What the particles move in.
+/// The surroundings in which the particles move.
 #[derive(Debug, Clone, Copy)]
 pub struct Terrain<'a> {
     /// The drawing.
@@ -54,7 +53,7 @@ pub struct Proportions {
 }
 
 impl Proportions {
-    /// The geometric mean of the two mean scales, pixels a metre.
+    /// The geometric mean of the two mean scales, pixels per metre.
     pub fn mean_scale_pxpm(&self) -> f32 {
         let [ln_a, ln_b] = self.mean_ln_scales;
         ((ln_a + ln_b) / 2.0).exp()
@@ -66,9 +65,9 @@ impl Proportions {
         [mean_a + anisotropy, mean_b - anisotropy]
     }
 
-    /// By how much a particle takes the whole drawing to be stretched. Most take nothing; a share of
-    /// `anisotropic_share` takes a part of the stretch at the place of the first scan. A drawing is mostly in
-    /// proportion except for single places, yet some are a strip from end to end.
+    /// The stretch of the whole drawing that a particle assumes. Most assume none; a share of `anisotropic_share` assumes a part of
+    /// the stretch at the place of the first scan. A drawing is mostly in proportion except at single places, yet some are a strip
+    /// from end to end.
     pub(super) fn anisotropy(&self, p: &Parameters, rng: &mut Pcg64Mcg) -> f32 {
         let is_anisotropic = p.anisotropic_share > 0.0 && rng.random::<f32>() < p.anisotropic_share;
         if is_anisotropic { self.first_anisotropy * rng.random::<f32>() } else { 0.0 }
@@ -79,13 +78,13 @@ impl Proportions {
 struct Spread {
     forward_m: f32,
     left_m: f32,
-    /// Of the heading before the way, ...
+    /// Of the heading before the motion, ...
     first_yaw_rad: f32,
     /// ... and after it.
     yaw_rad: f32,
-    /// Γ(σ⁻², σ²), mean one; `None` where the scales do not change.
+    /// Γ(σ⁻², σ²), mean one; `None` if the scales do not change.
     scale: Option<Gamma<f32>>,
-    /// Share of the way back to the mean scale.
+    /// The share by which a scale returns to the mean scale.
     reversion: f32,
 }
 
@@ -112,7 +111,7 @@ impl Spread {
         }
     }
 
-    /// The logarithm of a scale after the way: drawn back to `mean`, times Gamma noise, within limits.
+    /// The logarithm of a scale after the motion: drawn back to `mean`, times Gamma noise, within limits.
     fn evolve(&self, ln_scale: f32, mean: f32, limit: f32, rng: &mut Pcg64Mcg) -> f32 {
         let noise = self.scale.as_ref().map_or(0.0, |gamma| gamma.sample(rng).max(1e-3).ln());
         let drawn_back = ln_scale - self.reversion * (ln_scale - mean);
@@ -120,8 +119,8 @@ impl Spread {
     }
 }
 
-/// Moves every particle by `motion` and noise, each with its own scales as they were before; takes
-/// weight from those that cross a drawn wall.
+/// Moves every particle by `motion` and noise, each with its own scales as they were before; reduces the weight of those that cross
+/// a drawn wall.
 pub fn propagate(
     set: &mut ParticleSet,
     motion: &Motion,
@@ -154,8 +153,8 @@ pub fn propagate(
     }
 }
 
-/// Perturbs each particle with probability `share`. Position, heading and scales get wide noise, so that the set can
-/// find back to a place that it had given up. None is thrown into a wall.
+/// Perturbs each particle with probability `share`. Position, heading and scales get wide noise, so that the set can find back to a
+/// place that it had given up. None is moved into a wall.
 pub fn perturb(
     set: &mut ParticleSet,
     share: f32,
@@ -186,8 +185,8 @@ pub fn perturb(
     }
 }
 
-/// Throws each particle with probability `share` anywhere in the free space (Thrun, Burgard and Fox, table 8.3, line
-/// 13). Its heading is any, its scales are about the drawing's mean.
+/// Moves each particle with probability `share` to anywhere in the free space (Thrun, Burgard and Fox, table 8.3, line 13), with
+/// any heading and with scales around the drawing's mean.
 pub fn inject(
     set: &mut ParticleSet,
     share: f32,
@@ -208,14 +207,13 @@ pub fn inject(
     }
 }
 
-/// A free place anywhere in the drawing; `None` where a hundred tries find none.
+/// A free place anywhere in the drawing; `None` if a hundred attempts find none.
 fn free_place(terrain: &Terrain<'_>, rng: &mut Pcg64Mcg) -> Option<[f32; 2]> {
     let mut place = || terrain.grid.size_px().map(|size| size * rng.random::<f32>());
     std::iter::repeat_with(&mut place).take(100).find(|&[x, y]| !terrain.grid.is_wall(x, y))
 }
 
-/// Scales about the mean, (ln a, ln b): a part of the error is common to both axes, the rest is each
-/// one's own.
+/// Scales around the mean, (ln a, ln b): part of the error is common to both axes, the rest is independent.
 pub fn scales_about(mean_ln_scales: [f32; 2], parameters: &Parameters, rng: &mut Pcg64Mcg) -> [f32; 2] {
     let shared = 0.6 * normal(rng);
     let mut error = || parameters.start_log_scale_spread * (shared + 0.8 * normal(rng));
@@ -252,7 +250,7 @@ mod tests {
         }
     }
 
-    /// Twenty thousand particles of the scales 30 and 10 px/m, all at one place, after a motion.
+    /// Twenty thousand particles with the scales 30 and 10 px/m, all at one place, after a motion.
     fn moved(motion: &Motion, parameters: &Parameters) -> ParticleSet {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
         let mut set = ParticleSet::new(20_000);
@@ -263,9 +261,8 @@ mod tests {
         set
     }
 
-    /// A drawing is stretched along its walls, not along the picture's edges. The perturbation once took the picture's
-    /// axes. In a drawing tilted by 45° it threw particles equally far along and across a corridor that is drawn nine
-    /// times too long.
+    /// A drawing is stretched along its walls, not along the picture's edges. The perturbation used to take the picture's axes. In
+    /// a drawing tilted by 45° it moved particles equally far along and across a corridor that is drawn nine times too long.
     #[test]
     fn a_perturbation_is_stretched_along_the_walls() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(std::f64::consts::FRAC_PI_4));
@@ -296,13 +293,13 @@ mod tests {
         (mean, variance.sqrt())
     }
 
-    /// η and ζ of Γ(σ⁻², σ²), equation (6): mean σ⁻²·σ² = 1, variance σ⁻²·σ⁴ = σ², independent; the scales are 30 and
-    /// 10 in the mean whatever happens.
+    /// η and ζ of Γ(σ⁻², σ²), equation (6): mean σ⁻²·σ² = 1, variance σ⁻²·σ⁴ = σ², independent; the mean scales remain 30 and 10 in
+    /// any case.
     #[test]
     fn the_scales_are_martingales() {
         for (parameters, motion) in [
             (Parameters { step_scale_noise: 0.15, ..Parameters::paper() }, Motion::default()),
-            // The same by distance: 0.1/√m over 2.25 m.
+            // The same as a function of distance: 0.1/√m over 2.25 m.
             (
                 Parameters { step_scale_noise: 0.0, scale_noise: 0.1, ..Parameters::paper() },
                 Motion { distance_m: 2.25, ..Motion::default() },
@@ -318,8 +315,8 @@ mod tests {
         }
     }
 
-    /// 1 m ahead with 0.1/√m: an omnidirectional robot is off by 0.1 m to either side. A differential one is off only
-    /// by its heading at first: √(0.04/2) rad, 0.141 m.
+    /// 1 m ahead with 0.1/√m: an omnidirectional robot is off by 0.1 m to either side, a differential one at first only by its
+    /// heading: √(0.04/2) rad, 0.141 m.
     #[test]
     fn who_cannot_slide_is_off_to_the_side_by_its_heading_alone() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
@@ -359,8 +356,8 @@ mod tests {
         assert!((sample(thrown.iter().map(|&i| set.y_px[i])).0 - 200.0).abs() < 20.0);
     }
 
-    /// Scales once were drawn back to their mean, along the walls as across, in every particle. Some drawings are nine
-    /// times as wide as high from end to end. Of three thousand particles hardly one fitted such a drawing.
+    /// Scales used to be drawn back to the same mean along and across the walls in every particle. Some drawings are nine times as
+    /// wide as high from end to end, and out of three thousand particles hardly one fitted such a drawing.
     #[test]
     fn some_believe_that_the_whole_is_drawn_as_the_first_scan_has_it() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
@@ -372,11 +369,11 @@ mod tests {
         inject(&mut set, 1.0, &terrain, &parameters, &mut rng);
         let believers: Vec<f32> = set.anisotropy.iter().copied().filter(|&part| part != 0.0).collect();
         assert!((3800..4200).contains(&believers.len()), "a fifth of them: {}", believers.len());
-        // Each a part of its own: uniform from 0 to 1.1.
+        // Each assumes a part of its own: uniform from 0 to 1.1.
         let (mean, deviation) = sample(believers.iter().copied());
         assert!((mean - 0.55).abs() < 0.02 && (deviation - 1.1 / 12.0_f64.sqrt()).abs() < 0.02);
         assert!(believers.iter().all(|part| (0.0..=1.1).contains(part)));
-        // A long way on, each has the scales of the drawing that it believes in.
+        // After a long way, each has the scales of the drawing that it believes in.
         let far = Motion { distance_m: 100.0, ..Motion::default() };
         propagate(&mut set, &far, OMNI, &terrain, &parameters, &mut rng);
         for i in 0..set.len() {
@@ -397,8 +394,8 @@ mod tests {
         assert!(sample(set.ln_a.iter().copied()).1 > 0.1);
     }
 
-    /// ε of equation (6) is in metres. By the scales 30 and 10, σ₁ = σ₂ = 0.1 m are 3 px along the walls and 1 px
-    /// across. σ₃ = 0.2 rad.
+    /// ε of equation (6) is in metres. With the scales 30 and 10, σ₁ = σ₂ = 0.1 m are 3 px along the walls and 1 px across. σ₃ =
+    /// 0.2 rad.
     #[test]
     fn the_noise_of_a_step_goes_through_the_scales() {
         let parameters = Parameters { step_noise_m: 0.1, step_noise_rad: 0.2, ..Parameters::paper() };
@@ -412,8 +409,7 @@ mod tests {
         }
     }
 
-    /// Equation (6) with the scales 30 along the walls and 10 across. 0.5 m ahead are 15 px along the walls and 5 px
-    /// across.
+    /// Equation (6) with the scales 30 along the walls and 10 across: 0.5 m ahead are 15 px along the walls and 5 px across.
     #[test]
     fn a_step_is_stretched_by_each_particle_own_scales() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));

@@ -1,8 +1,8 @@
-//! The outline of the drawn building. A robot that starts inside stays inside: what lies around the
-//! building is no place for a particle, however well the scan would fit there.
+//! The outline of the drawn building. A robot that starts inside stays inside: particles have no place around the building, however
+//! well the scan would fit there.
 //!
-//! People leave their outlines open, for an entrance or by a hasty hand. So outside is what a square brush reaches
-//! from beside the sheet. The brush is as wide as the widest opening that counts as closed (a morphological opening of
+//! People leave their outlines open, for an entrance or in haste. What counts as outside is therefore what a square brush reaches
+//! from beyond the edge of the sheet; the brush is as wide as the widest opening that counts as closed (a morphological opening of
 //! the surroundings).
 
 use std::ops::Range;
@@ -12,15 +12,15 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 use super::bits::Bits;
 use crate::sketch::SketchGrid;
 
-/// The drawing with everything outside the building as wall; openings up to `gap_px` count as closed.
-/// `None` where `inside` is outside by that measure: then the outline is open.
+/// The drawing with everything outside the building as wall; openings up to `gap_px` count as closed. `None` if `inside` is outside
+/// by that measure: the outline is then open.
 pub fn enclosed(sketch: &SketchGrid, inside: Point<Sketch>, gap_px: f32) -> Option<SketchGrid> {
     let outside = outside(sketch, gap_px);
     let (column, row) = (inside.x.floor() as usize, inside.y.floor() as usize);
     (!outside[row * sketch.width() + column]).then(|| sketch.walled(&outside))
 }
 
-/// Which cells of the sheet the brush reaches. It begins beside the sheet, where there is room for it however close to
+/// Which cells of the sheet the brush reaches. It starts beyond the edge of the sheet, where there is room for it however close to
 /// the edge people draw.
 fn outside(sketch: &SketchGrid, gap_px: f32) -> Vec<bool> {
     // The brush is 2·radius − 1 cells wide.
@@ -61,8 +61,7 @@ mod tests {
 
     const SIZE: usize = 100;
 
-    /// A sheet of 100 × 100 px with a room from (20, 20) to (80, 80). Its upper wall is open for `gap` px from its
-    /// middle on.
+    /// A sheet of 100 × 100 px with a room from (20, 20) to (80, 80). Its upper wall is open for `gap` px, starting at its middle.
     fn room(gap: usize) -> SketchGrid {
         let cell = |i: usize| {
             let (column, row) = (i % SIZE, i / SIZE);
@@ -84,8 +83,8 @@ mod tests {
         assert!(!free(10, 50) && !free(50, 90) && !free(0, 0) && !free(99, 99));
     }
 
-    /// People fill the sheet. A brush that was believed to fit at every cell of the sheet's edge reached too far. It
-    /// came into the rooms behind the outer walls, by its own width.
+    /// People fill the sheet. A brush that was assumed to fit at every cell of the sheet's edge reached too far: by its own width
+    /// it came into the rooms inside the outer walls.
     #[test]
     fn a_room_that_fills_its_sheet_stays_whole() {
         for margin in [0, 1, 3, 8] {
@@ -117,7 +116,7 @@ mod tests {
         #[test]
         fn an_opening_narrower_than_the_gap_is_closed(gap in 0usize..25, limit in 2u32..24) {
             let found = enclosed(&room(gap), Point::new(50.0, 30.0), limit as f32);
-            // The brush may be a cell wider: it has a middle.
+            // The brush may be a cell wider, since it has a middle cell.
             if (gap as u32) < limit {
                 prop_assert!(found.is_some_and(|sketch| !sketch.is_wall_cell(50, 50)));
             } else if gap as u32 > limit + 1 {

@@ -1,4 +1,4 @@
-//! What can be tuned about the localization, with defaults that were measured in closed loop.
+//! The parameters of the localization, with defaults that were measured in closed loop.
 
 use crate::method::Method;
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ pub enum Likelihood {
     /// Boniardi et al. 2015, equation (7): the scaled end points in a likelihood field, and Laplace terms on the
     /// virtual scales of equation (8).
     Field,
-    /// Measured against ray-cast ranges by the logarithm of their ratio; beams without return count.
+    /// Measured ranges are compared with ray-cast ones by the logarithm of their ratio; beams without return count.
     Beam,
 }
 
@@ -19,19 +19,19 @@ pub enum Likelihood {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scales {
-    /// Two: along the walls and across, each on its own (Boniardi et al. 2015, equation 3).
+    /// Two: along the walls and across, independent of each other (Boniardi et al. 2015, equation 3).
     Two,
     /// One for both directions, as in the paper's predecessor, its reference 1.
     One,
 }
 
-/// How the first scan says the scales.
+/// How the scales follow from the first scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StartScales {
     /// The least squares of equation (8).
     LeastSquares,
-    /// Means of the logarithms without the outliers: what stands in front of the walls is one.
+    /// Means of the logarithms without outliers, such as things that stand in front of the walls.
     TrimmedMean,
 }
 
@@ -39,20 +39,19 @@ pub enum StartScales {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
-    /// How many particles at most, 16 to 100 000.
+    /// The most particles, 16 to 100 000.
     pub particles: usize,
-    /// How many particles at least, where their number follows the belief (Fox 2003); 0: there are always
-    /// `particles`.
+    /// The fewest particles if their number follows the belief (Fox 2003); 0: there are always `particles`.
     pub least_particles: usize,
     /// ε, how far the particles' distribution may be from the belief (Kullback-Leibler divergence).
     pub kld_error: f32,
-    /// Width of the bins that the belief's spread is counted in, metres.
+    /// Width of the bins over which the belief's spread is counted, metres.
     pub bin_m: f32,
-    /// How many beams of a scan are used, 4 to 1440, evenly spread.
+    /// The number of beams of a scan that are used, 4 to 1440, evenly spread.
     pub beams: usize,
     /// How the likelihood of a scan is computed.
     pub likelihood: Likelihood,
-    /// The beams of a scan are not independent. By a drawing by hand, all together count as so many. By a more exact
+    /// The beams of a scan are not independent. In a drawing by hand, all of them together count as this many. In a more exact
     /// drawing they count as more, by the root of its narrower width.
     pub independent_beams: f32,
     /// Travelled distance after which a scan is used, metres.
@@ -66,11 +65,11 @@ pub struct Parameters {
 
     /// How many local scales there are.
     pub scales: Scales,
-    /// Standard deviation of ε along the robot's axes and across, m an update (equation 6: σ₁, σ₂).
+    /// Standard deviation of ε along the robot's axes and across, metres per update (equation 6: σ₁, σ₂).
     pub step_noise_m: f32,
-    /// Standard deviation of ε in the heading, rad an update (equation 6: σ₃).
+    /// Standard deviation of ε in the heading, radians per update (equation 6: σ₃).
     pub step_noise_rad: f32,
-    /// Standard deviation of the Gamma noise η and ζ of the scales, an update (equation 6: σ of Γ).
+    /// Standard deviation of the Gamma noise η and ζ of the scales, per update (equation 6: σ of Γ).
     pub step_scale_noise: f32,
     /// Variance of the heading per metre travelled, rad²/m.
     pub yaw_variance_per_m: f32,
@@ -82,15 +81,15 @@ pub struct Parameters {
     pub scale_noise: f32,
     /// How fast a scale is drawn back to the drawing's mean scale, 1/m; 0 is the paper's martingale.
     pub scale_reversion_per_m: f32,
-    /// How far the logarithm of a scale may go from the drawing's mean.
+    /// How far the logarithm of a scale may be from the drawing's mean.
     pub scale_limit: f32,
     /// Factor on the weight of a particle that crosses a drawn wall; 1 switches it off.
     pub wall_crossing_factor: f32,
-    /// The robot stays within the drawn outline, where that has no opening wider than this, metres by the
-    /// drawing's extent; 0: it may leave.
+    /// The robot stays within the drawn outline if that has no opening wider than this, metres by the drawing's extent; 0: it may
+    /// leave.
     pub outline_gap_m: f32,
-    /// Gaps in walls that are narrower than this are widened towards it, metres by the drawing's extent; 0: none
-    /// is. Less than `outline_gap_m`, which would take wider doors for an open outline.
+    /// Gaps in walls that are narrower than this are widened towards it, metres by the drawing's extent; 0: none are. Less than
+    /// `outline_gap_m`, which would otherwise take wider doors for an open outline.
     pub door_width_m: f32,
 
     /// Least spread of the start position, metres.
@@ -99,18 +98,17 @@ pub struct Parameters {
     pub start_spread_rad: f32,
     /// Spread of the logarithm of the scales at the start.
     pub start_log_scale_spread: f32,
-    /// How the scales are found in the first scan.
+    /// How the scales are found from the first scan.
     pub start_scales: StartScales,
     /// How much of the two scales' difference in the first scan is believed, 0 to 1.
     pub start_anisotropy: f32,
-    /// Share of the particles that take the whole drawing to be stretched, each by its own part of the stretch at the
-    /// first scan's place. The others take it to be in proportion as a whole.
+    /// Share of the particles that assume the whole drawing to be stretched, each by its own part of the stretch at the first
+    /// scan's place. The others assume it to be in proportion as a whole.
     pub anisotropic_share: f32,
-    /// Extent of a building, metres: with the extent of the drawing it says a scale.
+    /// Extent of a building, metres: together with the extent of the drawing it gives a scale.
     pub building_size_m: f32,
-    /// How much of the drawing's mean scale comes from that, 0 to 1 (geometric mean), and not from the first scan. A
-    /// first scan is a sample of one place, and people draw places at scales far apart. Where the first scan sees
-    /// nothing, all does.
+    /// How much of the drawing's mean scale comes from that rather than from the first scan, 0 to 1 (geometric mean). A first scan
+    /// is a sample of one place, and people draw places at very different scales. If the first scan sees nothing, all of it does.
     pub start_size_share: f32,
 
     /// Standard deviation of the likelihood field, metres.
@@ -131,17 +129,17 @@ pub struct Parameters {
     pub z_short: f32,
     /// Share of readings anywhere.
     pub z_rand: f32,
-    /// By how much a bearing in the drawing may be wrong, radians; 0: by nothing.
+    /// By how much a bearing in the drawing may be wrong, radians; 0: bearings are exact.
     pub bearing_error_rad: f32,
     /// Width of the Laplace distribution of that error, radians.
     pub bearing_width_rad: f32,
 
     /// Share of particles that resampling perturbs.
     pub perturbed_share: f32,
-    /// How much more of them where the scans fit worse than they used to.
+    /// How many more of them are perturbed if the scans fit worse than before.
     pub perturbed_share_lost: f32,
-    /// Share of particles thrown anywhere in the drawing's free space, times how much worse the scans fit than before
-    /// (Thrun, Burgard and Fox, table 8.3).
+    /// Share of particles moved to anywhere in the drawing's free space, times how much worse the scans fit than before (Thrun,
+    /// Burgard and Fox, table 8.3).
     pub injected_share_lost: f32,
     /// Standard deviation of a perturbation of the position, metres.
     pub perturbation_m: f32,
@@ -154,14 +152,14 @@ pub struct Parameters {
     pub mode_radius_m: f32,
     /// Radius of the kernel in heading, radians.
     pub mode_radius_rad: f32,
-    /// Factor on the density near the last estimate: a rival must be so much denser.
+    /// Factor on the density near the last estimate, which a rival must exceed.
     pub mode_hysteresis: f32,
 
     /// Mean log likelihood of a beam below which the estimate is doubtful.
     pub doubtful_below: f32,
     /// Mean log likelihood of a beam below which the robot is lost.
     pub lost_below: f32,
-    /// How much better it must get to be believed again.
+    /// How much better the fit must get for the estimate to be believed again.
     pub hysteresis: f32,
 }
 
@@ -227,7 +225,7 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// The set that a method begins with.
+    /// The default parameters of a method.
     pub fn of(method: Method) -> Self {
         match method {
             Method::Beam | Method::Outline => Self::default(),
@@ -237,9 +235,9 @@ impl Parameters {
         }
     }
 
-    /// Boniardi et al. 2015, equations 2 to 8, as written. Where it gives no value, ours was chosen as its authors say
-    /// that they chose theirs (Boniardi et al. 2016, V-B). Those of odometry and sensor were chosen where the drawing
-    /// is the true floor plan. The scales' variances lie between following the drawing and false matches.
+    /// Boniardi et al. 2015, equations 2 to 8, as written. Values that it does not give were chosen as its authors say that they
+    /// chose theirs (Boniardi et al. 2016, V-B): those of odometry and sensor with the true floor plan as the drawing, and the
+    /// scales' variances between following the drawing and false matches.
     pub fn paper() -> Self {
         Self {
             // Not given.
@@ -251,7 +249,7 @@ impl Parameters {
             likelihood: Likelihood::Field,
             // III-A: "finally resampled", in each iteration.
             resample_below: 1.0,
-            // Equation (6), independent of the way driven: σ₁ = σ₂, σ₃ and Γ(σ⁻², σ²); not given.
+            // Equation (6), independent of the distance driven: σ₁ = σ₂, σ₃ and Γ(σ⁻², σ²); not given.
             step_noise_m: 0.03,
             step_noise_rad: 0.05,
             step_scale_noise: 0.07,
@@ -259,7 +257,7 @@ impl Parameters {
             yaw_variance_per_m: 0.0,
             yaw_variance_per_rad: 0.0,
             scale_noise: 0.0,
-            // Equation (6): martingales on all of ℝ₊; e⁴ is no bound but for the arithmetic.
+            // Equation (6): martingales on all of ℝ₊; e⁴ only bounds the arithmetic.
             scale_reversion_per_m: 0.0,
             scale_limit: 4.0,
             // The drawn walls do not stop a particle.
@@ -276,7 +274,7 @@ impl Parameters {
             field_sigma_m: 0.25,
             field_random: 0.1,
             field_scale_width: 0.3,
-            // How well a scan fits is told by a plain comparison of ranges, which learns nothing.
+            // How well a scan fits is judged by a plain comparison of ranges, which learns nothing.
             z_hit: 0.75,
             z_short: 0.15,
             z_rand: 0.1,
@@ -290,7 +288,7 @@ impl Parameters {
         }
     }
 
-    /// The paper's special case of one scale, as the first scan says it, that never changes.
+    /// The paper's special case of one scale, which follows from the first scan and never changes.
     pub fn fixed_scale() -> Self {
         Self {
             scales: Scales::One,
@@ -301,7 +299,7 @@ impl Parameters {
         }
     }
 
-    /// The paper's special case of one local scale, tracked: its predecessor, its reference 1.
+    /// The paper's special case of one local scale, tracked, as in its predecessor, its reference 1.
     pub fn one_scale() -> Self {
         Self { scales: Scales::One, ..Self::paper() }
     }
@@ -410,9 +408,9 @@ impl Parameters {
 pub struct ParameterError {
     /// The key.
     pub key: &'static str,
-    /// What would be right.
+    /// What was expected.
     pub expected: &'static str,
-    /// What stands there.
+    /// What was found.
     pub found: f64,
 }
 

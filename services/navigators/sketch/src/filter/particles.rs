@@ -9,7 +9,7 @@ use super::lanes::{self, LANES};
 use super::scales::ScaledPose;
 use crate::messages::{MAX_PARTICLES, Particle, Particles};
 
-/// Weighted samples of (x, y, θ, a, b) and of the drawing's anisotropy, one array for each coordinate.
+/// Weighted samples of (x, y, θ, a, b) and of the drawing's anisotropy, one array per coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParticleSet {
     /// Position, pixels.
@@ -18,12 +18,12 @@ pub struct ParticleSet {
     pub y_px: Vec<f32>,
     /// Heading, radians in [−π, π).
     pub yaw_rad: Vec<f32>,
-    /// Natural logarithm of scale a, pixels a metre.
+    /// Natural logarithm of scale a, pixels per metre.
     pub ln_a: Vec<f32>,
-    /// Natural logarithm of scale b, pixels a metre.
+    /// Natural logarithm of scale b, pixels per metre.
     pub ln_b: Vec<f32>,
-    /// By how much the particle takes the drawing as a whole to be stretched. It is half the logarithm of mean scale a
-    /// over mean scale b, beyond the drawing's mean.
+    /// The stretch of the whole drawing that the particle assumes: half the logarithm of mean scale a over mean scale b, beyond the
+    /// drawing's mean.
     pub anisotropy: Vec<f32>,
     /// Logarithm of the weight, up to a constant.
     pub log_weight: Vec<f32>,
@@ -31,7 +31,7 @@ pub struct ParticleSet {
     pub weight: Vec<f32>,
 }
 
-/// How many coordinates a particle has.
+/// The number of coordinates of a particle.
 const COORDINATES: usize = 6;
 
 impl ParticleSet {
@@ -50,14 +50,14 @@ impl ParticleSet {
         }
     }
 
-    /// Makes room for `count` particles in all: the set may grow so far without allocating.
+    /// Reserves room for `count` particles in total: the set may grow up to this number without allocating.
     pub fn reserve(&mut self, count: usize) {
         let reserve = |column: &mut Vec<f32>| column.reserve_exact(count.saturating_sub(column.len()));
         self.columns_mut().into_iter().for_each(reserve);
         [&mut self.log_weight, &mut self.weight].into_iter().for_each(reserve);
     }
 
-    /// Makes it `count` particles of equal weight, wherever they are.
+    /// Resizes the set to `count` particles of equal weight, wherever they are.
     pub(super) fn make_anew(&mut self, count: usize) {
         self.columns_mut().into_iter().for_each(|column| column.resize(count, 0.0));
         self.log_weight.clear();
@@ -66,24 +66,24 @@ impl ParticleSet {
         self.weight.resize(count, 1.0 / count as f32);
     }
 
-    /// The coordinates: all that a particle takes along when it is copied.
+    /// The coordinates, which are all that is copied with a particle.
     pub(super) fn columns_mut(&mut self) -> [&mut Vec<f32>; COORDINATES] {
         let Self { x_px, y_px, yaw_rad, ln_a, ln_b, anisotropy, .. } = self;
         [x_px, y_px, yaw_rad, ln_a, ln_b, anisotropy]
     }
 
-    /// How many particles there are.
+    /// The number of particles.
     pub fn len(&self) -> usize {
         self.x_px.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.x_px.is_empty()
     }
 
-    /// Makes the weights sum to one from their logarithms, the largest first brought to one so that
-    /// nothing underflows. All weights are equal where no particle has any left.
+    /// Makes the weights sum to one, from their logarithms; the largest is first scaled to one so that nothing underflows. All
+    /// weights are equal if no particle has any left.
     pub fn normalize(&mut self) {
         let largest = self.log_weight.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         if !largest.is_finite() {
@@ -105,7 +105,7 @@ impl ParticleSet {
         1.0 / self.weight.iter().map(|&w| f64::from(w) * f64::from(w)).sum::<f64>()
     }
 
-    /// The particle of the largest weight, by its logarithm.
+    /// The particle of the largest weight, compared by its logarithm.
     pub fn best(&self) -> ScaledPose {
         let heavier =
             |best: usize, i: usize| if self.log_weight[i] > self.log_weight[best] { i } else { best };
@@ -123,7 +123,7 @@ impl ParticleSet {
         }
     }
 
-    /// Writes every n-th particle into a message, as many as it holds.
+    /// Writes every n-th particle into a message, as many as fit.
     pub fn sample(&self, message: &mut Particles) {
         let stride = self.len().div_ceil(MAX_PARTICLES).max(1);
         let count = self.len().div_ceil(stride);
@@ -141,12 +141,12 @@ impl ParticleSet {
     }
 }
 
-/// Systematic resampling, with the room it needs.
+/// Systematic resampling, with its buffers.
 #[derive(Debug, Clone)]
 pub struct Resampler {
-    /// For each particle of the new set, the one it comes from; one place more than particles.
+    /// For each particle of the new set, the one that it comes from; one entry more than there are particles.
     ancestor: Vec<u32>,
-    /// A column of the new set; the old one of the column before lies in it afterwards.
+    /// A column of the new set; afterwards it contains the old version of the previous column.
     spare: Vec<f32>,
 }
 
@@ -156,8 +156,8 @@ impl Resampler {
         Self { ancestor: vec![0; count + 1], spare: Vec::with_capacity(count) }
     }
 
-    /// Replaces the set by one of equal weights, each particle as often as its weight says. One
-    /// random number `offset` in [0, 1) serves all (Thrun, Burgard and Fox, table 4.4).
+    /// Replaces the set by one of equal weights, with each particle as often as its weight says. A single random number `offset` in
+    /// [0, 1) serves for all of them (Thrun, Burgard and Fox, table 4.4).
     pub fn resample(&mut self, set: &mut ParticleSet, offset: f64) {
         self.resample_to(set, set.len(), offset);
     }
@@ -179,15 +179,14 @@ impl Resampler {
         set.log_weight.resize(count, 0.0);
     }
 
-    /// Pointer k of the new set is (k + offset) / count. It lies in the piece of the first particle with which the
-    /// weights' sum exceeds it. No branch depends on a weight, since the processor would mispredict it at every other
-    /// particle. Each particle marks the pointer where its piece begins, over the mark of earlier ones with no pointer
-    /// in theirs. The last mark up to a pointer is its ancestor ([`fill_up`]). Who has no weight marks the place
-    /// behind the last pointer.
+    /// Pointer k of the new set is (k + offset) / count. It lies in the piece of the first particle with which the sum of weights
+    /// exceeds it. No branch depends on a weight, since the processor would mispredict it at every other particle. Instead, each
+    /// particle marks the pointer at which its piece begins, overwriting the marks of earlier particles with no pointer in theirs.
+    /// The last mark up to a pointer is its ancestor ([`fill_up`]). Particles without weight mark the entry after the last pointer.
     fn mark(&mut self, weight: &[f32], offset: f64) {
         let count = self.ancestor.len() - 1;
         self.ancestor.fill(0);
-        // Such that the whole part is the least whole number that is not below the weights so far − offset.
+        // Chosen so that the whole part is the least whole number that is not below the weights so far − offset.
         let mut passed = (ONE - 1) - (offset * ONE as f64) as u64;
         let mut pieces = [0; LANES];
         for (k, weights) in weight.chunks(LANES).enumerate() {
@@ -201,8 +200,8 @@ impl Resampler {
     }
 }
 
-/// Fills each gap with the last mark before it. That is the greatest up to each place, sixteen at a time by doubling
-/// steps (Hillis and Steele 1986).
+/// Fills each gap with the last mark before it. That is the maximum up to each entry, computed sixteen at a time by doubling steps
+/// (Hillis and Steele 1986).
 #[inline(always)]
 fn fill_up<S: Simd>(simd: S, marks: &mut [u32]) {
     let none = u32x16::splat(simd, 0);
@@ -223,13 +222,13 @@ fn fill_up<S: Simd>(simd: S, marks: &mut [u32]) {
     }
 }
 
-/// One pointer, in numbers of 32 bits behind the point: their sum is exact, however many there are.
+/// One pointer, in fixed point with 32 bits after the point: sums are exact, however many there are.
 const ONE: u64 = 1 << 32;
 
 /// How many of `count` pointers a weight is worth, rounded to the nearest 2⁻³².
 #[inline]
 fn pointers(weight: f32, count: usize) -> u64 {
-    // In doubles from 2⁵² on the last bit of the mantissa is worth one.
+    // From 2⁵² on, the last bit of a double's mantissa is worth one.
     const WHOLE: f64 = (1_u64 << 52) as f64;
     let pointers = f64::from(weight) * (count as f64 * ONE as f64);
     (pointers + WHOLE).to_bits().wrapping_sub(WHOLE.to_bits())
@@ -275,8 +274,8 @@ mod tests {
         }
     }
 
-    /// Table 4.4 of Thrun, Burgard and Fox: pointer by pointer, particle by particle, and never past the
-    /// last that has any weight.
+    /// Table 4.4 of Thrun, Burgard and Fox: pointer by pointer, particle by particle, and never past the last one that has any
+    /// weight.
     fn two_loops(weight: &[f32], count: usize, offset: f64) -> Vec<u32> {
         let scale = count as f64 * 2.0_f64.powi(32);
         let pieces: Vec<u64> =
@@ -294,7 +293,7 @@ mod tests {
         (0..count).map(&mut ancestor).collect()
     }
 
-    /// Where a set of places 0, 1, 2, … takes its particles from.
+    /// The origin of each particle after resampling a set at the places 0, 1, 2, …
     fn ancestors(set: &ParticleSet, count: usize, offset: f64) -> Vec<u32> {
         let mut after = set.clone();
         Resampler::new(count).resample_to(&mut after, count, offset);
@@ -321,8 +320,8 @@ mod tests {
         }
     }
 
-    /// In single precision 100,000 weights sum to a little less than one. The last pointer then went to
-    /// the last particle, whatever its weight.
+    /// In single precision 100,000 weights sum to a little less than one. The last pointer then went to the last particle, whatever
+    /// its weight.
     #[test]
     fn who_has_no_weight_is_never_an_ancestor() {
         let count = 100_000;

@@ -1,11 +1,10 @@
-//! How far one sees from everywhere in every direction, tabulated: what the beam model asks
-//! thousands of times an update.
+//! The visible range from everywhere in every direction, tabulated: the beam model looks this up thousands of times per update.
 //!
-//! It has an entry for each cell of the reduced drawing and each of [`DIRECTIONS`] directions. The entry is the
-//! logarithm of the range to the first wall, in a byte. Parallel lines that sweep over the drawing fill it in
-//! (`sweep.rs`). An entry is the exact range from a place in the cell, in a direction at most half a step off.
+//! The table has an entry for each cell of the reduced drawing and each of [`DIRECTIONS`] directions: the logarithm of the range to
+//! the first wall, in a byte. It is filled by parallel lines that sweep over the drawing (`sweep.rs`). An entry is the exact range
+//! from a place in the cell, in a direction that is off by half a step at most.
 //!
-//! A cell in a wall also has the way through that wall (see [`Grid::cast`]). It knows no scale.
+//! A cell in a wall also has the distance out of that wall (see [`Grid::cast`]). The table does not know the scale.
 
 use std::ops::Range;
 
@@ -14,16 +13,16 @@ use super::range_code::{DIRECTIONS, NEVER, PER_OCTAVE, SHORTEST_LOG2};
 use super::sweep::{SQUARE, Sweep, Views, Walls, transpose_bytes, transposed};
 use fearless_simd::{Level, dispatch, prelude::*, u8x16};
 
-/// Most cells of a drawing's table: their ranges fill 32 MB, and the ways out of walls as much again where all is
-/// wall. (A table of 200,000 cells has thicker walls and narrower doors. By it the filter lost the way in 11 of 40
-/// drives through a wobbly drawing, and by this one in none.)
+/// Most cells of a drawing's table. Their ranges fill 32 MB, and the distances out of walls as much again if everything is wall. (A
+/// table of 200,000 cells has thicker walls and narrower doors. With it the filter lost the way in 11 of 40 drives through a wobbly
+/// drawing, with this one in none.)
 pub const RANGE_TABLE_CELLS: usize = 500_000;
-/// The row of the ways out of the ring around the drawing: none.
+/// The row for the distances out of the ring around the drawing: there is no way out.
 const OUTSIDE: u32 = 1;
-/// Directions that are swept before they are put into the rows.
+/// Directions that are swept before they are written to the rows.
 const TOGETHER: usize = SQUARE;
 
-/// One direction's codes of all cells: the ranges, and in walls the ways out of them.
+/// The codes of all cells for one direction: the ranges and, in walls, the distances out of them.
 type Planes = [Vec<u8>; 2];
 
 /// The codes of one cell, by direction.
@@ -34,7 +33,7 @@ pub type Row = [u8; DIRECTIONS];
 pub struct Rows<'a> {
     /// Ranges to the first wall.
     pub range: &'a Row,
-    /// In a wall, the ways out of it: code 0 is none at all.
+    /// In a wall, the distances out of it: code 0 means that there is none.
     pub leave: Option<&'a Row>,
 }
 
@@ -45,13 +44,13 @@ pub struct RangeTable {
     height: usize,
     px_per_cell: f32,
     range: Vec<Row>,
-    /// The first row is that of all free cells, the second ([`OUTSIDE`]) that of the ring.
+    /// The first row is for all free cells, the second ([`OUTSIDE`]) for the ring.
     leave: Vec<Row>,
     leave_row: Vec<u32>,
 }
 
 impl RangeTable {
-    /// Sweeps over all of `grid`.
+    /// Computes the table by sweeps over all of `grid`.
     pub fn new(grid: &Grid) -> Self {
         let [width, height] = grid.cells();
         let wall: Vec<bool> = grid.walls().collect();
@@ -80,7 +79,7 @@ impl RangeTable {
         table
     }
 
-    /// Columns and rows, the ring around the drawing included.
+    /// Columns and rows, including the ring around the drawing.
     pub fn cells(&self) -> [usize; 2] {
         [self.width, self.height]
     }
@@ -90,7 +89,7 @@ impl RangeTable {
         self.px_per_cell
     }
 
-    /// What is to be seen from a cell.
+    /// The ranges visible from a cell.
     #[inline(always)]
     pub fn rows(&self, cell: usize) -> Rows<'_> {
         let cell = cell.min(self.range.len() - 1);
@@ -98,7 +97,7 @@ impl RangeTable {
         Rows { range: &self.range[cell], leave: (row > 0).then(|| &self.leave[row]) }
     }
 
-    /// Factor and summand that turn a code into the binary logarithm of a way in pixels.
+    /// Factor and summand that convert a code to the binary logarithm of a distance in pixels.
     pub fn log2_px(&self) -> [f32; 2] {
         [1.0 / PER_OCTAVE, SHORTEST_LOG2 + self.px_per_cell.log2()]
     }
@@ -123,8 +122,7 @@ impl RangeTable {
         }
     }
 
-    /// Planes of directions become parts of the cells' rows. (To write each code into its row at once
-    /// took three times as long.)
+    /// Copies the planes of directions into the cells' rows. (Writing each code into its row at once took three times as long.)
     #[inline(always)]
     fn interleave<S: Simd>(&mut self, simd: S, first: usize, planes: &[Planes; TOGETHER]) {
         let Self { range, leave, leave_row, .. } = self;
@@ -145,7 +143,7 @@ impl RangeTable {
     }
 }
 
-/// The codes of some cells, a plane's after the other's.
+/// The codes of some cells, one plane after the other.
 #[inline(always)]
 fn codes<'a, S: Simd>(
     simd: S,
@@ -160,7 +158,7 @@ fn codes<'a, S: Simd>(
     transposed(std::array::from_fn(|k| u8x16::from_slice(simd, &plane(k)[cells.clone()]))).map(Into::into)
 }
 
-/// For each cell its row in the table of ways out of walls.
+/// For each cell, its row in the table of distances out of walls.
 fn leave_rows(wall: &[bool], width: usize) -> Vec<u32> {
     let height = wall.len() / width;
     let ring = |at: usize| [0, width - 1].contains(&(at % width)) || [0, height - 1].contains(&(at / width));
@@ -184,12 +182,12 @@ mod tests {
     use proptest::prelude::*;
     use sketchnav_schemas::codes::WALL;
 
-    /// The code of the way out of a cell's wall; 0 where there is none.
+    /// The code of the distance out of a cell's wall; 0 if there is none.
     fn leave(table: &RangeTable, cell: usize, direction: usize) -> u8 {
         table.rows(cell).leave.map_or(0, |row| row[direction])
     }
 
-    /// Whether a way in cells has the code, to the rounding of both tables.
+    /// Whether a distance in cells has the code, up to the rounding of both tables.
     fn has_code(way: f32, code: u8) -> bool {
         let found = (f32::from(code) / PER_OCTAVE + SHORTEST_LOG2).exp2();
         (way.max(SHORTEST_LOG2.exp2()) - found).abs() < 0.03 * found + 1.5 / PARTS
@@ -223,7 +221,7 @@ mod tests {
             for row in 1..size[1] - 1 {
                 for column in 1..size[0] - 1 {
                     let (place, d) = swept_from([column, row], size, direction);
-                    // A ray through a corner may go either way; those beside it tell.
+                    // A ray through a corner may take either side; those next to it decide.
                     let cast = |off: f32| {
                         let from = [place[0] - 1.0 - off * d[1], place[1] - 1.0 + off * d[0]];
                         grid.cast(from, d, 1e6, 1e6)
@@ -241,7 +239,7 @@ mod tests {
     #[test]
     fn a_thin_slanted_wall_is_never_seen_through() {
         let (w, h) = (60, 60);
-        // Cells that touch at their corners only.
+        // Cells that touch only at their corners.
         let cells: Vec<u8> = (0..w * h).map(|i| if i % w == i / w { WALL } else { 0 }).collect();
         let grid = Grid::new(&SketchGrid::new(w, h, &cells, 0.0).unwrap(), 1_000_000);
         let (table, [width, _]) = (RangeTable::new(&grid), grid.cells());
@@ -253,7 +251,7 @@ mod tests {
                 let range = (f32::from(table.rows(row * width + column).range[direction]) / PER_OCTAVE
                     + SHORTEST_LOG2)
                     .exp2();
-                // Half a cell off across, and a cell of wall, along a ray that may come in flat.
+                // Half a cell across, and a cell of wall, along a ray that may arrive at a flat angle.
                 let slack = 2.0 / approach.abs();
                 assert!(
                     approach <= 0.0 || range < (to_wall + slack) * 1.04,
@@ -272,10 +270,10 @@ mod tests {
         let grid = Grid::new(&SketchGrid::new(w, h, &cells, 0.0).unwrap(), 1_000_000);
         let (table, [width, _]) = (RangeTable::new(&grid), grid.cells());
         let cell = |column: usize, row: usize| (row + 1) * width + column + 1;
-        // Along x: off the line at once, and on to the pillar nine and a half cells further.
+        // Along x: off the line at once, and nine and a half cells further to the pillar.
         let range = table.rows(cell(10, 25)).range[0];
         assert!(leave(&table, cell(10, 25), 0) == 0 && has_code(9.5, range), "{range}");
-        // In the pillar's middle it is four and a half cells to its last.
+        // From the pillar's middle it is four and a half cells to its last cell.
         let way = leave(&table, cell(24, 25), 0);
         assert!(has_code(4.5, way), "{way}");
         // Along the line there is no way out of the wall.

@@ -1,5 +1,5 @@
-//! Virtual measurements of the scales (Boniardi et al. 2015, equation 8): those by which the ray-traced end points
-//! would be those of the scan. Equation 7 says how likely other scales are by that.
+//! Virtual measurements of the scales (Boniardi et al. 2015, equation 8): the scales at which the ray-traced end points would
+//! coincide with those of the scan. Equation 7 derives from them how likely other scales are.
 
 use super::beam_model::expected_range;
 use super::beams::Beams;
@@ -17,31 +17,30 @@ pub struct ScaledPose {
     pub y_px: f32,
     /// Heading, radians.
     pub yaw_rad: f32,
-    /// Scale along the wall direction, pixels a metre.
+    /// Scale along the wall direction, pixels per metre.
     pub a_pxpm: f32,
-    /// Scale across, pixels a metre.
+    /// Scale across, pixels per metre.
     pub b_pxpm: f32,
 }
 
-/// Scales that ray tracing suggests; `None` along an axis that no beam looks along. Where there is but
-/// one scale it is `a_pxpm`.
+/// Scales that ray tracing suggests; `None` along an axis that no beam looks along. If there is only one scale, it is `a_pxpm`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VirtualScales {
-    /// a′ of equation (8), pixels a metre.
+    /// a′ of equation (8), pixels per metre.
     pub a_pxpm: Option<f32>,
-    /// b′ of equation (8), pixels a metre.
+    /// b′ of equation (8), pixels per metre.
     pub b_pxpm: Option<f32>,
 }
 
 /// Sum of squared projections of the end points below which an axis is not observed, m².
 const SEEN_M2: f32 = 1.0;
 
-/// Solves equation (8) at `pose`: min over A, B of Σ [π_a(pᵢ − A zᵢ)]² + [π_b(pᵢ − B zᵢ)]², hence A = Σ π_a(pᵢ)
-/// π_a(zᵢ) / Σ π_a(zᵢ)², B likewise. zᵢ are the measured end points around the robot, metres, pᵢ the ray-traced ones,
-/// pixels. A ray goes the way that the beam went, turned by the pose. If the pose's scales turned it too, it would
-/// look farther along an axis whose scale is believed larger. A wrong scale would confirm itself. (The paper goes on
-/// to call the average of the ratios π_a(pᵢ)/π_a(zᵢ) the solution. That is another estimate, without bound for a beam
-/// across the axis. Coded is the equation.) With one scale both sums go together.
+/// Solves equation (8) at `pose`: min over A, B of Σ [π_a(pᵢ − A zᵢ)]² + [π_b(pᵢ − B zᵢ)]², hence A = Σ π_a(pᵢ) π_a(zᵢ) / Σ
+/// π_a(zᵢ)², and B likewise. zᵢ are the measured end points around the robot, metres, pᵢ the ray-traced ones, pixels. A ray has the
+/// direction of its beam, turned by the pose. If the pose's scales turned it as well, it would look farther along an axis whose
+/// scale is believed to be larger, and a wrong scale would confirm itself. (The paper goes on to call the average of the ratios
+/// π_a(pᵢ)/π_a(zᵢ) the solution. That is a different estimate, which is unbounded for a beam across the axis. The code follows the
+/// equation.) With one scale the two sums are added.
 pub fn least_squares(
     grid: &Grid,
     frame: &ScaleFrame,
@@ -80,8 +79,8 @@ pub fn least_squares(
 }
 
 impl VirtualScales {
-    /// ln L_λ,a(a′) + ln L_ν,b(b′) of equation (7), up to a constant. They are Laplace distributions around a
-    /// particle's scales (ln a, ln b), of widths λ and ν, pixels a metre.
+    /// ln L_λ,a(a′) + ln L_ν,b(b′) of equation (7), up to a constant: Laplace distributions around a particle's scales (ln a, ln
+    /// b), of widths λ and ν, pixels per metre.
     pub fn log_likelihood(&self, ln_scales: [f32; 2], widths_pxpm: [f32; 2]) -> f32 {
         let term = |found: Option<f32>, axis: usize| {
             found.map_or(0.0, |scale| -(scale - ln_scales[axis].exp()).abs() / widths_pxpm[axis])
@@ -90,18 +89,18 @@ impl VirtualScales {
     }
 }
 
-/// Beams further than this from an axis say nothing of its scale: squared cosine.
+/// Beams farther than this from an axis say nothing about its scale: squared cosine.
 const LOOKS_ALONG: f32 = 0.5;
 /// Sum of squared cosines below which an axis is not observed.
 const OBSERVED: f32 = 2.0;
-/// Logarithms of ratios further than this from their mean are outliers: a door, a piece of furniture.
+/// Logarithms of ratios farther than this from their mean are outliers: a door, a piece of furniture.
 const OUTLIER: f32 = 0.5;
 /// Rounds of averaging without the outliers.
 const ROUNDS: usize = 3;
 
-/// A robust relative of equation (8): along each axis the mean, in the logarithm, of the ratio of the ray-traced to
-/// the measured projection. Along a beam, whose direction `pose`'s own scales give, the ratio of the projections is
-/// that of the lengths, times the scale. The mean is taken again without the outliers.
+/// A robust relative of equation (8): along each axis, the logarithmic mean of the ratio of the ray-traced to the measured
+/// projection. Along a beam, whose direction follows from `pose`'s own scales, the ratio of the projections is that of the lengths
+/// times the scale. The mean is taken again without the outliers.
 pub fn trimmed_means(grid: &Grid, frame: &ScaleFrame, beams: &Beams, pose: &ScaledPose) -> VirtualScales {
     let metric = frame.px_from_base(pose.yaw_rad, pose.a_pxpm, pose.b_pxpm);
     let expected = |i: usize| expected_range(grid, beams, i, [pose.x_px, pose.y_px], &metric);
@@ -156,9 +155,9 @@ mod tests {
 
     const POSE: ScaledPose = ScaledPose { x_px: 40.0, y_px: 30.0, yaw_rad: 0.0, a_pxpm: 10.0, b_pxpm: 10.0 };
 
-    /// From the middle, (40, 30), the wall is drawn 30 px ahead and measured 2 m. Behind it is 30 px and 1 m, to the
-    /// left 20 px and 4 m. A = (30·2 + 30·1)/(2² + 1²) = 18, B = 20·4/4² = 5; with one scale (30·2 + 30·1 + 20·4)/(2²
-    /// + 1² + 4²) = 170/21. The average of the ratios would be (15 + 30)/2.
+    /// From the middle, (40, 30), the wall ahead is drawn at 30 px and measured at 2 m, the one behind at 30 px and 1 m, the one to
+    /// the left at 20 px and 4 m. A = (30·2 + 30·1)/(2² + 1²) = 18, B = 20·4/4² = 5; with one scale (30·2 + 30·1 + 20·4)/(2² + 1² +
+    /// 4²) = 170/21. The average of the ratios would be (15 + 30)/2.
     #[test]
     fn equation_8_by_hand() {
         use std::f32::consts::{FRAC_PI_2, PI};
@@ -173,7 +172,7 @@ mod tests {
         assert!((one.a_pxpm.unwrap() - 170.0 / 21.0).abs() < 1e-3 && one.b_pxpm.is_none(), "{one:?}");
     }
 
-    /// A beam to the left says nothing of the scale ahead.
+    /// A beam to the left says nothing about the scale ahead.
     #[test]
     fn an_axis_that_no_beam_looks_along_is_not_observed() {
         let seen = beams(&[(std::f32::consts::FRAC_PI_2, 4.0)]);

@@ -1,5 +1,5 @@
-//! Where the filter begins: where the person says that the robot is, and the scales that the first scan
-//! says. It changes nothing once the filter runs.
+//! Where the filter starts: the place at which the person says that the robot is, and the scales that the first scan suggests.
+//! Nothing here has an effect once the filter runs.
 
 use std::f64::consts::PI;
 
@@ -23,19 +23,19 @@ use crate::sketch::SketchGrid;
 pub struct Start {
     /// The pose in the drawing.
     pub pose: Pose<Sketch>,
-    /// What the position may be off by, pixels.
+    /// How far off the position may be, pixels.
     pub spread_px: f64,
-    /// What the heading may be off by, radians; π or more: it may be any.
+    /// How far off the heading may be, radians; with π or more it may be any.
     pub spread_rad: f64,
 }
 
-/// Rounds of solving equation (8): the direction of a beam in the drawing depends on the scales.
+/// Rounds of solving equation (8), since the direction of a beam in the drawing depends on the scales.
 const ROUNDS: usize = 6;
-/// The first scan is not believed a scale that is so many times off the guess.
+/// The largest factor by which a scale from the first scan may differ from the guess.
 const FARTHEST: f32 = 8.0;
 
 impl Start {
-    /// Refuses a start beside the drawing.
+    /// Refuses a start outside the drawing.
     pub(super) fn check_within(&self, [width, height]: [usize; 2]) -> Result<(), FilterError> {
         let (x, y) = (self.pose.x, self.pose.y);
         let inside = (0.0..width as f64).contains(&x) && (0.0..height as f64).contains(&y);
@@ -47,7 +47,7 @@ impl Start {
         self.spread_rad >= PI
     }
 
-    /// The pose with the scales that the first scan suggests; `guess_pxpm` where it sees nothing.
+    /// The pose with the scales that the first scan suggests; `guess_pxpm` if it sees nothing.
     pub(super) fn scaled_pose(
         &self,
         grid: &Grid,
@@ -67,7 +67,7 @@ impl Start {
         ScaledPose { a_pxpm, b_pxpm, ..pose }
     }
 
-    /// The drawing's mean scales (ln a, ln b): between those of the first scan and that of its size.
+    /// The drawing's mean scales (ln a, ln b): between those of the first scan and the one that follows from its size.
     pub(super) fn mean_ln_scales(
         &self,
         first: &ScaledPose,
@@ -78,8 +78,7 @@ impl Start {
         [first.a_pxpm, first.b_pxpm].map(|scale| scale.ln() + share * (size_pxpm / scale).ln())
     }
 
-    /// Spreads the particles around the start, in free cells where some can be found, with scales around
-    /// (ln a, ln b) there.
+    /// Spreads the particles around the start, in free cells if any can be found, with scales around (ln a, ln b) there.
     pub(super) fn scatter(
         &self,
         particles: &mut ParticleSet,
@@ -90,7 +89,7 @@ impl Start {
     ) {
         let middle = [self.pose.x as f32, self.pose.y as f32];
         let spread_rad = (self.spread_rad as f32).max(parameters.start_spread_rad);
-        // The person's own doubt is in pixels, the least one in metres: along the walls and across.
+        // The person's own doubt is in pixels, the least one in metres, along the walls and across.
         let spread_px = |ln: f32| (self.spread_px as f32).max(parameters.start_spread_m * ln.exp());
         let px_from_draw = terrain.frame.px_from_frame(spread_px(ln_a), spread_px(ln_b));
         for i in 0..particles.len() {
@@ -109,8 +108,8 @@ impl Start {
     }
 }
 
-/// Scales at the start, from the first scan. An axis that is not observed takes the other's scale;
-/// those of `pose`, a guess, where neither is. The result stays within a factor of eight of the guess.
+/// Scales at the start, from the first scan. An axis that is not observed takes the other's scale; if neither is, the scales of
+/// `pose` are taken, which are a guess. The result stays within a factor of eight of the guess.
 fn initial_scales(
     grid: &Grid,
     frame: &ScaleFrame,
@@ -132,7 +131,7 @@ fn initial_scales(
     [pose.a_pxpm, pose.b_pxpm]
 }
 
-/// How the first scan's place is stretched: half the logarithm of scale a over scale b; 0 with one scale.
+/// The stretch at the first scan's place: half the logarithm of scale a over scale b; 0 with one scale.
 pub(super) fn first_anisotropy(first: &ScaledPose, parameters: &Parameters) -> f32 {
     match parameters.scales {
         Scales::Two => (first.a_pxpm / first.b_pxpm).ln() / 2.0,
@@ -140,8 +139,8 @@ pub(super) fn first_anisotropy(first: &ScaledPose, parameters: &Parameters) -> f
     }
 }
 
-/// The scales of the first scan as far as they are believed to differ: a `start_anisotropy` of 1 leaves
-/// them, 0 makes them equal.
+/// The scales of the first scan, to the extent that they are believed to differ: a `start_anisotropy` of 1 leaves them as they are,
+/// 0 makes them equal.
 pub(super) fn believed(first: &ScaledPose, parameters: &Parameters) -> ScaledPose {
     let share = match parameters.scales {
         Scales::Two => parameters.start_anisotropy,
@@ -153,7 +152,7 @@ pub(super) fn believed(first: &ScaledPose, parameters: &Parameters) -> ScaledPos
     ScaledPose { a_pxpm, b_pxpm, ..*first }
 }
 
-/// A place around `middle`, free where ten tries find one.
+/// A place around `middle`; a free one if ten attempts find one.
 fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mut Pcg64Mcg) -> [f32; 2] {
     for _ in 0..10 {
         let step = px_from_draw.apply(normal(rng), normal(rng));
@@ -165,13 +164,13 @@ fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mu
     middle
 }
 
-/// The longer side of the box around all walls, along the walls' direction or across, pixels; the
-/// drawing's own where it has none.
+/// The longer side of the box around all walls, along the walls' direction or across, pixels; that of the drawing if it has no
+/// walls.
 pub(super) fn extent_px(sketch: &SketchGrid) -> f32 {
     let (sin, cos) = (sketch.wall_direction_rad() as f32).sin_cos();
     let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
     for (row, walls) in sketch.walls().chunks_exact(sketch.width()).enumerate() {
-        // Along a row either coordinate only rises or only falls: its ends are enough.
+        // Along a row either coordinate only rises or only falls, so its ends are enough.
         let ends = [walls.iter().position(|&wall| wall), walls.iter().rposition(|&wall| wall)];
         for column in ends.into_iter().flatten() {
             let (x, y) = (column as f32, row as f32);
@@ -190,8 +189,8 @@ pub(super) fn extent_px(sketch: &SketchGrid) -> f32 {
 mod tests {
     use super::*;
 
-    /// The first scan says 10 and 40 px/m, the drawing's size 90. Half way between, by their logarithms, are √(10·90)
-    /// = 30 and √(40·90) = 60.
+    /// The first scan gives 10 and 40 px/m, the drawing's size 90. Half way between, in logarithms, are √(10·90) = 30 and √(40·90)
+    /// = 60.
     #[test]
     fn the_mean_scale_is_between_the_first_scans_and_the_drawings() {
         let start = Start { pose: Pose::new(0.0, 0.0, 0.0), spread_px: 0.0, spread_rad: 0.0 };

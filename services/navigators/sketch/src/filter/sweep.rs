@@ -1,8 +1,8 @@
-//! Parallel lines, swept over a drawing: how far one sees from every cell in one direction.
+//! Parallel lines, swept over a drawing: the visible range from every cell in one direction.
 //!
-//! There is one line for each cell across. All are followed backwards at once, through every cell that they touch. So
-//! no wall is ever slipped through, however thin or slanted. Each cell takes what is seen from its line's point in the
-//! middle column (or row). It knows no scale.
+//! There is one line for each cell across. All are followed backwards at once, through every cell that they touch, so that they
+//! never slip through a wall, however thin or slanted. Each cell takes the range from its line's point in the middle column (or
+//! row). Scale plays no role here.
 
 use std::ops::Range;
 
@@ -10,37 +10,37 @@ use fearless_simd::{Level, dispatch, prelude::*, u8x16};
 
 use super::range_code::{DIRECTIONS, NEVER, code};
 
-/// Codes of ways are looked up by the way along the line in such parts of a cell.
+/// Codes of distances are looked up by the distance along the line in these parts of a cell.
 pub const PARTS: f32 = 16.0;
 
-/// A place along the lines: twice its whole parts of a cell, and one more where it is beyond them. What is looked up goes
-/// by whole parts, but whether a cell begins just at a place is to be told.
+/// A place along the lines: twice the number of whole parts of a cell, plus one if it lies beyond them. Look-ups use whole parts,
+/// but it must be possible to tell whether a cell begins exactly at a place.
 type Place = u32;
 
-/// All bits: in a wall.
+/// All bits set: in a wall.
 const IN_WALL: u32 = u32::MAX;
 
 /// Beyond every wall.
 const FAR: Place = Place::MAX;
 
-/// The place so many cells along the lines.
+/// The place at this number of cells along the lines.
 fn place(cells: f32) -> Place {
     let parts = cells * PARTS;
     2 * parts as Place + Place::from(parts.fract() > 0.0)
 }
 
-/// Where lines pass the middle of the drawing, in parts of a cell. It is nearly the cells' middle, but lines at 45° do
+/// Where lines pass the middle of the drawing, in parts of a cell. It is nearly the cells' middle, but such that lines at 45° do
 /// not run from corner to corner, where rounding would choose the side.
 pub const OFF_CORNERS: f64 = 0.4;
 
-/// What is wall, row by row and column by column: lines take whichever they cross.
+/// The wall cells, row by row and column by column, for lines that cross either.
 pub struct Walls {
     by_row: Vec<bool>,
     by_column: Vec<bool>,
 }
 
 impl Walls {
-    /// Of cells in rows of `width`.
+    /// Made of cells in rows of `width`.
     pub fn new(by_row: Vec<bool>, width: usize) -> Self {
         let mut by_column = vec![false; by_row.len()];
         transpose(&by_row, width, &mut by_column);
@@ -50,7 +50,7 @@ impl Walls {
 
 /// The cells of rows of `width`, column by column.
 pub fn transpose<T: Copy>(from: &[T], width: usize, to: &mut [T]) {
-    /// Squares of so many cells stay in the nearest cache.
+    /// Squares of this side stay in the first-level cache.
     const SIDE: usize = 32;
     let height = from.len() / width;
     for top in (0..height).step_by(SIDE) {
@@ -87,11 +87,11 @@ fn transpose_bytes_by<S: Simd>(simd: S, from: &[u8], width: usize, to: &mut [u8]
     }
 }
 
-/// Bytes a side of a square that is turned over at once.
+/// Bytes along a side of a square that is transposed at once.
 pub const SQUARE: usize = 16;
 
-/// The columns of a square of bytes by its rows. It takes, four times, every other byte of the first half of the rows
-/// and of the second.
+/// The columns of a square of bytes, from its rows: four times, the bytes of the first half of the rows are interleaved with those
+/// of the second.
 #[inline(always)]
 pub fn transposed<S: Simd>(mut rows: [u8x16<S>; SQUARE]) -> [u8x16<S>; SQUARE] {
     for _ in 0..SQUARE.ilog2() {
@@ -113,20 +113,20 @@ pub struct Sweep {
     backward: bool,
     /// Cells across.
     across: usize,
-    /// The greatest minor of all steps: line 0's there is the first of all lines' that is in the drawing.
+    /// The greatest `minor` of all steps: there, line 0 is the first of all lines that is in the drawing.
     highest: i32,
     /// The codes of ranges, by whole parts of a cell; ...
     codes: Vec<u8>,
-    /// ... and of the ways out of walls, by differences of places; the last is that of none.
+    /// ... and of the distances out of walls, by differences of places; the last one is for walls without a way out.
     leave_codes: Vec<u8>,
 }
 
-/// Where line 0 runs at one position of the major axis, and how it goes on to the next.
+/// Where line 0 runs at one position of the major axis, and how it continues to the next.
 #[derive(Clone, Copy)]
 struct Step {
     /// The cell on the minor axis at the middle.
     minor: i32,
-    /// The cell between this one and the next, where the line touches a third.
+    /// The cell between this one and the next, if the line touches a third.
     between: Option<Between>,
     /// Where the next position's cell begins.
     next_entry: Place,
@@ -134,14 +134,14 @@ struct Step {
 
 #[derive(Clone, Copy)]
 struct Between {
-    /// Whether it lies at the next position already.
+    /// Whether it already lies at the next position.
     ahead: bool,
     minor: i32,
     entry: Place,
 }
 
 impl Sweep {
-    /// In one of [`DIRECTIONS`], over a drawing of `size` columns and rows.
+    /// The sweep in one of [`DIRECTIONS`], over a drawing of `size` columns and rows.
     pub fn new(direction: usize, [width, height]: [usize; 2]) -> Self {
         let angle = direction as f64 / DIRECTIONS as f64 * std::f64::consts::TAU;
         let (dy, dx) = angle.sin_cos();
@@ -163,13 +163,13 @@ impl Sweep {
         }
     }
 
-    /// Whether its planes lie row by row; else column by column.
+    /// Whether its planes are stored row by row; otherwise they are stored column by column.
     pub fn is_upright(&self) -> bool {
         self.upright
     }
 
-    /// Writes into `plane` the code of the range from each cell. Into `leave` it writes the codes of the ways out of
-    /// the wall, for each cell in one.
+    /// Writes the code of the range from each cell into `plane`, and the codes of the distances out of the wall, for each cell in
+    /// one, into `leave`.
     pub fn run(&self, walls: &Walls, views: &mut Views, plane: &mut [u8], leave: &mut [u8]) {
         dispatch!(Level::new(), _simd => self.run_through(walls, views, plane, leave));
     }
@@ -186,7 +186,7 @@ impl Sweep {
         }
     }
 
-    /// Takes the lines on, backwards, into the cells at a position.
+    /// Continues the lines, backwards, into the cells at a position.
     #[inline(always)]
     fn pass(&self, position: usize, wall: &[bool], views: &mut Views) {
         let (step, lines) = (&self.steps[position], self.lines(position));
@@ -211,14 +211,14 @@ impl Sweep {
         }
     }
 
-    /// The lines that are within the drawing at a position, counted from the first that ever is. There are
-    /// as many everywhere.
+    /// The lines that are within the drawing at a position, counted from the first that ever is. Their number is the same at every
+    /// position.
     fn lines(&self, position: usize) -> Range<usize> {
         let first = (self.highest - self.steps[position].minor) as usize;
         first..first + self.across
     }
 
-    /// Those of `lines` that are within the drawing at another position, too; none where that is outside.
+    /// Those of `lines` that are within the drawing at another position as well; none if that position is outside.
     fn common(&self, lines: &Range<usize>, position: usize) -> Range<usize> {
         if position >= self.steps.len() {
             return lines.end..lines.end;
@@ -233,8 +233,8 @@ impl Sweep {
     }
 }
 
-/// The codes of the first `count` ways in parts of a cell, where a position is so many cells of way. (They only rise: where
-/// the next begins is found by halving.)
+/// The codes of the first `count` distances in parts of a cell, with `cells_per_step` cells of distance per position. (They never
+/// decrease, so the start of the next one is found by bisection.)
 fn codes(count: usize, cells_per_step: f64) -> Vec<u8> {
     let code = |parts: usize| code(parts as f64 / f64::from(PARTS) * cells_per_step);
     let mut codes = Vec::with_capacity(count);
@@ -251,7 +251,7 @@ fn codes(count: usize, cells_per_step: f64) -> Vec<u8> {
 }
 
 impl Step {
-    /// The line near the middle of the cell at half of `along`, with `slope` cells a position.
+    /// The line near the middle of the cell at half of `along`, with `slope` cells per position.
     fn new(position: usize, along: usize, slope: f64) -> Self {
         let middle = (along / 2) as f64 + 0.5;
         let height = |at: f64| OFF_CORNERS + slope * (at - middle);
@@ -271,7 +271,7 @@ impl Step {
     }
 }
 
-/// The codes of the ways out of walls by differences of places, by the `codes` of whole parts of a cell.
+/// The codes of the distances out of walls by differences of places, from the `codes` of whole parts of a cell.
 fn leave_codes(codes: &[u8]) -> Vec<u8> {
     let mut leave: Vec<u8> = codes.iter().flat_map(|&code| [code.clamp(1, NEVER - 1); 2]).collect();
     leave[0] = 0;
@@ -279,22 +279,22 @@ fn leave_codes(codes: &[u8]) -> Vec<u8> {
     leave
 }
 
-/// What lies ahead on each of the lines that are followed back.
+/// What lies ahead on each of the lines that are followed backwards.
 pub struct Views {
-    /// All bits in a wall, none outside.
+    /// All bits set in a wall, none outside.
     in_wall: Vec<u32>,
     /// Where the nearest wall ahead begins.
     wall: Vec<Place>,
     /// In a wall: where its last cell begins, ...
     last_cell: Vec<Place>,
-    /// ... and where the wall behind it does.
+    /// ... and where the next wall after it does.
     wall_behind: Vec<Place>,
-    /// Ways along the lines of a position, parts of a cell.
+    /// Distances along the lines of a position, parts of a cell.
     ways: Vec<u32>,
 }
 
 impl Views {
-    /// Room for a drawing of `size` columns and rows.
+    /// Buffers for a drawing of `size` columns and rows.
     pub fn new([width, height]: [usize; 2]) -> Self {
         // Lines at 45° begin at every cell of both sides.
         let lines = width + height + 1;
@@ -308,7 +308,7 @@ impl Views {
         }
     }
 
-    /// Some lines come from outside, where all is wall.
+    /// Starts lines that come from outside, where everything is wall.
     fn begin(&mut self, lines: Range<usize>) {
         self.in_wall[lines.clone()].fill(IN_WALL);
         for column in [&mut self.wall, &mut self.last_cell, &mut self.wall_behind] {
@@ -316,7 +316,7 @@ impl Views {
         }
     }
 
-    /// The lines enter their next cells, at `entry`.
+    /// Lets the lines enter their next cells, at `entry`.
     #[inline(always)]
     fn enter(&mut self, lines: Range<usize>, cells: &[bool], entry: Place) {
         let lines = lines.start..lines.start + cells.len();
@@ -325,7 +325,7 @@ impl Views {
         enter(in_wall, wall, last_cell, behind, cells, entry);
     }
 
-    /// The codes of the ways to the next walls.
+    /// Writes the codes of the distances to the next walls.
     #[inline(always)]
     fn ranges(&mut self, lines: Range<usize>, at: Place, codes: &[u8], out: &mut [u8]) {
         let ways = &mut self.ways[..out.len()];
@@ -334,10 +334,10 @@ impl Views {
         out.iter_mut().zip(ways).for_each(|(out, way)| *out = codes[*way as usize]);
     }
 
-    /// The codes of the ways out of the walls, for the cells in one.
+    /// Writes the codes of the distances out of the walls, for the cells in one.
     #[inline(always)]
     fn leaves(&mut self, lines: Range<usize>, at: Place, codes: &[u8], out: &mut [u8]) {
-        /// Many cells are free: so many at a time are looked at together.
+        /// Many cells are free, so this many are checked together.
         const TOGETHER: usize = 32;
         let ways = &mut self.ways[..out.len()];
         ways_out(&self.last_cell[lines.clone()], at, codes.len() as u32 - 1, ways);
@@ -351,7 +351,7 @@ impl Views {
     }
 }
 
-/// Lines enter their next cells, at `entry`. (By masks: what is written in one case only was not put into vectors.)
+/// Lets lines enter their next cells, at `entry`. (With masks, since conditional writes were not vectorized.)
 #[inline(always)]
 fn enter(
     in_wall: &mut [u32],
@@ -374,7 +374,7 @@ fn enter(
     }
 }
 
-/// The ways to the next walls, whole parts of a cell, at most `last`.
+/// The distances to the next walls, whole parts of a cell, at most `last`.
 #[inline(always)]
 fn ways_ahead(in_wall: &[u32], wall: &[Place], behind: &[Place], at: Place, last: u32, ways: &mut [u32]) {
     let count = ways.len();
@@ -386,7 +386,7 @@ fn ways_ahead(in_wall: &[u32], wall: &[Place], behind: &[Place], at: Place, last
     }
 }
 
-/// The ways to the last cells of walls, as differences of places, less than `never`; this where there is none.
+/// The distances to the last cells of walls, as differences of places, less than `never`, which stands for walls without a way out.
 #[inline(always)]
 fn ways_out(last_cell: &[Place], at: Place, never: u32, ways: &mut [u32]) {
     let last_cell = &last_cell[..ways.len()];

@@ -1,8 +1,8 @@
 //! The hot loop: every particle against every beam, sixteen particles at a time.
 //!
-//! A particle's pose and scales become one 2 × 2 matrix. By the likelihood field a beam then costs two multiply-adds
-//! an axis, an index and a look-up. Particles are independent of each other, and each adds up its beams in their
-//! order. Neither the width of the processor's vectors nor the number of threads changes a bit.
+//! A particle's pose and scales become one 2 × 2 matrix. With the likelihood field a beam then costs two multiply-adds per axis, an
+//! index and a look-up. Particles are independent of each other, and each adds up its beams in their order, so neither the width of
+//! the processor's vectors nor the number of threads changes a bit.
 
 use std::cell::Cell;
 
@@ -21,7 +21,7 @@ use super::workers::Workers;
 /// Particles that a thread takes at a time.
 const BLOCK: usize = 256;
 
-/// Sixteen particles: places in pixels, and the matrices from metres in the robot's axes to pixels.
+/// Sixteen particles: positions in pixels, and the matrices from metres in the robot's axes to pixels.
 pub struct Group<S: Simd> {
     x: f32x16<S>,
     y: f32x16<S>,
@@ -110,7 +110,7 @@ impl<S: Simd> Group<S> {
         }
     }
 
-    /// Where the vector (forward, left), metres, leads to from the particles.
+    /// Where the vector (forward, left), metres, leads from the particles.
     #[inline(always)]
     fn end(&self, [forward, left]: [f32; 2]) -> [f32x16<S>; 2] {
         [self.x + self.xx * forward + self.xy * left, self.y + self.yx * forward + self.yy * left]
@@ -123,7 +123,7 @@ impl<S: Simd> Group<S> {
     }
 }
 
-/// The index of the cell that holds a place in cells; the nearest one of the ring outside.
+/// The index of the cell that contains a place in cells; for a place outside, the nearest one of the ring.
 #[inline(always)]
 fn cell<S: Simd>([x, y]: [f32x16<S>; 2], [width, height]: [usize; 2]) -> i32x16<S> {
     let column: i32x16<S> = x.max(0.0).min((width - 1) as f32).to_int();
@@ -152,19 +152,19 @@ impl Model for FieldOfScan<'_> {
     }
 }
 
-/// Of beams within this arc the first and the last are looked along. Between them all is nearly even: at 6°, by a
-/// drawing that is stretched twofold, to 0.2° and a hundredth of an octave. So more than a beam every 3° is cheap.
+/// Within this arc, only the first and the last beam are computed exactly. Between them the look is nearly linear: at 6°, in a
+/// drawing that is stretched twofold, to 0.2° and a hundredth of an octave. More than one beam every 3° is therefore cheap.
 const ARC_RAD: f32 = 0.105;
 
-/// Where sixteen particles look along a beam, in directions of the table, and the binary logarithm of how long a
-/// metre is there, pixels.
+/// Where sixteen particles look along a beam, in directions of the table, and the binary logarithm of the length of a metre there,
+/// pixels.
 struct Look<S: Simd> {
     direction: f32x16<S>,
     log2_scale: f32x16<S>,
 }
 
 impl<S: Simd> Look<S> {
-    /// From this one to the next, the short way round.
+    /// The difference from this one to the next, the short way round.
     #[inline(always)]
     fn to(&self, next: &Self) -> Self {
         let turn = next.direction - self.direction;
@@ -172,7 +172,7 @@ impl<S: Simd> Look<S> {
         Self { direction: turn - round, log2_scale: next.log2_scale - self.log2_scale }
     }
 
-    /// A part of the way `way` further.
+    /// The look at a part of the difference `way`.
     #[inline(always)]
     fn further(&self, way: &Self, part: f32) -> Self {
         Self {
@@ -181,24 +181,24 @@ impl<S: Simd> Look<S> {
         }
     }
 
-    /// By the nearest entry of the table, modulo its directions.
+    /// The nearest entry of the table, modulo its directions.
     #[inline(always)]
     fn nearest(&self) -> NearestLook {
-        // A turn more, for the conversion cuts off towards zero.
+        // One turn more, since the conversion truncates towards zero.
         let direction: i32x16<S> = (self.direction + (DIRECTIONS as f32 + 0.5)).to_int();
         NearestLook { direction: direction.into(), log2_scale: self.log2_scale.into() }
     }
 }
 
-/// A [`Look`] by the nearest entry of the table, modulo its directions.
+/// A [`Look`] rounded to the nearest entry of the table, modulo its directions.
 #[derive(Debug, Clone, Copy)]
 struct NearestLook {
     direction: [i32; LANES],
     log2_scale: [f32; LANES],
 }
 
-/// What a thread works with, an entry a beam. (The steps of the model go over all beams one after the other. A beam
-/// needs a long chain of operations, and a processor overlaps several short ones.)
+/// A thread's buffers, with one entry per beam. (The steps of the model go over all beams one after the other: a beam needs a long
+/// chain of operations, and a processor overlaps several short ones.)
 #[derive(Debug, Default)]
 struct Scratch {
     looks: Vec<NearestLook>,
@@ -209,7 +209,7 @@ thread_local! {
     static SCRATCH: Cell<Scratch> = const { Cell::new(Scratch { looks: Vec::new(), expected: Vec::new() }) };
 }
 
-/// The beam model, by the table of ranges.
+/// The beam model, with the table of ranges.
 pub struct BeamModelOfScan<'a> {
     /// The model, which has read the beams.
     pub beam_model: &'a BeamModel,
@@ -260,7 +260,7 @@ impl BeamModelOfScan<'_> {
         Look { direction, log2_scale: lanes::fast_log2(x * x + y * y) * 0.5 }
     }
 
-    /// What the particles expect of each beam by where they look.
+    /// What the particles expect of each beam, from where they look.
     #[inline(always)]
     fn expect<S: Simd>(&self, simd: S, group: &Group<S>, scratch: &mut Scratch) {
         let place = group.in_cells(self.table.px_per_cell()).end(self.beams.origin_m);
@@ -360,7 +360,7 @@ mod tests {
     fn random_beams(rng: &mut Pcg64Mcg) -> Beams {
         let mut scan: LaserScan = bytemuck::Zeroable::zeroed();
         scan.beam_count = 37;
-        // All around, or so dense that some beams are looked along by those beside them.
+        // All around, or so dense that the looks along some beams follow from those of their neighbours.
         let step_rad = [0.17, -0.17, 0.03, -0.03][rng.random_range(0..4)];
         (scan.range_min_m, scan.range_max_m, scan.angle_increment_rad) = (0.02, 5.0, step_rad);
         scan.ranges_m[..37].fill_with(|| 0.1 + 6.0 * rng.random::<f32>());
@@ -415,7 +415,7 @@ mod tests {
         let mut rng = seed::stream(3, "weighing");
         let (scene, set) = (Scene::new(&mut rng), random_set(&mut rng, 2000));
         let found = scene.weighed(&set, false, Level::new(), &Workers::default());
-        // Rounding may put an end point into the cell beside; over many particles that is nothing.
+        // Rounding may put an end point into the adjacent cell; over many particles that does not matter.
         let off = |i: usize| {
             let metric = scene.frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
             let plain = scene.field.log_likelihood(&scene.beams, [set.x_px[i], set.y_px[i]], &metric);
@@ -425,7 +425,7 @@ mod tests {
         assert!(offs.iter().all(|&off| off < 0.05) && offs.iter().filter(|&&off| off > 1e-4).count() < 20);
     }
 
-    /// Where all particles look along each beam, by the model; or each beam by itself.
+    /// Where all particles look along each beam, according to the model, or computed for each beam by itself.
     #[inline(always)]
     fn looks<S: Simd>(simd: S, scene: &Scene, set: &ParticleSet, each: bool) -> Vec<NearestLook> {
         let ParticleSet { x_px, y_px, yaw_rad, ln_a, ln_b, .. } = set;
@@ -467,7 +467,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
-        /// Every entry of the table is exact for a place in the cell and a direction near by (tested beside it). This
+        /// Every entry of the table is exact for a place in the cell and a nearby direction (which is tested next to it). This
         /// tests the whole model, in the mean over particles anywhere.
         #[test]
         fn the_table_agrees_with_ray_casting(case in 0u64..1_000_000) {

@@ -1,21 +1,20 @@
-//! Who does the work: the thread that asks, or a pool that the shell handed in.
+//! The threads that do the work: the calling one, or a pool that the shell passed in.
 //!
-//! Nothing here starts a thread. Work is cut into blocks whose bounds do not depend on the number of
-//! threads, so neither does any result.
+//! Nothing here starts a thread. Work is divided into blocks whose bounds do not depend on the number of threads, so no result does
+//! either.
 
 use std::sync::Arc;
 
 use rayon_core::ThreadPool;
 
-/// The calling thread alone (the default), or a pool of threads.
+/// Only the calling thread (the default), or a pool of threads.
 #[derive(Debug, Clone, Default)]
 pub struct Workers {
     pool: Option<Arc<ThreadPool>>,
 }
 
 impl Workers {
-    /// The threads of `pool`. A caller that is one of them does not wait for the others to wake up,
-    /// and nothing is allocated.
+    /// The threads of `pool`. A caller that is one of them does not wait for the others to wake up, and nothing is allocated.
     pub fn of(pool: Arc<ThreadPool>) -> Self {
         Self { pool: Some(pool) }
     }

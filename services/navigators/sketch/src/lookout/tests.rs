@@ -72,7 +72,7 @@ fn what_is_asked_has_places_of_the_drawing() {
     assert_eq!(lookout.question(), None, "it asks no more");
 }
 
-/// Two estimates that were on their way when another sketch came are about the one before.
+/// The two estimates that were under way when another sketch arrived refer to the previous one.
 #[test]
 fn another_sketch_forgets_the_place_in_the_one_before() {
     let mut lookout = Lookout::new(&robotino());

@@ -1,8 +1,8 @@
 //! The chart that joins the drawing and the metres around the robot (Boniardi et al. 2015, equations 2 and 3).
 //!
-//! Near the estimated pose the drawing is an affine image of the floor. It is turned by the heading, and stretched by
-//! a along the walls' direction φ and by b across. The chart is valid for a few metres around the robot; farther away
-//! the drawing has another scale.
+//! Near the estimated pose the drawing is an affine image of the floor: it is turned by the heading, and stretched by a along the
+//! walls' direction φ and by b across. The chart is valid for a few metres around the robot; farther away the drawing has a
+//! different scale.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
@@ -15,17 +15,17 @@ pub struct Chart {
     robot_px: Pose<Sketch>,
     robot_m: Pose<Odom>,
     scales_pxpm: [f64; 2],
-    /// R(φ)·diag(a, b)⁻¹·R(−φ): from pixels to metres, still in the drawing's axes.
+    /// R(φ)·diag(a, b)⁻¹·R(−φ): from pixels to metres, still along the drawing's axes.
     metres_from_pixels: [[f64; 2]; 2],
     /// Its inverse.
     pixels_from_metres: [[f64; 2]; 2],
-    /// Cosine and sine of the angle from the drawing's axes to the odometry's.
+    /// Cosine and sine of the angle from the drawing's axes to those of the odometry.
     turn: [f64; 2],
 }
 
 impl Chart {
-    /// From an estimate, whose own odometry says where the robot is in the odometry frame, and the
-    /// walls' direction in radians. `None` where a number is not finite or a scale not above 0.
+    /// Made from an estimate, whose own odometry gives the robot's pose in the odometry frame, and the walls' direction in radians.
+    /// `None` if a number is not finite or a scale is not positive.
     pub fn new(estimate: &PoseEstimate, wall_direction_rad: f64) -> Option<Self> {
         let (robot_px, robot_m) = (estimate.pose.pose(), estimate.odometry());
         let [a, b] = [estimate.scale_a_pxpm, estimate.scale_b_pxpm];
@@ -54,18 +54,17 @@ impl Chart {
         self.robot_m
     }
 
-    /// The geometric mean of the two scales, pixels a metre.
+    /// The geometric mean of the two scales, pixels per metre.
     pub fn mean_scale_pxpm(&self) -> f64 {
         (self.scales_pxpm[0] * self.scales_pxpm[1]).sqrt()
     }
 
-    /// The smaller of the two scales, pixels a metre: a length in pixels divided by it is no less
-    /// than the way in metres.
+    /// The smaller of the two scales, pixels per metre: a length in pixels divided by it is an upper bound on the length in metres.
     pub fn least_scale_pxpm(&self) -> f64 {
         self.scales_pxpm[0].min(self.scales_pxpm[1])
     }
 
-    /// Where a place of the drawing lies in the odometry frame.
+    /// The position in the odometry frame of a place in the drawing.
     pub fn to_odom(&self, place: Point<Sketch>) -> Point<Odom> {
         let offset = [place.x - self.robot_px.x, place.y - self.robot_px.y];
         let [x, y] = apply(&self.metres_from_pixels, offset);
@@ -73,7 +72,7 @@ impl Chart {
         Point::new(self.robot_m.x + cos * x - sin * y, self.robot_m.y + sin * x + cos * y)
     }
 
-    /// Where a place of the odometry frame lies in the drawing.
+    /// The position in the drawing of a place in the odometry frame.
     pub fn to_sketch(&self, place: Point<Odom>) -> Point<Sketch> {
         let offset = [place.x - self.robot_m.x, place.y - self.robot_m.y];
         let [cos, sin] = self.turn;
@@ -82,7 +81,7 @@ impl Chart {
         Point::new(self.robot_px.x + x, self.robot_px.y + y)
     }
 
-    /// Distance by the local metric ‖·‖_S of the drawing, metres.
+    /// Distance in the local metric ‖·‖_S of the drawing, metres.
     pub fn distance_m(&self, from: Point<Sketch>, to: Point<Sketch>) -> f64 {
         let [x, y] = apply(&self.metres_from_pixels, [to.x - from.x, to.y - from.y]);
         x.hypot(y)
@@ -129,7 +128,7 @@ mod tests {
             prop_assert!((back.x - x).abs() < 1e-9 && (back.y - y).abs() < 1e-9);
         }
 
-        /// A step of the motion model, x += R(φ)·diag(a, b)·R(−φ)·R(θ)·u, lands where the chart says.
+        /// A step of the motion model, x += R(φ)·diag(a, b)·R(−φ)·R(θ)·u, ends where the chart says.
         #[test]
         fn the_chart_is_the_motion_model(yaw in -3.0..3.0, phi in -0.7..0.7, ux in -1.0..1.0, uy in -1.0..1.0) {
             let (a, b) = (20.0, 35.0);

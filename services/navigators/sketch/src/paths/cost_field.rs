@@ -1,12 +1,11 @@
-//! The global connectivity planner (Boniardi et al. 2015, III-C): what it costs to reach the goal from every
-//! place of the drawing.
+//! The global connectivity planner (Boniardi et al. 2015, III-C): what it costs to reach the goal from every place in the drawing.
 //!
-//! One run of Dijkstra's algorithm from the goal serves the whole way there: a path is a descent from wherever the
-//! robot is. Ways near drawn walls cost more, so that a path keeps to the middle of corridors and doors. Ways through
-//! drawn walls cost far more. A path takes one only in a drawing without any other way. A large drawing is planned on
-//! a coarser grid, a cell of which is wall where any of its pixels is.
+//! One run of Dijkstra's algorithm from the goal serves the whole journey: a path is a descent from wherever the robot is. Paths
+//! near drawn walls cost more, so that they keep to the middle of corridors and doors. Paths through drawn walls cost far more, so
+//! that one is taken only in a drawing without any other. A large drawing is planned on a coarser grid, of which a cell is a wall
+//! if any of its pixels is.
 //!
-//! Lengths and costs are in pixels: the drawing's metric is unknown away from the robot.
+//! Lengths and costs are in pixels, since the drawing's metric is unknown away from the robot.
 
 use sketchnav_schemas::geometry::{Point, Sketch};
 
@@ -14,19 +13,19 @@ use super::parameters::Parameters;
 use crate::sketch::SketchGrid;
 use sketchnav_motion::weighted_grid::{Frontier, Weights, chamfer};
 
-/// Most cells of the planning grid: keeps a solution below about 50 ms.
+/// Most cells of the planning grid, which keeps a solution below about 50 ms.
 const MAX_CELLS: usize = 160_000;
 /// Most points of a path.
 pub const MAX_PATH: usize = 8192;
 
-/// A place where a way through the drawing turned out to be shut.
+/// A place where a passage in the drawing turned out to be shut.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Blockage {
     /// Its middle.
     pub place: Point<Sketch>,
     /// Its radius, pixels.
     pub radius_px: f64,
-    /// What a way through it costs at least, times the length.
+    /// The least cost of a path through it, per length.
     pub weight: f64,
 }
 
@@ -44,7 +43,7 @@ pub struct CostField {
 }
 
 impl CostField {
-    /// For a drawing; without a goal, every cost is infinite.
+    /// A field for a drawing; without a goal, every cost is infinite.
     pub fn new(sketch: &SketchGrid) -> Self {
         let pixels = sketch.width() * sketch.height();
         let pixels_per_cell = (1..).find(|k| pixels / (k * k) <= MAX_CELLS).unwrap_or(1);
@@ -62,8 +61,8 @@ impl CostField {
         Self { columns, rows, pixels_per_cell, wall, clearance_px, weight, frontier, goal: None }
     }
 
-    /// Finds the cost-to-go to `goal`, or to the free place nearest to it. `scale_pxpm` is the
-    /// scale by which the parameters' metres count here; `blocked` are ways known to be shut.
+    /// Finds the cost-to-go to `goal`, or to the free place nearest to it. `scale_pxpm` is the scale by which the parameters'
+    /// metres are converted here; `blocked` are passages known to be shut.
     pub fn solve(
         &mut self,
         goal: Point<Sketch>,
@@ -86,19 +85,18 @@ impl CostField {
         self.goal
     }
 
-    /// The cost-to-go from `place`, or from the free place nearest to it where it lies in a wall.
+    /// The cost-to-go from `place`, or from the nearest free place if it lies in a wall.
     pub fn cost_px(&self, place: Point<Sketch>) -> f64 {
         f64::from(self.frontier.costs()[self.free_cell(place)])
     }
 
-    /// The cost-to-go from `place` as it lies, wall or not.
+    /// The cost-to-go from exactly `place`, wall or not.
     pub fn raw_cost_px(&self, place: Point<Sketch>) -> f64 {
         f64::from(self.frontier.costs()[self.cell(place)])
     }
 
-    /// Writes the path from `from` to the goal: `from` first, then one point a cell, the goal last;
-    /// at most [`MAX_PATH`] points. Where `from` lies in a wall, the path begins at the free place
-    /// nearest to it.
+    /// Writes the path from `from` to the goal: `from` first, then one point per cell, the goal last; at most [`MAX_PATH`] points.
+    /// If `from` lies in a wall, the path starts at the nearest free place.
     pub fn descend(&self, from: Point<Sketch>, path: &mut Vec<Point<Sketch>>) {
         path.clear();
         let weights = weights(&self.weight, self.columns, self.pixels_per_cell);
@@ -113,7 +111,7 @@ impl CostField {
         }
     }
 
-    /// Whether the drawing shows a way from `from` to the goal that crosses no wall.
+    /// Whether the drawing shows a path from `from` to the goal that crosses no wall.
     pub fn is_open(&self, from: Point<Sketch>) -> bool {
         let weights = weights(&self.weight, self.columns, self.pixels_per_cell);
         let mut cell = self.free_cell(from);
@@ -128,8 +126,8 @@ impl CostField {
         self.goal.is_some_and(|goal| self.free_cell(goal) == cell)
     }
 
-    /// Whether no drawn wall lies between the two places. The walls in which they may lie themselves do not count,
-    /// since a cell is wall where a corner of it is.
+    /// Whether no drawn wall lies between the two places. Walls in which the places themselves lie do not count, since a cell is a
+    /// wall even if only a corner of it is.
     pub fn sees(&self, from: Point<Sketch>, to: Point<Sketch>) -> bool {
         let steps = (from.distance(&to) / self.pixels_per_cell as f64 * 2.0).ceil().max(1.0) as usize;
         let (mut left_first_wall, last) = (false, self.cell(to));
@@ -143,7 +141,7 @@ impl CostField {
         })
     }
 
-    /// Whether the place lies in a drawn wall or outside of the drawing.
+    /// Whether the place lies in a drawn wall or outside the drawing.
     pub fn is_wall(&self, place: Point<Sketch>) -> bool {
         self.wall[self.cell(place)]
     }
@@ -181,7 +179,7 @@ impl CostField {
         Point::new(middle(cell % self.columns), middle(cell / self.columns))
     }
 
-    /// The place's cell, or the nearest free one; the place's own where nothing is free.
+    /// The place's cell, or the nearest free one; the place's own cell if none is free.
     fn free_cell(&self, place: Point<Sketch>) -> usize {
         let own = self.cell(place);
         if !self.wall[own] {
@@ -279,8 +277,8 @@ mod tests {
         assert!(!field.sees(Point::new(50.0, 20.0), Point::new(150.0, 20.0)));
     }
 
-    /// A cell is wall where one pixel of it is. A route whose end lay beside a wall once was never to be seen, from
-    /// wherever, and its task ended as blocked.
+    /// A cell is a wall if a single pixel of it is. A route that ended next to a wall was once considered invisible from
+    /// everywhere, and its task ended as blocked.
     #[test]
     fn a_place_beside_a_wall_is_seen_and_one_behind_it_is_not() {
         let (width, height) = (800, 600);

@@ -1,4 +1,4 @@
-//! All that can be tuned about planning: the table `parameters.planner` of a mission.
+//! All parameters of planning: the table `parameters.planner` of a mission.
 
 use crate::method::Method;
 use serde::{Deserialize, Serialize};
@@ -8,9 +8,9 @@ use sketchnav_motion::progress::ProgressParameters;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
-    /// A goal counts as reached within this distance by the local metric, metres.
+    /// A goal counts as reached within this distance in the local metric, metres.
     pub arrival_radius_m: f64,
-    /// It also does within this distance, metres, where the robot cannot get any nearer.
+    /// It also counts as reached within this distance, metres, if the robot cannot get any nearer.
     pub near_radius_m: f64,
     /// ρ, the radius of the local window (Boniardi et al. 2015, III-C), metres by the mean local scale.
     pub window_radius_m: f64,
@@ -20,79 +20,79 @@ pub struct Parameters {
     pub route_look_ahead_m: f64,
     /// Time between two local plans, seconds.
     pub plan_period_s: f64,
-    /// Within this distance of a drawn wall a way through the drawing costs more, metres.
+    /// Within this distance of a drawn wall a path through the drawing costs more, metres.
     pub inflation_radius_m: f64,
-    /// How much more it costs right at the wall, times the length.
+    /// How much more it costs right at the wall, per length.
     pub inflation_weight: f64,
-    /// What a way through a drawn wall costs, times the length.
+    /// What a path through a drawn wall costs, per length.
     pub wall_weight: f64,
     /// Free space that the local planner keeps around the robot's footprint, metres.
     pub footprint_padding_m: f64,
     /// Within this distance beyond the padding a local path costs more, metres.
     pub local_inflation_radius_m: f64,
-    /// How long the robot remembers what it does not see any more, seconds.
+    /// How long the robot remembers what it no longer sees, seconds.
     pub obstacle_memory_s: f64,
     /// Share of the robot's top speed that is used.
     pub speed_share: f64,
     /// Share of the robot's top turn rate that is used.
     pub turn_share: f64,
-    /// A robot that has not moved for this long is stuck, seconds. One that may drive less than half a metre a second
-    /// gets as much longer as it is slower.
+    /// A robot that has not moved for this long is stuck, seconds. The time is proportionally longer for a robot that may drive at
+    /// less than half a metre per second.
     pub stuck_time_s: f64,
-    /// Less than this is no way, metres.
+    /// Moving less than this counts as not moving, metres.
     pub stuck_radius_m: f64,
-    /// A robot that has not come nearer for this long is stuck, seconds; longer as above.
+    /// A robot that has not come nearer for this long is stuck, seconds; longer for a slow robot as above.
     pub no_progress_time_s: f64,
-    /// A robot that drives about one place for as long as this path takes at its top speed is stuck, whatever the
-    /// estimate says, metres.
+    /// A robot that drives around one place for as long as this path takes at its top speed is stuck, whatever the estimate says,
+    /// metres.
     pub circling_path_m: f64,
-    /// Less than this from where it began is about one place, metres.
+    /// Distances below this from where it started count as around one place, metres.
     pub circling_radius_m: f64,
-    /// How often to recover at about one place.
+    /// How often to recover around one place.
     pub recoveries: u32,
     /// How often to recover during one task.
     pub recoveries_per_task: u32,
-    /// A robot is lost when it is on the way for longer than so many times what the drawn way and `astray_m` take. It
-    /// is not where the estimate says. The drawn way is timed at half a metre a second, or at the robot's limit where
-    /// that is less.
+    /// A robot is lost, and not where the estimate says, if it is under way for longer than this multiple of the time that the
+    /// drawn path plus `astray_m` takes. The drawn path is timed at half a metre per second, or at the robot's limit if that is
+    /// lower.
     pub astray_factor: f64,
-    /// What is added to the drawn way before it is multiplied, metres.
+    /// What is added to the drawn path before it is multiplied, metres.
     pub astray_m: f64,
-    /// An arrival is doubted by how badly the scans fit: minus the mean log likelihood of a beam. Half the logarithm
-    /// of how often the estimate jumped is added. Above this the robot looks around before it believes.
+    /// An arrival is doubted by how badly the scans fit: minus the mean log likelihood of a beam, plus half the logarithm of how
+    /// often the estimate jumped. Above this the robot looks around before it believes the arrival.
     pub look_above: f64,
-    /// Above this, having looked around, it is lost.
+    /// Above this, after having looked around, it is lost.
     pub doubt_above: f64,
-    /// Whether goals are found by the outline of what was seen.
+    /// Whether goals are found from the outline of what was seen.
     pub by_outline: bool,
-    /// Only on open floors: where passages as narrow as doors are shut, the largest part of what was seen keeps this share of
+    /// Only on open floors: if passages as narrow as doors are closed, the largest part of what was seen must keep this share of
     /// the area, whatever the doors' width. Among rooms the robot drives by the filter.
     pub least_open_share: f64,
-    /// How large buildings are, metres: what the outline's proportions begin with.
+    /// The size of buildings, metres, from which the outline's proportions start.
     pub building_size_m: f64,
-    /// A goal has been seen where less than this share of the outline around it lies behind gaps.
+    /// A goal counts as seen if less than this share of the outline around it lies behind gaps.
     pub goal_hidden_share: f64,
-    /// So many times more count the walls around the goal where the outlines are aligned.
+    /// How many times more the walls around the goal count in aligning the outlines.
     pub goal_emphasis: f64,
-    /// An arrival is believed where the best alignment that has the goal elsewhere costs more than this in addition; 0: every
-    /// arrival is.
+    /// An arrival is believed if the best alignment with the goal elsewhere costs more than the best one by over this amount; 0:
+    /// every arrival is believed.
     pub rival_margin: f64,
-    /// Elsewhere is farther than this, metres.
+    /// Elsewhere means farther away than this, metres.
     pub rival_away_m: f64,
-    /// How often to look where a rival has the goal.
+    /// How often to look where a rival places the goal.
     pub rival_looks: u32,
-    /// A person is asked where the robot is if the best rival costs at most this in addition and was looked at; 0: nobody
-    /// is. Without a pad nobody could answer.
+    /// A person is asked where the robot is if the best rival costs at most this much more and its place was looked at; 0: no one
+    /// is asked. Without a pad there is no one to answer.
     pub ask_margin: f64,
-    /// So long the robot waits for the answer before it believes the arrival, seconds.
+    /// How long the robot waits for the answer before it believes the arrival, seconds.
     pub ask_patience_s: f64,
-    /// Room beside the footprint's padding that ways through the map keep from walls, metres.
+    /// The distance, beyond the footprint's padding, that paths through the map keep from walls, metres.
     pub map_clearance_m: f64,
-    /// A task has failed after the localizer was lost for this long, seconds.
+    /// A task fails after the localizer was lost for this long, seconds.
     pub lost_s: f64,
 }
 
-/// More doubt than there can be.
+/// A doubt that is never reached.
 const NEVER: f64 = 100.0;
 
 impl Default for Parameters {
@@ -145,14 +145,14 @@ impl Default for Parameters {
 pub struct ParameterError {
     /// The key.
     pub key: &'static str,
-    /// What would be right.
+    /// What was expected.
     pub expected: &'static str,
-    /// What stands there.
+    /// What was found.
     pub found: f64,
 }
 
 impl Parameters {
-    /// The set that a method begins with.
+    /// The default parameters of a method.
     pub fn of(method: Method) -> Self {
         match method {
             Method::Beam => Self::default(),
@@ -161,8 +161,9 @@ impl Parameters {
         }
     }
 
-    /// Planning as Boniardi et al. 2015, III-C, describes it. What it leaves open (the radius ρ, the distance from
-    /// walls, the speeds) is as in ours. So the methods differ only in what defines them. It believes every arrival.
+    /// Planning as Boniardi et al. 2015, III-C, describes it. What the paper leaves open (the radius ρ, the distance from walls,
+    /// the speeds) is as in this project's methods, so that the methods differ only in what defines them. Every arrival is
+    /// believed.
     pub fn paper() -> Self {
         Self { look_above: NEVER, doubt_above: NEVER, ..Self::default() }
     }
@@ -183,7 +184,7 @@ impl Parameters {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`ParameterError`] with the first key that holds an invalid value.
+    /// [`ParameterError`] with the first key that has an invalid value.
     pub fn check(&self) -> Result<(), ParameterError> {
         let positive = [
             ("arrival_radius_m", self.arrival_radius_m),

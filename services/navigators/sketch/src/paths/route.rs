@@ -1,10 +1,9 @@
 //! Following a drawn route (Boniardi et al. 2016, III-A): where the robot is on it, and where to go next.
 //!
-//! The route Π is kept as waypoints at even distances. The robot's place on it, k(t), is the waypoint at half the arc
-//! length of the sub-path that lies in the local window W(x, r_L). Where the route crosses itself, the window holds
-//! several pieces of it. The order of the waypoints, and the mark up to which they were visited, say which piece
-//! counts. The next waypoint is the first one after k(t) outside of the look-ahead window W(x_k, r_H), or the first
-//! free one from there.
+//! The route Π is kept as evenly spaced waypoints. The robot's place on it, k(t), is the waypoint at half the arc length of the
+//! sub-path that lies in the local window W(x, r_L). If the route crosses itself, the window contains several pieces of it; the
+//! order of the waypoints, and the mark up to which they were visited, determine which piece counts. The next waypoint is the first
+//! one after k(t) outside the look-ahead window W(x_k, r_H), or the first free one from there.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, Sketch};
@@ -13,8 +12,8 @@ use super::chart::Chart;
 
 /// Most waypoints of a route.
 pub const MAX_WAYPOINTS: usize = 4096;
-/// A piece of the route counts as the next one where it begins within so many window radii, along the route, of what
-/// was visited. A robot that is driven off its route must not skip a loop of it.
+/// A piece of the route counts as the next one if it starts within this many window radii, along the route, of the part that was
+/// visited. A robot that is driven off its route must not skip a loop of it.
 const LONGEST_JUMP: f64 = 3.0;
 
 /// A drawn route and how far the robot has come on it.
@@ -32,8 +31,8 @@ impl Default for DrawnRoute {
 }
 
 impl DrawnRoute {
-    /// Takes over a drawn line and begins at its first point. The waypoints' distance is
-    /// `spacing_px`, or more where there would be too many.
+    /// Takes over a drawn line and starts at its first point. The waypoints' spacing is `spacing_px`, or more if there would be too
+    /// many.
     pub fn begin(&mut self, points: impl Iterator<Item = Point<Sketch>> + Clone, spacing_px: f64) {
         let length = length(points.clone());
         self.spacing_px = spacing_px.max(length / (MAX_WAYPOINTS - 2) as f64);
@@ -41,7 +40,7 @@ impl DrawnRoute {
         resample(points, self.spacing_px, &mut self.waypoints);
     }
 
-    /// Makes room for the longest route, after one was read back from a checkpoint.
+    /// Reserves room for the longest route, after one was restored from a checkpoint.
     pub fn reserve(&mut self) {
         self.waypoints.reserve(MAX_WAYPOINTS.saturating_sub(self.waypoints.len()));
     }
@@ -77,15 +76,15 @@ impl DrawnRoute {
         self.remaining().iter().all(|&w| chart.distance_m(robot, w) < window_m)
     }
 
-    /// Finds the robot's place on the route and marks what lies before it as visited.
+    /// Finds the robot's place on the route and marks the waypoints before it as visited.
     pub fn track(&mut self, chart: &Chart, window_m: f64) {
         if let Some((first, last)) = self.piece(chart, window_m) {
             self.visited = self.visited.max((first + last) / 2);
         }
     }
 
-    /// The connected piece of the sub-path in the window that holds the last visited waypoint, or the next one after
-    /// it. Gives the indices of its first and last waypoint.
+    /// The connected piece of the sub-path in the window that contains the last visited waypoint, or the next one after it, as the
+    /// indices of its first and last waypoint.
     fn piece(&self, chart: &Chart, window_m: f64) -> Option<(usize, usize)> {
         let robot = chart.robot_px().position();
         let inside = |k: &usize| chart.distance_m(robot, self.waypoints[*k]) < window_m;
@@ -97,9 +96,8 @@ impl DrawnRoute {
         Some((first, last))
     }
 
-    /// The next waypoint to go to. It is the first one beyond the look-ahead window around the robot's place, or the
-    /// route's last one. If that is not free, it is the next one that `is_free`. Where none is free, it is the blocked
-    /// one.
+    /// The next waypoint to drive to: the first one beyond the look-ahead window around the robot's place, or the route's last one.
+    /// If that is not free, the next one for which `is_free` holds; if none is free, the blocked one.
     pub fn next(
         &self,
         chart: &Chart,
@@ -118,7 +116,7 @@ fn length(points: impl Iterator<Item = Point<Sketch>> + Clone) -> f64 {
     points.clone().zip(points.skip(1)).map(|(a, b)| a.distance(&b)).sum()
 }
 
-/// Writes waypoints `spacing` apart along the line through `points`, both its ends included.
+/// Writes waypoints `spacing` apart along the line through `points`, including both of its ends.
 fn resample(points: impl Iterator<Item = Point<Sketch>>, spacing: f64, out: &mut Vec<Point<Sketch>>) {
     out.clear();
     let mut last: Option<Point<Sketch>> = None;

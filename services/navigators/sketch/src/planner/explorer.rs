@@ -24,10 +24,9 @@ use sketchnav_mapping::alignment::{
     Aligner, Alignment, Anchor, Forbidden, Partner, Problem, Search, Weights, turn_by_walls,
 };
 use sketchnav_mapping::mapper::{self, Mapper};
-use sketchnav_mapping::outline::{Place, SeenOutline, Taking, free_around};
-use sketchnav_mapping::region::Region;
+use sketchnav_mapping::outline::{Place, SeenOutline, Taking};
 use sketchnav_mapping::scan::Scan;
-use sketchnav_mapping::{CellGrid, Map};
+use sketchnav_mapping::{Map, Survey};
 use sketchnav_schemas::geometry::{Base, Odom, Point, Pose, Sketch};
 use sketchnav_schemas::message::LaserScan;
 
@@ -45,6 +44,8 @@ const SAMPLES: usize = 220;
 const WORK: usize = 600_000;
 /// Most pieces of a seen outline.
 const MOST_PIECES: usize = 900;
+/// The robot is at most this far from the free part of its map, metres.
+const OFF_FREE_M: f64 = 0.6;
 /// Most places of gaps that are shut.
 const MOST_SHUT: usize = 4096;
 /// The outline is aligned anew after so many metres on the way to a gap or the goal.
@@ -179,6 +180,10 @@ pub struct Explorer {
     parameters: Parameters,
     mapping: sketchnav_mapping::Parameters,
     mapper: Mapper,
+    survey: Survey,
+    /// Whether `survey` shows the current map.
+    is_surveyed: bool,
+    judge: floor::Judge,
     paper: Option<Paper>,
     shares: Vec<f64>,
     /// How many times as much each sample of the drawing counts: walls around the goal say most about it.
@@ -197,10 +202,14 @@ impl Explorer {
     pub fn new(parameters: &Parameters, range_max_m: f64) -> Result<Self, sketchnav_mapping::Error> {
         let mut mapping = sketchnav_mapping::Parameters::default();
         mapping.open_range_m = range_max_m.min(mapping.mapping_range_m);
+        mapping.matching_range_m = range_max_m.min(mapping.matching_range_m);
         Ok(Self {
             parameters: parameters.clone(),
             mapping,
             mapper: Mapper::new(mapping)?,
+            survey: Survey::with_room(&mapping),
+            is_surveyed: false,
+            judge: floor::Judge::for_maps(mapping.cells_per_side(), mapping.cell_m),
             paper: None,
             shares: Vec::new(),
             emphasis: Vec::new(),
@@ -216,7 +225,7 @@ impl Explorer {
         self.paper = Paper::new(sketch, start, self.parameters.building_size_m);
         self.exploration = Exploration::default();
         if let Ok(mapper) = Mapper::new(self.mapping) {
-            self.mapper = mapper;
+            (self.mapper, self.is_surveyed) = (mapper, false);
         }
     }
 
@@ -228,7 +237,7 @@ impl Explorer {
     /// Goes on from the state of an explorer with the same drawing and parameters; from nothing where it is of others.
     pub fn restore(&mut self, state: State) {
         if let Ok(mapper) = Mapper::restore(self.mapping, state.mapper) {
-            (self.mapper, self.exploration) = (mapper, state.exploration);
+            (self.mapper, self.exploration, self.is_surveyed) = (mapper, state.exploration, false);
             self.weigh_goal();
             self.field =
                 self.exploration.course.as_ref().and_then(|course| Field::new(&course.grid, course.cell));
@@ -253,7 +262,8 @@ impl Explorer {
         if self.exploration.goal.is_some()
             && self.exploration.judged_at.is_none_or(|at| distance(at, place) > JUDGED_M)
         {
-            let share = floor::open_share(&self.free(), self.mapping.cell_m);
+            self.take_survey();
+            let share = self.judge.open_share(self.survey.free(), self.mapping.cell_m);
             (self.exploration.judged_at, self.exploration.open_share) = (Some(place), Some(share));
         }
     }
@@ -273,6 +283,7 @@ impl Explorer {
         };
         // A scan that no laser sends was rejected before; nothing would change.
         let _ = self.mapper.update(robot, &scan);
+        self.is_surveyed = false;
         self.judge_floor();
     }
 
@@ -281,10 +292,11 @@ impl Explorer {
         self.exploration.goal = Some(goal);
         (self.exploration.job, self.exploration.course, self.exploration.taken_at) = (None, None, None);
         (self.exploration.looking, self.exploration.looks, self.field) = (None, 0, None);
-        (self.exploration.looked_at, self.exploration.rival) = (Vec::new(), None);
-        (self.exploration.doubt, self.exploration.settled, self.exploration.denied) =
-            (None, None, Vec::new());
-        self.weigh_goal();
+        (self.exploration.rival, self.exploration.doubt, self.exploration.settled) = (None, None, None);
+        self.exploration.looked_at.clear();
+        self.exploration.denied.clear();
+        // The goal is weighed when outlines are aligned, which never happens in rooms.
+        self.shares.clear();
     }
 
     fn weigh_goal(&mut self) {
@@ -299,6 +311,8 @@ impl Explorer {
     /// Takes a step: `left_s` seconds are left for the task.
     pub fn step(&mut self, left_s: f64) -> Advice {
         if !std::mem::replace(&mut self.exploration.has_looked, true) {
+            // Slow work is done in a step that computes nothing else.
+            self.weigh_goal();
             return Advice::Look;
         }
         if let Some(advice) = self.take_settled() {
@@ -326,7 +340,7 @@ impl Explorer {
     pub fn end_look(&mut self) {
         self.exploration.judged_at = None;
         if let Some((places, before)) = self.exploration.looking.take() {
-            let shown = self.free().count() as f64 - f64::from(before);
+            let shown = self.free_cells() as f64 - f64::from(before);
             if shown * self.mapping.cell_m.powi(2) < SHOWS_M2 {
                 self.shut(&places);
             }
@@ -383,8 +397,16 @@ impl Explorer {
         [pose.x, pose.y]
     }
 
-    fn free(&self) -> Region {
-        free_around(&self.mapper.map().grid(), self.place(), 0.6)
+    /// Surveys the map unless it has been surveyed since its last change.
+    fn take_survey(&mut self) {
+        if !std::mem::replace(&mut self.is_surveyed, true) {
+            self.survey.take(self.mapper.map(), self.place(), OFF_FREE_M);
+        }
+    }
+
+    fn free_cells(&mut self) -> usize {
+        self.take_survey();
+        self.survey.free().count()
     }
 
     fn is_due(&self) -> bool {
@@ -397,15 +419,15 @@ impl Explorer {
 
     /// Takes the outline of what was seen, and begins to align it.
     fn begin_job(&mut self, mut forbidden: Vec<Forbidden>, best: Option<f64>) {
-        let Some(paper) = &self.paper else { return };
-        let (grid, place) = (self.mapper.map().grid(), self.place());
+        self.take_survey();
+        if self.shares.is_empty() {
+            self.weigh_goal();
+        }
+        let (Some(paper), place) = (&self.paper, self.place()) else { return };
         let seen = match (&self.exploration.last, best) {
             // The rival of an alignment is one of the same outline.
             (Some((seen, _)), Some(_)) => seen.clone(),
-            _ => {
-                let free = free_around(&grid, place, 0.6);
-                SeenOutline::of_map(&grid, &free, &self.exploration.shut, &paper.taking())
-            }
+            _ => SeenOutline::of_map(&self.survey, &self.exploration.shut, &paper.taking()),
         };
         if best.is_none() {
             (self.exploration.taken_at, self.exploration.doubt) = (Some(place), None);
@@ -447,7 +469,7 @@ impl Explorer {
         }
     }
 
-    /// Drives to the goal where it was seen, or to the gap behind which it lies.
+    /// Drives to the goal where it was seen, or to the gap that leads to it.
     fn choose(&mut self, left_s: f64) -> Advice {
         let Some((seen, alignment)) = self.exploration.last.take() else { return Advice::Drive };
         let likely = Likely::new(&self.shares, &seen, &alignment);
@@ -491,7 +513,7 @@ impl Explorer {
                 };
                 if way_m < AT_GAP_M {
                     let near = self.near_of(&points, point);
-                    self.exploration.looking = Some((near, self.free().count() as u32));
+                    self.exploration.looking = Some((near, self.free_cells() as u32));
                     return Advice::Look;
                 }
                 Advice::Drive
@@ -586,11 +608,10 @@ impl Explorer {
 
     /// Drives to the place in reach that is nearest to `target`; the way there, metres, or `None` where nothing is in reach.
     fn set_course(&mut self, aim: Aim, target: Place, gap: Vec<Place>) -> Option<f64> {
-        let map: CellGrid = self.mapper.map().grid();
+        self.take_survey();
         let place = self.place();
-        let free = free_around(&map, place, 0.6);
-        let mut grid =
-            PathGrid::new(&map, &free, self.parameters.footprint_padding_m + self.parameters.map_clearance_m);
+        let clearance_m = self.parameters.footprint_padding_m + self.parameters.map_clearance_m;
+        let mut grid = PathGrid::new(&self.survey, clearance_m);
         let end = match aim {
             Aim::Gap => grid.end_near(place, target, &gap),
             _ => grid.end_for(place, target),

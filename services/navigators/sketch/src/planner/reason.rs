@@ -108,7 +108,7 @@ impl fmt::Display for Reason {
             Self::Surveying => f.write_str("turning to see what is all around"),
             Self::Comparing => f.write_str("comparing the walls seen with the drawing"),
             Self::Exploring(Aim::Goal) => f.write_str("to where the walls seen have the goal"),
-            Self::Exploring(Aim::Gap) => f.write_str("to a gap behind which the goal must lie"),
+            Self::Exploring(Aim::Gap) => f.write_str("to a gap that must lead to the goal"),
             Self::Exploring(Aim::Rival) => f.write_str("to where the goal may lie as well, to be sure"),
             Self::Matched(evidence) => write!(f, "the walls seen have the goal here: {evidence}"),
             Self::Astray(on_way_s, drawn_m) => {

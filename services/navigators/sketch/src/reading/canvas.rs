@@ -110,6 +110,6 @@ pub fn photographed(page: &GrayImage, seed: u64) -> GrayImage {
 /// The page as a file.
 pub fn encoded(page: &GrayImage, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
-    DynamicImage::from(page.clone()).write_to(&mut bytes, format).expect("a picture in memory");
+    DynamicImage::from(page.clone()).to_rgb8().write_to(&mut bytes, format).expect("a picture in memory");
     bytes.into_inner()
 }

@@ -16,7 +16,7 @@ pub enum SketchError {
         file: String,
     },
     /// No type that is known.
-    #[error("{file}: expected PNG, JPEG, SVG or strokes in JSON, found {found}")]
+    #[error("{file}: expected PNG, JPEG, GIF, WebP, BMP, SVG or strokes in JSON, found {found}")]
     Unsupported {
         /// The file.
         file: String,
@@ -195,19 +195,17 @@ pub enum SketchError {
 }
 
 /// Types that people draw in and that are not read: where their mark stands, the mark, and their name.
-const OTHERS: [((usize, &[u8]), &str); 13] = [
-    ((0, b"GIF8"), "a GIF"),
-    ((8, b"WEBP"), "a WebP picture"),
+const OTHERS: [((usize, &[u8]), &str); 11] = [
     ((0, b"%PDF"), "a PDF"),
     ((0, b"%!PS"), "PostScript"),
-    ((0, b"BM"), "a bitmap (BMP)"),
     ((0, b"II*\0"), "a TIFF"),
     ((0, b"MM\0*"), "a TIFF"),
-    ((4, b"ftypheic"), "a HEIC photo"),
+    ((4, b"ftyphei"), "a HEIC photo"),
     ((4, b"ftypmif1"), "a HEIF photo"),
     ((4, b"ftypavif"), "an AVIF picture"),
     ((0, b"AC10"), "a drawing of AutoCAD (DWG)"),
     ((0, b"8BPS"), "a Photoshop file"),
+    ((0, b"gimp xcf"), "a file of GIMP (XCF)"),
     ((0, b"PK\x03\x04"), "a ZIP archive, as many drawing programs save in"),
 ];
 
@@ -219,6 +217,15 @@ const ROOTS: [(&str, &str); 5] = [
     ("html", "a web page"),
     ("diagram", "a drawing of Dia"),
 ];
+
+/// What JSON that holds no strokes has, and what it is.
+const OTHER_JSON: [(&str, &str); 3] = [
+    ("\"excalidraw\"", "a drawing of Excalidraw"),
+    ("\"tldrawFileFormatVersion\"", "a drawing of tldraw"),
+    ("\"FeatureCollection\"", "GeoJSON"),
+];
+/// Where in such a file that stands at the latest.
+const MOST_HEAD: usize = 1024;
 
 /// Makes the errors of one file.
 pub(crate) struct Broken<'a> {
@@ -251,9 +258,26 @@ impl Broken<'_> {
         SketchError::Unsupported { file: self.file(), found: format!("{kind}; export it as SVG or PNG") }
     }
 
+    /// JSON in which no strokes can be read: of another program, or broken.
+    pub(crate) fn other_json(&self, text: &str, reason: impl std::fmt::Display) -> SketchError {
+        let head = &text.as_bytes()[..text.len().min(MOST_HEAD)];
+        let has = |mark: &str| head.windows(mark.len()).any(|found| found == mark.as_bytes());
+        match OTHER_JSON.iter().find(|(mark, _)| has(mark)) {
+            Some((_, kind)) => SketchError::Unsupported {
+                file: self.file(),
+                found: format!("{kind}; export it as SVG or PNG"),
+            },
+            None => self.decode("strokes", reason),
+        }
+    }
+
     pub(crate) fn unsupported(&self, bytes: &[u8]) -> SketchError {
         if bytes.is_empty() {
             return SketchError::Empty { file: self.file() };
+        }
+        if bytes.starts_with(b"version https://git-lfs") {
+            let found = "a pointer of Git LFS in the place of the file; `git lfs pull` fetches it";
+            return SketchError::Unsupported { file: self.file(), found: found.to_owned() };
         }
         if let Some((_, kind)) =
             OTHERS.iter().find(|(mark, _)| bytes.get(mark.0..).is_some_and(|it| it.starts_with(mark.1)))
@@ -264,6 +288,6 @@ impl Broken<'_> {
             };
         }
         let first: String = bytes.iter().take(8).flat_map(|b| b.escape_ascii()).map(char::from).collect();
-        SketchError::Unsupported { file: self.file(), found: format!("a file that begins with {first:?}") }
+        SketchError::Unsupported { file: self.file(), found: format!("a file that begins with \"{first}\"") }
     }
 }

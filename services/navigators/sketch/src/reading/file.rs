@@ -14,7 +14,7 @@ use super::{encoding, ink, raster, strokes, vector};
 /// Ink of a second tone is more than what people erase with white.
 const MOST_LOST: f64 = 0.1;
 
-/// Reads a drawing: PNG, JPEG, SVG or [`strokes`](super::strokes) in JSON, recognized by their content; packed with gzip
+/// Reads a drawing: PNG, JPEG, GIF, WebP, BMP, SVG or [`strokes`](super::strokes) in JSON, recognized by their content; packed with gzip
 /// (`.svgz`) or not. Text may be in UTF-8, UTF-16, or the encoding that its XML declaration says.
 ///
 /// `file` is the file's name, for the errors. A drawing of more than
@@ -28,8 +28,7 @@ pub fn read(bytes: &[u8], file: &str, options: &Options) -> Result<DrawnMap, Ske
     let broken = Broken { file };
     let bytes = &*encoding::unpacked(bytes, &broken)?;
     let walls = match Type::of(bytes) {
-        Some(Type::Png) => picture(bytes, ImageFormat::Png, &broken, options)?,
-        Some(Type::Jpeg) => picture(bytes, ImageFormat::Jpeg, &broken, options)?,
+        Some(Type::Picture(format)) => picture(bytes, format, &broken, options)?,
         Some(Type::Svg) => svg(&encoding::text(bytes, &broken)?, &broken, options)?,
         Some(Type::Strokes) => strokes::walls(&encoding::text(bytes, &broken)?, &broken)?,
         None => return Err(broken.unsupported(bytes)),
@@ -57,6 +56,7 @@ fn svg(text: &str, broken: &Broken, options: &Options) -> Result<Walls, SketchEr
 fn walls(ink: ink::Ink, tones: &Tones, options: &Options, mut left_out: Vec<LeftOut>) -> Walls {
     let share = ink::lost_share(tones, options.walls);
     left_out.extend((share > MOST_LOST).then_some(LeftOut::Tone { share }));
+    left_out.extend((ink.faint > MOST_LOST).then_some(LeftOut::Faint { share: ink.faint }));
     let marks = Marks::default();
     Walls { mask: ink.walls, scale: tones.scale, pen_width_px: None, kind: ink.kind, marks, left_out }
 }
@@ -75,8 +75,7 @@ fn blank(tones: &Tones) -> String {
 
 /// The file types that hold drawings.
 enum Type {
-    Png,
-    Jpeg,
+    Picture(ImageFormat),
     Svg,
     Strokes,
 }
@@ -84,14 +83,15 @@ enum Type {
 impl Type {
     /// By the first bytes; a name may lie.
     fn of(bytes: &[u8]) -> Option<Self> {
+        if let Some(format) = raster::format_of(bytes) {
+            return Some(Self::Picture(format));
+        }
         let marks: [&[u8]; 3] = [b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff"];
         let text = marks.into_iter().find_map(|mark| bytes.strip_prefix(mark)).unwrap_or(bytes);
         let text = text.strip_prefix(b"\0").filter(|_| encoding::wide(text).is_some()).unwrap_or(text);
-        match (bytes, text.trim_ascii_start().first()) {
-            ([0x89, b'P', b'N', b'G', ..], _) => Some(Self::Png),
-            ([0xff, 0xd8, 0xff, ..], _) => Some(Self::Jpeg),
-            (_, Some(b'<')) => Some(Self::Svg),
-            (_, Some(b'{')) => Some(Self::Strokes),
+        match text.trim_ascii_start().first() {
+            Some(b'<') => Some(Self::Svg),
+            Some(b'{') => Some(Self::Strokes),
             _ => None,
         }
     }

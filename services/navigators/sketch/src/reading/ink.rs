@@ -16,6 +16,7 @@
 use crate::mission::WallTone;
 use image::{GrayImage, Luma};
 
+use super::bits::{Bits, disc};
 use super::pen;
 use super::raster::Tones;
 use super::walls::Kind;
@@ -36,6 +37,8 @@ const DEEP_AREA_SHARE: f64 = 0.3;
 const PAPER_WINDOW_SHARE: f64 = 0.125;
 /// The level of bare paper in a levelled picture.
 const PAPER_LEVEL: f64 = 200.0;
+/// So far from a wall the tones of its edge reach, pixels.
+const EDGE_PX: f64 = 2.0;
 /// Strokes differ from the mean around them by at least this share.
 const STROKE_SHARE: f64 = 0.08;
 
@@ -45,6 +48,8 @@ pub(crate) struct Ink {
     pub walls: GrayImage,
     /// What kind of picture it was.
     pub kind: Kind,
+    /// The share of the strokes of a line drawing that are too faint beside the walls.
+    pub faint: f64,
 }
 
 /// Finds the walls of a picture on its paper; `None` where the page is of one tone.
@@ -180,7 +185,23 @@ fn clean(picture: &GrayImage, counts: &[u64; 256], tone: WallTone) -> Option<Ink
         }
     };
     let kind = if border_is(&walls) { Kind::Filled } else { Kind::Lines };
-    Some(Ink { walls, kind })
+    let faint = if kind == Kind::Lines { faint_share(picture, counts, &walls) } else { 0.0 };
+    Some(Ink { walls, kind, faint })
+}
+
+/// How much of the strokes stands out from the paper and is no wall; 0 where it is areas, as of tinted rooms.
+fn faint_share(picture: &GrayImage, counts: &[u64; 256], walls: &GrayImage) -> f64 {
+    let paper = (0..=255_u8).max_by_key(|&tone| counts[usize::from(tone)]).unwrap_or(255);
+    // A wall's edge has all tones between the wall's and the paper's.
+    let around = Bits::of(walls).dilated(&disc(EDGE_PX)).into_mask();
+    let mut faint = picture.clone();
+    for (tone, around) in faint.iter_mut().zip(around.iter()) {
+        let stands_out = *around == 0 && f64::from(tone.abs_diff(paper)) >= LEAST_CONTRAST;
+        *tone = if stands_out { 255 } else { 0 };
+    }
+    let count = |mask: &GrayImage| mask.iter().filter(|&&value| value > 0).count() as f64;
+    let (lost, kept) = (count(&faint), count(walls));
+    if lost > 0.0 && is_strokes(&faint) { lost / (lost + kept) } else { 0.0 }
 }
 
 fn inverted(mask: &GrayImage) -> GrayImage {
@@ -219,7 +240,7 @@ fn photograph(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
     let threshold = otsu(&histogram(&level))?;
     let speckled = below(&level, threshold);
     let walls = pen::without_speckles(speckled);
-    Some(Ink { walls, kind: Kind::Photograph })
+    Some(Ink { walls, kind: Kind::Photograph, faint: 0.0 })
 }
 
 /// Strokes are few and stand out far from their surroundings; paper is plenty and near them. So the skew of the

@@ -26,8 +26,29 @@ pub enum LeftOut {
         /// How much of the ink.
         share: f64,
     },
+    /// Strokes that are too faint beside the walls.
+    Faint {
+        /// How much of all strokes.
+        share: f64,
+    },
     /// A stroke whose paint draws nothing there.
     Paint(String),
+    /// An element of which a filter, a mask, a clip path or a gradient leaves nothing.
+    Effect(String),
+    /// A clip path or a mask that hides nothing, for it is not one in the drawing.
+    Clip {
+        /// The element.
+        element: String,
+        /// The property and its value.
+        found: String,
+    },
+    /// A stroke that should have kept its width whatever the drawing's scale is.
+    Width {
+        /// The element.
+        element: String,
+        /// How many times it is as wide.
+        times: f64,
+    },
     /// Shapes in a part of the drawing that is another document.
     Foreign(String),
     /// Path data, or points, from where on they cannot be read.
@@ -56,7 +77,10 @@ impl fmt::Display for LeftOut {
             Self::Labels(1) => write!(f, "one text: labels are no walls"),
             Self::Labels(count) => write!(f, "{count} texts: labels are no walls"),
             Self::Picture { element, found } => {
-                write!(f, "the picture in {element}: expected an embedded PNG or JPEG, found {found}")
+                write!(
+                    f,
+                    "the picture in {element}: expected an embedded PNG, JPEG, GIF, WebP or BMP, found {found}; embed it as PNG"
+                )
             }
             Self::Reference { element, found } => {
                 write!(f, "{found} of {element}: nothing in the drawing has that id")
@@ -66,10 +90,27 @@ impl fmt::Display for LeftOut {
                 "{:.0} % of the ink: it has the tone of the paper on which the rest is read; draw all walls in one tone",
                 100.0 * share
             ),
+            Self::Faint { share } => write!(
+                f,
+                "{:.0} % of the strokes: they are fainter than the walls; draw all walls in one dark tone",
+                100.0 * share
+            ),
             Self::Paint(element) => write!(
                 f,
                 "the stroke of {element}: its gradient or pattern paints nothing on a straight line; use a colour, or \
                  units of userSpaceOnUse"
+            ),
+            Self::Effect(element) => write!(
+                f,
+                "{element}: its filter, mask, clip path or gradient leaves nothing of it; a straight line has no box that one could \
+                 be fitted to: remove it, or use units of userSpaceOnUse"
+            ),
+            Self::Clip { element, found } => {
+                write!(f, "{found} of {element}: it is not worked out, and what it would hide is drawn")
+            }
+            Self::Width { element, times } => write!(
+                f,
+                "the vector-effect of {element}: its stroke is drawn {times:.1} times as wide; remove it, and state the width"
             ),
             Self::Foreign(element) => {
                 write!(f, "the shapes in {element}: it holds another document; move them out of it")

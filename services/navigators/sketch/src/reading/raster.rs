@@ -1,4 +1,5 @@
-//! Pictures of pixels: PNG and JPEG, decoded within bounds and scaled to the canvas.
+//! Pictures of pixels: PNG, JPEG, GIF, WebP and BMP, decoded within bounds and scaled to the canvas. Of a picture that moves
+//! the first frame counts.
 //!
 //! The output's rows run from the bottom up. This and the other decoders are the only places where row 0 is at the
 //! top.
@@ -67,6 +68,29 @@ pub(crate) fn fit(width: f64, height: f64, scale_max: f64) -> (u32, u32, f64) {
     }
 }
 
+/// The format of a picture by its first bytes, where it is one that is decoded here: names and types that are said may lie.
+pub(crate) fn format_of(bytes: &[u8]) -> Option<ImageFormat> {
+    match bytes {
+        [0x89, b'P', b'N', b'G', ..] => Some(ImageFormat::Png),
+        [0xff, 0xd8, 0xff, ..] => Some(ImageFormat::Jpeg),
+        [b'G', b'I', b'F', b'8', b'7' | b'9', b'a', ..] => Some(ImageFormat::Gif),
+        [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(ImageFormat::WebP),
+        // After the length of the file four bytes are reserved.
+        [b'B', b'M', _, _, _, _, 0, 0, 0, 0, ..] => Some(ImageFormat::Bmp),
+        _ => None,
+    }
+}
+
+fn name(format: ImageFormat) -> &'static str {
+    match format {
+        ImageFormat::Png => "PNG",
+        ImageFormat::Jpeg => "JPEG",
+        ImageFormat::Gif => "GIF",
+        ImageFormat::WebP => "WebP",
+        _ => "BMP",
+    }
+}
+
 /// Decodes a picture and scales it to the canvas.
 pub(crate) fn tones(bytes: &[u8], format: ImageFormat, broken: &Broken) -> Result<Tones, SketchError> {
     Ok(shrink(upright(bytes, format, broken)?))
@@ -88,7 +112,7 @@ fn decode(
     format: ImageFormat,
     broken: &Broken,
 ) -> Result<(DynamicImage, Orientation), SketchError> {
-    let kind = if format == ImageFormat::Png { "PNG" } else { "JPEG" };
+    let kind = name(format);
     if format == ImageFormat::Jpeg && !jpeg_ends(bytes) {
         return Err(broken.decode(kind, "it ends in the middle of the picture"));
     }
@@ -149,3 +173,6 @@ fn shrink(image: DynamicImage) -> Tones {
     let cover = GrayImage::from_fn(cells_x, cells_y, |x, y| mean(cell(x, y).1, cell(x, y).2));
     Tones::new(ink, cover, scale)
 }
+
+#[cfg(test)]
+mod tests;

@@ -78,7 +78,7 @@ pub(crate) fn walls(text: &str, broken: &Broken) -> Result<Walls, SketchError> {
     if text.len() > MAX_BYTES {
         return Err(broken.too_large(format!("{MAX_BYTES} bytes of strokes"), text.len().to_string()));
     }
-    let page: Page = serde_json::from_str(text).map_err(|error| broken.decode("strokes", error))?;
+    let page: Page = serde_json::from_str(text).map_err(|error| broken.other_json(text, error))?;
     page.check(broken)?;
     let [width, height] = page.canvas.map(f64::from);
     let (w, h, scale) = fit(width, height, 1.0);
@@ -235,3 +235,6 @@ fn path(points: &[[f64; 2]], closed: bool) -> Option<Path> {
     }
     builder.finish()
 }
+
+#[cfg(test)]
+mod tests;

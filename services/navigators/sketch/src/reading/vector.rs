@@ -13,9 +13,8 @@ use std::sync::Arc;
 use image::GrayImage;
 use resvg::tiny_skia::{Pixmap, PremultipliedColorU8, Transform};
 use resvg::usvg::roxmltree::{Document, ParsingOptions};
-use resvg::usvg::{Group, ImageHrefResolver, ImageKind, Node, Options, Tree};
+use resvg::usvg::{Group, ImageHrefResolver, ImageKind, Node, Options, Path, Tree};
 
-use self::styles::Flat;
 use super::error::{Broken, SketchError};
 use super::left_out::LeftOut;
 use super::raster::{Tones, fit};
@@ -28,6 +27,9 @@ const MAX_NODES: u32 = 1_000_000;
 const MOST_LANGUAGES: usize = 64;
 /// A smaller drawing is rendered with its longer side that long: units may be metres.
 const MIN_SIDE_PX: f64 = 1024.0;
+
+/// A stroke whose width differs by no more than this share has the width that it should have.
+const OFF_WIDTH: f64 = 0.05;
 
 /// A rendered SVG.
 pub(crate) struct Page {
@@ -55,15 +57,16 @@ pub(crate) fn page(text: &str, broken: &Broken) -> Result<Page, SketchError> {
     if text.len() > MAX_BYTES {
         return Err(broken.too_large(format!("{MAX_BYTES} bytes of SVG"), text.len().to_string()));
     }
-    let Flat { text, pictures, mut left_out, served } = styles::flatten(&parse_svg(text, broken)?, broken)?;
-    let document = parse(&text, broken)?;
+    let flat = styles::flatten(&parse_svg(text, broken)?, broken)?;
+    let mut left_out = flat.left_out;
+    let document = parse(&flat.text, broken)?;
     let too_much = |found: references::TooMuch| broken.too_large(found.limit, found.found);
     references::check(&document).map_err(too_much)?;
-    let options = closed(pictures, languages(&document));
+    let options = closed(flat.pictures, languages(&document));
     let tree = Tree::from_xmltree(&document, &options).map_err(|error| broken.decode("SVG", error))?;
-    let mut unpainted = BTreeSet::new();
-    find_unpainted(tree.root(), &served, &mut unpainted);
-    left_out.extend(unpainted.into_iter().map(|element| LeftOut::Paint(element.to_owned())));
+    let mut seen = Seen::new(&flat.served, &flat.unscaled);
+    seen.look(tree.root());
+    left_out.extend(seen.lost(&flat.affected));
     let (width, height) = (f64::from(tree.size().width()), f64::from(tree.size().height()));
     let content = Content::of(tree.root());
     let finest = (MIN_SIDE_PX / width.max(height)).max(1.0).max(content.fineness);
@@ -108,21 +111,73 @@ fn languages(document: &Document) -> Vec<String> {
     all.into_iter().take(MOST_LANGUAGES).chain(["en".to_owned()]).collect()
 }
 
-/// The shapes whose strokes were to be painted by a gradient or a pattern and are not: straight lines that run along an
-/// axis have no box that it could be fitted to.
-fn find_unpainted<'a>(
-    group: &Group,
+/// What the renderer has made of the elements that were watched. It says nothing of what it drops: of straight lines along an
+/// axis there is no box that a gradient, a filter, a mask or a clip path could be fitted to.
+struct Seen<'a> {
     served: &'a BTreeMap<String, String>,
-    unpainted: &mut BTreeSet<&'a str>,
-) {
-    for node in group.children() {
-        match node {
-            Node::Group(group) => find_unpainted(group, served, unpainted),
-            Node::Path(path) if path.stroke().is_none() => {
-                unpainted.extend(served.get(path.id()).map(String::as_str));
-            }
-            _ => {}
+    unscaled: &'a BTreeMap<String, String>,
+    ids: BTreeSet<&'a str>,
+    /// The shapes whose strokes were to be painted by a gradient or a pattern and are not.
+    unpainted: BTreeSet<&'a str>,
+    /// The strokes that should have kept their width, and how many times as wide they are.
+    widened: BTreeMap<&'a str, f64>,
+}
+
+impl<'a> Seen<'a> {
+    fn new(served: &'a BTreeMap<String, String>, unscaled: &'a BTreeMap<String, String>) -> Self {
+        let (ids, unpainted, widened) = (BTreeSet::new(), BTreeSet::new(), BTreeMap::new());
+        Self { served, unscaled, ids, unpainted, widened }
+    }
+
+    /// Whether the group shows anything.
+    fn look(&mut self, group: &'a Group) -> bool {
+        // A mask in which nothing is masks all.
+        if group.mask().is_some_and(|mask| !mask.root().has_children()) {
+            return false;
         }
+        let mut shows = false;
+        for node in group.children() {
+            shows |= match node {
+                Node::Group(group) => self.look(group),
+                Node::Path(path) => self.look_at(path),
+                other => {
+                    self.ids.insert(other.id());
+                    true
+                }
+            };
+        }
+        if shows {
+            self.ids.insert(group.id());
+        }
+        shows
+    }
+
+    fn look_at(&mut self, path: &'a Path) -> bool {
+        self.ids.insert(path.id());
+        if path.stroke().is_none() {
+            self.unpainted.extend(self.served.get(path.id()).map(String::as_str));
+        }
+        let (x, y) = path.abs_transform().get_scale();
+        let times = f64::from(x * y).sqrt();
+        let is_other = path.stroke().is_some() && (times - 1.0).abs() > OFF_WIDTH;
+        if let Some(element) = self.unscaled.get(path.id()).filter(|_| is_other) {
+            self.widened.insert(element, times);
+        }
+        let bounds = path.bounding_box();
+        let has_area = bounds.width() > 0.0 && bounds.height() > 0.0;
+        path.stroke().is_some() || path.fill().is_some() && has_area
+    }
+
+    /// What is not drawn as it should be.
+    fn lost(self, affected: &BTreeMap<String, String>) -> Vec<LeftOut> {
+        let Self { served, ids, mut unpainted, widened, .. } = self;
+        let is_lost = |(id, _): &(&String, &String)| !ids.contains(id.as_str());
+        let lost = affected.iter().filter(is_lost).map(|(_, element)| LeftOut::Effect(element.clone()));
+        unpainted.extend(served.iter().filter(is_lost).map(|(_, element)| element.as_str()));
+        let unpainted = unpainted.into_iter().map(|element| LeftOut::Paint(element.to_owned()));
+        let widened = widened.into_iter();
+        let widened = widened.map(|(element, times)| LeftOut::Width { element: element.to_owned(), times });
+        unpainted.chain(lost).chain(widened).collect()
     }
 }
 
@@ -205,3 +260,6 @@ fn upright(page: &Pixmap, value: impl Fn(PremultipliedColorU8) -> u8) -> GrayIma
     }
     picture
 }
+
+#[cfg(test)]
+mod tests;

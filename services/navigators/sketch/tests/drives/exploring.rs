@@ -1,11 +1,11 @@
-//! Drives by the outline of what was seen.
+//! Drives guided by the outline of what was seen.
 
 use sketchnav_schemas::codes::TaskState::{Finished, Reached};
 use sketchnav_stage::Stage;
 
 use crate::support::*;
 
-/// A U: two arms upwards from a hall, 10.5 × 8.5 m.
+/// A U: a hall with two arms upwards, 10.5 × 8.5 m.
 fn arms() -> Vec<Line> {
     let corners =
         [[0.5, 0.5], [10.5, 0.5], [10.5, 8.0], [8.0, 8.0], [8.0, 3.0], [3.0, 3.0], [3.0, 8.5], [0.5, 8.5]];
@@ -43,7 +43,7 @@ fn it_finds_the_arms_of_a_bent_drawing() {
 }
 
 /// Three rooms in a row, 4 × 4 m each, joined by doors of 0.9 m.
-fn rooms() -> Vec<Line> {
+pub fn rooms() -> Vec<Line> {
     let mut walls =
         vec![[0.5, 0.5, 12.5, 0.5], [12.5, 0.5, 12.5, 4.5], [12.5, 4.5, 0.5, 4.5], [0.5, 4.5, 0.5, 0.5]];
     for x in [4.5, 8.5] {
@@ -52,8 +52,8 @@ fn rooms() -> Vec<Line> {
     walls
 }
 
-/// The drawing was looked at beforehand, and on drawings that people had made of an open floor the choice was wrong. Now the robot
-/// begins by the outline everywhere, and what it sees decides.
+/// The method used to be chosen by looking at the drawing beforehand, and on drawings that people had made of an open floor the
+/// choice was wrong. Now the robot starts by the outline everywhere, and what it sees decides.
 #[test]
 fn a_robot_that_has_seen_rooms_drives_by_the_filter() {
     let scene = Scene::faithful(rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);
@@ -63,8 +63,8 @@ fn a_robot_that_has_seen_rooms_drives_by_the_filter() {
     assert!(outcome.ends[0].1.ends_with("m from the goal"), "{:?}", outcome.ends);
 }
 
-/// Among rooms the filter drives, and it doubts arrivals by a look. Its look once was taken for one of the
-/// explorer's, who had mapped nothing, and the planner died.
+/// Among rooms the filter drives, and it checks arrivals by looking around. That look was once taken for one of the explorer's,
+/// which had mapped nothing, and the planner crashed.
 #[test]
 fn a_look_of_the_filters_is_none_of_the_explorers() {
     let planner = "by_outline = true\nleast_open_share = 2.0\nlook_above = 0.1";
@@ -75,7 +75,7 @@ fn a_look_of_the_filters_is_none_of_the_explorers() {
     assert!(outcome.ends[0].1.ends_with("m from the goal"), "{:?}", outcome.ends);
 }
 
-/// A planner that is stored and restored again and again sends the same commands.
+/// A planner that is stored and restored repeatedly sends the same commands.
 #[test]
 fn what_a_checkpoint_holds_is_all_that_there_is() {
     let (mut whole, mut broken) = (drive(), drive());

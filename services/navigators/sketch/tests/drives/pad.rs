@@ -1,4 +1,4 @@
-//! Where people draw while the robot runs: what they send and order, and when.
+//! People draw while the robot runs: what they send and order, and when.
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{ChannelSpec, STATUS};
@@ -53,7 +53,7 @@ impl Table {
         self.drive.order(order);
     }
 
-    /// Takes a step; how the mission stands then, and the command.
+    /// Takes a step; returns the state of the mission after it, and the command.
     fn step(&mut self) -> (MissionStatus, VelocityCommand) {
         self.drive.sense();
         let command = self.drive.think();
@@ -62,7 +62,7 @@ impl Table {
         (*self.drive.said(STATUS).unwrap(), command)
     }
 
-    /// Takes steps until the mission stands so; at most two minutes.
+    /// Takes steps until the mission is in this state; at most two minutes.
     fn until(&mut self, state: TaskState) -> MissionStatus {
         let found = (0..1200).map(|_| self.step().0).find(|status| status.state == state.code());
         found.unwrap_or_else(|| panic!("never {state}"))
@@ -122,7 +122,7 @@ fn new_tasks_come_when_it_does_not_drive() {
     assert_eq!(table.until(TaskState::Finished).reached_count, 2);
 }
 
-/// Sketch and tasks come by two channels: the tasks may be read first.
+/// The sketch and the tasks arrive on two channels, so the tasks may be read first.
 #[test]
 fn another_sketch_takes_the_tasks_of_the_one_before_along() {
     let mut table = Table::new();
@@ -146,7 +146,7 @@ impl Remains for Last {
     }
 }
 
-/// Without a checkpoint a robot that somebody had stopped once drove off again.
+/// Without a checkpoint, a robot that a person had stopped once drove off again.
 #[test]
 fn who_knows_the_last_status_alone_does_not_drive_off() {
     for (state, pad) in [(TaskState::Paused, Pad::Absent), (TaskState::Aborted, Pad::Watches)] {

@@ -1,5 +1,5 @@
-//! A small kinematic world: straight walls, round obstacles, a disc for a robot. The estimate in its drawing is
-//! perfect, so that a test of the planner tests the planner.
+//! A small kinematic world: straight walls, round obstacles, a disc for a robot. The estimate in its drawing is perfect, so that a
+//! test of the planner tests only the planner.
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{self, COMMAND, Channel, ChannelSpec, ODOMETRY, ORDERS, SCAN, STATUS};
@@ -21,7 +21,7 @@ pub const DT_S: f64 = 0.1;
 /// From a place of the world, metres, to the drawing, pixels, and the local scales there.
 pub type Warp = fn(f64, f64) -> ([f64; 2], [f64; 2]);
 
-/// 20 px a metre along x, 30 px a metre along y, a margin of 20 px.
+/// 20 px per metre along x, 30 px per metre along y, a margin of 20 px.
 pub fn stretched(x: f64, y: f64) -> ([f64; 2], [f64; 2]) {
     ([20.0 + 20.0 * x, 20.0 + 30.0 * y], [20.0, 30.0])
 }
@@ -31,7 +31,7 @@ pub type Line = [f64; 4];
 pub struct Scene {
     /// The true walls, metres.
     pub walls: Vec<Line>,
-    /// What stands around, metres: x, y, radius.
+    /// Round obstacles, metres: x, y, radius.
     pub discs: Vec<[f64; 3]>,
     /// The walls as drawn, metres before the warp.
     pub drawn: Vec<Line>,
@@ -40,19 +40,19 @@ pub struct Scene {
     pub start: Pose<WorldFrame>,
 }
 
-/// What came of a drive.
+/// The outcome of a drive.
 #[derive(Default)]
 pub struct Outcome {
     /// Every ending state, in order, with its reason.
     pub ends: Vec<(TaskState, String)>,
-    /// The true way, every step.
+    /// The true path, one point per step.
     pub way: Vec<[f64; 2]>,
     /// Nearest distance of the robot's hull to anything, metres.
     pub closest_m: f64,
     pub commands: Vec<VelocityCommand>,
     pub seconds: f64,
     pub plans: usize,
-    /// How often it began to recover from being stuck.
+    /// How often it started to recover from being stuck.
     pub recoveries: usize,
     pub all_bytes: Vec<u8>,
 }
@@ -78,7 +78,7 @@ impl Inputs for Senses {
 
 pub struct Drive {
     pub planner: Planner,
-    /// What it has sent.
+    /// What the planner has sent.
     access: Access,
     pub sent: InProcess,
     senses: Senses,
@@ -94,7 +94,7 @@ pub struct Drive {
 }
 
 impl Scene {
-    /// A drawing that shows every wall where it is.
+    /// A drawing that shows every wall where it really is.
     pub fn faithful(walls: Vec<Line>, size_m: [f64; 2], start: [f64; 3]) -> Self {
         let start = Pose::new(start[0], start[1], start[2]);
         Self { drawn: walls.clone(), walls, discs: Vec::new(), warp: stretched, size_m, start }
@@ -154,7 +154,7 @@ fn from_wall(x: f64, y: f64, [x0, y0, x1, y1]: &Line) -> f64 {
     (x - x0 - t * ex).hypot(y - y0 - t * ey)
 }
 
-/// A run whose mission's planner has these parameters.
+/// A run whose mission has these planner parameters.
 pub fn config(robot: &str, planner: &str) -> RunConfig {
     let mission = format!(
         "name = 'test'\nrobot = 'robotino'\nworld = {{ floor_plan = 'x' }}\nnavigator = {{ kind = 'sketch', drawing = 'x' }}\n\
@@ -187,7 +187,7 @@ impl Drive {
         Self::with(scene, config(robot, "by_outline = false"), tasks, time_limit_s)
     }
 
-    /// A drive by the planner's parameters of `config`.
+    /// A drive with the planner parameters of `config`.
     pub fn with(scene: Scene, config: RunConfig, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Self {
         channels::register(KIND, CHANNELS).unwrap();
         let (map, cells) = scene.cells();
@@ -215,14 +215,14 @@ impl Drive {
         drive
     }
 
-    /// The planner hears a message.
+    /// Passes a message to the planner.
     pub fn hear<T: Message>(&mut self, channel: Channel<T>, message: &T, cells: &[u8]) {
         self.planner
             .hear(&Heard::new(&self.access, channel.spec, bytemuck::bytes_of(message), cells))
             .unwrap();
     }
 
-    /// Lets the world make its messages.
+    /// Lets the world produce its messages.
     pub fn sense(&mut self) {
         self.seq += 1;
         let header = Header { seq: self.seq, stamp_ns: self.seq * (DT_S * 1e9) as u64, source_seq: self.seq };
@@ -268,7 +268,7 @@ impl Drive {
         estimate.fit = self.fit;
     }
 
-    /// Lets the planner take its step; its command.
+    /// Lets the planner take its step; returns its command.
     pub fn think(&mut self) -> VelocityCommand {
         self.sent.end_instant();
         let Header { stamp_ns, source_seq, .. } = self.senses.odometry.header;
@@ -277,7 +277,7 @@ impl Drive {
         *self.said(COMMAND).unwrap()
     }
 
-    /// What the planner has sent in this step.
+    /// What the planner sent in this step.
     pub fn said<T: Message>(&self, channel: Channel<T>) -> Option<&T> {
         let said = self.sent.newest(channel.spec).filter(|said| said.is_fresh);
         said.map(|said| bytemuck::from_bytes(said.message))
@@ -294,7 +294,7 @@ impl Drive {
         self.truth = if free { Pose::new(x, y, yaw) } else { Pose::new(self.truth.x, self.truth.y, yaw) };
     }
 
-    /// Takes a whole step; how the mission stands then.
+    /// Takes a whole step; returns the state of the mission after it.
     pub fn step(&mut self) -> MissionStatus {
         self.sense();
         let command = self.think();
@@ -302,7 +302,7 @@ impl Drive {
         *self.said(STATUS).unwrap()
     }
 
-    /// Takes steps until the mission stands so; at most ten minutes.
+    /// Takes steps until the mission is in such a state; at most ten minutes.
     pub fn until(&mut self, what: &str, is_so: impl Fn(&MissionStatus) -> bool) -> MissionStatus {
         let found = (0..6000).map(|_| self.step()).find(is_so);
         found.unwrap_or_else(|| panic!("never {what}: {:?}", self.step()))
@@ -318,7 +318,7 @@ impl Drive {
         self.hear(ORDERS, &MissionCommand { order: order.code(), ..Zeroable::zeroed() }, &[]);
     }
 
-    /// A person says where in the drawing the robot is.
+    /// A person marks where in the drawing the robot is.
     pub fn tell(&mut self, x_px: f64, y_px: f64) {
         let mut order = MissionCommand { order: Order::Here.code(), ..Zeroable::zeroed() };
         order.set_here(&Here { at: Point::new(x_px, y_px), yaw_rad: None });
@@ -369,7 +369,7 @@ impl Outcome {
         self.way.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum()
     }
 
-    /// Whether the way passed within `radius_m` of the places in their order.
+    /// Whether the path passed within `radius_m` of the places in their order.
     pub fn passes(&self, places: &[[f64; 2]], radius_m: f64) -> bool {
         let mut way = self.way.iter();
         places.iter().all(|place| way.any(|p| (p[0] - place[0]).hypot(p[1] - place[1]) < radius_m))

@@ -1,4 +1,4 @@
-//! A little building: walls as line segments, furniture, a drawing of the walls, what a laser sees.
+//! A small building: walls as line segments, furniture, a drawing of the walls, and what a laser sees.
 
 use bytemuck::Zeroable;
 use rand_distr::{Distribution, StandardNormal};
@@ -37,7 +37,7 @@ fn walls() -> Vec<Segment> {
 const FURNITURE: [[f64; 3]; 5] =
     [[1.0, 1.0, 0.4], [7.0, 1.2, 0.5], [11.5, 10.5, 0.5], [15.2, 6.0, 0.3], [4.4, 11.0, 0.6]];
 
-/// The robot's way: out of a room, along the corridor, through two others and back.
+/// The robot's path: out of a room, along the corridor, through two others and back.
 pub const WAY: [[f64; 2]; 15] = [
     [2.0, 2.5],
     [2.0, 6.0],
@@ -56,7 +56,7 @@ pub const WAY: [[f64; 2]; 15] = [
     [14.0, 9.0],
 ];
 
-/// How somebody drew the building: pixels a metre along and across, turned, with shaky corners.
+/// How the building was drawn: pixels per metre along and across, turned, with shaky corners.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawing {
     /// Width and height, pixels.
@@ -65,7 +65,7 @@ pub struct Drawing {
     pub a: f64,
     /// Scale across.
     pub b: f64,
-    /// How the paper lay.
+    /// How the paper was turned.
     pub turn_rad: f64,
     /// How far corners are off.
     pub wobble_px: f64,
@@ -99,8 +99,8 @@ impl Drawing {
     }
 }
 
-/// A scan of `beams` beams from a pose (x m, y m, yaw rad). The last beam is as far to the left as the first to the
-/// right; each range has an error.
+/// A scan of `beams` beams from a pose (x m, y m, yaw rad). The last beam is as far to the left as the first is to the right; each
+/// range has an error.
 pub fn scan_from(
     [x, y, yaw]: [f64; 3],
     beams: usize,

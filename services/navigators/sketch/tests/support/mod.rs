@@ -1,5 +1,4 @@
-//! A little world for the localization: a robot on rails in the [`building`], with a laser and odometry
-//! that errs.
+//! A small world for the localization: a robot on rails in the [`building`], with a laser and odometry that errs.
 
 mod building;
 
@@ -15,7 +14,7 @@ use sketchnav_sketch::filter::{Filter, Start};
 use building::normal;
 pub use building::{Drawing, WAY, scan_from};
 
-/// The localizer at the way's beginning in a drawing.
+/// The localizer at the start of the path, in a drawing.
 pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Filter {
     let [x, y] = drawing.px(WAY[0]);
     let pose = Pose::new(x, y, std::f64::consts::FRAC_PI_2 + drawing.turn_rad);
@@ -31,7 +30,7 @@ pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Filter
     .unwrap()
 }
 
-/// A robot on its way along [`WAY`].
+/// A robot driving along [`WAY`].
 pub struct Drive {
     pub localizer: Filter,
     rng: Pcg64Mcg,
@@ -46,7 +45,7 @@ impl Drive {
         Self { localizer, rng: seed::stream(seed, "drive"), truth, odometry: Pose::new(0.0, 0.0, 0.0) }
     }
 
-    /// A tenth of a second at half a metre a second; turns first where the waypoint is to the side.
+    /// A tenth of a second at half a metre per second; turns first if the waypoint is to the side.
     pub fn advance(&mut self, [x, y]: [f64; 2]) -> (Pose<Odom>, LaserScan) {
         let bearing = wrap_angle((y - self.truth.y).atan2(x - self.truth.x) - self.truth.yaw_rad);
         let forward = if bearing.abs() > 0.4 { 0.0 } else { 0.05 };

@@ -11,7 +11,7 @@ use super::path_grid::PathGrid;
 pub enum Aim {
     /// Where the goal is.
     Goal,
-    /// The gap behind which it lies.
+    /// The gap that leads to it.
     Gap,
     /// Where the best rival has it.
     Rival,

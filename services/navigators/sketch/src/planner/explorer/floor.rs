@@ -10,27 +10,55 @@ const DOORS_M: [f64; 3] = [0.9, 1.2, 1.5];
 /// Cells are at least so long, metres.
 const CELL_M: f64 = 0.1;
 
-/// The share of the largest part of what is `free`, for the width that leaves it the least; 1 where nothing is left at all. Each
-/// part counts by what of it is farther than half that width from walls.
-pub fn open_share(free: &Region, cell_m: f64) -> f64 {
-    let times = ((CELL_M / cell_m).round() as usize).max(1);
-    let (coarse, cell_m) = (free.coarser(times), cell_m * times as f64);
-    DOORS_M.iter().map(|width_m| largest_share(&coarse, width_m / cell_m)).fold(1.0, f64::min)
+/// Judges floors; owns the working memory.
+#[derive(Debug, Default)]
+pub struct Judge {
+    coarse: Region,
+    left: Region,
+    waiting: Vec<usize>,
 }
 
-fn largest_share(region: &Region, width: f64) -> f64 {
-    let mut left = region.shrunk((width / 2.0).round() as usize);
-    let (mut largest, mut whole, mut waiting) = (0, 0, Vec::new());
-    for seed in 0..left.cells.len() {
-        let count = left.take_connected(seed, &mut waiting);
-        (largest, whole) = (largest.max(count), whole + count);
+/// Room for the parts of the floor that are still to be visited.
+const WAITING: usize = 1 << 14;
+
+impl Judge {
+    /// For maps with up to this many cells of `cell_m` along a side: judging them allocates nothing.
+    pub fn for_maps(side: usize, cell_m: f64) -> Self {
+        let side = side / times(cell_m);
+        let region = || Region::with_room(side, side);
+        Self { coarse: region(), left: region(), waiting: Vec::with_capacity(WAITING) }
     }
-    if whole > 0 { largest as f64 / whole as f64 } else { 1.0 }
+
+    /// The share of the largest part of `free`, for the width at which this is least; 1 if nothing is left at all. Only the area of
+    /// a part that is farther than half that width from walls counts.
+    pub fn open_share(&mut self, free: &Region, cell_m: f64) -> f64 {
+        let times = times(cell_m);
+        free.coarsen(times, &mut self.coarse);
+        let cell_m = cell_m * times as f64;
+        DOORS_M.iter().map(|width_m| self.largest_share(width_m / cell_m)).fold(1.0, f64::min)
+    }
+
+    fn largest_share(&mut self, width: f64) -> f64 {
+        self.left.copy_from(&self.coarse);
+        self.left.shrink((width / 2.0).round() as usize);
+        let whole = self.left.count();
+        let largest = self.left.take_parts(&mut self.waiting);
+        if whole > 0 { largest as f64 / whole as f64 } else { 1.0 }
+    }
+}
+
+/// How many cells of `cell_m` along a side are judged as one.
+fn times(cell_m: f64) -> usize {
+    ((CELL_M / cell_m).round() as usize).max(1)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn open_share(free: &Region) -> f64 {
+        Judge::default().open_share(free, 0.05)
+    }
 
     /// 10 × 6 m in cells of 5 cm, parted by a wall with a passage of so many metres.
     fn parted(passage_m: f64) -> Region {
@@ -44,13 +72,13 @@ mod tests {
 
     #[test]
     fn doors_part_a_floor_and_wide_passages_do_not() {
-        assert!((0.55..0.65).contains(&open_share(&parted(0.9), 0.05)));
-        assert!(open_share(&parted(2.4), 0.05) > 0.99);
+        assert!((0.55..0.65).contains(&open_share(&parted(0.9))));
+        assert!(open_share(&parted(2.4)) > 0.99);
     }
 
     #[test]
     fn what_is_too_narrow_for_any_of_it_to_be_left_is_open() {
         let slit = Region::of(40, 8, |k| (2..6).contains(&(k / 40)));
-        assert!((open_share(&slit, 0.05) - 1.0).abs() < 1e-12);
+        assert!((open_share(&slit) - 1.0).abs() < 1e-12);
     }
 }

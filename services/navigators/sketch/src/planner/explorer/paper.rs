@@ -44,7 +44,8 @@ impl Paper {
         let closed = is_inside.then(|| enclosed(sketch, start.position(), gap_px as f32)).flatten();
         let walls = closed.as_ref().unwrap_or(sketch).walls();
         let times = width.max(height).div_ceil(MOST_CELLS);
-        let free = Region::of(width, height, |k| !walls[k]).coarser(times);
+        let mut free = Region::default();
+        Region::of(width, height, |k| !walls[k]).coarsen(times, &mut free);
         let grain_px = times as f64;
         let at = [start.x, start.y].map(|px| px / grain_px);
         let inside = free.connected(free.nearest(at, size)?);
@@ -74,14 +75,12 @@ impl Paper {
 
 /// The longer side of the region's bounding box, at least 1.
 fn extent(region: &Region) -> f64 {
-    let columns =
-        (0..region.width).filter(|x| (0..region.height).any(|y| region.cells[y * region.width + x]));
-    let rows = region.cells.chunks(region.width).enumerate().filter(|(_, row)| row.contains(&true));
-    let span = |first: Option<usize>, last: Option<usize>| {
-        first.zip(last).map_or(1, |(first, last)| last - first + 1)
-    };
-    let columns: Vec<_> = columns.collect();
-    let rows: Vec<_> = rows.map(|(y, _)| y).collect();
-    let across = span(columns.first().copied(), columns.last().copied());
-    across.max(span(rows.first().copied(), rows.last().copied())) as f64
+    let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
+    for place in region.places() {
+        for axis in 0..2 {
+            low[axis] = low[axis].min(place[axis]);
+            high[axis] = high[axis].max(place[axis] + 1);
+        }
+    }
+    [0, 1].map(|axis| high[axis].saturating_sub(low[axis])).into_iter().fold(1, usize::max) as f64
 }

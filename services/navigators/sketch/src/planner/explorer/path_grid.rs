@@ -3,8 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::outline::Place;
-use sketchnav_mapping::region::Region;
-use sketchnav_mapping::{Cell, CellGrid, Map};
+use sketchnav_mapping::{Map, Survey};
 use sketchnav_motion::weighted_grid::{Frontier, Weights, chamfer};
 use sketchnav_schemas::geometry::Point;
 
@@ -43,20 +42,16 @@ pub struct PathGrid {
 }
 
 impl PathGrid {
-    /// Of what is `free` of a map. The robot's middle keeps `clearance_m` from what is occupied.
-    pub fn new(grid: &CellGrid, free: &Region, clearance_m: f64) -> Self {
-        let (stride, rows) = (grid.width.div_ceil(COARSE) + 2, grid.height.div_ceil(COARSE) + 2);
+    /// A grid of the part of a map that is free around the robot. The robot's middle keeps `clearance_m` from occupied cells.
+    pub fn new(survey: &Survey, clearance_m: f64) -> Self {
+        let grid = survey.grid();
+        let (stride, rows) = (grid.width().div_ceil(COARSE) + 2, grid.height().div_ceil(COARSE) + 2);
         let cell_m = grid.cell * COARSE as f64;
         let mut kinds = vec![CLOSED; stride * rows];
         let mut solid = vec![false; stride * rows];
-        for (index, cell) in grid.cells.iter().enumerate() {
-            let [column, row] = [index % grid.width, index / grid.width].map(|at| at / COARSE + 1);
-            let coarse = row * stride + column;
-            solid[coarse] |= *cell == Cell::Occupied;
-            if free.cells[index] {
-                kinds[coarse] = OPEN;
-            }
-        }
+        let coarse = |[column, row]: [usize; 2]| (row / COARSE + 1) * stride + column / COARSE + 1;
+        grid.occupied.places().for_each(|place| solid[coarse(place)] = true);
+        survey.free().places().for_each(|place| kinds[coarse(place)] = OPEN);
         let mut room_m = vec![0.0; kinds.len()];
         let cap = (clearance_m + WIDE_M + cell_m) as f32;
         chamfer(|k| solid[k], stride, cell_m as f32, cap, &mut room_m);
@@ -136,16 +131,28 @@ impl PathGrid {
     /// The cell in reach before a gap that is nearest to `target`, a point of the gap, and the way there, metres.
     pub fn end_near(&mut self, robot: Place, target: Place, gap: &[Place]) -> Option<(usize, f64)> {
         let reach = self.reach(robot);
-        let is_in_reach = |cell: &usize| reach.costs()[*cell].is_finite();
-        let off = |cell: &usize| super::distance(self.middle(*cell), target);
-        let is_before = |cell: &usize| {
-            let middle = self.middle(*cell);
-            gap.iter().any(|place| super::distance(*place, middle) < BEFORE_GAP_M)
+        let bound = |axis: usize, start: f64, of: fn(f64, f64) -> f64| {
+            gap.iter().map(|place| place[axis]).fold(start, of)
         };
-        let nearest = |a: &usize, b: &usize| off(a).total_cmp(&off(b));
-        let cells = (0..self.kinds.len()).filter(is_in_reach);
-        let before = cells.clone().filter(is_before).min_by(nearest);
-        let cell = before.or_else(|| cells.min_by(nearest))?;
+        let low = [0, 1].map(|axis| bound(axis, f64::INFINITY, f64::min) - BEFORE_GAP_M);
+        let high = [0, 1].map(|axis| bound(axis, f64::NEG_INFINITY, f64::max) + BEFORE_GAP_M);
+        let is_before = |cell: usize| {
+            let middle = self.middle(cell);
+            let is_about = (0..2).all(|axis| low[axis] <= middle[axis] && middle[axis] <= high[axis]);
+            is_about && gap.iter().any(|place| super::distance(*place, middle) < BEFORE_GAP_M)
+        };
+        let nearest = |among: &dyn Fn(usize) -> bool| {
+            let mut best = (None, f64::INFINITY);
+            for cell in (0..self.kinds.len()).filter(|cell| reach.costs()[*cell].is_finite()) {
+                let off_m = super::distance(self.middle(cell), target);
+                // Few are nearer than the best so far, so the slow check comes last.
+                if off_m < best.1 && among(cell) {
+                    best = (Some(cell), off_m);
+                }
+            }
+            best.0
+        };
+        let cell = nearest(&is_before).or_else(|| nearest(&|_| true))?;
         Some((cell, f64::from(reach.lengths()[cell])))
     }
 }
@@ -204,27 +211,24 @@ impl Field {
 
 #[cfg(test)]
 mod tests {
-    use sketchnav_mapping::outline::free_around;
+    use sketchnav_mapping::{Cell, CellGrid};
 
     use super::*;
 
     /// A hall of 6 × 4 m, a wall across it with a door 1 m wide at the upper end.
-    fn hall() -> (CellGrid, Region) {
-        let mut grid = CellGrid::unknown(124, 84, 0.05, [0.0, 0.0]);
-        for (k, cell) in grid.cells.iter_mut().enumerate() {
+    fn hall() -> PathGrid {
+        let grid = CellGrid::of([124, 84], 0.05, [0.0, 0.0], |k| {
             let (x, y) = (k % 124, k / 124);
             let is_inside = (2..122).contains(&x) && (2..82).contains(&y);
             let is_wall = x == 60 && y < 62;
-            *cell = if is_inside && !is_wall { Cell::Free } else { Cell::Occupied };
-        }
-        let free = free_around(&grid, [1.0, 1.0], 0.5);
-        (grid, free)
+            if is_inside && !is_wall { Cell::Free } else { Cell::Occupied }
+        });
+        PathGrid::new(&Survey::of(grid, [1.0, 1.0], 0.5), 0.25)
     }
 
     #[test]
     fn the_way_leads_through_the_door_and_keeps_off_the_walls() {
-        let (grid, free) = hall();
-        let mut grid = PathGrid::new(&grid, &free, 0.25);
+        let mut grid = hall();
         let (cell, way_m) = grid.end_for([1.0, 1.0], [5.0, 1.0]).unwrap();
         assert!(super::super::distance(grid.middle(cell), [5.0, 1.0]) < 0.15);
         assert!((7.0..9.5).contains(&way_m), "{way_m}");
@@ -239,8 +243,7 @@ mod tests {
     /// The target lies in a wall, 0.1 m behind which the robot does not fit.
     #[test]
     fn a_place_where_the_robot_does_not_fit_is_gone_to_as_near_as_can_be() {
-        let (grid, free) = hall();
-        let mut grid = PathGrid::new(&grid, &free, 0.25);
+        let mut grid = hall();
         let (cell, _) = grid.end_for([1.0, 1.0], [0.12, 2.0]).unwrap();
         assert!(super::super::distance(grid.middle(cell), [0.45, 2.0]) < 0.2, "{:?}", grid.middle(cell));
         let gap: Vec<_> = (0..10).map(|k| [5.9, 1.0 + 0.1 * f64::from(k)]).collect();
@@ -250,8 +253,7 @@ mod tests {
 
     #[test]
     fn a_robot_that_stands_too_near_to_a_wall_gets_away_from_it() {
-        let (grid, free) = hall();
-        let mut grid = PathGrid::new(&grid, &free, 0.25);
+        let mut grid = hall();
         assert!(grid.end_for([0.2, 1.0], [2.0, 1.0]).is_some());
     }
 }

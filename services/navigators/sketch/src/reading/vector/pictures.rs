@@ -1,15 +1,15 @@
-//! Pictures inside an SVG: PNG and JPEG in `data:` URLs. They are decoded here, within the bounds of all pictures, and
+//! Pictures inside an SVG: those of all formats that drawings have, in `data:` URLs. They are decoded here, within the bounds of all pictures, and
 //! handed to the renderer as PNG: its own decoders have no bounds, and what they cannot read they leave out without a word.
 
 use std::io::Cursor;
 use std::sync::Arc;
 
 use data_url::DataUrl;
+use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ImageEncoder, ImageFormat};
 
 use crate::reading::error::{Broken, SketchError};
-use crate::reading::raster::{MAX_PIXELS, upright};
+use crate::reading::raster::{MAX_PIXELS, format_of, upright};
 
 /// What an `<image>` refers to a picture by.
 const SCHEME: &str = "picture:";
@@ -55,13 +55,4 @@ impl Pictures {
 /// The picture that a reference of ours leads to.
 pub(super) fn find<'a>(files: &'a [Arc<Vec<u8>>], reference: &str) -> Option<&'a Arc<Vec<u8>>> {
     files.get(reference.strip_prefix(SCHEME)?.parse::<usize>().ok()?)
-}
-
-/// The format of a picture by its first bytes: types that are said may lie.
-fn format_of(bytes: &[u8]) -> Option<ImageFormat> {
-    match bytes {
-        [0x89, b'P', b'N', b'G', ..] => Some(ImageFormat::Png),
-        [0xff, 0xd8, 0xff, ..] => Some(ImageFormat::Jpeg),
-        _ => None,
-    }
 }

@@ -10,6 +10,7 @@
 //! Inheritance Level 4; SVG 2, 6.
 
 mod colours;
+mod missed;
 mod sheet;
 mod syntax;
 mod values;
@@ -24,9 +25,10 @@ use std::sync::Arc;
 use resvg::usvg::roxmltree::{Document, Node};
 
 use self::colours::in_dark;
+use self::missed::TEMPLATES;
 use self::sheet::{Rule, Seen, Written};
 use self::syntax::{Declaration, declarations, function, without_comments, words};
-use self::values::{Checked, Kind, check, initial, is_inherited, kind, url};
+use self::values::{Checked, Kind, check, initial, is_inherited, kind};
 use self::variables::{Variables, refers};
 use super::pictures::Pictures;
 use super::references::name;
@@ -42,25 +44,7 @@ const MOST_STEPS: u64 = 100_000_000;
 const MOST_BYTES: usize = 64 << 20;
 /// A value in an error is cut after so many characters.
 const SHOWN: usize = 80;
-/// And what cannot be read of a shape.
-const SHOWN_POINTS: usize = 16;
 
-/// Elements that paint nothing: what they hold is left out without a word.
-const SILENT: [&str; 13] = [
-    "animate",
-    "animateColor",
-    "animateMotion",
-    "animateTransform",
-    "desc",
-    "discard",
-    "metadata",
-    "mpath",
-    "script",
-    "set",
-    "style",
-    "title",
-    "view",
-];
 /// Properties that make attributes of elements other than `svg`.
 const GEOMETRY: [&str; 9] = ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "height"];
 /// Lengths of shapes, and the shapes.
@@ -82,6 +66,10 @@ pub(crate) struct Flat {
     pub left_out: Vec<LeftOut>,
     /// The ids of shapes whose strokes are painted by a gradient or a pattern, and what to call them.
     pub served: BTreeMap<String, String>,
+    /// The ids of what is seen through a filter, a mask or a clip path, and what to call it.
+    pub affected: BTreeMap<String, String>,
+    /// The ids of shapes whose strokes should keep their width at every scale, and what to call them.
+    pub unscaled: BTreeMap<String, String>,
 }
 
 /// Works out all styles.
@@ -104,17 +92,19 @@ pub(crate) fn flatten(document: &Document, broken: &Broken) -> Result<Flat, Sket
     styles.check_selectors()?;
     let mut walk = Walk {
         styles: &styles,
-        ids: document.descendants().filter_map(|node| node.attribute("id")).collect(),
+        ids: document.descendants().filter_map(|node| Some((node.attribute("id")?, node))).collect(),
         pictures: Pictures::default(),
         out: String::new(),
         left_out: written.left_out.iter().cloned().map(LeftOut::Rules).collect(),
         served: BTreeMap::new(),
+        affected: BTreeMap::new(),
+        unscaled: BTreeMap::new(),
         labels: 0,
     };
     walk.element(document.root_element(), &Scope::default(), 0)?;
-    let Walk { pictures, out, mut left_out, served, labels, .. } = walk;
+    let Walk { pictures, out, mut left_out, served, affected, unscaled, labels, .. } = walk;
     left_out.extend((labels > 0).then_some(LeftOut::Labels(labels)));
-    Ok(Flat { text: out, pictures: pictures.files, left_out, served })
+    Ok(Flat { text: out, pictures: pictures.files, left_out, served, affected, unscaled })
 }
 
 fn is_svg(node: Node) -> bool {
@@ -133,6 +123,10 @@ struct Scope {
     is_dark: bool,
     /// Whether nothing of it is shown: then nothing is missed.
     is_hidden: bool,
+    /// Whether it is drawn elsewhere, or not at all.
+    is_template: bool,
+    /// Whether strokes keep their width at every scale.
+    keeps_width: bool,
 }
 
 /// What is declared for a property of an element.
@@ -332,17 +326,19 @@ fn located(node: Node) -> String {
 }
 
 /// Writes the drawing with plain attributes.
-struct Walk<'a> {
+struct Walk<'a, 'input> {
     styles: &'a Styles<'a>,
-    ids: BTreeSet<&'a str>,
+    ids: BTreeMap<&'a str, Node<'a, 'input>>,
     pictures: Pictures,
     out: String,
     left_out: Vec<LeftOut>,
     served: BTreeMap<String, String>,
+    affected: BTreeMap<String, String>,
+    unscaled: BTreeMap<String, String>,
     labels: usize,
 }
 
-impl Walk<'_> {
+impl Walk<'_, '_> {
     fn element(&mut self, node: Node, scope: &Scope, depth: usize) -> Result<(), SketchError> {
         if depth > MOST_DEPTH {
             let limit = format!("{MOST_DEPTH} elements of SVG inside each other, references included");
@@ -368,8 +364,11 @@ impl Walk<'_> {
         let attributes = self.out.len();
         let settled = self.properties(node, &declared, &inside)?;
         inside.stroke = settled.get("stroke").cloned().or(inside.stroke);
-        self.serve(node, tag, &inside, attributes);
         inside.is_hidden |= settled.get("display").is_some_and(|display| display == "none");
+        inside.is_template |= TEMPLATES.contains(&tag);
+        let effect = settled.get("vector-effect").map(|effect| effect.contains("non-scaling-stroke"));
+        inside.keeps_width = effect.unwrap_or(false);
+        self.watch(node, &settled, &inside, attributes)?;
         let colours = settled.into_keys().filter(|property| is_inherited(property));
         inside
             .declared
@@ -379,37 +378,6 @@ impl Walk<'_> {
             self.element(child, &inside, depth + 1)?;
         }
         self.write(format_args!("</{tag}>"))
-    }
-
-    /// Whether nothing of an element is drawn; what a person may miss is counted.
-    fn is_left_out(&mut self, node: Node, tag: &str, scope: &Scope) -> bool {
-        let is_label = |node: Node| matches!(node.tag_name().name(), "text" | "foreignObject");
-        // A browser shows the first part of a switch that it can, and HTML is one.
-        let first = || node.children().find(|child| is_svg(*child));
-        let shown = if tag == "switch" { first() } else { Some(node) };
-        let Some(label) = shown.filter(|shown| is_label(*shown)) else { return SILENT.contains(&tag) };
-        let is_shape = |inside: Node| is_svg(inside) && STROKED.contains(&inside.tag_name().name());
-        if !scope.is_hidden && label.descendants().any(is_shape) {
-            self.miss(LeftOut::Foreign(name(label)));
-        } else {
-            self.labels += usize::from(!scope.is_hidden);
-        }
-        true
-    }
-
-    /// Remembers a shape whose stroke is painted by a gradient or a pattern; it gets an id where it has none.
-    fn serve(&mut self, node: Node, tag: &str, scope: &Scope, at: usize) {
-        let mut parts = words(scope.stroke.as_deref().unwrap_or(""));
-        let (server, fallback) = (parts.next().and_then(url), parts.next());
-        let is_known = server.is_some_and(|server| self.is_known(server));
-        if scope.is_hidden || !is_known || fallback.is_some() || !STROKED.contains(&tag) {
-            return;
-        }
-        let id = node.attribute("id").map_or_else(|| located(node), str::to_owned);
-        if node.attribute("id").is_none() {
-            self.out.insert_str(at, &format!(" id=\"{}\"", escaped(&id)));
-        }
-        self.served.insert(id, located(node));
     }
 
     /// All attributes but those of styles.
@@ -463,7 +431,7 @@ impl Walk<'_> {
     }
 
     fn is_known(&self, link: &str) -> bool {
-        link.trim().strip_prefix('#').is_some_and(|id| self.ids.contains(id))
+        link.trim().strip_prefix('#').is_some_and(|id| self.ids.contains_key(id))
     }
 
     fn miss(&mut self, what: LeftOut) {
@@ -497,40 +465,6 @@ impl Walk<'_> {
             self.attribute("style", &style)?;
         }
         Ok(settled)
-    }
-
-    /// A paint or a filter that nothing in the drawing has leaves nothing to be seen.
-    fn check_reference(&mut self, node: Node, property: &str, value: &str, scope: &Scope) {
-        let all: Vec<_> = words(value).collect();
-        let servers: &[&str] = match (property, &all[..]) {
-            ("fill" | "stroke", [_]) | ("filter", _) => &all,
-            _ => &[],
-        };
-        for server in servers.iter().filter_map(|word| url(word)) {
-            if !scope.is_hidden && !self.is_known(server) {
-                let found = format!("{property} url({server})").chars().take(SHOWN).collect();
-                self.miss(LeftOut::Reference { element: name(node), found });
-            }
-        }
-    }
-
-    /// A shape ends where its data cannot be read.
-    fn check_points(&mut self, node: Node, key: &str, value: &str, scope: &Scope) {
-        let commands = match (node.tag_name().name(), key) {
-            ("path", "d") if value.trim() != "none" => "MmZzLlHhVvCcSsQqTtAa",
-            ("polygon" | "polyline", "points") => "",
-            _ => return,
-        };
-        let is_read = |c: char| {
-            c.is_ascii_digit() || c.is_ascii_whitespace() || "eE.,+-".contains(c) || commands.contains(c)
-        };
-        let data = value.trim_start();
-        let begins = key == "points" || data.is_empty() || data.starts_with(['M', 'm']);
-        let wrong = if begins { data.find(|c| !is_read(c)) } else { Some(0) };
-        if let Some(at) = wrong.filter(|_| !scope.is_hidden) {
-            let found = data[at..].chars().take(SHOWN_POINTS).collect();
-            self.miss(LeftOut::Points { element: located(node), found });
-        }
     }
 
     fn attribute(&mut self, key: &str, value: &str) -> Result<(), SketchError> {

@@ -163,8 +163,11 @@ fn what_is_left_out_is_named() {
     let label = "<switch><foreignObject><p xmlns='http://www.w3.org/1999/xhtml'>a</p></foreignObject><path/></switch>";
     assert_eq!(names(&format!("<text>a</text>{label}")), "2 texts: labels are no walls");
     assert!(!flat(label).unwrap().text.contains("path"));
-    let picture = names("<image href='plan.png'/><image href='data:image/gif;base64,R0lGODlh'/>");
-    assert!(picture.contains("the file \"plan.png\"") && picture.contains("type image/gif"), "{picture}");
+    let picture = names("<image href='plan.png'/><image href='data:image/tiff;base64,SUkqAA=='/>");
+    assert!(
+        picture.contains("the file \"plan.png\"") && picture.contains("type image/tiff; embed it as PNG"),
+        "{picture}"
+    );
     assert_eq!(names("<use href='#a'/>"), "#a of <use>: nothing in the drawing has that id");
     assert_eq!(names("<path fill='url(#a)'/>"), "fill url(#a) of <path>: nothing in the drawing has that id");
     assert_eq!(

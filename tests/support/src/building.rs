@@ -1,0 +1,31 @@
+//! The demo's mission, changed for a test.
+
+use std::fs;
+use std::path::Path;
+
+use super::repository;
+
+/// A mission in which every task has plenty of time, for runs by the clock: on a busy machine the robot gets less done in a second.
+pub const PATIENT: &str = "patient.toml";
+
+/// Writes [`PATIENT`] into a folder.
+pub fn write_patient(folder: &Path) {
+    write(&folder.join(PATIENT), |mission| {
+        for task in mission["task"].as_array_mut().unwrap() {
+            task.as_table_mut().unwrap().insert("time_limit_s".into(), 400.0.into());
+        }
+    });
+}
+
+/// Writes the demo's mission, changed by `edit`, to a file.
+pub fn write(file: &Path, edit: impl FnOnce(&mut toml::Table)) {
+    let folder = repository().join("sim/missions/building");
+    let text = fs::read_to_string(folder.join("building-a.toml")).unwrap();
+    let mut mission: toml::Table = toml::from_str(&text).unwrap();
+    for (table, key) in [("world", "floor_plan"), ("navigator", "drawing")] {
+        let path = folder.join(mission[table][key].as_str().unwrap());
+        mission[table][key] = path.to_str().unwrap().into();
+    }
+    edit(&mut mission);
+    fs::write(file, toml::to_string(&mission).unwrap()).unwrap();
+}

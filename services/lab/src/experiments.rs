@@ -24,6 +24,7 @@ pub mod jobs;
 mod joined;
 pub mod land;
 pub mod landmarks;
+pub mod look_ahead;
 pub mod outcome;
 pub mod people;
 pub mod person;

@@ -1,7 +1,8 @@
 //! The outcome of a mission, judged by the true poses rather than by what the planner believed.
 //!
 //! A task is reached if the planner reported so *and* the robot truly stood in the task's place (Boniardi et al. 2015, IV, who
-//! "considered a task successful if … the robot is able to access them").
+//! "considered a task successful if … the robot is able to access them"). [`on_sketch`] judges by what the robot believed, as the
+//! authors do.
 //!
 //! Pure: messages and the mission in, a [`Verdict`] or [`figures::Figures`] out. Except for [`log::Log`], which is what the judge
 //! needs of a recording, nothing here opens one, and nothing prints.
@@ -12,6 +13,7 @@ pub mod drawing;
 pub mod figures;
 pub mod homotopy;
 pub mod log;
+pub mod on_sketch;
 pub mod rooms;
 pub mod states;
 pub mod tables;

@@ -9,8 +9,8 @@ use sketchnav_sketch::method::Method;
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
-    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks, people,
-    protocol, routes, sensitivity, studies,
+    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks,
+    look_ahead, people, protocol, routes, sensitivity, studies,
 };
 
 /// Loads a suite.
@@ -26,7 +26,7 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// The suites: a new one is a line here and a module of its own. Where all are driven, some compare methods, or are
 /// about another one than the first of their navigator.
-const SUITES: [(&str, Loader, &[&str]); 28] = [
+const SUITES: [(&str, Loader, &[&str]); 29] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
@@ -51,9 +51,10 @@ const SUITES: [(&str, Loader, &[&str]); 28] = [
     ("landmark-scenes", landmarks::scenes, &[]),
     ("people", people::suite, &[OUTLINE, BEAM, PAPER]),
     ("people-answers", people::answered, &[]),
-    ("people-exam", people::exam, &[OUTLINE, BEAM]),
+    ("people-exam", people::exam, &[OUTLINE, BEAM, PAPER]),
     ("people-exam-answers", people::exam_answered, &[]),
     ("routes", routes::suite, &[OUTLINE, PAPER]),
+    ("routes-look-ahead", look_ahead::suite, &[OUTLINE, PAPER]),
     ("sensitivity", sensitivity::suite, &[BEAM]),
 ];
 

@@ -210,17 +210,17 @@ fn a_bad_mission_file_is_refused() {
 }
 
 #[test]
-fn a_wrong_parameter_is_answered_with_the_right_ones() {
+fn a_wrong_parameter_is_answered_with_the_right_one() {
     are_refused(&[
         Case {
             story: "planner",
             spoil: |folder| with_parameter(folder, "[parameters.planner]\nmax_sped_mps = 1.0"),
-            says: &["parameters.planner", "max_sped_mps", "expected one of"],
+            says: &["parameters.planner", "max_sped_mps", "did you mean `max_speed_mps`?"],
         },
         Case {
             story: "localizer",
             spoil: |folder| with_parameter(folder, "[parameters.localizer]\nparticels = 100"),
-            says: &["parameters.localizer", "particels", "expected one of"],
+            says: &["parameters.localizer", "particels", "did you mean `particles`?"],
         },
         Case {
             story: "sketcher",

@@ -176,11 +176,11 @@ pub enum SketchError {
         /// How many there are.
         found: usize,
     },
-    /// A parameter that is not known or cannot be.
-    #[error("parameters.sketcher{key}: {reason}")]
+    /// A parameter with an invalid value.
+    #[error("parameters.sketcher.{key}: {reason}")]
     Setting {
-        /// `.key`, or nothing where the reason names it.
-        key: String,
+        /// The key.
+        key: &'static str,
         /// What was expected and found.
         reason: String,
     },

@@ -118,7 +118,7 @@ fn a_bad_mission_file_is_refused() {
         Case {
             story: "no mission",
             spoil: |folder| fs::remove_file(folder.join(room::MISSION)).unwrap(),
-            says: &["room.toml", "expected a mission: No such file"],
+            says: &["room.toml", "expected a mission, found no such file"],
         },
         Case {
             story: "no TOML",
@@ -377,7 +377,7 @@ fn bad_usage_is_refused() {
         ("serve localizer --system ghost", &["\"ghost\" is not running", "running: none"]),
         ("info garbage.mcap", &["garbage.mcap", "expected an MCAP recording"]),
         ("diff garbage.mcap garbage.mcap", &["garbage.mcap", "expected an MCAP recording"]),
-        ("info nowhere.mcap", &["nowhere.mcap", "No such file"]),
+        ("info nowhere.mcap", &["nowhere.mcap", "found no such file"]),
     ];
     let place = Place::new();
     room::write(place.files());

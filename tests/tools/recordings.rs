@@ -199,6 +199,8 @@ fn a_replay_for_onlookers_leaves_nothing() {
         let ended = place.run(&format!("replay {recording} {wrong}"));
         assert_eq!(ended.code, Some(2), "{wrong}: {ended}");
     }
+    let late = place.run(&format!("replay {recording} --start 1000000"));
+    assert!(late.err.contains("--start 1000000: expected at most ") && !late.err.contains("/scan"), "{late}");
 }
 
 /// The same recording with a fault at its third second.

@@ -94,7 +94,12 @@ pub fn fault_plan(path: &Path, kind: &str) -> anyhow::Result<FaultPlan> {
 /// As [`ProcessLine::serve`].
 pub fn lines(run: &RunConfig, link: Option<&Link>) -> Result<Vec<ProcessLine>, SystemError> {
     for process in &run.without {
-        say!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
+        let robot = match (process, run.pace) {
+            (Process::World, Pace::Lockstep) => ", or start your driver",
+            (Process::World, _) => ", or start your driver or `sketchnav bridge ros2 --drive`",
+            _ => "",
+        };
+        say!("waiting for {process}: sketchnav serve {process} --system {}{robot}", run.system);
     }
     let services = SERVICES.into_iter().filter(|process| !run.without.contains(process));
     let services = services.map(|process| ProcessLine::serve(process, &run.system));

@@ -245,7 +245,7 @@ fn watch(
             told += 1;
         }
         for death in &supervisor.survived()[mourned..] {
-            tell(&line, quiet, &format!("  {}; started again", death.how()));
+            tell(&line, quiet, &format!("  {}; restarted", death.how()));
             mourned += 1;
         }
         line.set_position(told as u64);

@@ -117,7 +117,7 @@ fn watch(supervisor: &mut Supervisor, link: &Link) -> Result<(), SystemError> {
             manager.ready("serving the page");
         }
         for death in &supervisor.survived()[mourned..] {
-            say!("  {}; started again", death.how());
+            say!("  {}; restarted", death.how());
             mourned += 1;
         }
     }

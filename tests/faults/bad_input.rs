@@ -368,7 +368,7 @@ fn a_place_in_the_drawing_where_nobody_can_be_is_refused() {
 /// A wrong command line, and files that are not recordings.
 #[test]
 fn bad_usage_is_refused() {
-    let cases: [(&str, &[&str]); 9] = [
+    let cases: [(&str, &[&str]); 10] = [
         ("run room.toml --speed 0", &["--speed", "expected `max`, or a number above 0 and up to 100"]),
         ("run room.toml --without robot", &["--without", "world, sketcher, localizer, planner, recorder"]),
         ("fly", &["fly"]),
@@ -378,6 +378,7 @@ fn bad_usage_is_refused() {
         ("info garbage.mcap", &["garbage.mcap", "expected an MCAP recording"]),
         ("diff garbage.mcap garbage.mcap", &["garbage.mcap", "expected an MCAP recording"]),
         ("info nowhere.mcap", &["nowhere.mcap", "found no such file"]),
+        ("chaos nowhere.toml", &["nowhere.toml: expected a mission, found no such file"]),
     ];
     let place = Place::new();
     room::write(place.files());
@@ -389,6 +390,8 @@ fn bad_usage_is_refused() {
             assert!(ended.err.contains(words), "{arguments}: expected {words:?}: {ended}");
         }
     }
+    // `chaos` once left a folder behind for a mission that was not there.
+    assert!(!place.files().join("out").exists());
     assert_eq!(place.living(), []);
 }
 

@@ -81,7 +81,8 @@ pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure>
     }
     let given = schedule::given(options, mission)?;
     let folder = create(&options.out, "chaos").or_input()?;
-    let undisturbed = report(start(mission, options, &folder.join("undisturbed"), "calm", None)?)?;
+    let undisturbed = start(mission, options, &folder.join("undisturbed"), "calm", None).and_then(report);
+    let undisturbed = undisturbed.inspect_err(|_| folder.discard_if_empty())?;
     let reference = recording(&undisturbed)?;
     let path = folder.join("schedule.toml");
     let drawn = if given.is_none() { schedule::drawn(options, &reference)? } else { None };

@@ -111,12 +111,6 @@ pub fn grace(options: &SystemOptions) -> Grace {
     Grace { stopped: Duration::from_secs_f64(options.stopped_limit), ..Grace::default() }
 }
 
-/// Removes the folder of a run that never began.
-pub fn discard(folder: &Path) {
-    // A folder that cannot be removed does no harm: the next run gets a folder of its own.
-    let _ = std::fs::remove_dir_all(folder);
-}
-
 /// Whether the error is one that the user can correct.
 pub fn classify(error: SystemError) -> Failure {
     match &error {

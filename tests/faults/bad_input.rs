@@ -308,7 +308,11 @@ fn a_bad_drawing_is_refused() {
         Case {
             story: "a text",
             spoil: |folder| fs::write(folder.join(room::DRAWING), "first left, then right").unwrap(),
-            says: &["room.svg", "expected PNG, JPEG, GIF, WebP, BMP, SVG or strokes in JSON", "first le"],
+            says: &[
+                "room.svg",
+                "expected PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON",
+                "first le",
+            ],
         },
         Case {
             story: "a blank page",

@@ -7,6 +7,7 @@ use std::time::Duration;
 use anyhow::{Context, anyhow};
 use sketchnav_files::FAULT_PLAN;
 use sketchnav_schemas::channels::SERVICES;
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::fault_plan::FaultPlan;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;

@@ -9,8 +9,8 @@ use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
 use sketchnav_schemas::channels::ChannelSpec;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
-use sketchnav_sketch::mission::SketchMission;
 use sketchnav_sim::robots;
+use sketchnav_sketch::mission::SketchMission;
 
 const DRAWING: &[u8] = br#"{ "canvas": [300, 200],
     "strokes": [ { "points": [[20,20],[280,20],[280,180],[20,180],[20,20]] } ] }"#;
@@ -32,7 +32,8 @@ fuzz_target!(|text: &str| {
     if SketchMission::of(&mission).is_err() {
         return;
     }
-    let floor = Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim/missions/laboratory/laboratory.floor.toml");
+    let floor =
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim/missions/laboratory/laboratory.floor.toml");
     (mission.world.floor_plan, mission.world.map) = (floor.to_str().map(str::to_owned), None);
     mission.start.world = [0.9, 6.15];
     let robot = robots::find("robotino").expect("a robot that holds").expect("a robot that ships");

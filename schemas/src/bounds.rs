@@ -81,6 +81,16 @@ bounds! {
     RING_RADIUS_M: 0 to 10 " m";
     /// Length or width of a robot's footprint.
     FOOTPRINT_M: 0.01 to 20 " m";
+    /// Width of a camera's picture.
+    PICTURE_PX: 16 to 100000 " pixels";
+    /// Side of a marker.
+    MARKER_SIDE_M: 0.001 to 10 " m";
+    /// Bits along a marker's side.
+    SIDE_BITS: 3 to 100 "";
+    /// Least width of a marker's bit in a picture.
+    LEAST_BIT_PX: 0.1 to 1000 " pixels";
+    /// Error of a marker's corner in a picture.
+    CORNER_PX: 0 to 100 " pixels";
     /// Horizontal field of view of a camera.
     CAMERA_VIEW_DEG: 1 to 179 " degrees";
     /// How far a camera sees past a marker's own direction: at 90 degrees it sees an edge.

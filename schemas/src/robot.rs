@@ -42,6 +42,8 @@ pub struct Robot {
     pub motion_noise: Option<MotionNoise>,
     /// How its odometry errs, if it has one.
     pub odometry: Option<OdometryNoise>,
+    /// How its wheels slip; only on a floor. Without it the robot moves exactly as commanded.
+    pub slip: Option<WheelSlip>,
 }
 
 /// A rectangle around the robot's centre.
@@ -160,7 +162,8 @@ pub struct MarkerCamera {
     pub slant_max_deg: f64,
     /// Pictures per second.
     pub rate_hz: f64,
-    /// Standard deviation of the distance of a marker that faces the camera, metres per metre.
+    /// Standard deviation of the distance of a marker that faces the camera, metres per metre; the error due to the pixels is added
+    /// to it.
     pub noise_per_m: f64,
     /// Standard deviation of the direction in which it sees a marker, degrees.
     pub bearing_noise_deg: f64,
@@ -168,6 +171,9 @@ pub struct MarkerCamera {
     pub facing_noise_deg_per_m: f64,
     /// Share of the markers in view that it misses in a picture at its shortest range; twice as many at its longest.
     pub miss: f64,
+    /// Its pixels, if they determine which markers within its range it detects. Without them a slant costs no pixels, but increases
+    /// the error of the distance.
+    pub pixels: Option<Pixels>,
     /// Mounting: forward of the robot's centre, metres.
     #[serde(default)]
     pub mount_x_m: f64,
@@ -179,13 +185,58 @@ pub struct MarkerCamera {
     pub mount_yaw_deg: f64,
 }
 
+/// How large a marker must appear to be detected: a bit narrower than about two pixels cannot be read (two samples for the smallest
+/// part, by the sampling theorem).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Pixels {
+    /// Width of the picture, pixels.
+    pub width_px: f64,
+    /// Side of a marker, its black border included, metres.
+    pub marker_side_m: f64,
+    /// Bits along a side, the border included: 8 for ArUco's dictionaries of 6 × 6.
+    pub side_bits: f64,
+    /// Least width of a bit that can be read, pixels.
+    pub least_bit_px: f64,
+    /// Standard deviation of a corner's position along each axis, pixels: 1/√12 if corners are found to whole pixels.
+    pub corner_px: f64,
+}
+
 impl MarkerCamera {
     /// Where the camera is mounted on the robot.
     pub fn mount(&self) -> Pose<Base> {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
 
+    /// Whether a marker at this distance appears large enough. In the pinhole model a side of s metres seen at this slant covers f
+    /// s cos(slant) / distance pixels, where the focal length f follows from the field of view.
+    pub fn resolves(&self, distance_m: f64, slant_rad: f64) -> bool {
+        self.pixels.is_none_or(|pixels| {
+            let width_px = self.side_px(&pixels, distance_m) * slant_rad.cos();
+            width_px >= pixels.side_bits * pixels.least_bit_px
+        })
+    }
+
+    /// Standard deviation of the measured distance of a marker, as a share of the distance.
+    ///
+    /// The distance is the focal length times a marker's side, divided by the length of that side in the picture. With pixels, that
+    /// length is the mean of the two upright sides, which no slant shortens. It depends on four corners and so errs as much as one
+    /// of them.
+    pub fn distance_error(&self, distance_m: f64, slant_rad: f64) -> f64 {
+        match &self.pixels {
+            None => self.noise_per_m / slant_rad.cos().max(0.1),
+            Some(pixels) => self.noise_per_m.hypot(pixels.corner_px / self.side_px(pixels, distance_m)),
+        }
+    }
+
+    /// The length of a marker's side in the picture, pixels.
+    fn side_px(&self, pixels: &Pixels, distance_m: f64) -> f64 {
+        let focal_px = pixels.width_px / 2.0 / (self.field_of_view_deg.to_radians() / 2.0).tan();
+        focal_px * pixels.marker_side_m / distance_m
+    }
+
     fn check(&self) -> Result<(), RobotError> {
+        self.pixels.map_or(Ok(()), |pixels| pixels.check())?;
         within(&[
             ("camera.field_of_view_deg", self.field_of_view_deg, bounds::CAMERA_VIEW_DEG),
             ("camera.range_max_m", self.range_max_m, bounds::RANGE_MAX_M),
@@ -201,6 +252,18 @@ impl MarkerCamera {
             ("camera.mount_yaw_deg", self.mount_yaw_deg, bounds::ANGLE_DEG),
         ])?;
         span("camera.range_min_m", self.range_min_m, self.range_max_m)
+    }
+}
+
+impl Pixels {
+    fn check(self) -> Result<(), RobotError> {
+        within(&[
+            ("camera.pixels.width_px", self.width_px, bounds::PICTURE_PX),
+            ("camera.pixels.marker_side_m", self.marker_side_m, bounds::MARKER_SIDE_M),
+            ("camera.pixels.side_bits", self.side_bits, bounds::SIDE_BITS),
+            ("camera.pixels.least_bit_px", self.least_bit_px, bounds::LEAST_BIT_PX),
+            ("camera.pixels.corner_px", self.corner_px, bounds::CORNER_PX),
+        ])
     }
 }
 
@@ -278,6 +341,29 @@ pub struct OdometryNoise {
     pub drift_yaw_radpm: f64,
     /// Slips per metre: a slip loses part of a step.
     pub slips_per_m: f64,
+}
+
+/// How far a robot on wheels strays from its commands. The values are standard deviations of errors that are drawn at the start of
+/// a run and constant during it: shares of the motion, or an angle per metre driven. Mecanum wheels also roll sideways.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WheelSlip {
+    /// How much farther or less far it drives than commanded, as a share.
+    pub distance: f64,
+    /// How far it slides to the left or right of its direction of motion, as a share.
+    pub sideways: f64,
+    /// By how much it turns without being commanded to, radians per metre.
+    pub yaw_radpm: f64,
+}
+
+impl WheelSlip {
+    fn check(&self) -> Result<(), RobotError> {
+        within(&[
+            ("slip.distance", self.distance, bounds::SHARE),
+            ("slip.sideways", self.sideways, bounds::SHARE),
+            ("slip.yaw_radpm", self.yaw_radpm, bounds::DRIFT_RADPM),
+        ])
+    }
 }
 
 /// What is wrong with a robot file.
@@ -405,6 +491,7 @@ impl Robot {
         self.motion_noise.as_ref().map_or(Ok(()), MotionNoise::check)?;
         self.footprint.map_or(Ok(()), |footprint| footprint.check(self.radius_m))?;
         self.odometry.as_ref().map_or(Ok(()), OdometryNoise::check)?;
+        self.slip.as_ref().map_or(Ok(()), WheelSlip::check)?;
         within(&[("tick_hz, by laser.rate_hz", self.tick_hz(), bounds::TICK_HZ)])
     }
 

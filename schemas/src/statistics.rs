@@ -1,4 +1,6 @@
-//! Statistics of counts.
+//! Statistics of counts and numbers: shares and means with their intervals.
+
+use std::f64::consts::PI;
 
 /// The 97.5 % point of the normal distribution: intervals contain the true rate in 95 % of all cases.
 const Z: f64 = 1.959_963_984_540_054;
@@ -14,6 +16,74 @@ pub fn wilson(successes: usize, attempts: usize) -> [f64; 2] {
     let half = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
     let scale = 1.0 + Z * Z / n;
     [((middle - half) / scale).max(0.0), ((middle + half) / scale).min(1.0)]
+}
+
+/// The mean of the numbers; 0 if there are none.
+pub fn mean(numbers: &[f64]) -> f64 {
+    numbers.iter().sum::<f64>() / numbers.len().max(1) as f64
+}
+
+/// The variance of the population that the sample is from; `None` for fewer than two numbers.
+pub fn variance(numbers: &[f64]) -> Option<f64> {
+    let middle = mean(numbers);
+    let squares: f64 = numbers.iter().map(|number| (number - middle).powi(2)).sum();
+    (numbers.len() > 1).then(|| squares / (numbers.len() - 1) as f64)
+}
+
+/// Student's 95 % interval of the mean (Student, Biometrika 6, 1908); `None` for fewer than two numbers.
+pub fn interval_of_mean(numbers: &[f64]) -> Option<[f64; 2]> {
+    let count = numbers.len() as f64;
+    let half = student(0.95, count - 1.0) * (variance(numbers)? / count).sqrt();
+    Some([mean(numbers) - half, mean(numbers) + half])
+}
+
+/// The number that the absolute value of Student's t exceeds with only this probability.
+fn student(share: f64, freedom: f64) -> f64 {
+    let outside = |t: f64| incomplete_beta(freedom / 2.0, 0.5, freedom / (freedom + t * t));
+    let (mut low, mut high) = (0.0, 1e4);
+    for _ in 0..100 {
+        let middle = f64::midpoint(low, high);
+        if outside(middle) > 1.0 - share { low = middle } else { high = middle }
+    }
+    high
+}
+
+/// The regularized incomplete beta function, by its continued fraction (Abramowitz and Stegun 1964, 26.5.8).
+pub fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
+    if x <= 0.0 || x >= 1.0 {
+        return f64::from(u8::from(x >= 1.0));
+    }
+    // It converges fast only on this side.
+    if x > (a + 1.0) / (a + b + 2.0) {
+        return 1.0 - incomplete_beta(b, a, 1.0 - x);
+    }
+    let front = (a * x.ln() + b * (1.0 - x).ln() + ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b)).exp() / a;
+    let term = |i: u32| {
+        let m = f64::from(i / 2);
+        if i.is_multiple_of(2) {
+            m * (b - m) * x / ((a + 2.0 * m - 1.0) * (a + 2.0 * m))
+        } else {
+            -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0))
+        }
+    };
+    // Evaluated from its end backwards: 200 terms are more than enough for a few hundred degrees of freedom.
+    front / (1..=200).rev().fold(1.0, |rest, i| 1.0 + term(i) / rest)
+}
+
+/// The logarithm of the gamma function above 0 (Lanczos 1964, with Pugh's coefficients for g = 5).
+fn ln_gamma(x: f64) -> f64 {
+    const COEFFICIENTS: [f64; 6] = [
+        76.180_091_729_471_46,
+        -86.505_320_329_416_77,
+        24.014_098_240_830_91,
+        -1.231_739_572_450_155,
+        0.001_208_650_973_866_179,
+        -0.000_005_395_239_384_953,
+    ];
+    let base = x + 5.5;
+    let series = COEFFICIENTS.iter().enumerate().map(|(i, coefficient)| coefficient / (x + 1.0 + i as f64));
+    let sum = 1.000_000_000_190_015 + series.sum::<f64>();
+    (x + 0.5) * base.ln() - base + ((2.0 * PI).sqrt() * sum / x).ln()
 }
 
 #[cfg(test)]
@@ -34,5 +104,20 @@ mod tests {
         }
         assert_eq!(wilson(0, 0), [0.0, 1.0]);
         assert_eq!(wilson(20, 20)[1], 1.0);
+    }
+
+    #[test]
+    fn student_s_numbers_are_those_of_the_books() {
+        for (freedom, t) in [(1.0, 12.706), (8.0, 2.306), (10.0, 2.228), (19.0, 2.093), (120.0, 1.980)] {
+            assert!((student(0.95, freedom) - t).abs() < 6e-4, "{freedom}");
+        }
+    }
+
+    #[test]
+    fn the_mean_lies_in_the_middle_of_its_interval() {
+        let [low, high] = interval_of_mean(&[1.0, 2.0, 3.0]).unwrap();
+        // 4.303 / √3 on either side.
+        assert!((low + 0.484).abs() < 1e-3 && (high - 4.484).abs() < 1e-3, "{low} {high}");
+        assert_eq!(interval_of_mean(&[1.0]), None);
     }
 }

@@ -2,6 +2,7 @@
 //! closed ends. A [`Corridor`] makes the floor plan; [`Corridor::drives`] says where robots drive in it.
 //!
 //! Lengths that the thesis does not give are chosen here: how far walls extend beyond the way, and where markers hang.
+//! [`Corridor::published`] derives them from what the thesis says about its own corridor.
 
 use sketchnav_schemas::floor_plan::{FloorPlan, Marker, Wall};
 use sketchnav_schemas::geometry::{Pose, World};
@@ -21,6 +22,13 @@ const FROM_END_M: f64 = 1.5;
 const WALL_THICKNESS_M: f64 = 0.1;
 /// From one marker to the next on the same wall, metres.
 const SPACING_M: f64 = 1.0;
+/// The same in the corridor of the thesis, which does not give it. "At least two markers in the environment at any given point of
+/// time" are its "core assumption" (3.3), and figure 5.1 shows two sets at once. Staggered rows fail because of the distance
+/// between markers (figures 5.2 to 5.7). So this is the largest spacing with which opposite markers are in view everywhere along
+/// the middle (a test).
+const PUBLISHED_SPACING_M: f64 = 1.2;
+/// Width of the corridor of the thesis, metres. The thesis does not give it.
+pub const PUBLISHED_WIDTH_M: f64 = 2.0;
 
 /// The course of a corridor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +59,9 @@ pub enum Numbers {
     Equal,
     /// Every second one of the right wall is missing.
     Uneven,
+    /// The left wall has an additional marker between any two: "more number of markers on one of the walls", so that "there is
+    /// always atleast one marker on the opposite wall" (Patil 2019, figures 5.5 to 5.7).
+    More,
 }
 
 /// A corridor.
@@ -64,6 +75,8 @@ pub struct Corridor {
     pub placement: Placement,
     /// How many there are.
     pub numbers: Numbers,
+    /// From one marker to the next on the same wall, metres; with [`Numbers::More`], on the right wall.
+    pub spacing_m: f64,
 }
 
 /// A way through a corridor, along its middle.
@@ -84,7 +97,25 @@ pub struct Drive {
 impl Corridor {
     /// A corridor with opposite markers, as many on both walls.
     pub fn new(shape: Shape, width_m: f64) -> Self {
-        Self { shape, width_m, placement: Placement::Opposite, numbers: Numbers::Equal }
+        let (placement, numbers, spacing_m) = (Placement::Opposite, Numbers::Equal, SPACING_M);
+        Self { shape, width_m, placement, numbers, spacing_m }
+    }
+
+    /// The corridor of Patil 2019, 5.3: straight, with the markers that its text asks for.
+    pub fn published(placement: Placement, numbers: Numbers) -> Self {
+        let (width_m, spacing_m) = (PUBLISHED_WIDTH_M, PUBLISHED_SPACING_M);
+        Self { shape: Shape::Straight, width_m, placement, numbers, spacing_m }
+    }
+
+    /// The same corridor with bare walls, for missions that place the markers themselves.
+    pub fn bare_plan(&self) -> FloorPlan {
+        let name = format!("{} {:.1} m, bare", self.words()[0], self.width_m);
+        FloorPlan { name, marker: Vec::new(), ..self.plan() }
+    }
+
+    /// The name of the file of [`Corridor::bare_plan`].
+    pub fn bare_file_name(&self) -> String {
+        format!("{}-{:.1}-bare.floor.toml", self.words()[0].to_lowercase(), self.width_m)
     }
 
     /// The floor with its walls and markers.
@@ -107,7 +138,7 @@ impl Corridor {
         for width_m in [1.6, 2.0, 2.4, 3.0] {
             for placement in [Placement::Opposite, Placement::Staggered] {
                 for numbers in [Numbers::Equal, Numbers::Uneven] {
-                    all.push(Self { shape: Shape::Straight, width_m, placement, numbers });
+                    all.push(Self { placement, numbers, ..Self::new(Shape::Straight, width_m) });
                 }
             }
         }
@@ -145,6 +176,7 @@ impl Corridor {
         let numbers = match self.numbers {
             Numbers::Equal => "equal",
             Numbers::Uneven => "uneven",
+            Numbers::More => "more on the left",
         };
         [shape, placement, numbers]
     }
@@ -266,11 +298,22 @@ impl Corridor {
     fn places(&self, i: usize, length_m: f64) -> Vec<f64> {
         let is_straight = self.shape == Shape::Straight;
         let is_right = is_straight && i == 0;
-        let shift =
-            if is_right && self.placement == Placement::Staggered { SPACING_M } else { SPACING_M / 2.0 };
-        let step = if is_right && self.numbers == Numbers::Uneven { 2.0 * SPACING_M } else { SPACING_M };
+        let whole_m = self.spacing_m;
+        let is_shifted = is_right && self.placement == Placement::Staggered;
+        let shift = if is_shifted { whole_m } else { whole_m / 2.0 };
+        let step = match self.numbers {
+            Numbers::Uneven if is_right => 2.0 * whole_m,
+            Numbers::More if is_straight && !is_right => whole_m / 2.0,
+            _ => whole_m,
+        };
         let count = ((length_m - shift) / step - 1e-9).ceil().max(0.0) as usize;
-        (0..count).map(|k| shift + k as f64 * step).collect()
+        let places = (0..count).map(|k| shift + k as f64 * step);
+        // In a straight corridor, the markers of both walls are spaced from its beginning.
+        if is_straight && !is_right {
+            places.rev().map(|at_m| length_m - at_m).collect()
+        } else {
+            places.collect()
+        }
     }
 }
 
@@ -338,5 +381,8 @@ mod tests {
         let staggered = straight(Placement::Staggered, Numbers::Uneven);
         assert_eq!(xs(staggered, -1.0), [1.0, 3.0, 5.0, 7.0, 9.0, 11.0]);
         assert_eq!(xs(staggered, 1.0), xs(opposite, 1.0));
+        let published = Corridor::published(Placement::Staggered, Numbers::More);
+        assert_eq!(xs(published, 1.0)[..4], [0.6, 1.2, 1.8, 2.4]);
+        assert_eq!(xs(published, -1.0)[..2], [1.2, 2.4]);
     }
 }

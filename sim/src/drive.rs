@@ -1,8 +1,13 @@
-//! How a drive follows a command: towards the commanded velocity, as fast as its limits let it.
+//! How a drive follows a command: towards the commanded velocity, as fast as its limits allow; and how far wheel slip takes it from
+//! that.
 
 use nalgebra::{Rotation2, Vector2};
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::Twist;
-use sketchnav_schemas::robot::{Drive, Limits};
+use sketchnav_schemas::robot::{Drive, Limits, WheelSlip};
 
 /// A velocity in the world's axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -11,6 +16,33 @@ pub struct Velocity {
     pub linear: Vector2<f64>,
     /// rad/s, counter-clockwise.
     pub angular: f64,
+}
+
+/// How a robot strays from its commands in a run.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Slip {
+    distance: f64,
+    sideways: f64,
+    yaw_radpm: f64,
+}
+
+impl Slip {
+    /// Draws the slip of a run.
+    pub fn new(slip: &WheelSlip, mut stream: Pcg64Mcg) -> Self {
+        let mut of = |deviation: f64| deviation * stream.sample::<f64, _>(StandardNormal);
+        Self { distance: of(slip.distance), sideways: of(slip.sideways), yaw_radpm: of(slip.yaw_radpm) }
+    }
+
+    /// The motion that results from a command.
+    pub fn motion(&self, command: &Twist) -> Twist {
+        let Twist { vx_mps, vy_mps, yaw_rate_radps } = *command;
+        let gets = 1.0 + self.distance;
+        Twist {
+            vx_mps: gets * vx_mps - self.sideways * vy_mps,
+            vy_mps: gets * vy_mps + self.sideways * vx_mps,
+            yaw_rate_radps: yaw_rate_radps + self.yaw_radpm * vx_mps.hypot(vy_mps),
+        }
+    }
 }
 
 /// The command as far as the robot can obey it. A command that is not finite stops it, and one above its speed is shortened in
@@ -58,6 +90,19 @@ mod tests {
 
     fn twist(vx_mps: f64, vy_mps: f64, yaw_rate_radps: f64) -> Twist {
         Twist { vx_mps, vy_mps, yaw_rate_radps }
+    }
+
+    /// At 0.1 m/s, a robot that drives a tenth farther, slides a twentieth to the left and turns by 0.2 rad per metre.
+    #[test]
+    fn wheels_that_slip_take_the_robot_elsewhere_by_shares_of_its_motion() {
+        let slip = Slip { distance: 0.1, sideways: 0.05, yaw_radpm: 0.2 };
+        let close = |found: Twist, [x, y, yaw]: [f64; 3]| {
+            let off = [found.vx_mps - x, found.vy_mps - y, found.yaw_rate_radps - yaw];
+            assert!(off.iter().all(|off| off.abs() < 1e-12), "{found:?}");
+        };
+        close(slip.motion(&twist(0.1, 0.0, 0.0)), [0.11, 0.005, 0.02]);
+        close(slip.motion(&twist(0.0, 0.1, 0.0)), [-0.005, 0.11, 0.02]);
+        close(slip.motion(&twist(0.0, 0.0, 0.5)), [0.0, 0.0, 0.5]);
     }
 
     #[test]

@@ -15,7 +15,7 @@ use sketchnav_schemas::seed;
 
 use crate::convex::{Convex, Segment};
 use crate::description::WorldDescription;
-use crate::drive;
+use crate::drive::{self, Slip};
 use crate::error::{SimError, check, check_start};
 use crate::people::Walker;
 use crate::physics::{Physics, Touching, TruePose};
@@ -61,6 +61,7 @@ struct Body {
     radius_m: f64,
     drive: Drive,
     limits: Limits,
+    slip: Option<Slip>,
 }
 
 /// A ranging sensor with its readings since the instant before.
@@ -182,7 +183,12 @@ impl Floor {
             outline,
             furniture,
             faces: Faces::new(faces),
-            body: Body { radius_m: robot.radius_m, drive: robot.drive, limits: robot.limits },
+            body: Body {
+                radius_m: robot.radius_m,
+                drive: robot.drive,
+                limits: robot.limits,
+                slip: robot.slip.as_ref().map(|slip| Slip::new(slip, stream("world/slip"))),
+            },
             laser,
             sonar,
             camera,
@@ -257,11 +263,12 @@ impl Floor {
 
     fn goal(&self, now_ns: u64) -> Twist {
         let fresh = self.command.filter(|held| now_ns.saturating_sub(held.stamp_ns) <= COMMAND_LIMIT_NS);
-        fresh.map_or(STOP, |Held { velocity: [vx_mps, vy_mps, yaw_rate_radps], .. }| Twist {
+        let commanded = fresh.map_or(STOP, |Held { velocity: [vx_mps, vy_mps, yaw_rate_radps], .. }| Twist {
             vx_mps,
             vy_mps,
             yaw_rate_radps,
-        })
+        });
+        self.body.slip.map_or(commanded, |slip| slip.motion(&commanded))
     }
 
     /// A contact begins with the first step that saw it and ends with the first that did not. What comes and goes within a step

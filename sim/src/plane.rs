@@ -129,8 +129,9 @@ fn check_sensors(robot: &Robot) -> Result<(), SimError> {
         ("sonar", robot.sonar.is_some()),
         ("camera", robot.camera.is_some()),
         ("odometry", robot.odometry.is_some()),
+        ("slip", robot.slip.is_some()),
     ] {
-        let expected = "a robot without that sensor over a plane of dots";
+        let expected = "a robot without that table over a plane of dots";
         check(!is_there, format!("robot {:?}: [{key}]", robot.name), expected, key)?;
     }
     Ok(())

@@ -3,13 +3,14 @@
 use sketchnav_schemas::robot::{Robot, RobotError};
 
 /// Name and file of every robot.
-const ROBOTS: [(&str, &str); 6] = [
+const ROBOTS: [(&str, &str); 7] = [
     ("helicopter", include_str!("../robots/helicopter.toml")),
     ("nomad200", include_str!("../robots/nomad200.toml")),
     ("nomad200-camera", include_str!("../robots/nomad200-camera.toml")),
     ("robotino", include_str!("../robots/robotino.toml")),
     ("turtlebot3", include_str!("../robots/turtlebot3.toml")),
     ("youbot", include_str!("../robots/youbot.toml")),
+    ("youbot-markers", include_str!("../robots/youbot-markers.toml")),
 ];
 
 /// The robot of that name; `None` if there is none.

@@ -94,7 +94,7 @@ fn each_world_rejects_what_it_has_nothing_for() {
     let start = Pose::<WorldFrame>::new(0.5, 0.5, 0.0);
     let error = DotPlane::new(hundred(), &robotino, start, 1).unwrap_err().to_string();
     assert!(
-        error.contains("\"robotino\": [laser]: expected a robot without that sensor over a plane"),
+        error.contains("\"robotino\": [laser]: expected a robot without that table over a plane"),
         "{error}"
     );
     let room = "name='room'\nwall_thickness_m=0.2\n[[wall]]\nclosed=true\npoints=[[0,0],[4,0],[4,4],[0,4]]\n";

@@ -382,7 +382,7 @@ fn parameters_of_the_other_navigators_pages_have_the_defaults_of_the_code() {
         "localizer": sketchnav_corridor::perception::Parameters::default(),
         "planner": sketchnav_corridor::planner::Parameters::default(),
     });
-    assert_eq!(compare_defaults("docs/navigators/corridor.md", &corridor), 5);
+    assert_eq!(compare_defaults("docs/navigators/corridor.md", &corridor), 10);
     let Effort { trials, trial_journeys, journeys } = Effort::USUAL;
     let directions = serde_json::json!({
         "planner": navigator::Settings::new(Window::new(0.1, 0.015).unwrap(), 0.001),

@@ -11,7 +11,7 @@ const TICK_NS: u64 = 100_000_000;
 
 const SKETCH: &str = "sketches/a-04.json";
 /// A sketch that is driven by landmark states.
-const BY_STATES: &str = "sketches/a-01.json";
+const BY_STATES: &str = "sketches/a-08.json";
 
 fn place(mission: &str) -> Place {
     Place::with_missions("landmarks", mission)
@@ -210,7 +210,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
         (
             mission.replace("[[task]]", "[parameters.planner.belief]\nahead = 1.0\n[[task]]"),
             &drawn,
-            "parameters.planner: unknown field `ahead`",
+            "parameters.planner.belief: unknown field `ahead`",
         ),
         (mission.clone(), &no_route, "a-04.json: expected an open line as the route"),
         (mission.clone(), &crossed, "a-04.json: expected objects apart"),

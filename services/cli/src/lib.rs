@@ -97,6 +97,7 @@ mod bridge;
 mod channels;
 mod chaos;
 mod deform;
+mod directions;
 mod doctor;
 mod doubts;
 mod eval;
@@ -220,6 +221,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
             recordings::with(&file, |whole| relations::relations(whole, &options))
         }
         Some(Command::Landmarks { mission, table }) => landmarks::print(&mission, table),
+        Some(Command::Directions { mission, options }) => directions::print(&mission, &options),
         Some(Command::Completions { shell }) => manuals::completions(shell),
         Some(Command::Man { folder }) => manuals::man(&folder),
         Some(Command::Recordings(tool)) => recordings::dispatch(tool),

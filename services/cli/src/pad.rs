@@ -1,6 +1,6 @@
 //! `sketchnav pad`: a whole system in real time, driven by what people draw.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{anyhow, ensure};
@@ -12,8 +12,8 @@ use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
 use crate::args::PadOptions;
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::folder::{create, plain_name};
-use crate::launch::{classify, configure, discard, grace, lines, load};
+use crate::folder::{RunFolder, create, plain_name};
+use crate::launch::{classify, configure, grace, lines, load};
 use crate::link::Link;
 use crate::mission::{is_demo, load_demo};
 use crate::notify::Manager;
@@ -26,11 +26,11 @@ const REFRESH: Duration = Duration::from_millis(100);
 pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     let link = Link::new(&options.site, options.token.clone()).or_input()?;
     let (folder, mission, robot) = place(options)?;
-    let run = run_config(options, &folder, mission, robot).or_input().inspect_err(|_| discard(&folder))?;
+    let run = run_config(options, &folder, mission, robot).or_input().inspect_err(|_| folder.discard())?;
     let started =
         lines(&run, Some(&link)).and_then(|lines| Supervisor::start(&run, lines, grace(&options.system)));
     let mut supervisor = started.map_err(|error| {
-        discard(&folder);
+        folder.discard();
         classify(error)
     })?;
     let watched = watch(&mut supervisor, &link);
@@ -39,7 +39,7 @@ pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
         Ok(()) => say!("the recording: {}", run.recording.as_deref().unwrap_or_default()),
         Err(error) => {
             if supervisor.status().is_none() {
-                discard(&folder);
+                folder.discard();
             }
             return Err(classify(error));
         }
@@ -53,7 +53,7 @@ pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
 }
 
 /// The folder of the results, the world and the robot.
-fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
+fn place(options: &PadOptions) -> Result<(RunFolder, Mission, Robot), Failure> {
     match options.mission.as_ref().filter(|path| !is_demo(path)) {
         Some(path) => {
             let (mission, robot) = load(path, &options.system)?;
@@ -63,7 +63,7 @@ fn place(options: &PadOptions) -> Result<(PathBuf, Mission, Robot), Failure> {
         }
         None => {
             let folder = create(&options.system.out, "pad").or_input()?;
-            let (mission, robot) = load_demo(&folder, &options.system).inspect_err(|_| discard(&folder))?;
+            let (mission, robot) = load_demo(&folder, &options.system).inspect_err(|_| folder.discard())?;
             Ok((folder, mission, robot))
         }
     }
@@ -117,7 +117,7 @@ fn watch(supervisor: &mut Supervisor, link: &Link) -> Result<(), SystemError> {
             manager.ready("serving the page");
         }
         for death in &supervisor.survived()[mourned..] {
-            say!("  {}; started again", death.how());
+            say!("  {}; restarted", death.how());
             mourned += 1;
         }
     }

@@ -28,7 +28,7 @@ const LOOK_UP: Duration = Duration::from_millis(20);
 const LOOK_SOON: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
 /// The format of [`Positions`] and [`World`].
-const CHECKPOINT: &str = "world 4";
+const CHECKPOINT: &str = "world 5";
 
 /// The world's positions in its channels before its sensors are read: the last number that was sent, or the number
 /// before the message to be received next.

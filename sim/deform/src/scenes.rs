@@ -4,6 +4,8 @@
 //! Degree 0 traces the scene; at degree 1 objects are some 0.5 m out of place; other degrees are in proportion. A drawing in
 //! which outlines meet or the route enters one is drawn again, because no person draws that on purpose. After some attempts all
 //! shifts become smaller. The same scene, degree and seed give the same sketch.
+//!
+//! [`hasty`] draws like a person in a hurry, who cuts corners; [`SceneSketch::on_a_pda`] writes whole pixels of a PDA.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -26,6 +28,13 @@ const LEAST_OBJECTS: usize = 4;
 /// How far the route wanders, metres; and over how much of it corners are smoothed.
 const BEND_M: f64 = 0.2;
 const SMOOTH_M: f64 = 0.8;
+/// Over what length of the route people in a hurry smooth corners: the median, metres, and the standard deviation of the
+/// logarithm.
+const HASTE_M: f64 = 1.5;
+const HASTE_SPREAD: f64 = 0.8;
+/// Pixels of a PDA's side, and metres a pixel: 5 inches (Chronis 2007, 4.3.2).
+const PDA_PX: f64 = 160.0;
+const PDA_PIXEL_M: f64 = 0.127;
 /// How far a pen trembles, metres.
 const TREMBLE_M: f64 = 0.015;
 /// Outlines are drawn at least this far apart, and the route at least this far from them, metres.
@@ -57,12 +66,31 @@ fn normal(rng: &mut Pcg64Mcg) -> f64 {
 /// Draws a scene.
 pub fn sketch(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     let mut rng = seed::stream(mission_seed, "deform/scene");
+    drawn(scene, &Hand { degree, smooth_m: SMOOTH_M * degree }, mission_seed, &mut rng)
+}
+
+/// Draws a scene like a person who is in more or less of a hurry and cuts corners accordingly. If much is cut, two turns
+/// to the same side become one.
+pub fn hasty(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
+    let mut rng = seed::stream(mission_seed, "deform/hasty scene");
+    let smooth_m = HASTE_M * (HASTE_SPREAD * normal(&mut rng)).exp();
+    drawn(scene, &Hand { degree, smooth_m }, mission_seed, &mut rng)
+}
+
+/// How a person draws.
+struct Hand {
+    degree: f64,
+    /// Over how much of the route corners are smoothed.
+    smooth_m: f64,
+}
+
+fn drawn(scene: &Scene, hand: &Hand, mission_seed: u64, rng: &mut Pcg64Mcg) -> SceneSketch {
     let mut shifts = 1.0;
     loop {
         for _ in 0..ATTEMPTS {
-            let drawn = attempt(scene, degree, shifts, &mut rng);
+            let drawn = attempt(scene, hand, shifts, rng);
             if drawn.holds() {
-                let tremble_m = TREMBLE_M * degree.min(1.0);
+                let tremble_m = TREMBLE_M * hand.degree.min(1.0);
                 return SceneSketch { tremble_m, seed: mission_seed, ..drawn };
             }
         }
@@ -70,7 +98,8 @@ pub fn sketch(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     }
 }
 
-fn attempt(scene: &Scene, degree: f64, shifts: f64, rng: &mut Pcg64Mcg) -> SceneSketch {
+fn attempt(scene: &Scene, hand: &Hand, shifts: f64, rng: &mut Pcg64Mcg) -> SceneSketch {
+    let degree = hand.degree;
     let scale = (SCALE * degree * normal(rng)).exp();
     let aspect = (ASPECT * degree * normal(rng)).exp();
     let whole = |[x, y]: At| [x * scale * aspect, y * scale / aspect];
@@ -96,7 +125,8 @@ fn attempt(scene: &Scene, degree: f64, shifts: f64, rng: &mut Pcg64Mcg) -> Scene
         drawn.push((i, object.outline.iter().map(corner).collect::<Vec<_>>()));
         moves.push((at, shift));
     }
-    let route = route(scene, &whole, &moves, degree * shifts, rng);
+    let hand = Hand { degree: degree * shifts, smooth_m: hand.smooth_m * shifts };
+    let route = route(scene, &whole, &moves, &hand, rng);
     let names = scene.objects.iter().map(|object| object.name.clone()).collect();
     SceneSketch { objects: drawn, route, names, tremble_m: 0.0, seed: 0 }
 }
@@ -106,7 +136,7 @@ fn route(
     scene: &Scene,
     whole: &impl Fn(At) -> At,
     moves: &[(At, At)],
-    degree: f64,
+    &Hand { degree, smooth_m }: &Hand,
     rng: &mut Pcg64Mcg,
 ) -> Vec<At> {
     let length = scene.way_m();
@@ -137,7 +167,7 @@ fn route(
             to
         })
         .collect();
-    let half = (SMOOTH_M * degree / 0.1 / 2.0) as usize;
+    let half = (smooth_m / 0.1 / 2.0) as usize;
     let mean = |i: usize| {
         // Ends stay in place.
         let half = half.min(i).min(bent.len() - 1 - i);
@@ -194,6 +224,31 @@ impl SceneSketch {
         [low, high]
     }
 
+    /// The sketch as the file of a PDA: strokes in whole pixels, centred on the screen, at the drawing's own scale. `None` if
+    /// it is larger than the screen.
+    pub fn on_a_pda(&self) -> Option<String> {
+        let points = || self.route.iter().chain(self.objects.iter().flat_map(|(_, outline)| outline));
+        let ends = [0, 1].map(|axis| {
+            let values = || points().map(move |at| at[axis]);
+            [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)]
+        });
+        if ends.iter().any(|[low, high]| (high - low) / PDA_PIXEL_M >= PDA_PX - 1.0) {
+            return None;
+        }
+        let pixel = |at: &At| {
+            let [x, y] =
+                [0, 1].map(|axis| (at[axis] - f64::midpoint(ends[axis][0], ends[axis][1])) / PDA_PIXEL_M);
+            [x, -y].map(|off| (off + PDA_PX / 2.0).round() as i32)
+        };
+        let line = |line: &[At]| stroke(line.iter().map(pixel).collect());
+        let closed = |outline: &[At]| dense(&[outline, &outline[..1]].concat());
+        let mut strokes: Vec<_> = self.objects.iter().map(|(_, outline)| line(&closed(outline))).collect();
+        strokes.push(line(&self.route));
+        let label = |(i, outline): &(usize, Vec<At>)| json!({ "text": self.names[*i], "at": pixel(&middle(outline)) });
+        let labels: Vec<_> = self.objects.iter().map(label).collect();
+        Some(json!({ "canvas": [PDA_PX, PDA_PX], "strokes": strokes, "labels": labels }).to_string())
+    }
+
     /// The sketch as a file of strokes, by an unsteady hand, with labels.
     pub fn file(&self) -> String {
         let mut rng = seed::stream(self.seed, "deform/scene pen");
@@ -216,6 +271,12 @@ impl SceneSketch {
         strokes.push(json!({ "points": points }));
         json!({ "canvas": canvas, "strokes": strokes, "labels": labels }).to_string()
     }
+}
+
+/// A stroke as JSON, without repeated points.
+fn stroke(mut points: Vec<[i32; 2]>) -> serde_json::Value {
+    points.dedup();
+    json!({ "points": points })
 }
 
 /// The line with points at least every 0.15 m.
@@ -256,6 +317,35 @@ mod tests {
         let shifts = [0.0, 0.5, 1.0, 1.5].map(mean_shift_m);
         println!("shifts: {shifts:?} m");
         assert!(shifts.is_sorted() && shifts[0] < 1e-6 && (0.3..0.8).contains(&shifts[2]), "{shifts:?}");
+    }
+
+    #[test]
+    fn a_person_in_a_hurry_cuts_corners_and_draws_a_shorter_route() {
+        let scene = Scene::a();
+        let length = |sketch: &SceneSketch| -> f64 {
+            sketch.route.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
+        };
+        let mut lengths: Vec<_> = (0..40).map(|seed| length(&hasty(&scene, 0.0, seed))).collect();
+        lengths.sort_by(f64::total_cmp);
+        assert!(lengths[39] <= scene.way_m() + 1e-6 && lengths[0] < 0.97 * scene.way_m(), "{lengths:?}");
+    }
+
+    #[test]
+    fn a_pda_has_whole_pixels_of_5_inches() {
+        let scene = Scene::b();
+        let drawn = sketch(&scene, 0.0, 1);
+        let file: serde_json::Value = serde_json::from_str(&drawn.on_a_pda().unwrap()).unwrap();
+        let strokes = file["strokes"].as_array().unwrap();
+        assert_eq!((strokes.len(), &file["canvas"]), (scene.objects.len() + 1, &json!([160.0, 160.0])));
+        let points = |stroke: &serde_json::Value| -> Vec<[i32; 2]> {
+            serde_json::from_value(stroke["points"].clone()).unwrap()
+        };
+        assert!(strokes.iter().flat_map(points).flatten().all(|pixel| (0..160).contains(&pixel)));
+        // The chair is 6 pixels wide.
+        let columns: Vec<_> = points(&strokes[0]).iter().map(|[column, _]| *column).collect();
+        assert_eq!(columns.iter().max().unwrap() - columns.iter().min().unwrap(), 6);
+        let large = SceneSketch { route: vec![[0.0, 0.0], [21.0, 0.0]], ..drawn };
+        assert_eq!(large.on_a_pda(), None);
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! A camera that finds fiducial markers: which ones it sees, and its errors.
 //!
 //! It sees a marker that is within its field of view and range, does not face away too far, and is not hidden by anything.
-//! Errors of distance and facing grow with the distance, and the distance of a slanted marker has a greater error. All errors
-//! in a picture are independent.
+//! The errors of distance and facing grow with the distance. All errors in a picture are independent.
+//!
+//! If the robot's file has no pixels, the error of a slanted marker's distance is greater. With pixels, a marker is only detected
+//! if it appears large enough, and its distance is computed from its upright edges, which no slant shortens.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -12,10 +14,13 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::floor_plan::Marker;
 use sketchnav_schemas::geometry::{Pose, World, wrap_angle};
 use sketchnav_schemas::message::{MAX_MARKERS, MarkerView, SeenMarker};
-use sketchnav_schemas::robot::MarkerCamera;
+use sketchnav_schemas::robot::{MarkerCamera, Pixels};
+use sketchnav_schemas::seed;
 
 use super::{DRAWS_PER_READING, Scene};
-use crate::raycast::cast_disc;
+use crate::convex::Convex;
+use crate::description::WorldDescription;
+use crate::raycast::{Faces, cast_disc};
 
 /// A line of sight ends this far before a marker, metres, since the marker may be slightly inside its wall.
 const BEFORE_M: f64 = 0.025;
@@ -47,6 +52,28 @@ impl Camera {
         let mut markers = markers.to_vec();
         markers.sort_by_key(|marker| marker.id);
         Self { model: model.clone(), markers, stream }
+    }
+
+    /// The markers that an error-free camera sees from a robot at `robot`, in a world without people.
+    pub fn exact_view(model: &MarkerCamera, world: &WorldDescription, robot: Pose<World>) -> Vec<SeenMarker> {
+        let exact = MarkerCamera {
+            noise_per_m: 0.0,
+            bearing_noise_deg: 0.0,
+            facing_noise_deg_per_m: 0.0,
+            miss: 0.0,
+            pixels: model.pixels.map(|pixels| Pixels { corner_px: 0.0, ..pixels }),
+            ..model.clone()
+        };
+        let furniture = world.furniture.iter().flat_map(Convex::edges);
+        let faces = Faces::new(world.outline.iter().copied().chain(furniture).collect());
+        let (scene, mount) = (Scene { robot, faces: &faces, people: &[] }, exact.mount());
+        let camera = Self::new(&exact, &world.markers, seed::stream(0, "exact"));
+        let mut stream = camera.stream.clone();
+        let seen = |marker: &Marker| {
+            let sight = camera.sight(&scene, &robot.compose(&mount), marker)?;
+            camera.measure(marker.id, &sight, &mut stream)
+        };
+        camera.markers.iter().filter_map(seen).collect()
     }
 
     /// Writes picture number `number`, except for the header. The same arguments give the same picture. If there are more
@@ -81,6 +108,7 @@ impl Camera {
             slant_rad: wrap_angle(towards_rad + std::f64::consts::PI - facing).abs(),
         };
         let is_in_view = (self.model.range_min_m..=self.model.range_max_m).contains(&distance_m)
+            && self.model.resolves(distance_m, sight.slant_rad)
             && sight.bearing_rad.abs() <= self.half_view_rad()
             && sight.slant_rad <= self.model.slant_max_deg.to_radians();
         (is_in_view && is_open(scene, from, at + BEFORE_M * Vector2::new(facing.cos(), facing.sin())))
@@ -94,8 +122,8 @@ impl Camera {
         let missed = model.miss * (1.0 + (sight.distance_m - model.range_min_m) / span_m);
         let is_missed = stream.random::<f64>() < missed;
         let mut normal = || stream.sample::<f64, _>(StandardNormal);
-        let slanted = sight.slant_rad.cos().max(0.1);
-        let distance_m = sight.distance_m * (1.0 + normal() * model.noise_per_m / slanted);
+        let error = model.distance_error(sight.distance_m, sight.slant_rad);
+        let distance_m = sight.distance_m * (1.0 + normal() * error);
         let bearing_rad = sight.bearing_rad + normal() * model.bearing_noise_deg.to_radians();
         let facing_noise_rad = model.facing_noise_deg_per_m.to_radians() * sight.distance_m;
         let mount = model.mount();
@@ -136,10 +164,8 @@ fn is_open(scene: &Scene<'_>, from: Vector2<f64>, to: Vector2<f64>) -> bool {
 #[cfg(test)]
 mod tests {
     use bytemuck::Zeroable;
-    use sketchnav_schemas::seed;
 
     use super::*;
-    use crate::raycast::Faces;
 
     fn model() -> MarkerCamera {
         MarkerCamera {
@@ -153,6 +179,7 @@ mod tests {
             bearing_noise_deg: 0.0,
             facing_noise_deg_per_m: 0.0,
             miss: 0.0,
+            pixels: None,
             mount_x_m: 0.2,
             mount_y_m: 0.0,
             mount_yaw_deg: 0.0,
@@ -198,6 +225,39 @@ mod tests {
         assert!(ids(&seen(&near, &markers, &[])).is_empty());
         let facing = MarkerCamera { slant_max_deg: 60.0, ..model() };
         assert!(ids(&seen(&facing, &markers, &[])).is_empty());
+    }
+
+    /// 640 pixels and 58 degrees give a focal length of 577 pixels, so a marker of 0.2 m covers 115 pixels at a distance of 1 m. It
+    /// needs 16, so it is detected up to 7.2 m away, and up to half of that if it is turned by 60 degrees.
+    #[test]
+    fn how_far_a_marker_is_found_follows_from_its_side_and_the_pixels() {
+        let pixels =
+            Pixels { width_px: 640.0, marker_side_m: 0.2, side_bits: 8.0, least_bit_px: 2.0, corner_px: 0.0 };
+        let model = MarkerCamera { range_max_m: 100.0, pixels: Some(pixels), ..model() };
+        let found = |distance_m, slant_deg: f64| model.resolves(distance_m, slant_deg.to_radians());
+        assert_eq!([7.2, 7.3].map(|distance_m| found(distance_m, 0.0)), [true, false]);
+        assert_eq!([3.6, 3.65].map(|distance_m| found(distance_m, 60.0)), [true, false]);
+        let facing = [marker(1, 3.9, 0.0, 180.0), marker(2, 3.9, 0.2, 243.0)];
+        assert_eq!(ids(&seen(&model, &facing, &[])), [1], "the second one is seen at 60 degrees");
+    }
+
+    /// A side of 0.2 m covers 38 pixels at 3 m. An error of a third of a pixel in a corner makes the distance err by 0.9 %, and by
+    /// twice that share at twice the distance.
+    #[test]
+    fn how_far_a_distance_errs_follows_from_the_pixels() {
+        let pixels = Pixels {
+            width_px: 640.0,
+            marker_side_m: 0.2,
+            side_bits: 8.0,
+            least_bit_px: 2.0,
+            corner_px: 1.0 / 3.0,
+        };
+        let model = MarkerCamera { pixels: Some(pixels), ..model() };
+        let error = |distance_m| model.distance_error(distance_m, 1.2);
+        assert!((error(3.0) - 0.00866).abs() < 1e-5, "{}", error(3.0));
+        assert!((error(6.0) / error(3.0) - 2.0).abs() < 1e-12);
+        let bare = MarkerCamera { noise_per_m: 0.01, pixels: None, ..model };
+        assert!((bare.distance_error(3.0, 60_f64.to_radians()) - 0.02).abs() < 1e-12);
     }
 
     #[test]

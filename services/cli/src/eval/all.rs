@@ -16,7 +16,8 @@ use sketchnav_lab::EvalError;
 use sketchnav_lab::experiments::TaskOutcome as Ended;
 use sketchnav_lab::experiments::figures::{Experiment, Method};
 use sketchnav_lab::experiments::studies::{Size, Study, report};
-use sketchnav_lab::experiments::{studies, suites, table};
+use sketchnav_lab::experiments::table;
+use sketchnav_lab::experiments::{studies, suites};
 
 use super::page::Pages;
 use super::parts::{self, Origin};
@@ -154,7 +155,9 @@ fn of_suite(
     write(&folder.join(format!("{name}.md")), &page(&driven, options))?;
     let of_methods = methods.iter().map(|method| Method::of(&suite, method, &outcomes)).collect();
     let command = command(name, &methods, options);
-    let experiment = Experiment { command, program: machine::program()?, methods: of_methods };
+    let program = machine::program()?;
+    let notices = suite.notices.clone();
+    let experiment = Experiment { command, program, methods: of_methods, notices, tables: Vec::new() };
     Ok(Ok(Entry { name, title: suite.title.clone(), experiment, size: None }))
 }
 
@@ -180,13 +183,13 @@ fn page(driven: &Driven<'_>, options: &EvalOptions) -> String {
         let outcomes = of_method(driven, method);
         let _ = writeln!(text, "## `{method}`\n");
         for table in table::of_suite(driven.suite, &outcomes) {
-            text += &markdown(&table.header, &table.rows);
+            text += &table.markdown();
         }
         text.extend(table::note(driven.suite, &outcomes).map(|note| note + "\n\n"));
     }
     for section in driven.suite.sections(driven.outcomes) {
         let _ = writeln!(text, "## {}\n", section.title);
-        text += &markdown(&section.table.header, &section.table.rows);
+        text += &section.table.markdown();
         text.extend(section.words.iter().map(|words| format!("{words}\n\n")));
     }
     text
@@ -207,51 +210,49 @@ fn command(name: &str, methods: &[String], options: &EvalOptions) -> String {
     given.into_iter().flatten().fold(format!("sketchnav eval {name}"), |line, option| line + " " + &option)
 }
 
-/// A Markdown table.
-fn markdown(header: &[String], rows: &[Vec<String>]) -> String {
-    let line = |cells: &[String]| {
-        let cells: Vec<_> = cells.iter().map(|cell| cell.replace('|', "\\|").replace('\n', " ")).collect();
-        format!("| {} |\n", cells.join(" | "))
-    };
-    let rule = format!("|{}\n", "---|".repeat(header.len()));
-    let rows: String = rows.iter().map(|row| line(row)).collect();
-    line(header) + &rule + &rows + "\n"
-}
-
-/// Runs a study, unless its figures exist.
+/// Runs a study unless its figures are already there.
 fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Result<Entry, Failure> {
     let size = Size { worlds: options.trials.map_or(study.worlds, u64::from), seed: options.seed };
     let (data, page) =
         (folder.join(format!("{}.json", study.name)), folder.join(format!("{}.md", study.name)));
     let program = machine::program()?;
     let command = command(study.name, &[], options);
-    let experiment = Experiment { command: command.clone(), program: program.clone(), methods: Vec::new() };
-    let worlds = format!("{} worlds", size.worlds);
-    let entry = Entry { name: study.name, title: study.title.to_owned(), experiment, size: Some(worlds) };
-    if page.is_file() && is_of(&data, size, &program) {
-        return Ok(entry);
+    let entry = |tables| Entry {
+        name: study.name,
+        title: study.title.to_owned(),
+        experiment: Experiment {
+            command: command.clone(),
+            program: program.clone(),
+            methods: Vec::new(),
+            notices: Vec::new(),
+            tables,
+        },
+        size: Some(format!("{} worlds", size.worlds)),
+    };
+    if let Some(tables) = tables_of(&data, size, &program).filter(|_| page.is_file()) {
+        return Ok(entry(tables));
     }
     say!("{}: {} worlds", study.name, size.worlds);
     let figures = (study.run)(size).map_err(classify)?;
     let mut text = heading(study.name, study.title, &command);
     for figure in &figures {
         let _ = writeln!(text, "## {}\n", figure.table.title);
-        text += &markdown(&figure.table.head, &report::rows(figure));
+        text += &report::words(&figure.table).markdown();
     }
     write(&page, &text)?;
     let mut object = study::json(study, size, &figures);
     object["program"] = json!(program);
     write(&data, &object.to_string())?;
-    Ok(entry)
+    Ok(entry(figures.into_iter().map(|figure| figure.table).collect()))
 }
 
-/// Whether a file has the figures of a study of this size by this program.
-fn is_of(data: &Path, size: Size, program: &str) -> bool {
-    let object =
-        sketchnav_files::read(data, PAGE).ok().and_then(|bytes| serde_json::from_slice::<Value>(&bytes).ok());
-    object.is_some_and(|object| {
-        object["worlds"] == size.worlds && object["seed"] == size.seed && object["program"] == program
-    })
+/// The tables of a file together with those of a study of this size by this program.
+fn tables_of(data: &Path, size: Size, program: &str) -> Option<Vec<studies::Table>> {
+    let bytes = sketchnav_files::read(data, PAGE).ok()?;
+    let mut object = serde_json::from_slice::<Value>(&bytes).ok()?;
+    let is_of =
+        object["worlds"] == size.worlds && object["seed"] == size.seed && object["program"] == program;
+    is_of.then(|| serde_json::from_value(object["figures"].take()).ok()).flatten()
 }
 
 /// The list of all experiments.
@@ -265,7 +266,7 @@ fn list(entries: &[Entry], left_out: &[String], options: &EvalOptions) -> Result
     let row = |entry: &Entry| {
         vec![format!("[{0}]({0}.md)", entry.name), entry.title.clone(), entry.figures().join("<br>")]
     };
-    text += &markdown(&header, &entries.iter().map(row).collect::<Vec<_>>());
+    text += &table::Table { header: header.to_vec(), rows: entries.iter().map(row).collect() }.markdown();
     for why in left_out {
         let _ = writeln!(text, "Left out: {why}\n");
     }

@@ -88,7 +88,13 @@ mod tests {
         let (command, program) = ("sketchnav eval routes".to_owned(), "0.1.0 7".to_owned());
         let json = r#"{ "method": "outline", "lines": {}, "total": { "attempts": 4, "reached": 4, "wrong_arrival": 0,
             "wrong_side": 0, "collided": 0, "lost": 0, "blocked": 0, "timed_out": 0, "aborted": 0, "with_collision": 0 } }"#;
-        Experiment { command, program, methods: vec![serde_json::from_str(json).unwrap()] }
+        Experiment {
+            command,
+            program,
+            methods: vec![serde_json::from_str(json).unwrap()],
+            notices: Vec::new(),
+            tables: Vec::new(),
+        }
     }
 
     #[test]

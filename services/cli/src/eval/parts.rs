@@ -122,6 +122,7 @@ fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
         bytes,
         method,
         ends_with_contact,
+        tasks_are_one,
         thinking_scans,
         person,
         ..
@@ -129,8 +130,8 @@ fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
     let bytes = bytes.as_ref().map(|page| crc32fast::hash(page.origin()));
     let sheet =
         sheet.as_ref().map(|sheet| (&sheet.restarts, sheet.start_error, sheet.correspondence.is_some()));
-    let how =
-        (name, drawing, job.method, method, job.repetition, job.seed, ends_with_contact, thinking_scans);
+    let ends = (ends_with_contact, tasks_are_one);
+    let how = (name, drawing, job.method, method, job.repetition, job.seed, ends, thinking_scans);
     let what = serde_json::to_string(&(mission, robot))?;
     Ok(format!("{how:?} {sheet:?} {bytes:?} {person:?} {what}"))
 }

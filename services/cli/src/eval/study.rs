@@ -64,8 +64,9 @@ fn refuse_what_has_no_meaning(study: &Study, options: &EvalOptions) -> anyhow::R
 fn table(figure: &Figure) -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED);
-    table.set_header(figure.table.head.clone());
-    table.add_rows(report::rows(figure));
+    let words = report::words(&figure.table);
+    table.set_header(words.header);
+    table.add_rows(words.rows);
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
@@ -74,11 +75,6 @@ fn table(figure: &Figure) -> Table {
 
 /// The figures for programs.
 pub fn json(study: &Study, size: Size, figures: &[Figure]) -> serde_json::Value {
-    let figure = |figure: &Figure| {
-        let rows = figure.table.rows.iter().map(|(name, values)| serde_json::json!([name, values]));
-        let (title, head) = (&figure.table.title, &figure.table.head);
-        serde_json::json!({ "title": title, "head": head, "rows": rows.collect::<Vec<_>>() })
-    };
-    let figures: Vec<_> = figures.iter().map(figure).collect();
+    let figures: Vec<_> = figures.iter().map(|figure| &figure.table).collect();
     serde_json::json!({ "study": study.name, "worlds": size.worlds, "seed": size.seed, "figures": figures })
 }

@@ -236,6 +236,7 @@ fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
         camera: None,
         view: None,
         motion_noise: None,
+        slip: None,
         laser: Some(Laser {
             model: "of a log".to_owned(),
             field_of_view_deg: laser.beams.span_rad(laser.count).to_degrees(),

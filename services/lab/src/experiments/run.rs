@@ -15,12 +15,16 @@ use sketchnav_sketch::mission::SketchMission;
 
 use crate::error::EvalError;
 use crate::experiments::cost::{Cost, clearance_m};
+use crate::experiments::drawn_task::DrawnTask;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::person::Bystander;
 use crate::experiments::trial::{Page, Trial};
 use crate::judge::log::Log;
 use crate::judge::states::{Said, StateDriven};
 use crate::judge::{self, TaskSpan, TaskVerdict};
+
+/// A robot that has moved less than this counts as not having moved, metres.
+const STILL_M: f64 = 0.01;
 
 /// A run that was driven.
 #[derive(Debug)]
@@ -128,13 +132,13 @@ fn drive_from(
     let run = trial.run(method, seed, first_task).map_err(wrong)?;
     let sheet = trial.sheet.as_ref();
     let sketch = sheet.map(|_| SketchMission::of(&run.mission)).transpose().map_err(wrong)?;
-    let stops_at_failure = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
+    let is_given_anew = sheet.is_some_and(|sheet| !sheet.restarts.is_empty());
     let mut watcher = Watcher {
         log: Log::default(),
         stamps_ns: Vec::new(),
         tasks: &run.mission.task,
         ends_with_contact: trial.ends_with_contact,
-        stops_at_failure,
+        stops_at_failure: is_given_anew || trial.tasks_are_one,
         failed: false,
         bystander: trial
             .person
@@ -152,7 +156,7 @@ fn drive_from(
     let answers = bystander.as_ref().map_or(0, Bystander::answers);
     let is_left_lost = bystander.is_some_and(|bystander| bystander.leaves_it_lost());
     let mut verdicts = judge::judge(&run.mission, &log.truth, &log.status, &log.contacts).tasks;
-    if stops_at_failure {
+    if is_given_anew {
         let failed = verdicts.iter().position(|verdict| !verdict.reached);
         verdicts.truncate(failed.map_or(verdicts.len(), |failed| failed + 1));
     }
@@ -175,21 +179,25 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
         return Kind::Collided;
     }
     let kind = match Kind::of(verdict) {
-        // With a person looking on, a lost robot waits, and its task does not end.
+        Kind::Reached => Kind::Reached,
+        _ if trial.is_corridor() && never_moved(driven) => Kind::NeverMoved,
+        // If a person is watching, a lost robot waits, and its task does not end.
         Kind::Aborted if driven.is_left_lost => Kind::Lost,
         kind => kind,
     };
-    let route = driven.sketch.as_ref().and_then(|sketch| sketch.tasks[index].aim.route());
-    let (Kind::Reached, Some(route), Some(sheet), Some(span)) = (kind, route, &trial.sheet, span) else {
-        return kind;
-    };
-    let Some(join) = &sheet.correspondence else { return kind };
-    let way: Vec<_> = span.of(&driven.log.truth).iter().map(|truth| truth.pose().position()).collect();
-    let route: Vec<_> = route.iter().map(|&at| sheet.paper.from_image(at)).collect();
-    if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
+    let drawn = || DrawnTask::of(trial, driven, span, index);
+    let is_other_way =
+        kind == Kind::Reached && drawn().is_some_and(|task| task.is_consistent() == Some(false));
+    if is_other_way { Kind::WrongSide } else { kind }
 }
 
-/// The cost of a task of a run. Processor time is known only for the run as a whole; a task gets its share by duration.
+/// Whether the robot has stayed where it stood at first.
+fn never_moved(driven: &Driven) -> bool {
+    let Some(first) = driven.log.truth.first().map(|truth| truth.pose().position()) else { return true };
+    driven.log.truth.iter().all(|truth| truth.pose().position().distance(&first) < STILL_M)
+}
+
+/// What a task of a run cost. The processor's time is only known for the run as a whole, and is shared out by time.
 fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     let log = &driven.log;
     let whole_s = log.truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
@@ -226,26 +234,38 @@ fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     judge::states::states(&driven.run, &said, is_reached)
 }
 
-/// The outcomes of a run's tasks.
-pub fn outcomes<'a>(
-    trial: &'a Trial,
-    method: &'a str,
-    repetition: u32,
-    driven: &'a Driven,
-) -> impl Iterator<Item = TaskOutcome> + 'a {
+/// A task that was driven: its verdict, its time span, and how it ended.
+struct Ended {
+    verdict: TaskVerdict,
+    span: Option<TaskSpan>,
+    kind: Kind,
+}
+
+/// The outcomes of a run's tasks; a single one if they count as one.
+pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -> Vec<TaskOutcome> {
     let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
-    driven.verdicts.iter().zip(spans).enumerate().map(move |(i, (verdict, span))| {
+    let each = driven.verdicts.iter().cloned().zip(spans).enumerate().map(|(i, (verdict, span))| Ended {
+        verdict,
+        span,
+        kind: kind_of(trial, driven, span.as_ref(), i),
+    });
+    let ended = if trial.tasks_are_one {
+        each.reduce(Ended::followed_by).into_iter().collect()
+    } else {
+        each.collect::<Vec<_>>()
+    };
+    let outcome = |(i, Ended { verdict, span, kind }): (usize, Ended)| {
         let end = span.and_then(|span| span.of(&driven.log.truth).last().copied());
-        let kind = kind_of(trial, driven, span.as_ref(), i);
+        let drawn = DrawnTask::of(trial, driven, span.as_ref(), i);
         TaskOutcome {
             id: format!("{}#{repetition}", trial.name),
             drawing: trial.drawing.clone(),
             method: method.to_owned(),
             seed: driven.run.seed,
-            task: verdict.name.clone(),
+            task: verdict.name,
             task_index: driven.first_task + i,
             kind,
-            reason: verdict.reason.clone(),
+            reason: verdict.reason,
             time_s: verdict.time_s,
             path_m: verdict.path_m,
             end: end.map(|truth| truth.pose()).map(|pose| [pose.x, pose.y, pose.yaw_rad.to_degrees()]),
@@ -254,6 +274,32 @@ pub fn outcomes<'a>(
             cost: span.map_or_else(Cost::default, |span| cost(trial, driven, &span, verdict.time_s)),
             states: states(driven, kind == Kind::Reached),
             answers: driven.answers,
+            cluster: trial.cluster.clone(),
+            on_sketch: trial
+                .sheet
+                .is_some()
+                .then(|| drawn.as_ref().is_some_and(DrawnTask::is_reached_on_sketch)),
+            displacement_m: drawn.and_then(|task| task.displacement_m()),
         }
-    })
+    };
+    ended.into_iter().enumerate().map(outcome).collect()
+}
+
+impl Ended {
+    /// Combines two tasks into one: the first failure decides, and whatever follows it is left out.
+    fn followed_by(self, next: Self) -> Self {
+        if self.kind != Kind::Reached {
+            return self;
+        }
+        let begin_ns = self.span.map(|span| span.begin_ns);
+        let span = next.span.map(|span| TaskSpan { begin_ns: begin_ns.unwrap_or(span.begin_ns), ..span });
+        let verdict = TaskVerdict {
+            name: format!("{}, {}", self.verdict.name, next.verdict.name),
+            time_s: self.verdict.time_s + next.verdict.time_s,
+            path_m: self.verdict.path_m + next.verdict.path_m,
+            collisions: self.verdict.collisions + next.verdict.collisions,
+            ..next.verdict
+        };
+        Self { verdict, span: span.or(self.span), kind: next.kind }
+    }
 }

@@ -6,7 +6,7 @@
 pub mod directions;
 pub mod report;
 
-use sketchnav_directions::experiments::Table;
+pub use sketchnav_directions::experiments::Table;
 
 use crate::error::EvalError;
 
@@ -67,7 +67,7 @@ pub enum Drawn {
 }
 
 /// The studies.
-const STUDIES: [Study; 7] = directions::STUDIES;
+const STUDIES: [Study; 8] = directions::STUDIES;
 
 /// The names of all studies.
 pub fn names() -> impl Iterator<Item = &'static str> {

@@ -54,6 +54,9 @@ pub struct Trial {
     pub name: String,
     /// The line of the table that it counts for: its drawing, or whatever else the lines are about.
     pub drawing: String,
+    /// Its drawing, if other drives of the suite are by the same one: they mostly end alike, and intervals are over drawings. `None`
+    /// for independent trials.
+    pub cluster: Option<String>,
     /// World, drawing, tasks; paths absolute.
     pub mission: Mission,
     /// The robot that the mission names.
@@ -64,7 +67,9 @@ pub struct Trial {
     pub method: Option<String>,
     /// Whether the first touch ends the drive as a failure.
     pub ends_with_contact: bool,
-    /// Scan periods that the cores take for a step, as on a slow machine in real time. 0: lockstep.
+    /// Whether its tasks count as one: it is reached if all of them are, and ends with the first that is not.
+    pub tasks_are_one: bool,
+    /// Duration of a step of the cores in scan periods, as on a slow machine in real time. 0: lockstep.
     pub thinking_scans: u32,
     /// The trial of which this one is a variant: both get the same seeds.
     pub variant_of: Option<String>,
@@ -80,11 +85,13 @@ impl Trial {
         Self {
             name,
             drawing: line,
+            cluster: None,
             mission,
             robot,
             sheet: None,
             method: None,
             ends_with_contact: false,
+            tasks_are_one: false,
             thinking_scans: 0,
             variant_of: None,
             bytes: None,
@@ -174,12 +181,17 @@ pub struct Sheet {
     pub start_error: Option<StartError>,
     /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn again.
     pub paper: Arc<DrawnMap>,
-    /// Which places of the drawing correspond to which places of the floor; the path must then be that of the drawn routes, too.
+    /// Which places of the drawing correspond to which places of the floor; the path must then be consistent with the drawing, too.
     /// `None` if any path will do.
     pub correspondence: Option<Arc<Correspondence>>,
 }
 
 impl Trial {
+    /// Whether it is driven by the navigator `corridor`.
+    pub fn is_corridor(&self) -> bool {
+        self.mission.navigator.kind == sketchnav_corridor::mission::KIND
+    }
+
     /// The run of the trial from `first_task` on.
     ///
     /// `seed` is the repetition's seed; each run of a trial with restarts gets one of its own.

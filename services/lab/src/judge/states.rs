@@ -12,7 +12,7 @@ use sketchnav_landmarks::matching::{self, Features};
 use sketchnav_landmarks::messages::{LandmarkEvent, LandmarkProgress, LandmarkView};
 use sketchnav_landmarks::perception::Seen;
 use sketchnav_landmarks::plane;
-use sketchnav_landmarks::route::{DIRECTIONS, INCH_M, Place, Relation, Route, State};
+use sketchnav_landmarks::route::{DIRECTIONS, Place, Relation, Route, State};
 use sketchnav_landmarks::sketch::Sketch;
 use sketchnav_landmarks::view;
 use sketchnav_schemas::geometry::{Point, Pose, World, wrap_angle};
@@ -84,7 +84,7 @@ pub fn states(run: &RunConfig, said: &Said<'_>, is_reached: bool) -> Vec<StateDr
 fn drawn(route: &Route, sketch: &Sketch) -> Vec<StateDriven> {
     let step = plane::length(&sketch.route) / (sketch.route.len() - 1).max(1) as f64;
     let steps = |along: Option<DrawnMetres>| along.unwrap_or_default().0 / step;
-    let headings = headings(&sketch.route, 10.0 * INCH_M);
+    let headings = headings(&sketch.route);
     let place = |along| (steps(along) as usize).min(headings.len() - 1);
     let places: Vec<usize> = route.along().into_iter().map(place).collect();
     let one = |(i, state): (usize, &State)| {

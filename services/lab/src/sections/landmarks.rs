@@ -9,10 +9,11 @@ use crate::picture::FloorShapes;
 use crate::picture::svg::{Sheet, View};
 use maud::{Markup, PreEscaped, html};
 use sketchnav_files::Files;
-use sketchnav_landmarks::drawn::{Drawn, DrawnMetres};
+use sketchnav_landmarks::drawn::DrawnMetres;
 use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_landmarks::messages::{LandmarkEvent, LandmarkProgress, LandmarkView};
 use sketchnav_landmarks::perception::{Perceiving, Perception};
+use sketchnav_landmarks::plane;
 use sketchnav_landmarks::ring::Ring;
 use sketchnav_landmarks::route::Route;
 use sketchnav_landmarks::view;
@@ -134,24 +135,12 @@ impl<'a> Landmarks<'a> {
         sheet.line(&trail.collect::<Vec<_>>(), "stroke=\"#2563eb\" stroke-width=\"3\"");
         let along = self.route.as_ref().map_or(Vec::new(), Route::along);
         for (i, along) in along.iter().enumerate() {
-            let Some(at) = along.and_then(|along| at_length(&sketch.route, along)) else { continue };
+            let Some(DrawnMetres(along)) = along else { continue };
+            let at = plane::at_length(&sketch.route, *along);
             mark(&mut sheet, &at, &(i + 1).to_string(), "#d97706");
         }
         Some(sheet.finish())
     }
-}
-
-/// The point on a line at a given length from its start.
-fn at_length(line: &[Point<Drawn>], along: DrawnMetres) -> Option<Point<Drawn>> {
-    let mut left = along;
-    for pair in line.windows(2) {
-        let step = DrawnMetres::between(&pair[0], &pair[1]);
-        if left <= step {
-            return Some(pair[0].towards(&pair[1], left.0 / step.0.max(f64::MIN_POSITIVE)));
-        }
-        left = left - step;
-    }
-    line.last().copied()
 }
 
 fn sheet(title: &str, points: impl Iterator<Item = [f64; 2]>) -> Sheet {

@@ -58,8 +58,6 @@ const BLOCKED_S: f64 = 60.0;
 const PROGRESS_M: f64 = 0.3;
 /// How long walls are remembered out of sight, seconds.
 const MEMORY_S: f64 = 20.0;
-/// The most that this method drives, m/s.
-const SPEED_MPS: f64 = 0.4;
 /// Half the length of the piece of wall that a marker stands for, metres.
 const WALL_PIECE_M: f64 = 0.8;
 /// Beams of the scan that markers make.
@@ -177,8 +175,8 @@ impl Guide {
 }
 
 impl Course {
-    /// At rest, with nothing known.
-    pub fn new(robot: &Robot) -> Self {
+    /// A course at rest that knows nothing yet; it drives at most `speed_mps`.
+    pub fn new(robot: &Robot, speed_mps: f64) -> Self {
         let [_, half_width_m] = robot.half_extents_m();
         let hard_m = half_width_m + BESIDE_M;
         let body = Body { radius_m: half_width_m, drive: robot.drive, limits: robot.limits };
@@ -194,7 +192,7 @@ impl Course {
         Self {
             room: Room { hard_m, soft_m: half_width_m + WIDE_M },
             footprint_m: half_width_m,
-            speed_share: (SPEED_MPS / robot.limits.speed_mps).min(1.0),
+            speed_share: (speed_mps / robot.limits.speed_mps).min(1.0),
             guide: Guide::new(&Pose::new(0.0, 0.0, 0.0)),
             obstacles: Obstacles::new(MEMORY_S),
             pursuit: Pursuit::new(body),

@@ -5,7 +5,7 @@
 //! - [`messages`]: what they say, and on which channels;
 //! - [`lookout`]: what a page shows of them; [`account`]: what is said of a run;
 //! - [`rules`]: rule files; the methods `qtc-b` and `argd` of Patil 2019 and `combined` drive by them;
-//! - [`perception`]: markers in memory, pairs, relations;
+//! - [`perception`]: markers in memory, pairs, relations, the trends of one sight or of many;
 //! - [`course`], [`way`]: this project's own method: the way on through free space, seen by laser or known by markers, and its
 //!   length.
 //!
@@ -15,6 +15,7 @@ pub mod account;
 pub mod course;
 pub mod derived;
 pub mod error;
+mod line;
 pub mod localizer;
 pub mod lookout;
 pub mod messages;

@@ -4,21 +4,18 @@ use serde::Serialize;
 use sketchnav_qualitative::argd::Scale;
 use sketchnav_schemas::channels::{MARKERS, ODOMETRY};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Instant, Outbox, Stage, StageError};
 
 use crate::error::CorridorError;
 use crate::messages::RELATIONS;
-use crate::perception::{Parameters, Perception};
-
-/// The longest memory of a marker, seconds.
-const MOST_MEMORY_S: f64 = 1e6;
+use crate::mission::{CorridorMission, Method};
+use crate::perception::{LEAST_HZ, Parameters, Perception, Terms};
 
 /// The localizer of a run.
 pub struct Localizer {
-    parameters: Parameters,
-    scale: Scale,
+    terms: Terms,
     perception: Perception,
 }
 
@@ -28,8 +25,10 @@ impl Localizer {
     /// # Errors
     /// [`CorridorError`] with the key.
     pub fn new(run: &RunConfig) -> Result<Self, CorridorError> {
-        let (parameters, scale) = parameters(&run.mission)?;
-        Ok(Self { parameters, scale, perception: Perception::default() })
+        let parameters = parameters(&run.mission)?;
+        let scale = scale(&parameters)?;
+        let is_steady = CorridorMission::of(&run.mission)?.method == Method::QtcBSteady;
+        Ok(Self { terms: Terms { parameters, scale, is_steady }, perception: Perception::default() })
     }
 }
 
@@ -37,31 +36,45 @@ impl Localizer {
 ///
 /// # Errors
 /// [`MissionError`] with the key.
-pub fn parameters(mission: &Mission) -> Result<(Parameters, Scale), MissionError> {
-    let wrong = |reason: String| MissionError::Key { key: "parameters.localizer".into(), reason };
-    let parameters = overlaid(&Parameters::default(), mission.parameters.of(Process::Localizer));
-    let parameters = parameters.map_err(|error| wrong(error.message().to_owned()))?;
-    if !(0.0..=MOST_MEMORY_S).contains(&parameters.memory_s) {
-        return Err(wrong(format!(
-            "memory_s: expected 0 to {MOST_MEMORY_S} s, found {}",
-            parameters.memory_s
-        )));
+pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
+    let parameters = mission.parameters.over(Process::Localizer, &Parameters::default())?;
+    let Parameters { memory_s, pair_rate_hz, hold_s, window_s, quantum_mps, .. } = parameters;
+    // The time between two pictures must not exceed that within which two sights make a trend.
+    let is_rate = pair_rate_hz == 0.0 || (LEAST_HZ..=1000.0).contains(&pair_rate_hz);
+    for (key, expected, found, holds) in [
+        ("memory_s", "0 to 1e6 s", memory_s, (0.0..=1e6).contains(&memory_s)),
+        ("pair_rate_hz", "0, or 4 to 1000 Hz", pair_rate_hz, is_rate),
+        ("hold_s", "0 to 60 s", hold_s, (0.0..=60.0).contains(&hold_s)),
+        ("window_s", "0.3 to 60 s", window_s, (0.3..=60.0).contains(&window_s)),
+        ("quantum_mps", "0 to 1 m/s", quantum_mps, (0.0..=1.0).contains(&quantum_mps)),
+    ] {
+        if !holds {
+            return Err(wrong(&format!("{key}: expected {expected}, found {found}")));
+        }
     }
-    let scale = parameters.scale().map_err(|error| wrong(error.to_string()))?;
-    Ok((parameters, scale))
+    scale(&parameters)?;
+    Ok(parameters)
+}
+
+fn scale(parameters: &Parameters) -> Result<Scale, MissionError> {
+    parameters.scale().map_err(|error| wrong(&error.to_string()))
+}
+
+fn wrong(reason: &str) -> MissionError {
+    MissionError::Key { key: "parameters.localizer".into(), reason: reason.to_owned() }
 }
 
 impl Stage for Localizer {
-    const FORM: &'static str = "corridor localizer 1";
+    const FORM: &'static str = "corridor localizer 2";
     type State = Perception;
 
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Some(odometry) = instant.newest(ODOMETRY)? else { return Ok(()) };
         let (robot, stamp_ns) = (odometry.pose(), instant.stamp_ns);
         if let Some(view) = instant.fresh(MARKERS)? {
-            self.perception.see(view, &robot, stamp_ns, &self.parameters, &self.scale);
+            self.perception.see(view, &robot, stamp_ns, &self.terms);
         }
-        self.perception.forget(stamp_ns, self.parameters.memory_s);
+        self.perception.forget(stamp_ns, self.terms.parameters.memory_s);
         out.send(RELATIONS, |relations| self.perception.write(&robot, stamp_ns, relations))?;
         Ok(())
     }

@@ -3,13 +3,14 @@
 //! ```toml
 //! [navigator]
 //! kind = "corridor"
-//! method = "corridor"            # or qtc-b, argd, combined: Patil 2019
+//! method = "corridor"            # or qtc-b, argd, combined: Patil 2019; or qtc-b-steady
 //! rules_file = "mine.rules.toml" # in place of the method's own rules; not for `corridor`
 //!
 //! [[task]]
 //! name = "to the lift"
 //! metres = 12.0                  # along the corridor; or marker = 7: until it is passed; or until = "end"
 //! turns = ["left"]               # which way at each junction; for `corridor` alone
+//! about = true                   # first turns about on the spot: from A to B, and back from B to A
 //! ```
 
 use serde::Deserialize;
@@ -18,7 +19,7 @@ use sketchnav_schemas::mission::{Mission, MissionError, Task, keys};
 /// The word of `[navigator] kind`.
 pub const KIND: &str = "corridor";
 /// The words of `[navigator] method`, the default first.
-pub const METHODS: [&str; 4] = ["corridor", "qtc-b", "argd", "combined"];
+pub const METHODS: [&str; 5] = ["corridor", "qtc-b", "argd", "combined", "qtc-b-steady"];
 /// The longest way of a task, metres.
 const MOST_METRES: f64 = 10_000.0;
 
@@ -35,6 +36,8 @@ pub enum Method {
     Argd,
     /// Both.
     Combined,
+    /// This project's own: the rules of `qtc-b` with trends over many sights, so that the errors of single sights do not decide.
+    QtcBSteady,
 }
 
 impl Method {
@@ -76,6 +79,8 @@ pub struct CorridorTask {
     pub goal: Goal,
     /// Which way to turn at each junction.
     pub turns: Vec<Turn>,
+    /// Whether the robot first turns about on the spot.
+    pub about: bool,
 }
 
 /// What belongs to this kind of a mission.
@@ -105,6 +110,8 @@ struct TaskKeys {
     until: Option<Until>,
     #[serde(default)]
     turns: Vec<Turn>,
+    #[serde(default)]
+    about: bool,
 }
 
 #[derive(Debug, Deserialize)]
@@ -122,7 +129,7 @@ impl CorridorMission {
         let NavigatorKeys { method, rules_file } = keys("navigator", &mission.navigator.given)?;
         let wrong = |key: String, expected, found: String| MissionError::Value { key, expected, found };
         if let Some(file) = rules_file.as_ref().filter(|_| method == Method::Corridor) {
-            let expected = "a method that drives by rules: qtc-b, argd or combined";
+            let expected = "a method that drives by rules, as qtc-b, argd and combined do";
             return Err(wrong("navigator.rules_file".into(), expected, format!("{file:?} beside corridor")));
         }
         let tasks = mission.task.iter().enumerate().map(|(i, task)| CorridorTask::of(i + 1, task, method));
@@ -133,7 +140,7 @@ impl CorridorMission {
 impl CorridorTask {
     fn of(number: usize, task: &Task, method: Method) -> Result<Self, MissionError> {
         let key = format!("task {number} ({})", task.name);
-        let TaskKeys { metres, marker, until, turns } = keys(&key, &task.given)?;
+        let TaskKeys { metres, marker, until, turns, about } = keys(&key, &task.given)?;
         let wrong = |expected, found: String| MissionError::Value { key: key.clone(), expected, found };
         let goal = match (metres, marker, until) {
             (Some(metres), None, None) if metres > 0.0 && metres <= MOST_METRES => Goal::Metres(metres),
@@ -149,7 +156,7 @@ impl CorridorTask {
                 "metres or marker and no turns: methods with rules know neither ends nor junctions";
             return Err(wrong(expected, "until or turns".into()));
         }
-        Ok(Self { name: task.name.clone(), goal, turns })
+        Ok(Self { name: task.name.clone(), goal, turns, about })
     }
 }
 
@@ -172,7 +179,8 @@ mod tests {
         for (i, method) in METHODS.into_iter().enumerate() {
             let found =
                 read(&MISSION.replace("kind='corridor'", &format!("kind='corridor'\nmethod='{method}'")));
-            let expected = [Method::Corridor, Method::QtcB, Method::Argd, Method::Combined][i];
+            let all = [Method::Corridor, Method::QtcB, Method::Argd, Method::Combined, Method::QtcBSteady];
+            let expected = all[i];
             assert_eq!(found.unwrap().method, expected);
         }
     }
@@ -187,14 +195,14 @@ mod tests {
                 "task 1 (on): expected metres above 0, at most 10000, found -1",
             ),
             (MISSION.replace("metres=7.0", "meters=7.0"), "task 1 (on): unknown field `meters`"),
-            (MISSION.replace("metres=7.0", "until='lunch'"), "task 1 (on): unknown variant `lunch`"),
+            (MISSION.replace("metres=7.0", "until='lunch'"), "task 1 (on).until: unknown variant `lunch`"),
             (
                 by_rules.replace("metres=7.0", "until='end'"),
                 "task 1 (on): expected metres or marker and no turns",
             ),
             (
                 MISSION.replace("kind='corridor'", "kind='corridor'\nmethod='map'"),
-                "navigator: unknown variant `map`",
+                "navigator.method: unknown variant `map`",
             ),
             (
                 MISSION.replace("kind='corridor'", "kind='corridor'\nrules_file='r.toml'"),

@@ -12,7 +12,7 @@ pub const NAVIGATOR: Navigator = Navigator {
     check_markers: Some(|mission, markers| Ok(crate::planner::check_markers(mission, markers)?)),
     parameters: |mission, _| {
         Ok(Parameters::in_force([
-            (Process::Localizer, Table::try_from(crate::localizer::parameters(mission)?.0)),
+            (Process::Localizer, Table::try_from(crate::localizer::parameters(mission)?)),
             (Process::Planner, Table::try_from(crate::planner::parameters(mission)?)),
         ])?)
     },

@@ -1,8 +1,10 @@
 //! What markers tell: which are remembered, which two make a pair, how they move and how far they are.
 //!
 //! A pair is the nearest marker on the left and the nearest on the right, seen within 0.1 s of each other (Patil 2019,
-//! 3.2.2 and 3.2.3). Its relations are QTC_B of marker and robot, the robot at rest at the origin, and the class of
-//! the distance. Markers are remembered in the odometry frame while they are out of view.
+//! 3.2.2 and 3.2.3). "The marker's ID number is stored until the robot has moved past that particular set of markers" (3.2.2): with
+//! [`Parameters::hold_s`] a pair is kept until neither of its markers is in view. Its relations are QTC_B between marker and robot,
+//! with the robot at rest at the origin, and the class of the distance. Markers are remembered in the odometry frame while they are
+//! out of view.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_qualitative::qtc::{QtcB, Sign};
@@ -10,6 +12,7 @@ use sketchnav_qualitative::{Point as Place, argd};
 use sketchnav_schemas::geometry::{Base, Odom, Pose, wrap_angle};
 use sketchnav_schemas::message::{MarkerView, PoseM, SeenMarker};
 
+use crate::line::Line;
 use crate::messages::{KnownMarker, MAX_KNOWN_MARKERS, PairedMarker, Relations, Trend};
 
 /// Markers of a pair are seen within this time, nanoseconds (Patil 2019, 3.2.3).
@@ -18,6 +21,10 @@ const PAIRED_NS: u64 = 100_000_000;
 const TREND_NS: u64 = 250_000_000;
 /// So many pictures and ticks a second a trend takes at least.
 pub const LEAST_HZ: f64 = 1e9 / TREND_NS as f64;
+/// How much closer together the stamps of two pictures may be than their period, nanoseconds.
+const ROUNDING_NS: u64 = 1_000_000;
+/// The signs of the lateral coordinate on the left and on the right.
+const SIDES: [f64; 2] = [1.0, -1.0];
 /// Share of a new sight in what is remembered of a marker's place: sights err.
 const NEWEST: f64 = 0.3;
 
@@ -33,6 +40,15 @@ pub struct Parameters {
     pub thresholds_are_upper: bool,
     /// How long a marker is remembered that is out of view, seconds.
     pub memory_s: f64,
+    /// How many pictures per second are evaluated, evenly spaced; 0: all.
+    pub pair_rate_hz: f64,
+    /// A pair counts as passed once neither of its markers has been in view for this long, seconds. 0: pairs are not held; each
+    /// picture forms its own.
+    pub hold_s: f64,
+    /// For `qtc-b-steady`: the age at which a sight has weight 1/e in a trend, seconds.
+    pub window_s: f64,
+    /// For `qtc-b-steady`: a distance that changes more slowly than this counts as unchanged, m/s.
+    pub quantum_mps: f64,
 }
 
 impl Default for Parameters {
@@ -42,8 +58,23 @@ impl Default for Parameters {
             thresholds_m: [3.0, 3.5, 4.0],
             thresholds_are_upper: true,
             memory_s: 120.0,
+            pair_rate_hz: 0.0,
+            hold_s: 0.0,
+            window_s: 1.0,
+            quantum_mps: 0.01,
         }
     }
+}
+
+/// How relations are computed.
+#[derive(Debug, Clone)]
+pub struct Terms {
+    /// The parameters.
+    pub parameters: Parameters,
+    /// Their scale of distances.
+    pub scale: argd::Scale,
+    /// Whether trends are computed over many sights instead of two.
+    pub is_steady: bool,
 }
 
 impl Parameters {
@@ -69,6 +100,8 @@ struct Known {
     now_m: [f64; 2],
     /// The same of the sight before.
     before_m: Option<[f64; 2]>,
+    /// Its recent distances from the camera.
+    line: Line,
 }
 
 /// The markers that a robot has seen.
@@ -81,6 +114,10 @@ pub struct Perception {
     since_ns: Option<u64>,
     left: Member,
     right: Member,
+    /// The numbers of the pair that is held: left, right.
+    held: Option<[u32; 2]>,
+    /// From when on the next picture is evaluated.
+    due_ns: u64,
 }
 
 /// A marker of the last pair.
@@ -96,48 +133,82 @@ struct Member {
 impl Default for Perception {
     fn default() -> Self {
         let known = Vec::with_capacity(MAX_KNOWN_MARKERS);
-        Self { known, pairs: 0, since_ns: None, left: Member::default(), right: Member::default() }
+        let (left, right) = (Member::default(), Member::default());
+        Self { known, pairs: 0, since_ns: None, left, right, held: None, due_ns: 0 }
     }
 }
 
 impl Perception {
     /// Takes in a picture, taken at `stamp_ns` by a robot at `robot`.
-    pub fn see(
-        &mut self,
-        view: &MarkerView,
-        robot: &Pose<Odom>,
-        stamp_ns: u64,
-        parameters: &Parameters,
-        scale: &argd::Scale,
-    ) {
-        for marker in view.markers() {
-            self.remember(marker, robot, stamp_ns);
+    pub fn see(&mut self, view: &MarkerView, robot: &Pose<Odom>, stamp_ns: u64, terms: &Terms) {
+        if !self.is_due(stamp_ns, terms.parameters.pair_rate_hz) {
+            return;
         }
-        let nearest = |side: f64| {
-            let is_on = |known: &&Known| {
-                known.now_m[1] * side > 0.0 && stamp_ns.saturating_sub(known.seen_ns) <= PAIRED_NS
-            };
-            let distance = |known: &&Known| known.now_m[0].hypot(known.now_m[1]);
-            self.known.iter().filter(is_on).min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
-        };
-        let (Some(left), Some(right)) = (nearest(1.0), nearest(-1.0)) else { return };
+        let camera_m = [view.camera_x_m, view.camera_y_m].map(f64::from);
+        for marker in view.markers() {
+            self.remember(marker, robot, camera_m, stamp_ns, terms.parameters.window_s);
+        }
+        let Some([left, right]) = self.pair(stamp_ns, terms.parameters.hold_s) else { return };
         // A pair of which neither is in this picture was told of before.
         if left.seen_ns == stamp_ns || right.seen_ns == stamp_ns {
-            let camera_m = [view.camera_x_m, view.camera_y_m].map(f64::from);
-            let member = |known: &Known| Member::of(known, camera_m, parameters, scale);
-            (self.left, self.right) = (member(&left), member(&right));
+            (self.left, self.right) =
+                (Member::of(&left, camera_m, terms), Member::of(&right, camera_m, terms));
             (self.pairs, self.since_ns) = (self.pairs + 1, Some(stamp_ns));
         }
     }
 
-    fn remember(&mut self, seen: &SeenMarker, robot: &Pose<Odom>, stamp_ns: u64) {
+    /// Whether this picture is evaluated: on average, `rate_hz` of them per second are.
+    fn is_due(&mut self, stamp_ns: u64, rate_hz: f64) -> bool {
+        if rate_hz <= 0.0 {
+            return true;
+        }
+        let is_due = stamp_ns + ROUNDING_NS >= self.due_ns;
+        if is_due {
+            self.due_ns = (self.due_ns + (1e9 / rate_hz) as u64).max(stamp_ns);
+        }
+        is_due
+    }
+
+    /// The marker on the left and the one on the right that are seen together. While a pair is held, no other markers form one.
+    fn pair(&mut self, stamp_ns: u64, hold_s: f64) -> Option<[Known; 2]> {
+        let age_ns = |known: &Known| stamp_ns.saturating_sub(known.seen_ns);
+        if hold_s > 0.0
+            && let Some(numbers) = self.held
+        {
+            let of = |id: u32| self.known.iter().find(|known| known.id == id).copied();
+            let members = numbers.map(of);
+            if members.iter().flatten().any(|known| age_ns(known) as f64 * 1e-9 <= hold_s) {
+                let is_on = |side: usize| members[side].filter(|known| is_seen(known, SIDES[side], stamp_ns));
+                return Some([is_on(0)?, is_on(1)?]);
+            }
+        }
+        let nearest = |side: f64| {
+            let distance = |known: &&Known| known.now_m[0].hypot(known.now_m[1]);
+            let seen = self.known.iter().filter(|known| is_seen(known, side, stamp_ns));
+            seen.min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
+        };
+        let pair = SIDES.map(nearest);
+        self.held = pair[0].zip(pair[1]).map(|(left, right)| [left.id, right.id]);
+        Some([pair[0]?, pair[1]?])
+    }
+
+    fn remember(
+        &mut self,
+        seen: &SeenMarker,
+        robot: &Pose<Odom>,
+        camera_m: [f64; 2],
+        stamp_ns: u64,
+        window_s: f64,
+    ) {
         let [x, y, yaw_rad] = [seen.x_m, seen.y_m, seen.facing_rad].map(f64::from);
         let at = robot.compose(&Pose::<Base>::new(x, y, yaw_rad));
+        let distance_m = (x - camera_m[0]).hypot(y - camera_m[1]);
         match self.known.binary_search_by_key(&seen.id, |known| known.id) {
             Ok(i) => {
                 let known = &mut self.known[i];
                 let is_recent = stamp_ns.saturating_sub(known.seen_ns) <= TREND_NS;
                 known.before_m = is_recent.then_some(known.now_m);
+                known.line.add(stamp_ns.saturating_sub(known.seen_ns) as f64 * 1e-9, distance_m, window_s);
                 (known.now_m, known.seen_ns) = ([x, y], stamp_ns);
                 let turn_rad = wrap_angle(at.yaw_rad - known.at.yaw_rad);
                 known.at = Pose::new(
@@ -149,7 +220,9 @@ impl Perception {
             Err(_) => {
                 self.make_room();
                 let place = self.known.partition_point(|known| known.id < seen.id);
-                let known = Known { id: seen.id, at, seen_ns: stamp_ns, now_m: [x, y], before_m: None };
+                let mut line = Line::default();
+                line.add(0.0, distance_m, window_s);
+                let known = Known { id: seen.id, at, seen_ns: stamp_ns, now_m: [x, y], before_m: None, line };
                 self.known.insert(place, known);
             }
         }
@@ -197,16 +270,20 @@ impl Perception {
 impl Member {
     /// The relations of a marker with the camera, which stands for the robot (Patil 2019, 3.2.3). A marker that was not
     /// seen just before has no trend.
-    fn of(known: &Known, camera_m: [f64; 2], parameters: &Parameters, scale: &argd::Scale) -> Self {
+    fn of(known: &Known, camera_m: [f64; 2], terms: &Terms) -> Self {
+        let Terms { parameters, scale, is_steady } = terms;
         let from_camera = |at: [f64; 2]| [at[0] - camera_m[0], at[1] - camera_m[1]];
         let [x, y] = from_camera(known.now_m);
-        let trends = known.before_m.and_then(|before| {
-            let origin = Place::try_from([0.0, 0.0]).ok()?;
-            let (before, now) = (Place::try_from(from_camera(before)).ok()?, Place::try_from([x, y]).ok()?);
+        let of_two = || {
+            let (before, origin) = (from_camera(known.before_m?), Place::try_from([0.0, 0.0]).ok()?);
+            let (before, now) = (Place::try_from(before).ok()?, Place::try_from([x, y]).ok()?);
             let [marker, robot] =
                 QtcB::of([before, now], [origin, origin], parameters.quantisation_m).signs();
             Some([trend(marker), trend(robot)])
-        });
+        };
+        let of_many =
+            || Some([known.line.trend(parameters.window_s, parameters.quantum_mps)?, Trend::Stable]);
+        let trends = if *is_steady { of_many() } else { of_two() };
         let [marker, robot] = trends.unwrap_or([Trend::Unknown; 2]).map(Trend::code);
         let class = scale.rank(x.hypot(y)).place() as u32;
         Self { id: known.id, marker, robot, class, place_m: known.now_m }
@@ -216,6 +293,11 @@ impl Member {
         let Self { id, marker, robot, class, place_m: [x_m, y_m] } = *self;
         PairedMarker { id, marker_trend: marker, robot_trend: robot, distance_class: class, x_m, y_m }
     }
+}
+
+/// Whether the marker is on that side and has just been seen.
+fn is_seen(known: &Known, side: f64, stamp_ns: u64) -> bool {
+    known.now_m[1] * side > 0.0 && stamp_ns.saturating_sub(known.seen_ns) <= PAIRED_NS
 }
 
 fn trend(sign: Sign) -> Trend {
@@ -241,6 +323,10 @@ mod tests {
         view
     }
 
+    fn terms(parameters: Parameters) -> Terms {
+        Terms { parameters, scale: parameters.scale().unwrap(), is_steady: false }
+    }
+
     fn said(perception: &Perception, robot: &Pose<Odom>, stamp_ns: u64) -> Relations {
         let mut relations = Relations::zeroed();
         perception.write(robot, stamp_ns, &mut relations);
@@ -249,17 +335,16 @@ mod tests {
 
     #[test]
     fn the_nearest_marker_of_each_side_makes_a_pair_and_its_trend_takes_two_sights() {
-        let (parameters, mut perception) = (Parameters::default(), Perception::default());
-        let scale = parameters.scale().unwrap();
+        let (terms, mut perception) = (terms(Parameters::default()), Perception::default());
         let robot = Pose::new(0.0, 0.0, 0.0);
         let first = view(&[(1, 3.0, 1.0), (2, 2.0, 1.0), (3, 3.3, -1.0)]);
-        perception.see(&first, &robot, 0, &parameters, &scale);
+        perception.see(&first, &robot, 0, &terms);
         let relations = said(&perception, &robot, 0);
         assert_eq!((relations.pairs, relations.left.id, relations.right.id), (1, 2, 3));
         assert_eq!((relations.left.marker_trend(), relations.left.distance_class), (Trend::Unknown, 0));
         assert_eq!(relations.right.distance_class, 1, "3.45 m");
         let next = view(&[(2, 1.9, 1.0), (3, 3.3, -1.005)]);
-        perception.see(&next, &robot, 100_000_000, &parameters, &scale);
+        perception.see(&next, &robot, 100_000_000, &terms);
         let relations = said(&perception, &robot, 100_000_000);
         assert_eq!(
             (relations.left.marker_trend(), relations.left.robot_trend()),
@@ -271,44 +356,118 @@ mod tests {
 
     #[test]
     fn one_side_alone_is_no_pair_and_markers_out_of_view_are_remembered_where_they_hang() {
-        let (parameters, mut perception) = (Parameters::default(), Perception::default());
-        let scale = parameters.scale().unwrap();
-        perception.forget(0, parameters.memory_s);
-        perception.see(&view(&[(5, 2.0, 1.0)]), &Pose::new(0.0, 0.0, 0.0), 0, &parameters, &scale);
+        let (terms, mut perception) = (terms(Parameters::default()), Perception::default());
+        perception.forget(0, terms.parameters.memory_s);
+        perception.see(&view(&[(5, 2.0, 1.0)]), &Pose::new(0.0, 0.0, 0.0), 0, &terms);
         let moved = Pose::new(1.0, 0.0, 0.0);
-        perception.see(&view(&[]), &moved, 3_000_000_000, &parameters, &scale);
+        perception.see(&view(&[]), &moved, 3_000_000_000, &terms);
         let relations = said(&perception, &moved, 3_000_000_000);
         assert_eq!((relations.pairs, relations.pair_age_s), (0, 3.0));
         let marker = relations.markers()[0];
         assert!((marker.x_m - 1.0).abs() < 1e-6 && marker.age_s == 3.0, "{marker:?}");
-        perception.forget(200_000_000_000, parameters.memory_s);
+        perception.forget(200_000_000_000, terms.parameters.memory_s);
         assert_eq!(said(&perception, &moved, 0).marker_count, 0);
     }
 
     /// A marker that came back into view after a minute was compared with where it was then.
     #[test]
     fn a_marker_that_was_out_of_view_has_no_trend() {
-        let (parameters, mut perception) = (Parameters::default(), Perception::default());
-        let (scale, robot) = (parameters.scale().unwrap(), Pose::new(0.0, 0.0, 0.0));
+        let (terms, mut perception) = (terms(Parameters::default()), Perception::default());
+        let robot = Pose::new(0.0, 0.0, 0.0);
         let both = view(&[(2, 2.0, 1.0), (3, 3.0, -1.0)]);
-        perception.see(&both, &robot, 0, &parameters, &scale);
-        perception.see(&view(&[(9, 3.0, 2.0)]), &robot, 50_000_000, &parameters, &scale);
+        perception.see(&both, &robot, 0, &terms);
+        perception.see(&view(&[(9, 3.0, 2.0)]), &robot, 50_000_000, &terms);
         assert_eq!(said(&perception, &robot, 50_000_000).pairs, 1, "neither of the pair is in this picture");
-        perception.see(&both, &robot, 60_000_000_000, &parameters, &scale);
+        perception.see(&both, &robot, 60_000_000_000, &terms);
         let relations = said(&perception, &robot, 60_000_000_000);
         assert_eq!((relations.pairs, relations.left.marker_trend()), (2, Trend::Unknown));
     }
 
     #[test]
     fn a_full_memory_forgets_the_oldest() {
-        let (parameters, mut perception) = (Parameters::default(), Perception::default());
-        let (scale, robot) = (parameters.scale().unwrap(), Pose::new(0.0, 0.0, 0.0));
+        let (terms, mut perception) = (terms(Parameters::default()), Perception::default());
+        let robot = Pose::new(0.0, 0.0, 0.0);
         for i in 0..100_u32 {
-            perception.see(&view(&[(i * 7 % 100, 2.0, 1.0)]), &robot, u64::from(i), &parameters, &scale);
+            perception.see(&view(&[(i * 7 % 100, 2.0, 1.0)]), &robot, u64::from(i), &terms);
         }
         let relations = said(&perception, &robot, 100);
         assert_eq!(relations.marker_count as usize, MAX_KNOWN_MARKERS);
         assert!(relations.markers().iter().all(|marker| marker.id != 0), "the first one is forgotten");
         assert!(relations.markers().is_sorted_by(|a, b| a.id < b.id));
+    }
+
+    /// A left marker leaves the view before the right one, which is staggered. Until the right one has left it, too, no other pair
+    /// counts (Patil 2019, 3.2.2), although other markers are in view on both sides.
+    #[test]
+    fn a_pair_is_held_by_its_numbers_until_neither_marker_is_in_view() {
+        let robot = Pose::new(0.0, 0.0, 0.0);
+        let pairs = |hold_s| {
+            let terms = terms(Parameters { hold_s, ..Parameters::default() });
+            let mut perception = Perception::default();
+            let mut see = |tenth: u64, markers: &[(u32, f32, f32)]| {
+                perception.see(&view(markers), &robot, tenth * 100_000_000, &terms);
+                let relations = said(&perception, &robot, tenth * 100_000_000);
+                (relations.pairs, relations.left.id, relations.right.id)
+            };
+            let [first, second] = [(1, 2.0, 1.0), (2, 3.0, 1.0)];
+            let [right, next] = [(11, 2.5, -1.0), (12, 3.5, -1.0)];
+            let mut pairs = vec![see(0, &[first, right])];
+            pairs.extend((1..4).map(|tenth| see(tenth, &[second, right])));
+            pairs.extend((4..11).map(|tenth| see(tenth, &[second, next])));
+            pairs
+        };
+        let nearest = pairs(0.0);
+        assert_eq!((nearest[2], nearest[4], nearest[10]), ((3, 2, 11), (5, 2, 11), (11, 2, 12)));
+        let held = pairs(0.5);
+        assert_eq!(held[1], (2, 1, 11), "the left one was seen a tenth of a second before");
+        assert_eq!(held[2..9], [(2, 1, 11); 7], "the right one was seen half a second before");
+        assert_eq!(held[9], (3, 2, 12));
+    }
+
+    /// A camera takes 30 pictures per second. The thesis issued 11.4, 10.8 and 20.5 commands per second (table 5.2), two for each
+    /// pair: 5.7, 5.4 and 10.3 pairs.
+    #[test]
+    fn as_many_pictures_are_looked_at_as_the_pair_rate_says() {
+        let robot = Pose::new(0.0, 0.0, 0.0);
+        let pairs = |pair_rate_hz| {
+            let terms = terms(Parameters { pair_rate_hz, ..Parameters::default() });
+            let mut perception = Perception::default();
+            let both = view(&[(2, 2.0, 1.0), (3, 3.0, -1.0)]);
+            (0..600).for_each(|picture| perception.see(&both, &robot, picture * 33_333_333, &terms));
+            said(&perception, &robot, 600 * 33_333_333).pairs
+        };
+        assert_eq!([0.0, 10.0, 5.5, 60.0].map(pairs), [600, 200, 110, 600]);
+    }
+
+    /// Five sights per second of two markers that come nearer by 8 cm and by half a centimetre per second, with errors that
+    /// alternate between 2 cm too far and 2 cm too near. Judged by two sights, both markers approach and recede in turn; the line
+    /// through all sights does not.
+    #[test]
+    fn a_steady_trend_is_that_of_many_sights() {
+        let robot = Pose::new(0.0, 0.0, 0.0);
+        let trends = |is_steady| {
+            let terms = Terms { is_steady, ..terms(Parameters::default()) };
+            let mut perception = Perception::default();
+            let see = |k: u64| {
+                let (time_s, error_m) = (k as f32 * 0.2, if k.is_multiple_of(2) { 0.02 } else { -0.02 });
+                // On the diagonal, a step along both axes is longer by a factor of √2.
+                let at = |mps: f32| (3.0 - mps * time_s + error_m) / std::f32::consts::SQRT_2;
+                let [left, right] = [at(0.08), at(0.005)];
+                perception.see(
+                    &view(&[(2, left, left), (3, right, -right)]),
+                    &robot,
+                    k * 200_000_000,
+                    &terms,
+                );
+                let relations = said(&perception, &robot, k * 200_000_000);
+                [relations.left.marker_trend(), relations.right.marker_trend()]
+            };
+            (0..30).map(see).collect::<Vec<_>>()
+        };
+        let two = trends(false);
+        assert_eq!((two[20], two[21]), ([Trend::Away; 2], [Trend::Towards; 2]));
+        let many = trends(true);
+        assert_eq!(many[4], [Trend::Unknown; 2], "not yet a second");
+        assert!(many[20..].iter().all(|both| *both == [Trend::Towards, Trend::Stable]), "{many:?}");
     }
 }

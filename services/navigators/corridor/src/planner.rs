@@ -3,14 +3,16 @@
 //! It answers every message of relations with one command and one status. Rules speak when a pair of markers is seen;
 //! between two pairs the last command stays (Patil 2019, 3.2).
 
+use std::f64::consts::PI;
+
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::agenda::{Agenda, Due, Standing};
 use sketchnav_schemas::channels::{ODOMETRY, SCAN};
 use sketchnav_schemas::codes::{Process, TaskState};
 use sketchnav_schemas::floor_plan::Marker;
-use sketchnav_schemas::geometry::{Base, Odom, Pose};
+use sketchnav_schemas::geometry::{Base, Odom, Pose, wrap_angle};
 use sketchnav_schemas::message::Twist;
-use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::robot::{Drive, Robot};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Denied, Heard, Instant, Outbox, Remains, Stage, StageError};
@@ -27,17 +29,27 @@ const PASSED_M: f64 = 4.0;
 /// A marker is ahead from so far on, metres: the direction along a corridor sways by some degrees.
 const AHEAD_M: f64 = 0.3;
 
+/// A robot that turns about turns at most this fast, radians per second, ...
+const ABOUT_RADPS: f64 = 0.5;
+/// ... at this multiple of the remaining angle per second, ...
+const ABOUT_PER_S: f64 = 2.0;
+/// ... until no more than this remains, radians.
+const ABOUT_RAD: f64 = 0.01;
+
 /// What may be set of it: a mission's table `parameters.planner`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// Without a pair of markers for this long, a robot that drives by rules is lost, seconds.
+    /// A robot that drives by rules is lost after this long without a pair of markers, seconds. 0: never; it keeps driving by its
+    /// last command, as in Patil 2019.
     pub lost_s: f64,
+    /// Top speed of the method `corridor`, m/s. Rule files have their own speeds.
+    pub speed_mps: f64,
 }
 
 impl Default for Parameters {
     fn default() -> Self {
-        Self { lost_s: 20.0 }
+        Self { lost_s: 20.0, speed_mps: 0.4 }
     }
 }
 
@@ -45,13 +57,24 @@ impl Default for Parameters {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Attempt {
     start: Pose<Odom>,
+    /// While the robot turns about: the direction that it has to face before it drives, radians in the odometry frame.
+    about_rad: Option<f64>,
     /// The pair that was answered last.
     pairs: u64,
     /// Whether the marker of the goal was ahead in the present direction, ...
     was_ahead: bool,
     /// ... which is that after so many turns.
     turns: u32,
+    /// The last answer of the rules. It remains in force until the next one, even while the robot turns about: without a pair in
+    /// view "no update to the robot's motion can be made" (Patil 2019, figure 5.2).
+    answer: Velocity,
     command: Velocity,
+}
+
+impl Attempt {
+    fn new(start: Pose<Odom>, pairs: u64, answer: Velocity) -> Self {
+        Self { start, about_rad: None, pairs, was_ahead: false, turns: 0, answer, command: [0.0; 3] }
+    }
 }
 
 /// A velocity in a checkpoint: vx, vy in m/s, turn rate in rad/s.
@@ -146,11 +169,17 @@ fn numbers(markers: &[Marker]) -> String {
 /// # Errors
 /// [`MissionError::Key`].
 pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
-    let wrong = |reason: String| MissionError::Key { key: "parameters.planner".into(), reason };
-    let parameters: Parameters = overlaid(&Parameters::default(), mission.parameters.of(Process::Planner))
-        .map_err(|error| wrong(error.message().to_owned()))?;
-    let holds = parameters.lost_s > 0.0 && parameters.lost_s.is_finite();
-    holds.then_some(parameters).ok_or_else(|| wrong("lost_s: expected a number above 0".into()))
+    let parameters = mission.parameters.over(Process::Planner, &Parameters::default())?;
+    let Parameters { lost_s, speed_mps } = parameters;
+    for (key, expected, found, range) in
+        [("lost_s", "0 to 1e6 s", lost_s, 0.0..=1e6), ("speed_mps", "0.01 to 30 m/s", speed_mps, 0.01..=30.0)]
+    {
+        if !range.contains(&found) {
+            let reason = format!("{key}: expected {expected}, found {found}");
+            return Err(MissionError::Key { key: "parameters.planner".into(), reason });
+        }
+    }
+    Ok(parameters)
 }
 
 impl Planner {
@@ -161,16 +190,17 @@ impl Planner {
     pub fn new(run: &RunConfig) -> Result<Self, CorridorError> {
         check(&run.mission, &run.robot)?;
         let CorridorMission { method, tasks, .. } = CorridorMission::of(&run.mission)?;
-        let start = Pose::new(0.0, 0.0, 0.0);
+        let attempt = Attempt::new(Pose::new(0.0, 0.0, 0.0), 0, [0.0; 3]);
+        let parameters = parameters(&run.mission)?;
         Ok(Self {
             method,
             tasks,
-            parameters: parameters(&run.mission)?,
+            parameters,
             base_from_laser: run.robot.laser.as_ref().map(|laser| laser.mount()),
             rules: None,
             agenda: Agenda::new(run),
-            attempt: Attempt { start, pairs: 0, was_ahead: false, turns: 0, command: [0.0; 3] },
-            course: Course::new(&run.robot),
+            attempt,
+            course: Course::new(&run.robot, parameters.speed_mps),
             remaining_m: 0.0,
         })
     }
@@ -197,15 +227,31 @@ impl Planner {
         Ok(())
     }
 
-    fn begin(&mut self, relations: &Relations, robot: &Pose<Odom>) {
-        let (start, pairs) = (*robot, relations.pairs);
-        self.attempt = Attempt { start, pairs, was_ahead: false, turns: 0, command: [0.0; 3] };
+    fn begin(&mut self, relations: &Relations, robot: &Pose<Odom>, answer: Velocity) {
+        self.attempt = Attempt::new(*robot, relations.pairs, answer);
         self.course.begin(robot);
+    }
+
+    /// Turns about on the spot; returns whether it is still turning.
+    fn turns_about(&mut self, relations: &Relations, robot: &Pose<Odom>) -> bool {
+        let Some(about_rad) = self.attempt.about_rad else { return false };
+        let left_rad = wrap_angle(about_rad - robot.yaw_rad);
+        if left_rad.abs() <= ABOUT_RAD {
+            self.begin(relations, robot, self.attempt.answer);
+            return false;
+        }
+        let rate_radps = (ABOUT_PER_S * left_rad).clamp(-ABOUT_RADPS, ABOUT_RADPS);
+        let goes_on = self.agenda.go_on("turning about");
+        self.attempt.command = if goes_on { [0.0, 0.0, rate_radps] } else { [0.0; 3] };
+        true
     }
 
     fn drive(&mut self, relations: &Relations, robot: &Pose<Odom>, dt_s: f64) {
         let index = self.agenda.task();
         let Some(&CorridorTask { goal, .. }) = self.tasks.get(index) else { return };
+        if self.turns_about(relations, robot) {
+            return;
+        }
         let along_m = self.along_m(robot);
         self.remaining_m = if let Goal::Metres(metres) = goal { (metres - along_m).max(0.0) } else { 0.0 };
         let has_arrived = match goal {
@@ -263,7 +309,8 @@ impl Planner {
 
     fn drive_by_rules(&mut self, relations: &Relations, dt_s: f64) {
         let unseen_s = relations.pair_age_s.min(self.agenda.elapsed_s());
-        if unseen_s > self.parameters.lost_s {
+        let lost_s = self.parameters.lost_s;
+        if lost_s > 0.0 && unseen_s > lost_s {
             self.agenda.end(TaskState::Lost, format_args!("no pair of markers for {unseen_s:.0} s"));
             self.stop(dt_s);
             return;
@@ -272,9 +319,10 @@ impl Planner {
             self.attempt.pairs = relations.pairs;
             if let Some(answer) = self.rules.as_ref().and_then(|rules| rules.answer(relations)) {
                 let Twist { vx_mps, vy_mps, yaw_rate_radps } = answer.twist();
-                self.attempt.command = [vx_mps, vy_mps, yaw_rate_radps];
+                self.attempt.answer = [vx_mps, vy_mps, yaw_rate_radps];
             }
         }
+        self.attempt.command = self.attempt.answer;
         let goes_on = match unseen_s > 1.0 {
             true => self.agenda.go_on(format_args!("no pair of markers in view")),
             false => self.agenda.go_on(Pair(relations)),
@@ -292,7 +340,7 @@ impl Planner {
     fn command(&self) -> Twist {
         let [vx_mps, vy_mps, yaw_rate_radps] = self.attempt.command;
         match self.method {
-            Method::Corridor => self.course.command(),
+            Method::Corridor if self.attempt.about_rad.is_none() => self.course.command(),
             _ => Twist { vx_mps, vy_mps, yaw_rate_radps },
         }
     }
@@ -328,7 +376,7 @@ impl std::fmt::Display for Pair<'_> {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "corridor planner 3";
+    const FORM: &'static str = "corridor planner 5";
     type State = State;
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
@@ -354,7 +402,9 @@ impl Stage for Planner {
         self.observe(instant, relations, &robot)?;
         match self.agenda.due(self.missing()) {
             Due::Begin => {
-                self.begin(relations, &robot);
+                let is_about = self.tasks.get(self.agenda.task()).is_some_and(|task| task.about);
+                self.begin(relations, &robot, if is_about { self.attempt.answer } else { [0.0; 3] });
+                self.attempt.about_rad = is_about.then(|| wrap_angle(robot.yaw_rad + PI));
                 self.drive(relations, &robot, dt_s);
             }
             Due::Drive => self.drive(relations, &robot, dt_s),

@@ -44,7 +44,7 @@ fn text(mission: &Mission, files: &Files<'_>) -> Result<String, CorridorError> {
     }
     let own = match method {
         Method::Corridor => "",
-        Method::QtcB => rules::QTC_B,
+        Method::QtcB | Method::QtcBSteady => rules::QTC_B,
         Method::Argd => rules::ARGD,
         Method::Combined => rules::COMBINED,
     };

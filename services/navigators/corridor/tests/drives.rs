@@ -88,8 +88,7 @@ fn drive_in(plan: &FloorPlan, goal: &str, way: &Drive, method: &str, robot: Robo
     let (start, turns) = (way.start, way.turns);
     let mission = format!(
         "name='m'\nrobot='youbot'\nworld={{floor_plan={:?},person=[{people}]}}\nstart={{world=[{:?},{:?}],world_heading_deg={:?}}}\n\
-         [navigator]\nkind='corridor'\nmethod='{method}'\n[[task]]\nname='on'\nturns={turns:?}\n{goal}\n\
-         time_limit_s=400\n",
+         [navigator]\nkind='corridor'\nmethod='{method}'\n[[task]]\nname='on'\nturns={turns:?}\ntime_limit_s=400\n{goal}\n",
         floor.display().to_string(),
         start.x,
         start.y,
@@ -268,4 +267,51 @@ fn metres_count_in_the_other_arm_after_a_closed_one() {
     let ended = drive_in(&plan, "metres=15.0", to_the_left, "corridor", youbot(), "");
     assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
     assert!(ended.off_m([8.0, -8.5]) < 1.5, "{}", ended.words());
+}
+
+/// A way there and back is two tasks, between which the robot turns about. It used to be two drives, from two starts.
+#[test]
+fn a_robot_that_turns_about_comes_back_to_where_it_began() {
+    let corridor = Corridor::new(Shape::Straight, 2.0);
+    let way = &corridor.drives()[0];
+    for method in ["argd", "corridor"] {
+        let there_and_back = "metres=3.0\n[[task]]\nname='back'\nabout=true\ntime_limit_s=400\nmetres=3.0";
+        let ended = drive_to(there_and_back, &corridor, way, method, youbot(), "");
+        assert_eq!((ended.state(), ended.contacts.len()), (TaskState::Reached, 0), "{}", ended.words());
+        assert_eq!(ended.status.unwrap().task, 1, "{method}");
+        let yaw_rad = ended.truth.unwrap().pose().yaw_rad;
+        assert!(ended.off_m([3.0, 0.0]) < 0.5 && yaw_rad.abs() > 2.8, "{method}: {}", ended.words());
+    }
+}
+
+/// The thesis leaves turning about to other behaviours ("such as turning around", conclusions), so it does not change the last
+/// answer of the rules. A robot that came out of its turn with no pair in view once stood there until its time was up.
+#[test]
+fn after_turning_about_the_last_answer_of_the_rules_goes_on() {
+    let corridor = Corridor::new(Shape::Straight, 2.0);
+    let way = &corridor.drives()[0];
+    let mut plan = corridor.plan();
+    plan.marker.retain(|marker| (marker.at[0] - 5.5).abs() < 0.1);
+    let goal = "metres=7.0\n[[task]]\nname='back'\nabout=true\ntime_limit_s=400\nmetres=0.5\n\
+                [parameters.planner]\nlost_s=0.0";
+    let ended = drive_in(&plan, goal, way, "argd", youbot(), "");
+    assert_eq!((ended.state(), ended.status.unwrap().task), (TaskState::Reached, 1), "{}", ended.words());
+}
+
+/// "Due to lack of any motion updates" the robot of the thesis drives on (figure 5.2). Here it soon has the only two markers behind
+/// it. By default it is lost 20 s later; with `lost_s = 0` it drives on to the end of its way.
+#[test]
+fn without_a_pair_the_last_command_stays_where_nothing_is_to_be_lost() {
+    let corridor = Corridor::new(Shape::Straight, 2.0);
+    let way = &corridor.drives()[0];
+    let mut plan = corridor.plan();
+    plan.marker.retain(|marker| (marker.at[0] - 5.5).abs() < 0.1);
+    assert_eq!(plan.marker.len(), 2);
+    for (parameters, state) in
+        [("", TaskState::Lost), ("[parameters.planner]\nlost_s=0.0", TaskState::Reached)]
+    {
+        let goal = format!("metres=7.0\n{parameters}");
+        let ended = drive_in(&plan, &goal, way, "argd", youbot(), "");
+        assert_eq!(ended.state(), state, "{}", ended.words());
+    }
 }

@@ -16,7 +16,6 @@ mod trial;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use sketchnav_schemas::seed::stream;
-use sketchnav_schemas::statistics::wilson;
 
 use crate::description::Descriptor;
 use crate::error::Error;
@@ -89,11 +88,6 @@ impl Tally {
     /// The share that arrived, drawn towards the middle as by one success and one failure more (Laplace).
     pub fn probability(&self) -> f64 {
         f64::from(self.arrivals() + 1) / f64::from(self.journeys() + 2)
-    }
-
-    /// The interval that holds the true share with 95 %.
-    pub fn interval(&self) -> [f64; 2] {
-        wilson(self.arrivals() as usize, self.journeys() as usize)
     }
 }
 
@@ -211,7 +205,7 @@ fn candidates(
     let simulated = with(&Estimate::best)?;
     let per_side = 1.0 / atlas.window.side;
     let taste = |distance, entries| {
-        Objective::Sum(Weights { distance: distance * per_side, unreliability: 1.0, entries })
+        Objective::Sum(Weights { distance: distance * per_side, unreliability: 1.0, entries, slides: 0.0 })
     };
     let find = |atlas: &Atlas, objective| best(atlas, start, goal, Measure::Windows, objective);
     let mut paths = vec![

@@ -165,10 +165,9 @@ mod tests {
         let atlas = atlas();
         let counts = [0.0, 0.8, 0.95, 1.0].map(|least| atlas.reliable(least).count());
         assert_eq!(counts[0], atlas.transitions.count());
-        assert!(counts[0] > counts[1] && counts[1] > counts[2] && counts[2] >= counts[3] && counts[3] > 0);
-        // Neither is a subset of the other in general: obvious transitions are all there, crowded ones are not.
-        assert!(atlas.reliable(0.99).all().any(|(_, entry)| entry.candidates == 1));
-        assert!(atlas.reliable(0.99).all().all(|(_, entry)| entry.candidates < 5));
+        assert!(counts[0] > counts[1] && counts[1] > counts[2] && counts[2] > counts[3], "{counts:?}");
+        // Some of the obvious landmarks are among them, but no crowded ones.
+        assert!(atlas.reliable(0.95).all().all(|(_, entry)| entry.candidates == 1));
     }
 
     #[test]

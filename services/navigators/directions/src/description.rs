@@ -12,7 +12,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::Point;
+use crate::geometry::{Corner, Point};
 use crate::isolation::{c_value, c_value_of_pair, mutual_neighbourhood};
 
 /// The most candidates that a description copes with. A view with more has no landmark.
@@ -83,6 +83,18 @@ impl Descriptor {
             Self::Confusable if candidates.len() < 2 => None,
             Self::Confusable | Self::Any => all.min_by(furthest),
         }
+    }
+
+    /// Which of the places around a landmark the word means when the landmark lies in a corner of a window with this side. An error
+    /// may have put the only candidate outside the quadrant: if the quadrant is empty, its edges are moved outwards by some slack.
+    pub fn pick_in(self, places: &[Point], corner: Corner, side: f64, slack: f64) -> Option<usize> {
+        let shown = |slack: f64| -> Vec<usize> {
+            (0..places.len()).filter(|&dot| corner.nearly_covers(places[dot], side, slack)).collect()
+        };
+        let within = shown(0.0);
+        let candidates = if within.is_empty() { shown(slack) } else { within };
+        let shown: Vec<Point> = candidates.iter().map(|&dot| places[dot]).collect();
+        self.pick(&shown).map(|index| candidates[index])
     }
 }
 
@@ -196,6 +208,19 @@ mod tests {
         assert_eq!(Descriptor::IsolatedPair.pick(&figure), Some(2));
         assert_eq!(Descriptor::PlusPair.pick(&figure), None);
         assert_eq!(Descriptor::Confusable.pick(&figure), Some(1));
+    }
+
+    /// The camera's error moves the window, so that a dot crosses its edge and another dot becomes the isolated one.
+    #[test]
+    fn a_dot_that_crosses_the_edge_of_the_quadrant_changes_what_is_isolated() {
+        let picked = |dots: &[Point]| Descriptor::Isolated.pick_in(dots, Corner::Sw, 10.0, 1.0);
+        let dots = points(&[(2.0, 3.0), (6.0, 7.0), (10.2, 9.0)]);
+        assert_eq!(picked(&dots), Some(1));
+        let moved: Vec<_> = dots.iter().map(|&dot| dot - Point::new(0.3, 0.0)).collect();
+        assert_ne!(picked(&moved), Some(1), "the third dot has come in");
+        // The only candidate is taken from just outside, but no farther.
+        assert_eq!(picked(&points(&[(10.5, 5.0), (12.0, 5.0)])), Some(0));
+        assert_eq!(picked(&points(&[(11.5, 5.0)])), None);
     }
 
     #[test]

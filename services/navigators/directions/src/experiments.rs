@@ -5,14 +5,19 @@
 //! are then 0.01 and 0.05 windows.
 
 mod journeys;
+mod paths;
+mod predictions;
 mod worlds;
 
 use std::fmt;
 
-pub use journeys::{
-    Calibration, Choice, Setting, Success, calibration, clutter, costs, success, words_and_windows,
-};
-pub use worlds::{components, costs_of_one_world, parkways, recoverable, reliability, windows};
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::statistics::{interval_of_mean, mean, wilson};
+
+pub use journeys::{Calibration, Choice, Setting, Success, calibration, costs, success, words_and_windows};
+pub use paths::{Goal, PUBLISHED_WAY, paths};
+pub use predictions::{of_paths, of_transitions};
+pub use worlds::{components, fits, parkways, recoverable, reliability, windows};
 
 use crate::error::Error;
 use crate::geometry::Window;
@@ -28,7 +33,7 @@ pub fn window() -> Result<Window, Error> {
 }
 
 /// A table of numbers.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Table {
     /// What it shows.
     pub title: String,
@@ -49,6 +54,20 @@ impl Table {
 
     fn row(&mut self, name: impl fmt::Display, values: &[f64]) {
         self.rows.push((name.to_string(), values.to_vec()));
+    }
+
+    /// The mean over worlds, Student's interval, and the number of worlds. With a single world, the interval is its value.
+    fn mean_of(numbers: &[f64]) -> [f64; 4] {
+        let middle = mean(numbers);
+        let [low, high] = interval_of_mean(numbers).unwrap_or([middle; 2]);
+        [middle, low, high, numbers.len() as f64]
+    }
+
+    /// A row with a share in percent, Wilson's interval and the number of worlds.
+    fn share(&mut self, name: impl fmt::Display, hits: usize, of: usize) {
+        let [low, high] = wilson(hits, of);
+        let shares = [hits as f64 / of.max(1) as f64, low, high].map(|share| 100.0 * share);
+        self.row(name, &[shares[0], shares[1], shares[2], of as f64]);
     }
 
     /// The numbers of a column, 0 for the first behind the names.

@@ -10,7 +10,8 @@
 //!   hides it, and what bars the way to it;
 //! - [`parkway`], [`trajectory`], [`transitions`]: which landmark is attained from which, and their sparse matrix;
 //! - [`reliability`], [`fit`]: equations 1 and 2; [`recovery`]: errors that are detected and corrected;
-//! - [`atlas`]: all of that together; [`path`], [`plan`]: costs and the best path; [`wording`]: words that depend on the path;
+//! - [`atlas`], [`survey`]: all of that together; [`path`], [`plan`]: costs and the best path; [`wording`]: words that depend on
+//!   the path;
 //! - [`pillars`]: landmarks on land in a laser scan;
 //! - [`arrival`]: the most probable path, by simulation; [`experiments`]: the paper's, and ours.
 //!
@@ -45,6 +46,7 @@ pub mod reliability;
 pub mod sight;
 pub mod signature;
 pub mod stages;
+pub mod survey;
 pub mod trajectory;
 pub mod transitions;
 pub mod traversal;

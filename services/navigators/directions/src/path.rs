@@ -1,8 +1,8 @@
 //! The best path from landmark to landmark (Park and Kender 1995, 5.1 to 5.4).
 //!
-//! The costs of a path are its distance D, its unreliability −ln R, and its number of entries. A path minimises a weighted
-//! sum of them, or the ratio D/R. The ratio of a whole path is no sum over its parts. Its minimum lies on the convex hull of
-//! all (D, −ln R), since ln D − ln R is concave there. So it is found exactly, by searches with several weights.
+//! The costs of a path are its distance D, its unreliability −ln R, its number of entries M, its sensing cost S and its time T. A
+//! path minimises a weighted sum of them, or the ratio D/R. The ratio of a whole path is not a sum over its parts, but its minimum
+//! lies on the convex hull of all (D, −ln R), since ln D − ln R is concave there, so searches with several weights find it exactly.
 //!
 //! **Measures.** Between *landmarks*, D is the way from dot to dot. Between *windows* (5.4), D is the way of the window's
 //! centre, and each landmark counts four times, once for each corner.
@@ -14,9 +14,11 @@ mod search;
 pub use crate::atlas::Atlas;
 use crate::error::Error;
 use crate::geometry::{Corner, Point, Window};
+use crate::navigator::Settings;
 use crate::plane::{DotId, Plane};
 use crate::sight::{Eye, is_seen};
-use crate::transitions::Transition;
+use crate::transitions::{Movement, Transition};
+use crate::traversal::STEP_S;
 
 /// What the distance of a path is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,6 +38,14 @@ pub struct Weights {
     pub unreliability: f64,
     /// Of the number of entries: the length of the map.
     pub entries: f64,
+    /// Weight of the number of trajectories.
+    pub slides: f64,
+}
+
+impl Weights {
+    const NONE: Self = Self { distance: 0.0, unreliability: 0.0, entries: 0.0, slides: 0.0 };
+    /// Breaks ties in favour of the shortest path.
+    const TIE: Self = Self { distance: 1e-9, ..Self::NONE };
 }
 
 /// What a path minimises.
@@ -49,11 +59,43 @@ pub enum Objective {
 
 impl Objective {
     /// The shortest path, by distance.
-    pub const SHORTEST: Self = Self::Sum(Weights { distance: 1.0, unreliability: 0.0, entries: 0.0 });
+    pub const SHORTEST: Self = Self::Sum(Weights { distance: 1.0, ..Weights::NONE });
     /// The most reliable path. Of equals, the shortest.
-    pub const MOST_RELIABLE: Self = Self::Sum(Weights { distance: 1e-9, unreliability: 1.0, entries: 0.0 });
+    pub const MOST_RELIABLE: Self = Self::Sum(Weights { unreliability: 1.0, ..Weights::TIE });
     /// The shortest map. Of equals, the shortest path.
-    pub const FEWEST_ENTRIES: Self = Self::Sum(Weights { distance: 1e-9, unreliability: 0.0, entries: 1.0 });
+    pub const FEWEST_ENTRIES: Self = Self::Sum(Weights { entries: 1.0, ..Weights::TIE });
+    /// The least sensing cost, [`Path::sensing`]. Ties go to the shortest path.
+    pub const FEWEST_VIEWS: Self =
+        Self::Sum(Weights { entries: VIEWS, slides: VIEWS_OF_A_SLIDE - VIEWS, ..Weights::TIE });
+
+    /// The least time, [`Path::time_s`].
+    pub fn quickest(settings: &Settings) -> Self {
+        let (stop_s, view_s) = (stop_s(settings), view_s(settings));
+        Self::Sum(Weights {
+            distance: 1.0 / settings.speed,
+            entries: stop_s + VIEWS * view_s,
+            slides: stop_s + (VIEWS_OF_A_SLIDE - VIEWS) * view_s,
+            ..Weights::NONE
+        })
+    }
+}
+
+/// Number of views by which a seek is decided: the one in which the word means a landmark.
+const VIEWS: f64 = 1.0;
+/// Number of views by which a trajectory is decided: that of the word, that of the pair's line, and that of the landmark that comes
+/// in.
+const VIEWS_OF_A_SLIDE: f64 = 3.0;
+
+/// How long a decision by one view takes while the window stands.
+fn view_s(settings: &Settings) -> f64 {
+    f64::from(settings.looks) * STEP_S
+}
+
+/// How much longer the window takes to reach a place where it stops than it would at full speed. Within speed/gain of the place it
+/// slows down in proportion to the remaining distance, until that is within the tolerance.
+fn stop_s(settings: &Settings) -> f64 {
+    let &Settings { speed, gain, tolerance, .. } = settings;
+    ((speed / (gain * tolerance)).ln() - 1.0).max(0.0) / gain
 }
 
 /// Where a journey begins: a view with at least one dot.
@@ -150,9 +192,36 @@ pub(crate) fn unreliability(legs: &[Leg]) -> f64 {
 }
 
 impl Path {
+    /// R.
+    pub fn reliability(&self) -> f64 {
+        (-self.unreliability).exp()
+    }
+
     /// D/R.
     pub fn ratio(&self) -> f64 {
         self.distance * self.unreliability.exp()
+    }
+
+    /// M: the number of entries of its map (5.3), including the first one, which says over which landmark the window stands.
+    pub fn entries(&self) -> usize {
+        self.legs.len() + 1
+    }
+
+    fn slides(&self) -> usize {
+        self.legs.iter().filter(|leg| leg.transition.movement != Movement::Seek).count()
+    }
+
+    /// S, the sensing cost (5.3): the number of views by which the navigator decides, one for each entry and two more for each
+    /// trajectory. The paper names the cost and refers to an earlier work for it; this definition is ours.
+    pub fn sensing(&self) -> f64 {
+        VIEWS * self.entries() as f64 + (VIEWS_OF_A_SLIDE - VIEWS) * self.slides() as f64
+    }
+
+    /// T, the time of an error-free journey (5.3), in seconds: the time for the distance at full speed, for the stops, and for the
+    /// views. The window stops once for each entry but the last, and once more for each trajectory. This definition is ours, too.
+    pub fn time_s(&self, settings: &Settings) -> f64 {
+        let stops = self.legs.len() + self.slides();
+        self.distance / settings.speed + stops as f64 * stop_s(settings) + self.sensing() * view_s(settings)
     }
 
     /// The landmarks, from the start to the goal.
@@ -199,7 +268,7 @@ const MOST_SEARCHES: usize = 64;
 
 /// The path with the least D/R, among the corners of the convex hull of all (D, −ln R).
 fn least_ratio(find: impl Fn(Weights) -> Option<Path>) -> Option<Path> {
-    let weights = |distance, unreliability| Weights { distance, unreliability, entries: 0.0 };
+    let weights = |distance, unreliability| Weights { distance, unreliability, ..Weights::NONE };
     let ends = [find(weights(1.0, 1e-6))?, find(weights(1e-9, 1.0))?];
     let mut best = if ends[0].ratio() <= ends[1].ratio() { ends[0].clone() } else { ends[1].clone() };
     let mut open = vec![ends];

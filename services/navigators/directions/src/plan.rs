@@ -5,6 +5,7 @@ use std::fmt;
 use crate::custom_map::{CustomMap, Direction, Entry, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
+use crate::geometry::Corner;
 use crate::navigator::heading;
 use crate::path::{Atlas, Leg, Path};
 use crate::plane::DotId;
@@ -75,6 +76,12 @@ impl Plan {
         let others = path.legs.iter().zip(&checks).map(entry);
         let map = CustomMap::new(std::iter::once(first).chain(others).collect())?;
         Ok(Self { path, checks, map, probability: None })
+    }
+
+    /// S (5.3): the views of the path ([`Path::sensing`]), and one view of each quadrant for each verification.
+    pub fn sensing(&self) -> f64 {
+        let verified = self.map.entries().iter().filter(|entry| entry.verification.is_some()).count();
+        self.path.sensing() + (Corner::ALL.len() * verified) as f64
     }
 
     /// The landmarks that the map means, one for each entry.
@@ -167,7 +174,7 @@ mod tests {
     use crate::path::{Measure, Objective, Start, best};
     use crate::reliability::Reliability;
     use crate::transitions::Kinds;
-    use crate::traversal::{Kind, Noise, Traversal};
+    use crate::traversal::{Kind, Noise, STEP_S, Traversal};
     use sketchnav_schemas::seed::stream;
 
     fn atlas(seed: u64, kinds: Kinds<'_>, sigma: f64) -> Atlas {
@@ -221,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn without_verification_it_flies_as_far_as_planned() {
+    fn without_verification_it_flies_as_far_and_as_long_as_planned() {
         let atlas = atlas(3, Kinds::PAPER, 0.0);
         let plan = (0..100)
             .filter_map(|goal| plan(&atlas, 2, goal, Objective::SHORTEST, Verify::Nothing))
@@ -233,6 +240,9 @@ mod tests {
         let report = journey.run(plan.path.start.centre, &mut stream(1, "journey"), |_, _, _| {});
         let (flown, planned) = (report.distance, plan.path.distance);
         assert!((flown / planned - 1.0).abs() < 0.1, "{flown} {planned}");
+        let (flown_s, planned_s) = (f64::from(report.steps) * STEP_S, plan.path.time_s(navigator.settings()));
+        assert!((flown_s / planned_s - 1.0).abs() < 0.1, "{flown_s} {planned_s}");
+        assert_eq!(plan.sensing(), plan.path.sensing());
         assert!(plan.map.entries().iter().all(|entry| entry.verification.is_none()));
     }
 
@@ -252,5 +262,7 @@ mod tests {
         );
         assert!(text.trim_end().ends_with("probability of arrival 0.900"), "{text}");
         assert_eq!(plan.map.to_string().parse::<CustomMap>().unwrap(), plan.map);
+        let verified = plan.map.entries().iter().filter(|entry| entry.verification.is_some()).count();
+        assert!(verified > 0 && plan.sensing() == plan.path.sensing() + 4.0 * verified as f64, "{text}");
     }
 }

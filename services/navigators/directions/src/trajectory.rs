@@ -38,6 +38,11 @@ impl Slide {
         Self { from: self.from + Point::new(-self.along.y, self.along.x) * by, ..self }
     }
 
+    /// The same slide, begun this far ahead.
+    pub fn moved_along(self, by: f64) -> Self {
+        Self { from: self.from + self.along * by, ..self }
+    }
+
     /// After how long a slide the window takes in a point, and after how long it leaves it; none where it never does.
     pub fn span(self, window: Window, point: Point) -> Option<(f64, f64)> {
         let relative = point - self.from;
@@ -149,6 +154,15 @@ mod tests {
         let landing =
             Slide::of_pair(world.dot(0), world.dot(1), false).unwrap().lands(&world, window()).unwrap();
         assert_eq!(landing.dot, 3);
+    }
+
+    /// The camera's error moves the window, so it may at first not show what the map says it shows, and vice versa.
+    #[test]
+    fn a_slide_that_begins_elsewhere_attains_what_lies_at_the_edge_of_its_window() {
+        let world = plane(&[(50.0, 50.0), (54.0, 50.0), (56.9, 52.0), (70.0, 50.0)]);
+        let slide = Slide::of_pair(world.dot(0), world.dot(1), false).unwrap();
+        let lands = |by| slide.moved_along(by).lands(&world, window()).unwrap().dot;
+        assert_eq!((lands(0.0), lands(-0.2)), (3, 2));
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The transition matrix: which landmark is attained directly from which, and how (Park and Kender 1995, 5.1, table 2).
+//! The transition matrix: which landmark is attained directly from which, and how (Park and Kender 1995, 5.1).
 //!
 //! The matrix is sparse: each landmark has a list of its transitions. A landmark has four corners, each corner at most one
 //! target for each word, and each pair of reference and target up to two trajectories.
@@ -213,17 +213,6 @@ impl Transitions {
     }
 }
 
-/// A small transition matrix as table 2 has it: a row for each landmark of origin, the least cost of each entry.
-pub fn matrix(transitions: &Transitions, cost: impl Fn(DotId, &Transition) -> f64) -> Vec<Vec<Option<f64>>> {
-    let mut matrix = vec![vec![None; transitions.landmarks()]; transitions.landmarks()];
-    for (from, transition) in transitions.all() {
-        let entry: &mut Option<f64> = &mut matrix[from as usize][transition.to as usize];
-        let cost = cost(from, transition);
-        *entry = Some(entry.map_or(cost, |other| other.min(cost)));
-    }
-    matrix
-}
-
 /// The transition to the landmark that a word means.
 fn seek(candidates: &Candidates, corner: Corner, word: Descriptor) -> Option<Transition> {
     let seen = candidates.pick(word)?;
@@ -282,13 +271,6 @@ mod tests {
     }
 
     #[test]
-    fn a_column_that_is_filled_is_a_good_landmark() {
-        let all = Transitions::new(&figure_13(), window(), Kinds::PAPER);
-        let attained = all.attained_from();
-        assert_eq!(attained.iter().max(), Some(&attained[2]), "{attained:?}");
-    }
-
-    #[test]
     fn parkways_apart_are_components_and_trajectories_join_them_one_way() {
         let world = figure_13();
         let parkways = Transitions::new(&world, window(), Kinds::ISOLATED).components();
@@ -310,21 +292,6 @@ mod tests {
         assert_eq!((of_d[0].to, of_d[0].movement, of_d[0].candidates), (4, Movement::Seek, 1));
         assert_eq!((of_d[1].to, of_d[1].seen, of_d[1].movement), (2, 4, Movement::Backward));
         assert!((of_d[1].slide - 30.5).abs() < 0.2, "{}", of_d[1].slide);
-    }
-
-    #[test]
-    fn a_matrix_has_an_entry_for_each_transition() {
-        let world = figure_13();
-        let all = Transitions::new(&world, window(), Kinds::PAPER);
-        let distance = |from, entry: &Transition| (world.dot(entry.to) - world.dot(from)).norm();
-        let matrix = matrix(&all, distance);
-        assert_eq!(matrix[3][4], Some(7.0_f64.hypot(0.5)));
-        assert_eq!((matrix[3][2], matrix[2][3], matrix[0][0]), (Some(32.0), None, None));
-        let filled = |column: usize| matrix.iter().filter(|row| row[column].is_some()).count();
-        assert_eq!(
-            (0..5).map(filled).collect::<Vec<_>>(),
-            all.attained_from().iter().map(|&n| n as usize).collect::<Vec<_>>()
-        );
     }
 
     #[test]

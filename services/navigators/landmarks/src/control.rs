@@ -1,13 +1,11 @@
 //! Control: the reactive controller, and its fusion with the command of the path (Chronis 2007, 4.7).
 //!
-//! Formula 4.26 lost its typesetting. We read it as
+//! Formula 4.26 is
 //!
-//! α = Σ s / e^μ(x) · w(x) · cos(x π/8), β the same with the sine, μ(x) = p(x) · ln(r − 1) / r
+//! α = Σ s / e^μ(x) · w(x) · cos(x π/8), β the same with the sine,
 //!
-//! with p(x) the proximity in direction x and r the range, both in inches. So an object counts s = 200 where it
-//! touches. At the range of 150 inches it counts s / (r − 1), about 1, and nothing beyond. S₁ = √(α² + β²) says how
-//! much is to be avoided, F₁ = atan2(β, α) where. The printed minus between p(x) and the logarithm would leave 38 % of
-//! the force at the range. Nothing would be left of the path's command between objects.
+//! with p(x) the proximity in direction x and r the range, both in inches. S₁ = √(α² + β²) is how strongly to avoid, and
+//! F₁ = atan2(β, α) the direction to avoid. There are two readings of μ: see [`Attenuation`].
 //!
 //! Formula 4.27, F₂ = d S₁ r / c + p t, we read with d = −F₁ in degrees: away from what is avoided. The weights of figure 4.25
 //! are lost: the text has them greatest in front, less at the sides, none in the rear; see [`WEIGHTS`].
@@ -26,6 +24,29 @@ pub const WEIGHTS: [f64; 9] = [1.0, 0.9, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0, 0.0];
 /// The nearest range in each of the sixteen directions, in metres; infinite where there is none.
 pub type Sectors = [f64; DIRECTIONS as usize];
 
+/// How the weight of an object falls with its distance: the μ of formula 4.26, from its proximity p and the range r.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Attenuation {
+    /// μ = (p − ln(r − 1)) / r, as printed: an object weighs 1.03 s on contact, still 0.38 s at the range of 150 inches,
+    /// and nothing beyond.
+    Printed,
+    /// μ = p · ln(r − 1) / r, taking the minus for a product: an object weighs s on contact and s / (r − 1), about 1, at
+    /// the range.
+    Product,
+}
+
+impl Attenuation {
+    /// The μ of an object, both lengths in inches.
+    fn mu(self, proximity: f64, range: f64) -> f64 {
+        let log = (range - 1.0).ln();
+        match self {
+            Self::Printed => (proximity - log) / range,
+            Self::Product => proximity * log / range,
+        }
+    }
+}
+
 /// How the robot is controlled. The numbers are those of Chronis 2007, 4.7, if nothing else is said.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -34,6 +55,8 @@ pub struct Controlling {
     pub sensitivity: f64,
     /// The range r up to which objects are avoided, in metres.
     pub range_m: f64,
+    /// How the weight of an object falls with its distance.
+    pub attenuation: Attenuation,
     /// The normalization constant c.
     pub normalization: f64,
     /// The turn rate constant t, in degrees a second.
@@ -56,6 +79,7 @@ impl Default for Controlling {
         Self {
             sensitivity: 200.0,
             range_m: 150.0 * INCH_M,
+            attenuation: Attenuation::Product,
             normalization: 90_000.0,
             turn_rate_dps: 10.0,
             speed_mps: 25.0 * INCH_M,
@@ -75,7 +99,11 @@ impl Controlling {
     pub fn check(&self) -> Result<(), Error> {
         let Self { sensitivity, range_m, normalization, turn_rate_dps, speed_mps, .. } = *self;
         let Self { slow_mps, quick_turn_dps, close_m, stop_m, .. } = *self;
-        numbers::above_0(&[("normalization", normalization), ("speed_mps", speed_mps)])?;
+        numbers::above_0(&[
+            ("normalization", normalization),
+            ("speed_mps", speed_mps),
+            ("turn_rate_dps", turn_rate_dps),
+        ])?;
         if range_m <= 2.0 * INCH_M {
             return Err(Error::Number {
                 what: "range_m".into(),
@@ -86,7 +114,6 @@ impl Controlling {
         numbers::from_0_on(&[
             ("sensitivity", sensitivity),
             ("range_m", range_m),
-            ("turn_rate_dps", turn_rate_dps),
             ("slow_mps", slow_mps),
             ("quick_turn_dps", quick_turn_dps),
             ("close_m", close_m),
@@ -131,7 +158,7 @@ pub fn avoidance(sectors: &Sectors, settings: &Controlling) -> Avoidance {
     let (mut alpha, mut beta) = (0.0, 0.0);
     for (x, proximity) in sectors.iter().enumerate() {
         if *proximity < settings.range_m {
-            let mu = proximity / INCH_M * (range - 1.0).ln() / range;
+            let mu = settings.attenuation.mu(proximity / INCH_M, range);
             let force = settings.sensitivity / mu.exp() * WEIGHTS[usize::from(between(x as u8, 0))];
             let (sin, cos) = (x as f64 * FRAC_PI_8).sin_cos();
             alpha += force * cos;
@@ -201,18 +228,21 @@ mod tests {
         sectors
     }
 
-    fn strength(x: usize, inches: f64) -> f64 {
-        avoidance(&ring(&[(x, inches)]), &Controlling::default()).strength
+    const BOTH: [Attenuation; 2] = [Attenuation::Printed, Attenuation::Product];
+
+    fn strength(attenuation: Attenuation, x: usize, inches: f64) -> f64 {
+        avoidance(&ring(&[(x, inches)]), &Controlling { attenuation, ..Controlling::default() }).strength
     }
 
-    fn turn(command: Command, inches: &[(usize, f64)]) -> f64 {
-        let drive = Behaviour::default().fuse(command, &ring(inches), &Controlling::default());
-        drive.yaw_rate_radps.to_degrees()
+    fn turn(attenuation: Attenuation, command: Command, inches: &[(usize, f64)]) -> f64 {
+        let settings = Controlling { attenuation, ..Controlling::default() };
+        Behaviour::default().fuse(command, &ring(inches), &settings).yaw_rate_radps.to_degrees()
     }
 
     #[test]
     fn the_front_is_avoided_most_and_the_rear_never() {
-        for inches in [20.0, 60.0, 149.0] {
+        for (inches, of) in [20.0, 60.0, 149.0].into_iter().flat_map(|inches| BOTH.map(|of| (inches, of))) {
+            let strength = |x, inches| strength(of, x, inches);
             for x in 0..8 {
                 assert!(strength(x, inches) >= strength(x + 1, inches));
                 assert!((strength(x, inches) - strength((16 - x) % 16, inches)).abs() < 1e-9);
@@ -224,23 +254,38 @@ mod tests {
 
     #[test]
     fn what_is_nearer_is_avoided_more() {
-        for inches in 0..149 {
-            assert!(strength(1, f64::from(inches)) > strength(1, f64::from(inches + 1)));
+        for (inches, of) in (0..149).flat_map(|inches| BOTH.map(|of| (f64::from(inches), of))) {
+            assert!(strength(of, 1, inches) > strength(of, 1, inches + 1.0));
         }
-        assert!((strength(0, 0.0) - 200.0).abs() < 1e-9);
-        assert!((strength(0, 150.0 - 1e-9) - 200.0 / 149.0).abs() < 1e-6);
-        assert_eq!(strength(0, 150.0), 0.0);
+        assert!(BOTH.iter().all(|of| strength(*of, 0, 150.0) == 0.0));
+    }
+
+    /// Formula 4.26 by hand: ln 149 = 5.003946.
+    #[test]
+    fn the_minus_of_formula_4_26_is_a_minus_or_a_product() {
+        for (of, inches, mu) in [
+            (Attenuation::Printed, 0.0, -5.003946 / 150.0),
+            (Attenuation::Printed, 75.0, (75.0 - 5.003946) / 150.0),
+            (Attenuation::Product, 0.0, 0.0),
+            (Attenuation::Product, 75.0, 5.003946 / 2.0),
+        ] {
+            assert!((of.mu(inches, 150.0) - mu).abs() < 1e-6, "{of:?}, {inches}");
+            assert!((strength(of, 0, inches) - 200.0 / mu.exp()).abs() < 1e-4);
+        }
+        // At the range: 200 / e^0.9666 and 200 / 149.
+        assert!((strength(Attenuation::Printed, 0, 150.0 - 1e-9) - 76.07).abs() < 0.01);
+        assert!((strength(Attenuation::Product, 0, 150.0 - 1e-9) - 200.0 / 149.0).abs() < 1e-6);
     }
 
     #[test]
     fn formula_4_27_by_hand() {
-        // One object at direction 2 (45°), 75 inches off: 200 / 149^0.5 × 0.75 = 12.288; × 45 × 150 / 90000 = 0.922.
-        let force = 200.0 / 149_f64.sqrt() * 0.75;
-        let expected = -45.0 * force * 150.0 / 90_000.0;
-        assert!((expected + 0.9216).abs() < 1e-4);
-        assert!((turn(Command::Forward, &[(2, 75.0)]) - expected).abs() < 1e-9);
-        assert!((turn(Command::Left, &[(2, 75.0)]) - expected - 10.0).abs() < 1e-9);
-        assert!((turn(Command::Right, &[(14, 75.0)]) + expected + 10.0).abs() < 1e-9);
+        // One object at direction 2 (45°), 75 inches off. As a product: 200 / 149^0.5 × 0.75 = 12.288;
+        // × 45 × 150 / 90000 = 0.922. As printed: 200 / e^0.46664 × 0.75 = 94.066; × 0.075 = 7.055.
+        for (of, expected) in [(Attenuation::Product, -0.92164), (Attenuation::Printed, -7.05494)] {
+            assert!((turn(of, Command::Forward, &[(2, 75.0)]) - expected).abs() < 1e-4);
+            assert!((turn(of, Command::Left, &[(2, 75.0)]) - expected - 10.0).abs() < 1e-4);
+            assert!((turn(of, Command::Right, &[(14, 75.0)]) + expected + 10.0).abs() < 1e-4);
+        }
     }
 
     #[test]

@@ -32,9 +32,8 @@ pub struct Parameters {
     pub proximity_tolerance_m: f64,
     /// A width is known to plus or minus this, of 180 (4.3.3).
     pub width_tolerance: f64,
-    /// The distance of the five adjacent points whose mean is a heading: half a step, 10 inches, in metres. (4.3 has
-    /// five pixels, and does not say how dense they are after digitizing.)
-    pub heading_point_m: f64,
+    /// What a state demands of its objects after the most significant one.
+    pub other_objects: OtherObjects,
     /// The robot turns where the turning rate is above this, in degrees per [`Self::turn_unit_m`]. The text has "0.7
     /// normalized units" and not their definition (4.3.4); see [`track`].
     pub turn_threshold: f64,
@@ -50,8 +49,18 @@ pub struct Parameters {
     pub distinct_directions: u8,
     /// Whether states are added in the middle of turns above 90° and 180° (4.6.2).
     pub additional_states: bool,
-    /// By how much a turn has to be above that, in radians (ours): nobody draws a right angle as one to the degree.
-    pub additional_margin_rad: f64,
+}
+
+/// What a state demands of its objects after the most significant one. The thesis prints both; in both, all objects have
+/// to match.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OtherObjects {
+    /// Direction, proximity and width, as for the first: the general form of a state (figure 4.23), and all states
+    /// printed in 4.6.1, 4.9, 5.1 (from version 3 on) and figures 5.11 and 5.12.
+    Strict,
+    /// The direction alone: the second object of state 3 in table 4.1 and figure 4.10.
+    DirectionOnly,
 }
 
 impl Default for Parameters {
@@ -61,7 +70,7 @@ impl Default for Parameters {
             robot_m: 20.0 * INCH_M,
             proximity_tolerance_m: 22.0 * INCH_M,
             width_tolerance: 30.0,
-            heading_point_m: 10.0 * INCH_M,
+            other_objects: OtherObjects::Strict,
             turn_threshold: 0.7,
             turn_unit_m: 5.0 * INCH_M,
             least_steps: 2,
@@ -69,7 +78,6 @@ impl Default for Parameters {
             event_steps: 4,
             distinct_directions: 2,
             additional_states: true,
-            additional_margin_rad: 0.26,
         }
     }
 }
@@ -81,14 +89,13 @@ impl Parameters {
     /// [`Error::Number`].
     pub fn check(&self) -> Result<(), Error> {
         let Self { sensor_radius_m, robot_m, proximity_tolerance_m, width_tolerance, .. } = *self;
-        let Self { heading_point_m, turn_threshold, turn_unit_m, least_turn_rad, .. } = *self;
-        let Self { least_steps, event_steps, distinct_directions, additional_margin_rad, .. } = *self;
+        let Self { turn_threshold, turn_unit_m, least_turn_rad, .. } = *self;
+        let Self { least_steps, event_steps, distinct_directions, .. } = *self;
         numbers::above_0(&[
             ("sensor_radius_m", sensor_radius_m),
             ("robot_m", robot_m),
             ("proximity_tolerance_m", proximity_tolerance_m),
             ("width_tolerance", width_tolerance),
-            ("heading_point_m", heading_point_m),
             ("turn_threshold", turn_threshold),
             ("turn_unit_m", turn_unit_m),
             ("least_turn_rad", least_turn_rad),
@@ -97,7 +104,6 @@ impl Parameters {
             ("least_steps", least_steps as f64),
             ("event_steps", event_steps as f64),
             ("distinct_directions", distinct_directions.into()),
-            ("additional_margin_rad", additional_margin_rad),
         ])
     }
 }

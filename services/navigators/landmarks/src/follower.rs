@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::control::{self, Behaviour, Controlling, Drive, Sectors};
 use crate::error::Error;
-use crate::lost::{Patience, Waiting};
+use crate::lost::{Leg, Patience, Waiting};
 use crate::matching::{Features, RecentMatches};
 use crate::numbers;
 use crate::perception::Seen;
@@ -44,6 +44,19 @@ impl Following {
         numbers::within("control", control.check())?;
         numbers::within("patience", patience.check())?;
         numbers::within("rhythm", rhythm.check())
+    }
+}
+
+impl Following {
+    /// The way to a state.
+    fn leg(&self, states: &[State], to: usize) -> Leg {
+        let Self { control, rhythm, .. } = self;
+        let least_s = if states[to - 1].command.is_turn() {
+            rhythm.least_turn_deg / control.turn_rate_dps
+        } else {
+            rhythm.least_way_m / control.speed_mps
+        };
+        Leg { length: states[to].after, speed_mps: control.speed_mps, least_s }
     }
 }
 
@@ -228,8 +241,8 @@ impl Follower {
         } else {
             None
         };
-        let leg = route.states[progress.next].after;
-        let is_late = progress.waiting.pass(time_s, leg, settings.control.speed_mps, &settings.patience);
+        let leg = settings.leg(&route.states, progress.next);
+        let is_late = progress.waiting.pass(time_s, &leg, &settings.patience);
         let event = event.or_else(|| is_late.then_some(Event::Lost(progress.next)));
         progress.ended = event.filter(|event| !matches!(event, Event::Matched(_)));
         let command =
@@ -252,7 +265,7 @@ impl Progress {
             return None;
         }
         let matched = self.next;
-        self.waiting.matched(state.after, settings.control.speed_mps, &settings.patience);
+        self.waiting.matched(&settings.leg(states, matched), &settings.patience);
         self.next += 1;
         (self.turned_rad, self.moved_m, self.recent) = (0.0, 0.0, RecentMatches::default());
         Some(Event::Matched(matched))

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, wrap_angle};
 
 use crate::belief::Estimate;
-use crate::control::{self, Controlling, Drive, Sectors};
+use crate::control::{self, Attenuation, Controlling, Drive, Sectors};
 use crate::drawn::{Drawn, DrawnMetres};
 use crate::error::Error;
 use crate::numbers;
@@ -41,7 +41,7 @@ pub struct Guiding {
 impl Default for Guiding {
     fn default() -> Self {
         Self {
-            control: Controlling::default(),
+            control: Controlling { attenuation: Attenuation::Product, ..Controlling::default() },
             ahead_m: 1.2,
             turn_dps: 30.0,
             avoid: 2.0,

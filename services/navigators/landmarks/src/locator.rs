@@ -4,14 +4,17 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Point};
 
 use crate::belief::{Belief, Believing, Estimate};
-use crate::drawn::Drawn;
+use crate::drawn::{Drawn, DrawnMetres};
 use crate::error::Error;
-use crate::extraction::track::headings;
 use crate::memory::{Memory, Remembering, SeenMarker, polar};
 use crate::numbers;
 use crate::outlines::Outlines;
+use crate::plane;
 use crate::route::INCH_M;
 use crate::sketch::Sketch;
+
+/// The first steps of a drawn route, which give its heading.
+const FIRST_STEPS: DrawnMetres = DrawnMetres(20.0 * INCH_M);
 
 /// How the robot locates itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -73,7 +76,8 @@ impl Locator {
             return Err(Error::NoRoute { objects: sketch.landmarks.len(), stray: 0 });
         }
         // A hand trembles where it begins: the heading is that of the first steps together.
-        let heading_rad = headings(&sketch.route, 10.0 * INCH_M)[0];
+        let begun = plane::at_length(&sketch.route, FIRST_STEPS.0);
+        let heading_rad = sketch.route[0].direction_rad(&begun);
         let belief = Belief::new(sketch.route[0], heading_rad, settings.belief, seed);
         let located = Located { belief, memory: Memory::new(settings.memory), has_moved: false };
         Ok(Self { outlines: Outlines::of(sketch, marked), located })
@@ -132,7 +136,6 @@ impl Locator {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plane;
     use crate::sketch::Landmark;
 
     fn locator() -> Locator {

@@ -14,16 +14,15 @@ pub struct Patience {
     pub factor: f64,
     /// The expected time where nobody drew how far it is, in seconds (ours).
     pub unknown_s: f64,
-    /// The least expected time, in seconds: short legs end where the robot turned by 30° (ours: 3 s at 10° a second).
-    pub least_s: f64,
-    /// A leg that took longer makes the next one longer by at most this factor (ours). A leg that took less time does
-    /// not make it shorter. Its state was met from afar, and the way that was saved is still to go.
+    /// The time that a leg took changes the estimate for the next one by at most this factor, in both directions: the
+    /// estimate is "updated depending on the amount of time it took the robot to travel between the previous two QLS's"
+    /// (4.8). The bound is ours.
     pub most_stretch: f64,
 }
 
 impl Default for Patience {
     fn default() -> Self {
-        Self { factor: 2.0, unknown_s: 30.0, least_s: 3.0, most_stretch: 2.0 }
+        Self { factor: 2.0, unknown_s: 30.0, most_stretch: 2.0 }
     }
 }
 
@@ -33,14 +32,13 @@ impl Patience {
     /// # Errors
     /// [`Error::Number`] with the key.
     pub fn check(&self) -> Result<(), Error> {
-        let Self { factor, unknown_s, least_s, most_stretch } = *self;
-        let numbers = [
-            ("factor", factor),
-            ("unknown_s", unknown_s),
-            ("least_s", least_s),
-            ("most_stretch", most_stretch),
-        ];
-        numbers::from_0_on(&numbers)
+        let Self { factor, unknown_s, most_stretch } = *self;
+        numbers::from_0_on(&[("factor", factor), ("unknown_s", unknown_s)])?;
+        if !(1.0..=1e6).contains(&most_stretch) {
+            let (what, expected) = ("most_stretch".into(), "1 to 1000000");
+            return Err(Error::Number { what, expected, found: most_stretch });
+        }
+        Ok(())
     }
 }
 
@@ -59,80 +57,95 @@ impl Default for Waiting {
     }
 }
 
-impl Waiting {
-    /// The time passes. Whether the robot is lost on a leg of this length at this speed.
-    pub fn pass(
-        &mut self,
-        time_s: f64,
-        leg: Option<DrawnMetres>,
-        speed_mps: f64,
-        patience: &Patience,
-    ) -> bool {
-        self.since_s += time_s;
-        self.since_s > patience.factor * self.expected_s(leg, speed_mps, patience)
-    }
+/// The way between two states.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Leg {
+    /// Its length; `None` if it was neither drawn nor stated.
+    pub length: Option<DrawnMetres>,
+    /// The robot's speed, in metres a second.
+    pub speed_mps: f64,
+    /// The time of the least turn or way after which the robot matches again (4.7), in seconds. A shorter estimate would
+    /// declare the robot lost before it may match.
+    pub least_s: f64,
+}
 
-    /// The expected time of a leg, by the one before.
-    pub fn expected_s(&self, leg: Option<DrawnMetres>, speed_mps: f64, patience: &Patience) -> f64 {
-        leg.map_or(patience.unknown_s, |leg| drawn_s(leg, speed_mps) * self.stretch).max(patience.least_s)
-    }
-
-    /// The state at the end of a leg is matched.
-    pub fn matched(&mut self, leg: Option<DrawnMetres>, speed_mps: f64, patience: &Patience) {
-        if let Some(leg) = leg.filter(|leg| *leg > DrawnMetres::default()) {
-            let stretch = self.since_s / drawn_s(leg, speed_mps);
-            self.stretch = stretch.clamp(1.0, patience.most_stretch.max(1.0));
-        }
-        self.since_s = 0.0;
+impl Leg {
+    /// How long it takes if the drawing is to scale ("after scaling the sketched path", 4.8).
+    fn drawn_s(&self) -> Option<f64> {
+        self.length.map(|length| Stretch::NONE.driven_m(length) / self.speed_mps)
     }
 }
 
-/// How long the robot goes for a length, were the drawing to scale ("after scaling the sketched path", 4.8).
-fn drawn_s(leg: DrawnMetres, speed_mps: f64) -> f64 {
-    Stretch::NONE.driven_m(leg) / speed_mps
+impl Waiting {
+    /// The time passes. Whether the robot is lost on this leg.
+    pub fn pass(&mut self, time_s: f64, leg: &Leg, patience: &Patience) -> bool {
+        self.since_s += time_s;
+        self.since_s > patience.factor * self.expected_s(leg, patience)
+    }
+
+    /// The expected time of a leg, by the one before.
+    pub fn expected_s(&self, leg: &Leg, patience: &Patience) -> f64 {
+        leg.drawn_s().map_or(patience.unknown_s, |drawn_s| drawn_s * self.stretch).max(leg.least_s)
+    }
+
+    /// The state at the end of a leg is matched.
+    pub fn matched(&mut self, leg: &Leg, patience: &Patience) {
+        if let Some(drawn_s) = leg.drawn_s().filter(|drawn_s| *drawn_s > 0.0) {
+            let stretch = self.since_s / drawn_s;
+            self.stretch = stretch.clamp(1.0 / patience.most_stretch, patience.most_stretch);
+        }
+        self.since_s = 0.0;
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn metres(leg: f64) -> Option<DrawnMetres> {
-        Some(DrawnMetres(leg))
+    /// At 0.5 m/s.
+    fn metres(length: f64) -> Leg {
+        Leg { length: Some(DrawnMetres(length)), speed_mps: 0.5, least_s: 3.0 }
     }
 
     #[test]
     fn the_robot_is_lost_after_twice_the_expected_time() {
         let patience = Patience::default();
         let mut waiting = Waiting::default();
-        // 10 m at 0.5 m/s take 20 s.
-        assert!(!waiting.pass(39.9, metres(10.0), 0.5, &patience));
-        assert!(waiting.pass(0.2, metres(10.0), 0.5, &patience));
+        // 10 m take 20 s.
+        assert!(!waiting.pass(39.9, &metres(10.0), &patience));
+        assert!(waiting.pass(0.2, &metres(10.0), &patience));
     }
 
     #[test]
-    fn a_leg_that_took_longer_makes_the_next_one_longer() {
+    fn the_next_leg_is_expected_to_take_as_much_longer_or_shorter_as_the_last_one_did() {
         let patience = Patience::default();
-        let mut waiting = Waiting::default();
-        waiting.pass(30.0, metres(10.0), 0.5, &patience);
-        waiting.matched(metres(10.0), 0.5, &patience);
-        assert!((waiting.expected_s(metres(4.0), 0.5, &patience) - 12.0).abs() < 1e-12);
-        assert!(!waiting.pass(23.9, metres(4.0), 0.5, &patience));
-        assert!(waiting.pass(0.2, metres(4.0), 0.5, &patience));
-        // A short leg does not shorten the next one; an accident is bounded.
-        let mut quick = Waiting::default();
-        quick.pass(5.0, None, 0.5, &patience);
-        quick.matched(metres(10.0), 0.5, &patience);
-        assert!((quick.expected_s(metres(4.0), 0.5, &patience) - 8.0).abs() < 1e-12);
-        waiting.matched(metres(0.1), 0.5, &patience);
-        assert!((waiting.expected_s(metres(4.0), 0.5, &patience) - 16.0).abs() < 1e-12);
+        let expected_s = |took_s: f64| {
+            let mut waiting = Waiting::default();
+            waiting.pass(took_s, &metres(10.0), &patience);
+            waiting.matched(&metres(10.0), &patience);
+            waiting.expected_s(&metres(5.0), &patience)
+        };
+        // 20 s are drawn, and 10 s for the next leg. Beyond twice and half of that an accident is bounded.
+        for (took_s, expected) in [(20.0, 10.0), (30.0, 15.0), (16.0, 8.0), (99.0, 20.0), (1.0, 5.0)] {
+            assert!((expected_s(took_s) - expected).abs() < 1e-12, "{took_s}: {}", expected_s(took_s));
+        }
+    }
+
+    #[test]
+    fn no_leg_is_expected_to_take_less_than_the_robot_takes_to_match_again() {
+        let waiting = Waiting::default();
+        assert_eq!(waiting.expected_s(&metres(0.2), &Patience::default()), 3.0);
+        let at_once = Leg { least_s: 0.0, ..metres(0.2) };
+        assert_eq!(waiting.expected_s(&at_once, &Patience::default()), 0.4);
     }
 
     #[test]
     fn a_leg_of_unknown_length_has_a_time_of_its_own() {
         let patience = Patience::default();
+        let unknown = Leg { length: None, ..metres(0.0) };
         let mut waiting = Waiting::default();
-        assert!(!waiting.pass(59.0, None, 0.5, &patience) && waiting.pass(2.0, None, 0.5, &patience));
-        waiting.matched(None, 0.5, &patience);
-        assert_eq!(waiting.expected_s(metres(0.2), 0.5, &patience), 3.0);
+        assert!(!waiting.pass(59.0, &unknown, &patience) && waiting.pass(2.0, &unknown, &patience));
+        waiting.matched(&unknown, &patience);
+        assert_eq!(waiting.expected_s(&metres(4.0), &patience), 8.0);
     }
 }

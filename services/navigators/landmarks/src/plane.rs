@@ -27,6 +27,19 @@ pub fn resample<F>(line: &[Point<F>], step: f64) -> Vec<Point<F>> {
     points
 }
 
+/// The place on a line at this length from its start; its end where it is shorter.
+pub fn at_length<F>(line: &[Point<F>], length: f64) -> Point<F> {
+    let mut left = length;
+    for pair in line.windows(2) {
+        let step = pair[0].distance(&pair[1]);
+        if left <= step && step > 0.0 {
+            return pair[0].towards(&pair[1], left / step);
+        }
+        left -= step;
+    }
+    line[line.len() - 1]
+}
+
 /// The least and the greatest coordinates of points, along both axes; infinite without any.
 pub fn bounds<'a, F: 'a>(points: impl Iterator<Item = &'a Point<F>>) -> [Point<F>; 2] {
     const NONE: f64 = f64::INFINITY;
@@ -187,6 +200,7 @@ mod tests {
         let short = points([[0.0, 0.0], [0.2, 0.0]]);
         assert_eq!(resample(&short, 1.0), short);
         assert_eq!(resample(&short[..1], 1.0), short[..1]);
+        assert_eq!([3.5, 9.0].map(|length| at_length(&line, length)), points([[3.0, 0.5], [3.0, 4.0]]));
     }
 
     #[test]

@@ -14,6 +14,13 @@ pub struct Sketch {
     pub p_additional: Option<f64>,
 }
 
+impl Sketch {
+    /// Whether additional states changed how it was driven.
+    pub fn has_additional(&self) -> bool {
+        self.p_additional.is_some_and(|with| with > self.p)
+    }
+}
+
 const fn sketch(extracted: usize, matched: [usize; 5], reached: usize, p: f64) -> Sketch {
     Sketch { extracted, matched, reached, p, p_additional: None }
 }
@@ -91,9 +98,10 @@ pub const F_TEST: [f64; 2] = [1.43, 1.6];
 
 #[cfg(test)]
 mod tests {
+    use sketchnav_schemas::statistics::variance;
+
     use super::*;
     use crate::experiments::landmarks::tables::performance;
-    use crate::experiments::variance::variance;
 
     #[test]
     fn tables_5_2_and_5_3_add_up_to_what_the_text_says() {
@@ -102,6 +110,20 @@ mod tests {
             assert_eq!(reached, scene.reached[0], "{}", scene.word);
         }
         assert_eq!(SCENES.each_ref().map(|scene| scene.sketches.len()), [11, 9]);
+    }
+
+    /// The text counts five sketches with additional states (5.2.2), but table 5.4 has another P for six, and only six that
+    /// all reach the goal then give its 48 runs of 55 (5.4).
+    #[test]
+    fn additional_states_changed_six_sketches() {
+        let (with, without): (Vec<_>, Vec<_>) =
+            SCENES[0].sketches.iter().partition(|sketch| sketch.has_additional());
+        assert_eq!(with.len(), 6);
+        assert_eq!(
+            without.iter().map(|sketch| sketch.reached).sum::<usize>() + 5 * with.len(),
+            SCENES[0].reached[1]
+        );
+        assert!(!SCENES[1].sketches.iter().any(Sketch::has_additional));
     }
 
     /// The measure is that of the thesis: from its counts come its figures, were the first states those that matched.

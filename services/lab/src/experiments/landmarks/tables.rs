@@ -1,15 +1,32 @@
 //! Tables 5.2 to 5.6 of Chronis 2007 and its F test, from what was driven, beside what is published.
 
+use sketchnav_schemas::statistics::{interval_of_mean, mean, variance};
+
 use crate::experiments::landmarks::figures;
 use crate::experiments::landmarks::published::{F_TEST, P_OF_BOTH, SCENES, Scene, Sketch};
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::statistics::Tally;
 use crate::experiments::table::{Table, percent};
-use crate::experiments::variance::{FTest, f_test, interval_of_mean, mean, variance};
+use crate::experiments::variance::{FTest, f_test};
 
 /// How the names of trials without additional states end.
 pub const BASE: &str = "/base";
+
+/// A reading of what a state says of its objects after the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reading {
+    /// How the names of its trials end, before [`BASE`].
+    pub suffix: &'static str,
+    /// Its words in titles.
+    words: &'static str,
+}
+
+/// Every object has its ranges (figure 4.23).
+pub const STRICT: Reading = Reading { suffix: "", words: "" };
+/// Objects after the first have their direction alone (table 4.1).
+pub const DIRECTION_ONLY: Reading =
+    Reading { suffix: "/direction-only", words: ", objects after the first by direction alone" };
 /// Neither has a number of its own.
 const NONE: &str = "–";
 
@@ -75,9 +92,10 @@ pub struct Driven<'a> {
 }
 
 impl<'a> Driven<'a> {
-    fn of(outcomes: &'a [TaskOutcome], scene: &'static Scene, is_base: bool) -> Self {
+    fn of(outcomes: &'a [TaskOutcome], scene: &'static Scene, reading: Reading, is_base: bool) -> Self {
         let row = |(i, published): (usize, &'static Sketch)| {
-            let name = format!("{}/{:02}{}", scene.word, i + 1, if is_base { BASE } else { "" });
+            let suffix = if is_base { BASE } else { "" };
+            let name = format!("{}/{:02}{}{suffix}", scene.word, i + 1, reading.suffix);
             let is_run = |run: &&TaskOutcome| {
                 !run.states.is_empty() && run.id.rsplit_once('#').is_some_and(|(trial, _)| trial == name)
             };
@@ -111,9 +129,17 @@ impl<'a> Driven<'a> {
     }
 }
 
-/// All of them, from what was driven; nothing where nothing was driven by states.
+/// All of them by each reading, from what was driven; nothing where nothing was driven by states.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
-    let of = |is_base| SCENES.each_ref().map(|scene| Driven::of(outcomes, scene, is_base));
+    let of = |reading: Reading| {
+        let sections = sections_of(outcomes, reading).into_iter();
+        sections.map(move |section| Section { title: section.title + reading.words, ..section })
+    };
+    [STRICT, DIRECTION_ONLY].into_iter().flat_map(of).collect()
+}
+
+fn sections_of(outcomes: &[TaskOutcome], reading: Reading) -> Vec<Section> {
+    let of = |is_base| SCENES.each_ref().map(|scene| Driven::of(outcomes, scene, reading, is_base));
     let (base, extended) = (of(true), of(false));
     let is_driven = |scenes: &[Driven<'_>]| scenes.iter().any(|scene| scene.rows().next().is_some());
     if !is_driven(&base) {

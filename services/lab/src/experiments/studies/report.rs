@@ -2,7 +2,8 @@
 
 use maud::{Markup, html};
 
-use super::{Drawn, Figure, Study};
+use super::{Drawn, Figure, Study, Table};
+use crate::experiments::table;
 use crate::page::{self, Chart, Series};
 
 /// The page of a study.
@@ -14,22 +15,23 @@ pub fn page(study: &Study, figures: &[Figure], command: &str) -> String {
         @for figure in figures {
             h2 { (figure.table.title) }
             (drawn(figure))
-            (page::table(&figure.table.head, &rows(figure)))
+            @let words = words(&figure.table);
+            (page::table(&words.header, &words.rows))
         }
     };
     page::document(&format!("{} · sketchnav eval", study.name), &body)
 }
 
-/// The rows of a table in words.
-pub fn rows(figure: &Figure) -> Vec<Vec<String>> {
+/// A table with its numbers as text.
+pub fn words(table: &Table) -> table::Table {
     let row = |(name, values): &(String, Vec<f64>)| {
         std::iter::once(name.clone()).chain(values.iter().map(|value| number(*value))).collect()
     };
-    figure.table.rows.iter().map(row).collect()
+    table::Table { header: table.head.clone(), rows: table.rows.iter().map(row).collect() }
 }
 
-/// With as many digits as tell something.
-fn number(value: f64) -> String {
+/// The number with as many digits as are meaningful.
+pub fn number(value: f64) -> String {
     match value.abs() {
         size if value.fract() == 0.0 && size < 1e9 => format!("{value:.0}"),
         size if size >= 100.0 => format!("{value:.0}"),

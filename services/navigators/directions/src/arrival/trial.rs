@@ -161,17 +161,8 @@ impl<'a> Trial<'a> {
     /// The dot that a word means when the navigator looks.
     fn picks(&mut self, landmark: DotId, corner: Corner, word: Descriptor) -> Option<DotId> {
         self.look_around(landmark, corner);
-        let side = self.atlas.window.side;
-        for slack in [0.0, self.pilot.settings.slack()] {
-            let shown: Vec<usize> = (0..self.dots.len())
-                .filter(|&index| corner.nearly_covers(self.places[index], side, slack))
-                .collect();
-            if !shown.is_empty() {
-                let places: Vec<Point> = shown.iter().map(|&index| self.places[index]).collect();
-                return word.pick(&places).map(|index| self.dots[shown[index]]);
-            }
-        }
-        None
+        let (side, slack) = (self.atlas.window.side, self.pilot.settings.slack());
+        word.pick_in(&self.places, corner, side, slack).map(|index| self.dots[index])
     }
 
     /// The dot that a transition attains.

@@ -1,4 +1,4 @@
-//! Experiments with journeys: figures 25, 26 and 28 over many worlds, the six kinds counted, and the calibration.
+//! Experiments with journeys: figures 26 and 28 over many worlds, counts of the six kinds, and the calibration.
 
 use sketchnav_schemas::seed::stream;
 use sketchnav_schemas::statistics::wilson;
@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::generate::{uniform, walled};
 use crate::geometry::Window;
 use crate::navigator::{Navigator, Settings};
-use crate::path::{Atlas, Measure, Objective, Start, best};
+use crate::path::{Atlas, Measure, Objective, Path, Start, best};
 use crate::plan::{Plan, Verify};
 use crate::plane::{DotId, Plane};
 use crate::reliability::Reliability;
@@ -58,7 +58,7 @@ impl Setting {
         Ok(Self { noise, looks: 3, ..Self::of_sigma(1.0)? })
     }
 
-    fn pilot(&self) -> Pilot {
+    pub(super) fn pilot(&self) -> Pilot {
         let settings = Settings { looks: self.looks, ..Settings::new(self.window, self.noise.sigma) };
         Pilot { settings, noise: self.noise }
     }
@@ -72,10 +72,12 @@ impl Setting {
 }
 
 /// How journeys ended over many worlds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Success {
     /// The journeys.
     pub tally: Tally,
+    /// The share of journeys that arrived, for each planned world. Journeys over one world are not independent trials.
+    pub arrived: Vec<f64>,
     /// Worlds in which isolated landmarks join the start and the goal.
     pub worlds: u32,
     /// Those of them for which there was a plan.
@@ -83,16 +85,16 @@ pub struct Success {
 }
 
 /// A world as it is, and as the map-maker sees it.
-struct World {
+pub(super) struct World {
     truth: Plane,
-    atlas: Atlas,
+    pub(super) atlas: Atlas,
     start: Start,
     goal: DotId,
 }
 
 impl World {
     /// A world with a start and a goal between which there is a path; none where the seed gives no such world.
-    fn new(seed: u64, setting: &Setting, kinds: Kinds<'_>) -> Result<Option<Self>, Error> {
+    pub(super) fn new(seed: u64, setting: &Setting, kinds: Kinds<'_>) -> Result<Option<Self>, Error> {
         let truth = uniform(DOTS, SIDE, seed)?;
         let seen = disturbed(truth.dots(), setting.noise.map_sigma, &mut stream(seed, "directions/map"))?;
         let model = Reliability::fitted(setting.noise);
@@ -105,10 +107,10 @@ impl World {
     }
 
     /// A world with a wall of clutter, from the dot furthest in the west to the one furthest in the east.
-    fn walled(seed: u64, pilot: &Pilot) -> Result<Option<Self>, Error> {
+    pub(super) fn walled(seed: u64, setting: &Setting) -> Result<Option<Self>, Error> {
         let truth = walled(DOTS, DOTS / 2, SIDE, seed)?;
-        let seen = disturbed(truth.dots(), pilot.noise.map_sigma, &mut stream(seed, "directions/map"))?;
-        let atlas = Atlas::new(seen, window()?, Kinds::PAPER, Reliability::fitted(pilot.noise));
+        let seen = disturbed(truth.dots(), setting.noise.map_sigma, &mut stream(seed, "directions/map"))?;
+        let atlas = Atlas::new(seen, setting.window, Kinds::PAPER, Reliability::fitted(setting.noise));
         let east = |dot: &DotId| atlas.plane.dot(*dot).x;
         let order = |a: &DotId, b: &DotId| east(a).total_cmp(&east(b));
         let dots = || 0..atlas.plane.len() as DotId;
@@ -120,25 +122,26 @@ impl World {
 
     fn plan(&self, choice: Choice, pilot: &Pilot, seed: u64) -> Result<Plan, Error> {
         match choice {
-            Choice::Paper(objective, verify) => {
-                let path = best(&self.atlas, self.start, self.goal, Measure::Windows, objective)?;
-                Plan::new(&self.atlas, path, verify)
-            }
+            Choice::Paper(objective, verify) => Plan::new(&self.atlas, self.path(objective)?, verify),
             Choice::Simulated(effort) => {
                 most_probable(&self.atlas, self.start, self.goal, pilot, effort, seed)
             }
         }
     }
 
+    pub(super) fn path(&self, objective: Objective) -> Result<Path, Error> {
+        best(&self.atlas, self.start, self.goal, Measure::Windows, objective)
+    }
+
     /// Journeys over the true world.
-    fn fly(&self, plan: &Plan, pilot: &Pilot, journeys: u64, seed: u64) -> Result<Tally, Error> {
+    pub(super) fn fly(&self, plan: &Plan, pilot: &Pilot, journeys: u64, seed: u64) -> Result<Tally, Error> {
         let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
         let landmarks = plan.landmarks();
         let mut tally = Tally::default();
         for trial in 0..journeys {
             let journey = Traversal::new(&self.truth, &navigator, &landmarks, pilot.noise)?;
             let mut rng = stream(seed, &format!("directions/journey/{trial}"));
-            tally.add(journey.run(self.start.centre, &mut rng, |_, _, _| {}).kind);
+            tally.add(journey.run(plan.path.start.centre, &mut rng, |_, _, _| {}).kind);
         }
         Ok(tally)
     }
@@ -160,7 +163,9 @@ pub fn success(
         match world.plan(choice, &pilot, seed) {
             Ok(plan) => {
                 result.planned += 1;
-                result.tally.merge(&world.fly(&plan, &pilot, journeys, seed)?);
+                let tally = world.fly(&plan, &pilot, journeys, seed)?;
+                result.arrived.push(f64::from(tally.arrivals()) / f64::from(tally.journeys().max(1)));
+                result.tally.merge(&tally);
             }
             Err(Error::Unreachable { .. }) => {}
             Err(error) => return Err(error),
@@ -169,7 +174,7 @@ pub fn success(
     Ok(result)
 }
 
-const HEAD: [&str; 11] = [
+const HEAD: [&str; 12] = [
     "choice",
     "planned",
     "success",
@@ -181,20 +186,18 @@ const HEAD: [&str; 11] = [
     "not located",
     "lost",
     "astray",
+    "journeys",
 ];
 
-/// A row in percent: of the worlds that have a plan, of the journeys that arrive with their interval, of the six kinds.
+/// A row in percent: the share of worlds that have a plan, the share of journeys that arrive, with Student's interval over the
+/// worlds, and the shares of the six kinds.
 fn success_row(table: &mut Table, name: String, result: &Success) {
     let share = |count: u32, of: u32| 100.0 * f64::from(count) / f64::from(of.max(1));
     let (tally, journeys) = (&result.tally, result.tally.journeys());
-    let [low, high] = tally.interval();
-    let mut values = vec![
-        share(result.planned, result.worlds),
-        share(tally.arrivals(), journeys),
-        100.0 * low,
-        100.0 * high,
-    ];
+    let [arrived, low, high, _] = Table::mean_of(&result.arrived).map(|share| 100.0 * share);
+    let mut values = vec![share(result.planned, result.worlds), arrived, low.max(0.0), high.min(100.0)];
     values.extend(tally.counts.map(|count| share(count, journeys)));
+    values.push(f64::from(journeys));
     table.row(name, &values);
 }
 
@@ -216,36 +219,6 @@ pub fn words_and_windows(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64
         let window = Window::new(side, 0.15 * side)?;
         let result = success(choice, &Setting { window, ..setting }, worlds.clone(), journeys)?;
         success_row(&mut table, format!("Isol, window {side} mm"), &result);
-    }
-    Ok(table)
-}
-
-/// Figure 25: through a wall of clutter, the shortest path and the most reliable one. The share of a path's landmarks that
-/// have more than three candidates, its distance, and the success of its journeys.
-pub fn clutter(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
-    let title = format!("Figure 25: from one side of a cluttered wall to the other, at {sigma} mm");
-    let mut table = Table::new(&title, &["path", "D, windows", "-log R", "cluttered", "success", "worlds"]);
-    let pilot = Setting::of_sigma(sigma)?.pilot();
-    for (name, objective) in [
-        ("shortest", Objective::SHORTEST),
-        ("D/R", Objective::Ratio),
-        ("most reliable", Objective::MOST_RELIABLE),
-    ] {
-        let (mut sums, mut count) = ([0.0; 4], 0.0);
-        for seed in worlds.clone() {
-            let Some(world) = World::walled(seed, &pilot)? else { continue };
-            let plan = world.plan(Choice::Paper(objective, Verify::Nothing), &pilot, seed)?;
-            let tally = world.fly(&plan, &pilot, journeys, seed)?;
-            let cluttered = plan.path.legs.iter().filter(|leg| leg.transition.candidates > 3).count();
-            let legs = plan.path.legs.len().max(1) as f64;
-            let arrived = f64::from(tally.arrivals()) / f64::from(tally.journeys().max(1));
-            let values = [plan.path.distance, plan.path.unreliability, cluttered as f64 / legs, arrived];
-            sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
-            count += 1.0;
-        }
-        let mut values = sums.map(|sum| sum / f64::max(count, 1.0)).to_vec();
-        values.push(count);
-        table.row(name, &values);
     }
     Ok(table)
 }

@@ -39,7 +39,7 @@ fn trajectories_join_components() {
 /// Figure 21.
 #[test]
 fn reliability_falls_with_candidates_and_with_error() {
-    let points = fit::identified(fit::Effort { trials: 1500 }, 3);
+    let points = fit::identified(fit::Effort { trials: 1500 }, 3).unwrap();
     let of = |candidates, sigma: f64| {
         points.iter().find(|p| p.candidates == candidates && p.sigma == sigma).unwrap().fraction
     };
@@ -47,16 +47,27 @@ fn reliability_falls_with_candidates_and_with_error() {
     assert!(of(5, 0.01) > of(5, 0.03) && of(5, 0.03) > of(5, 0.06));
 }
 
-/// Figures 14, 15 and 26: on one world, the costs are in order, and a larger error costs more.
+fn value(table: &Table, name: &str) -> f64 {
+    table.rows.iter().find(|(row, _)| row.contains(name)).unwrap_or_else(|| panic!("{name}: {table}")).1[0]
+}
+
+/// Figures 14 and 15: the costs are in order. Section 5.3: the shortest path is often the quickest.
 #[test]
-fn costs_of_one_world_are_in_order() {
-    let table = costs_of_one_world(2).unwrap();
-    for sigma in table.rows.chunks(5) {
-        let [_, shortest, sure, ratio, _] = sigma else { panic!("{table}") };
-        assert!(shortest.1[1] <= ratio.1[1] + 1e-6 && ratio.1[1] <= sure.1[1] + 1e-6, "{table}");
-        assert!(sure.1[2] <= ratio.1[2] + 1e-6 && ratio.1[2] <= shortest.1[2] + 1e-6, "{table}");
-    }
-    assert!(table.rows[2].1[2] < table.rows[12].1[2], "{table}");
+fn costs_are_in_order() {
+    let table = paths(Goal::At(PUBLISHED_WAY), 0..8).unwrap();
+    let of = |name| value(&table, name);
+    assert!((of("14: D of the shortest path") - PUBLISHED_WAY).abs() < 30.0, "{table}");
+    let [ratio, sure] = ["15: D of the D/R path", "14: D of the most reliable path"].map(of);
+    assert!((1.0..=sure).contains(&ratio), "{table}");
+    assert!(
+        of("-ln R of the most reliable") < of("15: -ln R") && of("15: -ln R") < of("-ln R of the shortest"),
+        "{table}"
+    );
+    assert!(of("27: D by landmarks") >= 1.0 && of("27: D by windows") <= 1.0, "{table}");
+    assert!(of("S of the path of fewest views") <= of("S of the shortest"), "{table}");
+    assert!(of("T of the quickest") <= of("T of the shortest"), "{table}");
+    let further = paths(Goal::Furthest, 0..2).unwrap();
+    assert!(value(&further, "14: D of the shortest path") > 2.0 * PUBLISHED_WAY, "{further}");
 }
 
 #[test]
@@ -83,9 +94,28 @@ fn the_most_reliable_path_arrives_more_often() {
 /// Figure 25: the most reliable path avoids the clutter that the shortest one goes through.
 #[test]
 fn the_most_reliable_path_avoids_clutter() {
-    let table = clutter(3.0, 0..12, 4).unwrap();
+    let table = of_paths(&[3.0], true, 0..12).unwrap();
     let [shortest, _, sure] = &table.rows[..] else { panic!("{table}") };
-    assert!(shortest.1[0] < sure.1[0] && shortest.1[2] > 1.5 * sure.1[2], "{table}");
+    assert!(shortest.1[0] < sure.1[0] && shortest.1[1] > 1.5 * sure.1[1], "{table}");
+}
+
+/// Equation 1 used to let no dot cross the edge of the window. It predicted that all seeks with two candidates at 3 mm attain their
+/// target, and that 65 % of the shortest paths through clutter arrive, while 21 % did.
+#[test]
+fn equations_1_and_2_predict_what_is_driven() {
+    let transitions = of_transitions(&[3.0], 0..4).unwrap();
+    for (name, values) in &transitions.rows {
+        // Within 10 points, or within the interval of what was driven: many candidates are rare, and one world has no interval.
+        let [equations, _, driven, low, high, worlds, ..] = values[..] else { panic!("{transitions}") };
+        let agrees = worlds < 2.0 || (equations - driven).abs() < 10.0 || (low..=high).contains(&equations);
+        assert!(agrees, "{name}: {transitions}");
+    }
+    let paths = of_paths(&[3.0], false, 0..40).unwrap();
+    for (name, values) in &paths.rows {
+        // They are pessimistic about the most reliable paths, but never promise more than the drives can mean.
+        let [_, _, equations, driven, _, high, ..] = values[..] else { panic!("{paths}") };
+        assert!(equations <= high && driven - equations < 25.0, "{name}: {paths}");
+    }
 }
 
 /// With misses, false dots, drift and rotation too, what is stated is what is observed.

@@ -1,15 +1,14 @@
-//! Experiments without a journey: figures 7, 11, 14, 15, 21, 26, 27, 28 and 29.
+//! Experiments without a journey: figures 7, 11, 21, 28 and 29.
 
-use super::{DOTS, SIDE, Table, window};
+use super::{SIDE, Table, window};
 use crate::error::Error;
-use crate::fit::{Effort, identified};
+use crate::fit::{Effort, identified, landmarks, trajectories};
 use crate::generate::uniform;
 use crate::geometry::Window;
 use crate::parkway::{count, general};
-use crate::path::{Atlas, Measure, Objective, Path, Start, best};
-use crate::plane::DotId;
+use crate::path::Atlas;
 use crate::recovery::Check;
-use crate::reliability::{LandmarkModel, Reliability};
+use crate::reliability::{LandmarkModel, Reliability, TrajectoryModel};
 use crate::transitions::{Kinds, Transitions};
 use crate::traversal::Noise;
 
@@ -64,48 +63,49 @@ pub fn components(populations: &[usize], worlds: u64, seed: u64) -> Result<Table
     Ok(table)
 }
 
-/// Figure 21: how often the isolated landmark is identified right, measured and by equation 1.
-pub fn reliability(effort: Effort, seed: u64) -> Table {
+/// Figure 21: how often the isolated landmark is identified correctly: in simulated views in which no dot crosses an edge of the
+/// window, in views in which dots do, and by equation 1.
+pub fn reliability(effort: Effort, seed: u64) -> Result<Table, Error> {
     let title = "Figure 21: reliability of isolated landmarks (sigma in windows)";
-    let mut table = Table::new(title, &["candidates, sigma", "measured", "equation 1"]);
-    for point in identified(effort, seed) {
+    let mut table =
+        Table::new(title, &["candidates, sigma", "no dot crosses an edge", "measured", "equation 1"]);
+    for point in identified(effort, seed)? {
         let model = LandmarkModel::FITTED.reliability(point.candidates, point.sigma);
-        table.row(format!("{}, {:.2}", point.candidates, point.sigma), &[point.fraction, model]);
+        table.row(
+            format!("{}, {:.2}", point.candidates, point.sigma),
+            &[point.enclosed, point.fraction, model],
+        );
     }
-    table
+    Ok(table)
 }
 
-/// The goal with the longest shortest path from a start: a journey worth looking at.
-pub fn far_goal(atlas: &Atlas, start: Start) -> Option<DotId> {
-    let path = |goal| best(atlas, start, goal, Measure::Windows, Objective::SHORTEST).ok();
-    let paths = (0..atlas.plane.len() as DotId).filter_map(|goal| Some((goal, path(goal)?.distance)));
-    paths.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, distance)| *distance > 0.0).map(|(goal, _)| goal)
-}
+/// A fit's coefficients, and the root mean square and the maximum of its residuals.
+type Fit = ([f64; 4], [f64; 2]);
 
-fn costs_row(table: &mut Table, name: &str, atlas: &Atlas, path: &Path) {
-    let (landmarks, windows) =
-        (path.distance_by(atlas, Measure::Landmarks), path.distance_by(atlas, Measure::Windows));
-    table.row(name, &[landmarks, windows, path.unreliability, path.ratio(), path.legs.len() as f64]);
-}
-
-/// Figures 14, 15, 26 and 27: the costs of several paths on one world, at errors of 1, 3 and 5 mm.
-pub fn costs_of_one_world(seed: u64) -> Result<Table, Error> {
-    let title = format!("Figures 14, 15, 26, 27: costs on world {seed}");
-    let mut table = Table::new(&title, &["path", "D, landmarks", "D, windows", "-log R", "D/R", "entries"]);
-    for sigma in [1.0, 3.0, 5.0] {
-        let reliability = Reliability::fitted(Noise::of_sigma(sigma));
-        let atlas = Atlas::new(uniform(DOTS, SIDE, seed)?, window()?, Kinds::PAPER, reliability);
-        let start = Start::over(&atlas.plane, 0)?;
-        let Some(goal) = far_goal(&atlas, start) else { continue };
-        for (name, measure, objective) in [
-            ("shortest, landmarks", Measure::Landmarks, Objective::SHORTEST),
-            ("shortest, windows", Measure::Windows, Objective::SHORTEST),
-            ("most reliable", Measure::Windows, Objective::MOST_RELIABLE),
-            ("D/R", Measure::Windows, Objective::Ratio),
-            ("fewest entries", Measure::Windows, Objective::FEWEST_ENTRIES),
-        ] {
-            let path = best(&atlas, start, goal, measure, objective)?;
-            costs_row(&mut table, &format!("{sigma} mm, {name}"), &atlas, &path);
+/// The fits of equations 1 and 2 with several seeds: the coefficients in use, the least and the greatest of all fits; and the
+/// residuals of the first fit, as probabilities for equation 1 and as shares of a variance for equation 2.
+pub fn fits(effort: Effort, seeds: &[u64]) -> Result<Table, Error> {
+    let head = ["coefficient", "in use", "least", "greatest", "fits"];
+    let mut table = Table::new("Equations 1 and 2, fitted", &head);
+    let mut all: [Vec<Fit>; 2] = Default::default();
+    for &seed in seeds {
+        let (one, two) = (landmarks(effort, seed)?, trajectories(effort, seed)?);
+        all[0].push((one.model.coefficients, [one.rms_residual, one.max_residual]));
+        all[1].push((two.model.coefficients, [two.rms_residual, two.max_residual]));
+    }
+    let in_use = [LandmarkModel::FITTED.coefficients, TrajectoryModel::FITTED.coefficients];
+    for ((number, fits), in_use) in (1..).zip(&all).zip(in_use) {
+        let mut row = |name: String, used: f64, of: &dyn Fn(&Fit) -> f64| {
+            let (least, most) =
+                (fits.iter().map(of).fold(f64::MAX, f64::min), fits.iter().map(of).fold(f64::MIN, f64::max));
+            table.row(name, &[used, least, most, fits.len() as f64]);
+        };
+        for (index, letter) in (0..).zip(["A", "B", "C", "D"]) {
+            row(format!("{number}: {letter}"), in_use[index], &move |fit| fit.0[index]);
+        }
+        for (index, what) in (0..).zip(["root mean square", "largest"]) {
+            let used = fits.first().map_or(0.0, |fit| fit.1[index]);
+            row(format!("{number}: residual, {what}"), used, &move |fit| fit.1[index]);
         }
     }
     Ok(table)

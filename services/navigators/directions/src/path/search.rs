@@ -7,7 +7,7 @@ use super::{Atlas, Leg, Measure, Path, Start, Weights};
 use crate::error::{Barrier, Error};
 use crate::geometry::{Corner, Point};
 use crate::plane::{DotId, Plane};
-use crate::transitions::Transition;
+use crate::transitions::{Movement, Transition};
 
 /// No transition leads here.
 const NONE: u32 = u32::MAX;
@@ -143,7 +143,9 @@ impl Search<'_> {
     /// What a transition costs besides its distance.
     fn fixed(&self, number: u32) -> f64 {
         let unreliability = f64::from(self.atlas.unreliability[number as usize]);
-        self.weights.unreliability * unreliability + self.weights.entries
+        let slides = self.atlas.transitions.number(number).movement != Movement::Seek;
+        let slide = if slides { self.weights.slides } else { 0.0 };
+        self.weights.unreliability * unreliability + self.weights.entries + slide
     }
 
     fn leave_landmark(&mut self, from: DotId, transition: &Transition, number: u32, cost: f64, entries: u32) {

@@ -40,6 +40,27 @@ fn a_line_of_landmarks_is_followed_and_its_distance_is_their_sum() {
     assert!((windows.distance - (50_f64.sqrt() + 10.0)).abs() < 1e-6, "{}", windows.distance);
 }
 
+/// S and T of section 5.3 on the same line of landmarks, computed by hand.
+#[test]
+fn a_seek_decides_by_one_view_and_stops_once_and_a_trajectory_by_three_and_stops_twice() {
+    let settings = Settings::new(window(), 0.0);
+    let line = plane(&[(0.0, 0.0), (6.0, 8.0), (12.0, 16.0)]);
+    let atlas = Atlas::new(line, window(), Kinds::ISOLATED, Reliability::fitted(Noise::NONE));
+    let seeks = path(&atlas, 0, 2, Measure::Windows, Objective::FEWEST_VIEWS).unwrap();
+    assert_eq!((seeks.entries(), seeks.sensing()), (3, 3.0));
+    // The speed is 10 per second. Within 2.5 the rest decays by exp(-4t) to 0.2, which takes 0.631 s instead of 0.25 s at full
+    // speed.
+    let stop_s = (2.5_f64 / 0.2).ln() / 4.0 - 0.25;
+    let expected_s = (50_f64.sqrt() + 10.0) / 10.0 + 2.0 * stop_s + 3.0 * 0.1;
+    assert!((seeks.time_s(&settings) - expected_s).abs() < 1e-9, "{}", seeks.time_s(&settings));
+    // A pair whose line leads to a third landmark.
+    let atlas = self::atlas(plane(&[(0.0, 0.0), (6.0, 0.5), (40.0, 3.0)]), 0.0);
+    let slide = path(&atlas, 0, 2, Measure::Windows, Objective::quickest(&settings)).unwrap();
+    assert_eq!((slide.legs.len(), slide.entries(), slide.sensing()), (1, 2, 4.0));
+    let expected_s = slide.distance / 10.0 + 2.0 * stop_s + 4.0 * 0.1;
+    assert!((slide.time_s(&settings) - expected_s).abs() < 1e-9, "{}", slide.time_s(&settings));
+}
+
 #[test]
 fn the_start_is_a_goal_too() {
     let atlas = atlas(plane(&[(0.0, 0.0), (6.0, 8.0)]), 0.0);

@@ -3,7 +3,7 @@
 //! ```toml
 //! [navigator]
 //! kind = "directions"
-//! method = "arrival"               # or shortest, simplest, reliable, d-r: Park and Kender 1995
+//! method = "arrival"               # or shortest, simplest, fewest-views, quickest, reliable, d-r: Park and Kender 1995
 //! plane_file = "plane.png"         # the plane as the global camera sees it
 //! calibration = [[101.5, 702.0, 0.0, 0.0], …]  # four known points or more: column, row; x, y in metres
 //! map_noise_m = 0.001              # error of the map-maker's positions; else by the calibration
@@ -28,11 +28,10 @@
 //! Somebody may write the custom map: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and `goal`. Its
 //! task may list `landmarks = [[x, y], …]`, one for each entry: those that the map means, for the judge.
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sketchnav_dots::camera::Known;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::mission::{Mission, MissionError, Task, keys, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError, Task, keys};
 use sketchnav_schemas::robot::{Drive, Laser, Robot};
 
 use super::error::DirectionsError;
@@ -52,7 +51,8 @@ use crate::walls::Body;
 /// The word of `[navigator] kind`.
 pub const KIND: &str = "directions";
 /// The words of `[navigator] method`, the default first.
-pub const METHODS: [&str; 5] = ["arrival", "shortest", "simplest", "reliable", "d-r"];
+pub const METHODS: [&str; 7] =
+    ["arrival", "shortest", "simplest", "fewest-views", "quickest", "reliable", "d-r"];
 
 /// What a path is chosen by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -67,6 +67,12 @@ pub enum Method {
     /// The number of entries of the map.
     #[serde(rename = "simplest")]
     Simplest,
+    /// The number of views by which the navigator decides.
+    #[serde(rename = "fewest-views")]
+    FewestViews,
+    /// The time of the journey.
+    #[serde(rename = "quickest")]
+    Quickest,
     /// The product of reliabilities.
     #[serde(rename = "reliable")]
     Reliable,
@@ -76,12 +82,14 @@ pub enum Method {
 }
 
 impl Method {
-    /// What the search minimises; none for simulation.
-    pub fn objective(self) -> Option<Objective> {
+    /// What the search minimises, for a navigator with these settings; `None` for simulation.
+    pub fn objective(self, settings: &Settings) -> Option<Objective> {
         match self {
             Self::Arrival => None,
             Self::Shortest => Some(Objective::SHORTEST),
             Self::Simplest => Some(Objective::FEWEST_ENTRIES),
+            Self::FewestViews => Some(Objective::FEWEST_VIEWS),
+            Self::Quickest => Some(Objective::quickest(settings)),
             Self::Reliable => Some(Objective::MOST_RELIABLE),
             Self::Ratio => Some(Objective::Ratio),
         }
@@ -378,17 +386,6 @@ pub struct SketcherParameters {
     pub journeys: u32,
 }
 
-/// The parameters of a process: the usual ones but for what the mission's table says.
-fn parameters<T: Serialize + DeserializeOwned>(
-    mission: &Mission,
-    process: Process,
-    key: &str,
-    usual: &T,
-) -> Result<T, MissionError> {
-    let given = overlaid(usual, mission.parameters.of(process));
-    given.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
-}
-
 /// Most simulations of each kind.
 const MOST_SIMULATIONS: u32 = 100_000;
 
@@ -400,7 +397,7 @@ pub fn effort(mission: &Mission) -> Result<Effort, MissionError> {
     let Effort { trials, trial_journeys, journeys } = Effort::USUAL;
     let usual = SketcherParameters { trials, trial_journeys, journeys };
     let SketcherParameters { trials, trial_journeys, journeys } =
-        parameters(mission, Process::Sketcher, "parameters.sketcher", &usual)?;
+        mission.parameters.over(Process::Sketcher, &usual)?;
     for (key, count) in [("trials", trials), ("trial_journeys", trial_journeys), ("journeys", journeys)] {
         if !(1..=MOST_SIMULATIONS).contains(&count) {
             return Err(wrong(&format!("parameters.sketcher.{key}"), "1 to 100000", &count.to_string()));
@@ -489,7 +486,7 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
         weight: usual.weight,
     };
     let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } =
-        parameters(mission, Process::Planner, "parameters.planner", &defaults)?;
+        mission.parameters.over(Process::Planner, &defaults)?;
     let DirectionsMission { words, heading_noise_deg, .. } = DirectionsMission::of(mission)?;
     let settings = Settings {
         vocabulary: Vocabulary::of(&words),
@@ -581,9 +578,11 @@ mod tests {
     fn a_mission_says_what_is_seen_and_where_to_go() {
         let mission = read(MISSION).unwrap();
         assert_eq!((mission.method, &mission.goals[..]), (Method::Arrival, &[Point::new(0.5, 0.9)][..]));
+        let usual = Settings::new(Window::new(0.1, 0.015).unwrap(), 0.001);
         for method in METHODS {
             let text = MISSION.replace("kind='directions'", &format!("kind='directions'\nmethod='{method}'"));
-            assert_eq!(read(&text).unwrap().method.objective().is_none(), method == METHODS[0]);
+            let objective = read(&text).unwrap().method.objective(&usual);
+            assert_eq!(objective.is_none(), method == METHODS[0]);
         }
     }
 
@@ -609,7 +608,7 @@ mod tests {
             (navigator("map_noise_m=-1.0"), "navigator.map_noise_m: expected 0 to 10 m, found -1"),
             (navigator("words=['Isol','Lonely']"), "navigator.words: expected some of Obvious, Isol"),
             (navigator("verify='nothing'"), "navigator.verify: expected no such key for `arrival`"),
-            (navigator("method='fast'"), "navigator: unknown variant `fast`"),
+            (navigator("method='fast'"), "navigator.method: unknown variant `fast`"),
             (
                 MISSION.replace("goal=[0.5, 0.9]", ""),
                 "task 1 (on).goal: expected a place in metres, found none",

@@ -72,6 +72,22 @@ pub fn make(run: &RunConfig, files: &Files<'_>) -> Result<Made, DirectionsError>
     }
 }
 
+/// What the map-maker knows about the plane of a run; `None` if the map was written by hand.
+///
+/// # Errors
+/// [`DirectionsError`] with the file or the key.
+pub fn atlas(run: &RunConfig, files: &Files<'_>) -> Result<Option<Atlas>, DirectionsError> {
+    let read = DirectionsMission::of(&run.mission)?;
+    let Some(Seen { plane, noise_m, .. }) = seen(run, &read, files)? else { return Ok(None) };
+    let pilot = mission::pilot(&run.mission, &run.robot, noise_m)?;
+    Ok(Some(survey(&read, plane, &pilot)))
+}
+
+fn survey(read: &DirectionsMission, plane: Plane, pilot: &Pilot) -> Atlas {
+    let kinds = Kinds { words: &read.planned(), trajectories: true };
+    Atlas::new(plane, pilot.settings.window, kinds, Reliability::fitted(pilot.noise))
+}
+
 /// What looks wrong with the files of a run, for people, before anything is planned: known points that disagree, uneven light,
 /// spots that are no dots, bearings that correct nothing.
 ///
@@ -277,9 +293,7 @@ fn plans(
     Seen { plane, noise_m, notices }: Seen,
 ) -> Result<Made, DirectionsError> {
     let pilot = mission::pilot(&run.mission, &run.robot, noise_m)?;
-    let words = read.planned();
-    let kinds = Kinds { words: &words, trajectories: true };
-    let atlas = Atlas::new(plane, pilot.settings.window, kinds, Reliability::fitted(pilot.noise));
+    let atlas = survey(read, plane, &pilot);
     let maker = Maker { atlas: &atlas, read, pilot, effort: mission::effort(&run.mission)?, seed: run.seed };
     let [x, y] = run.mission.start.world;
     let (mut plans, mut before) = (Vec::new(), None);
@@ -323,7 +337,7 @@ impl Maker<'_> {
         };
         // The dot that a window over the goal would show nearest to its middle.
         let goal = Start::wanted(&atlas.plane, atlas.window, goal).map_err(no_goal)?.landmark;
-        match read.method.objective() {
+        match read.method.objective(&pilot.settings) {
             Some(objective) => {
                 let path = best(atlas, start, goal, Measure::Windows, objective)?;
                 Plan::new(atlas, path, read.verify)

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::events::{self, Event};
 use super::track::Track;
-use super::{Parameters, track::Sight};
+use super::{OtherObjects, Parameters, track::Sight};
 use crate::drawn::DrawnMetres;
 use crate::error::Error;
 use crate::route::{Command, Kind, Place, Range, Relation, Route, State, between};
@@ -80,16 +80,26 @@ fn is_distinct(events: &[Event], previous: &[Place], distinct: u8) -> bool {
     })
 }
 
+/// At which parts of a turn states are added: one above 90°, two above 180° (4.6.2). The heading is a mean over five
+/// points of the route, so a right angle that is drawn exactly turns by some 82° between its states.
+pub fn additional_parts(turned_rad: f64) -> &'static [f64] {
+    if turned_rad > PI {
+        &[1.0 / 3.0, 2.0 / 3.0]
+    } else if turned_rad > FRAC_PI_2 {
+        &[0.5]
+    } else {
+        &[]
+    }
+}
+
 /// States in the middle of a turn: one above 90°, two above 180° (4.6.2). Where nothing is in view there is none.
 fn add_additional(states: &mut Vec<State>, track: &Track, parameters: &Parameters, [from, to]: [usize; 2]) {
     let command = track.steps[from].command;
     let turn = track.turned_rad(from, to);
-    let above = turn - parameters.additional_margin_rad;
-    if !parameters.additional_states || !command.is_turn() || above <= FRAC_PI_2 {
+    if !parameters.additional_states || !command.is_turn() {
         return;
     }
-    let parts: &[f64] = if above > PI { &[1.0 / 3.0, 2.0 / 3.0] } else { &[0.5] };
-    for part in parts {
+    for part in additional_parts(turn) {
         let step = (from + 1..to).find(|step| track.turned_rad(from, *step) >= part * turn);
         let Some(step) = step else { continue };
         let events = events::around(track, step, parameters);
@@ -115,9 +125,13 @@ fn state(
             landmarks.push(event.sight.landmark);
         }
     }
-    let of = |landmark: usize| chosen.iter().filter(move |event| event.sight.landmark == landmark);
-    let relations = landmarks.into_iter().flat_map(of);
-    let relations = relations.map(|event| relation(track, &event.sight, Some(parameters))).collect();
+    let relations = landmarks.into_iter().enumerate().flat_map(|(i, landmark)| {
+        let is_strict = i == 0 || parameters.other_objects == OtherObjects::Strict;
+        let ranges = is_strict.then_some(parameters);
+        let of = chosen.iter().filter(move |event| event.sight.landmark == landmark);
+        of.map(move |event| relation(track, &event.sight, ranges))
+    });
+    let relations = relations.collect();
     State { kind, relations, command, after: Some(track.along(step)) }
 }
 
@@ -161,7 +175,10 @@ fn rounded(range: Range, round: fn(f64) -> f64) -> Range {
 
 #[cfg(test)]
 mod tests {
+    use sketchnav_schemas::geometry::Point;
+
     use super::*;
+    use crate::extraction::track::Step;
 
     fn event(landmark: usize, direction: u8, significance: f64) -> Event {
         let sight = Sight { landmark, place: Place::Direction(direction), proximity_m: 1.0, width: 30.0 };
@@ -175,6 +192,24 @@ mod tests {
             .iter()
             .filter_map(|event| event.sight.place.direction())
             .collect()
+    }
+
+    /// The second and the third object are "in direction 12" alone where table 4.1 is taken at its word, and have their ranges where
+    /// figure 4.23 is.
+    #[test]
+    fn objects_after_the_first_have_ranges_or_their_direction_alone() {
+        let (at, command) = (Point::new(0.0, 0.0), Command::Left);
+        let step = Step { at, heading_rad: 0.0, turning_rate: 2.0, command, sights: Vec::new() };
+        let track = Track { steps: vec![step], encountered: vec![0, 1, 2] };
+        let chosen = [event(0, 1, 0.9), event(1, 12, 0.8), event(2, 5, 0.7)];
+        let has_ranges = |other_objects| {
+            let parameters = Parameters { other_objects, ..Parameters::default() };
+            let state = state(&track, 0, Kind::Change, command, &chosen, &parameters);
+            assert!(state.relations.iter().all(|of| of.proximity_m.is_some() == of.width.is_some()));
+            state.relations.iter().map(|of| of.proximity_m.is_some()).collect::<Vec<_>>()
+        };
+        assert_eq!(has_ranges(OtherObjects::Strict), [true; 3]);
+        assert_eq!(has_ranges(OtherObjects::DirectionOnly), [true, false, false]);
     }
 
     #[test]

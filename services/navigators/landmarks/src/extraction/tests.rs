@@ -1,5 +1,6 @@
 use sketchnav_schemas::geometry::{Point, wrap_angle};
 
+use super::states::additional_parts;
 use super::track::{Track, headings};
 use super::*;
 use crate::drawn::Drawn;
@@ -59,8 +60,9 @@ fn a_circle_has_the_turning_rate_of_its_radius() {
 fn a_heading_is_the_mean_over_five_points() {
     let points = (0..5).map(|i| [f64::from(i), 0.0]).chain((1..5).map(|i| [4.0, f64::from(i)]));
     let way: Vec<Point<Drawn>> = points.map(Point::from).collect();
-    let found = headings(&way, 1.0);
+    let found = headings(&way);
     let expected = [0.0, 0.0, 0.0, 1_f64.atan2(3.0), 45_f64.to_radians(), 3_f64.atan2(1.0)];
+    assert_eq!(found.len(), way.len());
     for (found, expected) in found.iter().zip(expected) {
         assert!(wrap_angle(found - expected).abs() < 1e-12, "{found}, {expected}");
     }
@@ -106,6 +108,19 @@ fn objects_are_numbered_as_they_come_in_view() {
 }
 
 #[test]
+fn pieces_of_a_route_are_what_its_states_are_of() {
+    for degrees in [60.0, 120.0, 250.0] {
+        let sketch = sketch(vec![square("table", 25.0, 22.0, 8.0)], &bend(25.0, 22.0, degrees));
+        let parameters = Parameters { additional_states: false, ..Parameters::default() };
+        let found = track::pieces(&sketch.route, &parameters);
+        let states = extract(&sketch, &parameters).unwrap().states;
+        let commands: Vec<_> = found.iter().map(|piece| piece.command).chain([Command::Stop]).collect();
+        assert_eq!(commands, states.iter().map(|state| state.command).collect::<Vec<_>>());
+        assert!((found[1].turned_rad.to_degrees() - degrees).abs() < 25.0, "{degrees}: {found:?}");
+    }
+}
+
+#[test]
 fn long_turns_get_states_in_their_middle() {
     let middle = square("table", 25.0, 22.0, 8.0);
     let kinds = |degrees: f64, additional_states| {
@@ -118,7 +133,9 @@ fn long_turns_get_states_in_their_middle() {
             .map(|state| state.command)
             .collect::<Vec<_>>()
     };
-    assert_eq!(kinds(80.0, true), []);
+    assert_eq!(additional_parts(91_f64.to_radians()), [0.5]);
+    assert_eq!(additional_parts(181_f64.to_radians()), [1.0 / 3.0, 2.0 / 3.0]);
+    assert_eq!(kinds(90.0, true), []);
     assert_eq!(kinds(120.0, true), [Command::Left]);
     assert_eq!(kinds(250.0, true), [Command::Left; 2]);
     assert_eq!(kinds(250.0, false), []);
@@ -139,7 +156,7 @@ fn a_turn_without_an_object_in_view_names_its_place() {
     let text = error.to_string();
     assert!(
         text.starts_with(
-            "step 12 at (44, 0): expected an object within 6.5 m where the robot is to turn left"
+            "step 11 at (40, 0): expected an object within 6.5 m where the robot is to turn left"
         ),
         "{text}"
     );

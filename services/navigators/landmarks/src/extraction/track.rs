@@ -46,6 +46,28 @@ pub struct Step {
     pub sights: Vec<Sight>,
 }
 
+/// A piece of the route along which the command stays the same.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// The command.
+    pub command: Command,
+    /// By how much the robot turns along it, in radians, without a sign.
+    pub turned_rad: f64,
+}
+
+/// The pieces of a route, from its start on. Each begins with a state, and the last one ends with another.
+pub fn pieces(route: &[Point<Drawn>], parameters: &Parameters) -> Vec<Piece> {
+    let headings = headings(route);
+    let commands = commands(&turning_rates(route, &headings, parameters), &headings, parameters);
+    let last = route.len() - 1;
+    let piece = |[begin, end]: [usize; 2]| {
+        let turned = headings[begin..=end.min(last)].windows(2).map(|pair| wrap_angle(pair[1] - pair[0]));
+        Piece { command: commands[begin], turned_rad: turned.sum::<f64>().abs() }
+    };
+    // A change at the last step is none: the robot stops there.
+    runs(&commands).into_iter().filter(|[begin, _]| *begin == 0 || *begin < last).map(piece).collect()
+}
+
 /// All steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
@@ -61,7 +83,7 @@ impl Track {
     /// # Errors
     /// [`Error::Number`] where an outline has no area.
     pub fn of(sketch: &Sketch, parameters: &Parameters) -> Result<Self, Error> {
-        let headings = headings(&sketch.route, parameters.heading_point_m);
+        let headings = headings(&sketch.route);
         let rates = turning_rates(&sketch.route, &headings, parameters);
         let commands = commands(&rates, &headings, parameters);
         let mut eye = Eye::new(sketch, parameters)?;
@@ -97,18 +119,12 @@ impl Track {
     }
 }
 
-/// The heading at each point: the mean over five adjacent points at this distance, the middle one being the point (4.3).
-/// The points are equally far, so this is the direction from two of them before to two after.
-pub fn headings<F>(route: &[Point<F>], point_m: f64) -> Vec<f64> {
-    let last = (route.len() - 1) as f64;
-    let step = plane::length(route) / last;
-    let at = |place: f64| {
-        let place = place.clamp(0.0, last);
-        let i = (place as usize).min(route.len() - 2);
-        route[i].towards(&route[i + 1], place - i as f64)
-    };
-    let reach = 2.0 * point_m / step;
-    (0..route.len()).map(|i| at(i as f64 - reach).direction_rad(&at(i as f64 + reach))).collect()
+/// The heading at each point of the route: "averaging 5 adjacent points (centered on the considered trajectory point)"
+/// (4.3). The steps between five points are equally long, so their mean direction is that from two points before to two
+/// after. At the ends there are fewer.
+pub fn headings<F>(route: &[Point<F>]) -> Vec<f64> {
+    let last = route.len() - 1;
+    (0..=last).map(|i| route[i.saturating_sub(2)].direction_rad(&route[(i + 2).min(last)])).collect()
 }
 
 /// The change of the heading from the point before, by the distance from there (4.3.4).

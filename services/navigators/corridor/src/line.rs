@@ -1,0 +1,72 @@
+//! The trend of many sights: the slope of a straight line fitted to a marker's distances by least squares. A distance's weight
+//! decays exponentially with its age, to 1/e after one window. The line has a trend even if two sights have none because they err
+//! by more than the marker moves.
+
+use serde::{Deserialize, Serialize};
+
+use crate::messages::Trend;
+
+/// The sums from which the line is computed; times count from the newest distance.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Line {
+    weight: f64,
+    times: f64,
+    distances: f64,
+    squares: f64,
+    products: f64,
+    /// Time since the first distance, seconds.
+    span_s: f64,
+}
+
+impl Line {
+    /// Takes in a distance, `age_s` after the last one. After a gap longer than the window the line starts afresh.
+    pub fn add(&mut self, age_s: f64, distance_m: f64, window_s: f64) {
+        let Self { weight, times, distances, squares, products, span_s } =
+            if age_s > window_s { Self::default() } else { *self };
+        let fade = (-age_s / window_s).exp();
+        *self = Self {
+            weight: fade * weight + 1.0,
+            times: fade * (times - age_s * weight),
+            distances: fade * distances + distance_m,
+            squares: fade * (squares - 2.0 * age_s * times + age_s * age_s * weight),
+            products: fade * (products - age_s * distances),
+            span_s: if weight > 0.0 { span_s + age_s } else { 0.0 },
+        };
+    }
+
+    /// The rate at which the distance grows, m/s.
+    fn slope_mps(&self) -> f64 {
+        let Self { weight, times, distances, squares, products, .. } = self;
+        (weight * products - times * distances) / (weight * squares - times * times)
+    }
+
+    /// The trend, where a slope of up to `quantum_mps` counts as none; `None` until the line spans a whole window.
+    pub fn trend(&self, window_s: f64, quantum_mps: f64) -> Option<Trend> {
+        let slope_mps = self.slope_mps();
+        (self.span_s >= window_s).then_some(if slope_mps.abs() <= quantum_mps {
+            Trend::Stable
+        } else if slope_mps < 0.0 {
+            Trend::Towards
+        } else {
+            Trend::Away
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line through exact distances has their slope, whatever their weights.
+    #[test]
+    fn the_line_through_a_marker_that_comes_nearer_by_ten_centimetres_a_second_has_that_slope() {
+        let mut line = Line::default();
+        for (age_s, distance_m) in [(0.0, 3.0), (0.2, 2.98), (0.1, 2.97), (0.4, 2.93), (0.3, 2.9)] {
+            line.add(age_s, distance_m, 0.5);
+        }
+        assert!((line.slope_mps() + 0.1).abs() < 1e-9 && (line.span_s - 1.0).abs() < 1e-9, "{line:?}");
+        assert_eq!([0.05, 0.2].map(|mps| line.trend(0.5, mps)), [Some(Trend::Towards), Some(Trend::Stable)]);
+        line.add(0.6, 5.0, 0.5);
+        assert_eq!((line.weight, line.span_s, line.trend(0.5, 0.05)), (1.0, 0.0, None), "after a gap");
+    }
+}

@@ -12,7 +12,7 @@ use sketchnav_schemas::run::RunConfig;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output;
 
-/// What of the map-maker's is printed.
+/// What to print of what the map-maker knows.
 #[derive(Debug, Clone, Args)]
 pub struct DirectionsOptions {
     /// A table of the plane instead of the itineraries.
@@ -22,7 +22,7 @@ pub struct DirectionsOptions {
     /// reliability from 0 to 1.
     #[arg(long, value_name = "WHICH", value_parser = parse_parkways, requires = "table")]
     only: Option<Parkways>,
-    /// Another method than the mission's.
+    /// Plan with this method instead of the mission's.
     #[arg(long)]
     method: Option<String>,
     /// The seed of the map-maker's simulations.
@@ -101,7 +101,7 @@ fn survey(run: &RunConfig, table: Table, parkways: Parkways) -> Result<String, S
 }
 
 fn written() -> String {
-    "navigator: expected plane_file or floor_file, found map_file, a map that somebody has written".to_owned()
+    "navigator: expected plane_file or floor_file, found map_file, a map that was written by hand".to_owned()
 }
 
 #[cfg(test)]

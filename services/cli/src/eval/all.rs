@@ -16,8 +16,7 @@ use sketchnav_lab::EvalError;
 use sketchnav_lab::experiments::TaskOutcome as Ended;
 use sketchnav_lab::experiments::figures::{Experiment, Method};
 use sketchnav_lab::experiments::studies::{Size, Study, report};
-use sketchnav_lab::experiments::table;
-use sketchnav_lab::experiments::{studies, suites};
+use sketchnav_lab::experiments::{studies, suites, table};
 
 use super::page::Pages;
 use super::parts::{self, Origin};

@@ -1,10 +1,9 @@
-//! The outcome of a task by the robot's own pose in the drawing, as Boniardi et al. 2016, V-B, judge it: "a navigation task is
-//! considered successful when the actual trajectory of the robot on the sketch and the path drawn by the user are homotopically
-//! equivalent with respect to the topology induced by the sketch and the distance between the final robot position and the goal is
-//! lower than a threshold".
+//! The outcome of a task by the robot's own pose in the drawing, as Boniardi et al. judge it (2016, V-B). A task succeeds if the
+//! robot ends near its goal and if its trajectory on the sketch is homotopic to the drawn path "with respect to the topology
+//! induced by the sketch".
 //!
-//! The distance is that of the local metric, as all of the paper's distances in the drawing are (III-A); the threshold is not
-//! named. A task that the robot gave up is none that it reached, wherever it stood: a robot that "lost track of its current pose"
+//! Distances are measured in the local metric, like all of the paper's distances in the drawing (III-A). The threshold is not
+//! stated. A task that the robot gave up was not reached, wherever the robot stood: one that "lost track of its current pose"
 //! failed (2015, IV).
 
 use sketchnav_schemas::codes::TaskState;

@@ -5,7 +5,7 @@
 //! - [`messages`]: what they say, and on which channels;
 //! - [`lookout`]: what a page shows of them; [`account`]: what is said of a run;
 //! - [`rules`]: rule files; the methods `qtc-b` and `argd` of Patil 2019 and `combined` drive by them;
-//! - [`perception`]: markers in memory, pairs, relations, the trends of one sight or of many;
+//! - [`perception`]: markers in memory, pairs, relations, the trends of one sighting or of many;
 //! - [`course`], [`way`]: this project's own method: the way on through free space, seen by laser or known by markers, and its
 //!   length.
 //!

@@ -1,6 +1,6 @@
-//! The trend of many sights: the slope of a straight line fitted to a marker's distances by least squares. A distance's weight
-//! decays exponentially with its age, to 1/e after one window. The line has a trend even if two sights have none because they err
-//! by more than the marker moves.
+//! The trend of many sightings: the slope of a straight line fitted to a marker's distances by least squares. A distance's weight
+//! decays exponentially with its age, to 1/e after one window. The line has a trend even if two sightings have none because they
+//! err by more than the marker moves.
 
 use serde::{Deserialize, Serialize};
 

@@ -39,7 +39,7 @@ impl Localizer {
 pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
     let parameters = mission.parameters.over(Process::Localizer, &Parameters::default())?;
     let Parameters { memory_s, pair_rate_hz, hold_s, window_s, quantum_mps, .. } = parameters;
-    // The time between two pictures must not exceed that within which two sights make a trend.
+    // The time between two pictures must not exceed that within which two sightings make a trend.
     let is_rate = pair_rate_hz == 0.0 || (LEAST_HZ..=1000.0).contains(&pair_rate_hz);
     for (key, expected, found, holds) in [
         ("memory_s", "0 to 1e6 s", memory_s, (0.0..=1e6).contains(&memory_s)),

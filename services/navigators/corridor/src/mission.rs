@@ -9,7 +9,7 @@
 //! [[task]]
 //! name = "to the lift"
 //! metres = 12.0                  # along the corridor; or marker = 7: until it is passed; or until = "end"
-//! turns = ["left"]               # which way at each junction; for `corridor` alone
+//! turns = ["left"]               # which way at each junction; only for `corridor`
 //! about = true                   # first turns about on the spot: from A to B, and back from B to A
 //! ```
 
@@ -36,7 +36,7 @@ pub enum Method {
     Argd,
     /// Both.
     Combined,
-    /// This project's own: the rules of `qtc-b` with trends over many sights, so that the errors of single sights do not decide.
+    /// This project's own: the rules of `qtc-b` with trends over many sightings, so that the errors of single ones do not decide.
     QtcBSteady,
 }
 

@@ -17,7 +17,7 @@ use crate::messages::{KnownMarker, MAX_KNOWN_MARKERS, PairedMarker, Relations, T
 
 /// Markers of a pair are seen within this time, nanoseconds (Patil 2019, 3.2.3).
 const PAIRED_NS: u64 = 100_000_000;
-/// A trend is of two sights within this time, nanoseconds: two pictures of a tick's rate.
+/// A trend is of two sightings within this time, nanoseconds: two pictures of a tick's rate.
 const TREND_NS: u64 = 250_000_000;
 /// So many pictures and ticks a second a trend takes at least.
 pub const LEAST_HZ: f64 = 1e9 / TREND_NS as f64;
@@ -25,14 +25,14 @@ pub const LEAST_HZ: f64 = 1e9 / TREND_NS as f64;
 const ROUNDING_NS: u64 = 1_000_000;
 /// The signs of the lateral coordinate on the left and on the right.
 const SIDES: [f64; 2] = [1.0, -1.0];
-/// Share of a new sight in what is remembered of a marker's place: sights err.
+/// Share of a new sighting in what is remembered of a marker's place: sightings err.
 const NEWEST: f64 = 0.3;
 
 /// What may be set of it: a mission's table `parameters.localizer`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// Motion up to this distance between two sights is none, metres (Patil 2019, 3.2.3).
+    /// Motion up to this distance between two sightings is none, metres (Patil 2019, 3.2.3).
     pub quantisation_m: f64,
     /// Thresholds of the distance classes, metres (Patil 2019, 3.2.3).
     pub thresholds_m: [f64; 3],
@@ -45,7 +45,7 @@ pub struct Parameters {
     /// A pair counts as passed once neither of its markers has been in view for this long, seconds. 0: pairs are not held; each
     /// picture forms its own.
     pub hold_s: f64,
-    /// For `qtc-b-steady`: the age at which a sight has weight 1/e in a trend, seconds.
+    /// For `qtc-b-steady`: the age at which a sighting has weight 1/e in a trend, seconds.
     pub window_s: f64,
     /// For `qtc-b-steady`: a distance that changes more slowly than this counts as unchanged, m/s.
     pub quantum_mps: f64,
@@ -73,7 +73,7 @@ pub struct Terms {
     pub parameters: Parameters,
     /// Their scale of distances.
     pub scale: argd::Scale,
-    /// Whether trends are computed over many sights instead of two.
+    /// Whether trends are computed over many sightings instead of two.
     pub is_steady: bool,
 }
 
@@ -98,7 +98,7 @@ struct Known {
     seen_ns: u64,
     /// Where it was seen last, metres in the robot's own axes then.
     now_m: [f64; 2],
-    /// The same of the sight before.
+    /// The same of the sighting before.
     before_m: Option<[f64; 2]>,
     /// Its recent distances from the camera.
     line: Line,
@@ -439,9 +439,9 @@ mod tests {
         assert_eq!([0.0, 10.0, 5.5, 60.0].map(pairs), [600, 200, 110, 600]);
     }
 
-    /// Five sights per second of two markers that come nearer by 8 cm and by half a centimetre per second, with errors that
-    /// alternate between 2 cm too far and 2 cm too near. Judged by two sights, both markers approach and recede in turn; the line
-    /// through all sights does not.
+    /// Five sightings per second of two markers that come nearer by 8 cm and by half a centimetre per second, with errors that
+    /// alternate between 2 cm too far and 2 cm too near. Judged by two sightings, both markers approach and recede in turn; the
+    /// line through all sightings does not.
     #[test]
     fn a_steady_trend_is_that_of_many_sights() {
         let robot = Pose::new(0.0, 0.0, 0.0);

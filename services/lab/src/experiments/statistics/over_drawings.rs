@@ -123,7 +123,7 @@ mod tests {
             prop_assert_eq!(interval(&counts), Some([low, high]));
         }
 
-        /// Every drive again tells no more of other drawings.
+        /// Driving each drawing twice says no more about other drawings.
         #[test]
         fn more_drives_by_the_same_drawings_do_not_narrow_it(counts in drives()) {
             prop_assume!(counts.len() > 1);

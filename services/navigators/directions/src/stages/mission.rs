@@ -155,7 +155,7 @@ pub struct DirectionsMission {
     pub verify: Verify,
     /// What the navigator understands.
     pub words: Vec<Descriptor>,
-    /// Where each task leads; empty with a custom map that somebody has written.
+    /// Where each task leads; empty with a custom map that was written by hand.
     pub goals: Vec<Point>,
     /// The landmarks that such a map means; empty where nobody says.
     pub landmarks: Vec<Point>,

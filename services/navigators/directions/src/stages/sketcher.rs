@@ -42,11 +42,11 @@ pub const BETWEEN: &str = "---";
 /// All that the map-maker has made of a mission.
 #[derive(Debug, Clone)]
 pub struct Made {
-    /// The dots as the map-maker sees them; empty where somebody has written the map.
+    /// The dots as the map-maker sees them; empty if the map was written by hand.
     pub dots: Vec<Point>,
     /// The custom map of each task.
     pub maps: Vec<CustomMap>,
-    /// The plan of each task; empty where somebody has written the map.
+    /// The plan of each task; empty if the map was written by hand.
     pub plans: Vec<Plan>,
     /// The landmarks of each task that its map means, with their numbers among `dots`; of a written map by the order of its list.
     pub landmarks: Vec<Vec<(DotId, Point)>>,
@@ -129,7 +129,7 @@ pub const PLANNED: Planned = Planned {
     },
 };
 
-/// What the map-maker sees; none where somebody has written the map.
+/// What the map-maker sees; nothing if the map was written by hand.
 fn seen(
     run: &RunConfig,
     read: &DirectionsMission,
@@ -163,7 +163,7 @@ fn bytes(key: &'static str, file: &str, files: &Files<'_>) -> Result<Vec<u8>, Di
     files(file).map_err(wrong)
 }
 
-/// The map that somebody has written.
+/// The map that was written by hand.
 fn written(
     run: &RunConfig,
     read: &DirectionsMission,

@@ -44,9 +44,9 @@ fn install_last_words() {
 
 /// The last words of a process that finds no memory.
 const FULL: &str = "shared memory is full: /dev/shm has no room for a message (SIGBUS)\n";
-/// The last words of a process whose shared-memory file was truncated, or whose disk fails under a mapped file.
-const CUT: &str =
-    "a mapped file lost its page: a file in /dev/shm was truncated, or a disk failed (SIGBUS)\n";
+/// The last words of a process that got no page of a mapped file although there is room by now.
+const CUT: &str = "a page of a mapped file could not be had: /dev/shm was full for a moment, one of its files was truncated, \
+                   or a disk failed (SIGBUS)\n";
 /// Page size, bytes: with less than that free, `/dev/shm` is full.
 const PAGE: u64 = 4096;
 /// The exit code of everything but success and bad input.

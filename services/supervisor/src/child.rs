@@ -10,7 +10,7 @@ use std::process::{Child as StdChild, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use nix::errno::Errno;
-use nix::fcntl::OFlag;
+use nix::fcntl::{FallocateFlags, OFlag, fallocate};
 use nix::libc;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::prctl::set_pdeathsig;
@@ -31,6 +31,8 @@ const F_SETSIG: libc::c_int = 10;
 /// How much of the end of a log an error shows, bytes.
 const LAST_BYTES: u64 = 2000;
 const LAST_LINES: usize = 12;
+/// How much room a log keeps for the last words of its process, bytes: a page of shared memory.
+const RESERVED_BYTES: i64 = 4096;
 
 /// How a process is started.
 #[derive(Debug)]
@@ -280,6 +282,7 @@ fn wake_at_hang_up(end: &OwnedFd) -> io::Result<()> {
 fn spawn(line: &mut ProcessLine, log: &Path) -> Result<StdChild> {
     let open = || {
         let log = OpenOptions::new().append(true).create(true).mode(0o600).open(log)?;
+        reserve(&log);
         Ok((log.try_clone()?, log))
     };
     let started = open().and_then(|(out, err)| line.command.stdout(out).stderr(err).spawn());
@@ -287,6 +290,14 @@ fn spawn(line: &mut ProcessLine, log: &Path) -> Result<StdChild> {
         let program = line.command.get_program().to_string_lossy().into_owned();
         Error::Spawn { process: line.process, program, source }
     })
+}
+
+/// Sets room aside beyond the end of a log, which is often in shared memory itself: a process that dies because that is full
+/// can still say so. Where there is no room, or the file system reserves none, the process starts without.
+fn reserve(log: &File) {
+    if let Ok(length) = log.metadata().map(|found| found.len()) {
+        let _ = fallocate(log, FallocateFlags::FALLOC_FL_KEEP_SIZE, length as i64, RESERVED_BYTES);
+    }
 }
 
 /// The last lines of a log; empty if it cannot be read.
@@ -304,4 +315,24 @@ fn last_bytes(log: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     file.take(LAST_BYTES).read_to_end(&mut bytes)?;
     Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::MetadataExt;
+
+    use super::*;
+
+    /// A process that had died of full shared memory "printed nothing", because its log lay there.
+    #[test]
+    fn a_log_keeps_room_for_last_words() {
+        let folder = tempfile::tempdir_in("/dev/shm").unwrap();
+        let log = folder.path().join("planner.log");
+        let command = Command::new("true");
+        let mut line = ProcessLine { process: Process::Planner, command, resumes: true };
+        assert!(spawn(&mut line, &log).unwrap().wait().unwrap().success());
+        let found = std::fs::metadata(&log).unwrap();
+        assert_eq!(found.len(), 0);
+        assert!(found.blocks() * 512 >= RESERVED_BYTES as u64);
+    }
 }

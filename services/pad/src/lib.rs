@@ -9,6 +9,7 @@
 //! - [`machine`]: which step is allowed. [`sessions`]: which page has the wheel, and whether it can be heard.
 //!   [`guard`]: which requests are accepted, and how often. `doors`: which connections stay open. [`feed`]: what pages
 //!   display. These are pure;
+//! - [`study`]: a user study on the page, with what its participants draw, measure and answer;
 //! - `server`, `bridge`: the threads around them. The server never touches a channel, the bridge never a socket.
 //!
 //! The page computes nothing about the robot, and nothing here reads the truth.
@@ -19,6 +20,7 @@
 mod board;
 mod bridge;
 mod doors;
+mod draft;
 pub mod feed;
 pub mod guard;
 pub mod machine;
@@ -28,6 +30,7 @@ mod page;
 pub mod protocol;
 mod server;
 pub mod sessions;
+pub mod study;
 pub mod token;
 mod walls;
 

@@ -67,7 +67,8 @@ fn overview(all: &[Kept]) -> Table {
         row("correlation of drawing time and success", "none significant", correlation_of(&drives)),
     ];
     let header = ["", "Boniardi et al. 2016", "here"].map(str::to_owned).to_vec();
-    let note = "The paper's 25 drives are those of its 13 participants and 12 more in a second place. It does not say what its ± is.";
+    let note = "The paper's 25 drives are those of its 13 participants and 12 more in a second place. It does not say what \
+         its ± is.";
     Table { title: "The study", header, rows, note }
 }
 

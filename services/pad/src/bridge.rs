@@ -370,10 +370,10 @@ impl<'a> Bridge<'a> {
     /// Handles a request; `None` if the sketcher has to answer.
     fn ask(&mut self, session: &str, request: Request, now: Duration) -> anyhow::Result<Option<Answer>> {
         let drives = self.sessions.drives(session);
-        if let Some(step) = request.step() {
-            if let Err(refusal) = self.allow_by_study(step, drives, now) {
-                return Ok(Some(Err(refusal)));
-            }
+        if let Some(step) = request.step()
+            && let Err(refusal) = self.allow_by_study(step, drives, now)
+        {
+            return Ok(Some(Err(refusal)));
         }
         let done = |result: Result<(), Refusal>| result.map(|()| json!({}));
         let answer = match request {

@@ -69,7 +69,9 @@ impl Folder {
             Some(found) if found == *facts => {}
             Some(found) => {
                 let (expected, found) = match (facts.words(), found.words()) {
-                    (a, b) if a == b => (format!("{}, start and goal as today", a), "others".into()),
+                    (a, b) if a == b => {
+                        (format!("{a} with this start, goal and view"), "another of them".into())
+                    }
                     words => words,
                 };
                 return Err(StudyError::Other { path: file, expected, found });
@@ -372,7 +374,7 @@ pub(super) mod tests {
         assert!(words.contains("expected a study with the mission \"screens\""), "{words}");
         assert!(words.contains("found one with the mission \"court\""), "{words}");
         let words = error(Facts { start_heading_deg: 0.0, ..facts() });
-        assert!(words.contains("start and goal as today"), "{words}");
+        assert!(words.contains("with this start, goal and view, found one with another of them"), "{words}");
     }
 
     #[test]

@@ -10,7 +10,7 @@ Live messages are NumPy structures that look at shared memory itself, read-only 
 
 Recordings are pandas frames:
 
-    run = sketchnav.open("out/building-a-001/building-a.mcap")
+    run = sketchnav.open("out/demo-001/building-a.mcap")
     run.frame("estimate")[["pose.position.x", "pose.position.y"]].plot()
 
 Readers only: there is no way to write a channel from here.

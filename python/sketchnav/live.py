@@ -12,11 +12,12 @@ import stat
 import struct
 import time
 
-import iceoryx2 as iox2
 import numpy as np
 
 from ._layouts import CHANNELS
 
+#: Shared memory has one form for one version: the program's own.
+ICEORYX2 = "iceoryx2==0.10.0"
 #: How often to look for a message, seconds.
 LOOK_EVERY_S = 0.002
 #: How often to look whether the system still runs, seconds.
@@ -41,6 +42,15 @@ class TooManyReaders(Exception):
 
 class ForeignRoot(Exception):
     """The folder of all systems is not this user's own: somebody may have prepared it."""
+
+
+def _iceoryx2():
+    """The library of shared memory; recordings are read without it."""
+    try:
+        import iceoryx2
+    except ImportError as error:
+        raise ImportError(f"a running system is read by iceoryx2, which cannot be imported: pip install {ICEORYX2}") from error
+    return iceoryx2
 
 
 def _root():
@@ -102,6 +112,7 @@ class System:
     def __init__(self, name, folder):
         self.name = name
         self._folder = folder
+        iox2 = _iceoryx2()
         config = iox2.config.from_file(iox2.FilePath.new(str(folder / "iceoryx2.toml")))
         builder = iox2.NodeBuilder.new().name(iox2.NodeName.new("observer")).config(config)
         # Who presses Ctrl-C ends Python, as ever.
@@ -134,6 +145,7 @@ class Channel:
     def __init__(self, system, name):
         self.name = name
         self._system = system
+        iox2 = _iceoryx2()
         expected, self._dtype, self._has_many_writers, readers = CHANNELS[name]
         builder = system._node.service_builder(iox2.ServiceName.new(name))
         builder = builder.publish_subscribe(iox2.Slice[ctypes.c_uint64]).user_header(ctypes.c_uint64)

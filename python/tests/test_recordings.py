@@ -1,6 +1,8 @@
 """A recording, named by SKETCHNAV_RECORDING. tests/house/python_package.rs makes it and runs this."""
 
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -36,3 +38,19 @@ def test_a_recording_of_several_files_says_how_to_make_one(tmp_path):
 def test_a_topic_that_is_not_there_is_told():
     with pytest.raises(KeyError, match="expected one of"):
         sketchnav.open(RECORDING).frame("wind")
+
+
+WITHOUT_ICEORYX2 = """
+import pathlib, sys
+sys.modules["iceoryx2"] = None
+import sketchnav
+assert sketchnav.open(sys.argv[1]).topics
+sketchnav.System("lab", pathlib.Path(sys.argv[2]))
+"""
+
+
+def test_only_a_running_system_needs_the_library_of_shared_memory(tmp_path):
+    """The import of the package once failed without it."""
+    command = [sys.executable, "-c", WITHOUT_ICEORYX2, RECORDING, tmp_path]
+    ended = subprocess.run(command, capture_output=True, text=True)
+    assert ended.returncode == 1 and "pip install iceoryx2==" in ended.stderr, ended.stderr

@@ -41,7 +41,7 @@ pub enum RecordingError {
     },
     /// The recording was not written by this project.
     #[error(
-        "{path}: expected a recording of sketchnav, found one without {missing}{by}; recordings of others are taken by \
+        "{path}: expected a recording of sketchnav, found one without {missing}{by}; recordings of other software are supported by \
          {OF_ROS2}",
         path = path.display(),
         by = written_by(library)

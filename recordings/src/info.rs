@@ -162,7 +162,7 @@ fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>
     let mut notes = Vec::new();
     if !recording.is_ours()? {
         notes.push(format!(
-            "no recording of sketchnav, which replay, rerun and judge need; {OF_ROS2} take it"
+            "not a sketchnav recording; supported by {OF_ROS2}, but not by replay, rerun, judge"
         ));
     }
     if packed > 0 {

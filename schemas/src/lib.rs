@@ -7,8 +7,8 @@
 //! - [`channels`]: the pipeline, with writer and readers of each channel; [`erased`]: messages as bytes.
 //! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
 //! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`bounds`]: the bounds of the numbers in them.
-//! - [`shown`]: text from outside, as it is shown; [`run`]: what a process gets at its start; [`seed`]: random streams;
-//!   [`statistics`]: intervals of counts and means.
+//! - [`shown`]: text from outside, as it is shown; [`nearest`]: what a wrong word probably meant; [`run`]: what a process gets at
+//!   its start; [`seed`]: random streams; [`statistics`]: intervals of counts and means.
 //!
 //! Nothing here opens a file, reads a clock or depends on how a message travels.
 
@@ -24,6 +24,7 @@ pub mod geometry;
 pub mod layout;
 pub mod message;
 pub mod mission;
+pub mod nearest;
 pub mod python;
 pub mod robot;
 pub mod ros2;

@@ -16,6 +16,7 @@ use crate::codes::Process;
 use crate::floor_plan::{Furniture, Marker, Person};
 use crate::geometry::encloses;
 use crate::message::MAX_TASKS;
+use crate::nearest::without_list;
 
 /// A mission file. Parsed from TOML by [`Mission::parse`]; paths are relative to the file's folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -133,6 +134,19 @@ impl Parameters {
         self.0.get(process.word()).unwrap_or(&EMPTY)
     }
 
+    /// The parameters of a process: `usual`, with the values that the mission sets.
+    ///
+    /// # Errors
+    /// [`MissionError::Key`]: a key that `usual` does not have, or a value of the wrong type.
+    pub fn over<T: Serialize + DeserializeOwned>(
+        &self,
+        process: Process,
+        usual: &T,
+    ) -> Result<T, MissionError> {
+        let key = format!("parameters.{}", process.word());
+        overlaid(usual, self.of(process)).map_err(|error| MissionError::of_key(&key, &error))
+    }
+
     /// The table of a process, mutable.
     pub fn of_mut(&mut self, process: Process) -> &mut toml::Table {
         self.0.entry(process.word().to_owned()).or_default()
@@ -212,14 +226,8 @@ impl FromStr for Parameters {
     }
 }
 
-/// `base` with values replaced by those of `table`, which is what [`Parameters`] are for.
-///
-/// # Errors
-/// A key that `base` does not have, or a value of the wrong type.
-pub fn overlaid<T: Serialize + DeserializeOwned>(
-    base: &T,
-    table: &toml::Table,
-) -> Result<T, toml::de::Error> {
+/// `base` with values replaced by those of `table`.
+fn overlaid<T: Serialize + DeserializeOwned>(base: &T, table: &toml::Table) -> Result<T, toml::de::Error> {
     let mut whole = toml::Table::try_from(base).map_err(toml::de::Error::custom)?;
     lay_over(&mut whole, table);
     whole.try_into()
@@ -230,8 +238,7 @@ pub fn overlaid<T: Serialize + DeserializeOwned>(
 /// # Errors
 /// [`MissionError::Key`]: a key that `T` does not have, one that is missing, or a value of the wrong type.
 pub fn keys<T: DeserializeOwned>(key: &str, given: &toml::Table) -> Result<T, MissionError> {
-    let read = given.clone().try_into();
-    read.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
+    given.clone().try_into().map_err(|error| MissionError::of_key(key, &error))
 }
 
 /// What is wrong with a mission.
@@ -258,6 +265,17 @@ pub enum MissionError {
         /// What is wrong with it.
         reason: String,
     },
+}
+
+impl MissionError {
+    /// What is wrong with the table `key`, or with the key inside it to which the error belongs.
+    fn of_key(key: &str, error: &toml::de::Error) -> Self {
+        // An error of a table that is not text has the path of its key in its last line alone.
+        let shown = error.to_string();
+        let within = shown.trim_end().rsplit_once("\nin `").and_then(|(_, path)| path.strip_suffix('`'));
+        let key = within.map_or_else(|| key.to_owned(), |path| format!("{key}.{path}"));
+        Self::Key { key, reason: without_list(error.message()) }
+    }
 }
 
 impl Mission {
@@ -548,6 +566,14 @@ mod tests {
         let error = with("lenght_m = 5").unwrap_err().to_string();
         assert!(error.contains("lenght_m") && error.contains("`length_m`"), "{error}");
         assert!(with("count = true").unwrap_err().to_string().contains("boolean"));
+        let told = |text: &str| {
+            let parameters: Parameters = text.parse().unwrap();
+            parameters.over(Process::Planner, &base).unwrap_err().to_string()
+        };
+        let slip = told("planner.lenght_m = 5");
+        assert_eq!(slip, "parameters.planner: unknown field `lenght_m`; did you mean `length_m`?");
+        let wrong = told("planner.count = true");
+        assert_eq!(wrong, "parameters.planner.count: invalid type: boolean `true`, expected usize");
         let outer = [("some".to_owned(), base)].into();
         let within: BTreeMap<String, Some> =
             overlaid(&outer, &toml::from_str("some.count = 7").unwrap()).unwrap();

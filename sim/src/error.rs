@@ -40,7 +40,7 @@ pub enum SimError {
     #[error("{0}")]
     Mission(#[from] MissionError),
     /// A file that cannot be opened or read.
-    #[error("cannot be read: {0}")]
+    #[error("{0}")]
     Read(#[from] std::io::Error),
     /// The robot does not fit where it is to start.
     #[error(

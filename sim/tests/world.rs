@@ -347,5 +347,5 @@ fn errors_of_files_name_the_file() {
     let error = sketchnav_sim::files::map_file(&yaml).unwrap_err().to_string();
     assert!(error.contains("gone.pgm: expected a picture, PGM, PNG or BMP"), "{error}");
     let error = sketchnav_sim::files::robot("nobody.toml").unwrap_err().to_string();
-    assert!(error.starts_with("nobody.toml: cannot be read"), "{error}");
+    assert!(error.starts_with("nobody.toml: expected a robot, found no such file"), "{error}");
 }

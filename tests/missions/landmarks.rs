@@ -210,7 +210,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
         (
             mission.replace("[[task]]", "[parameters.planner.belief]\nahead = 1.0\n[[task]]"),
             &drawn,
-            "parameters.planner: unknown field `ahead`",
+            "parameters.planner.belief: unknown field `ahead`",
         ),
         (mission.clone(), &no_route, "a-04.json: expected an open line as the route"),
         (mission.clone(), &crossed, "a-04.json: expected objects apart"),

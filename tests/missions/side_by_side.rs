@@ -106,7 +106,7 @@ fn hz_measures_a_channel_s_rate() {
     let measured = place.run("hz scan --count 20");
     assert_eq!(measured.code, Some(0), "{measured}");
     let last = measured.out.lines().rfind(|line| line.starts_with("in all: ")).unwrap();
-    assert!(last.contains("10.00 a simulated second"), "{measured}");
+    assert!(last.contains("10.00 per simulated second"), "{measured}");
     assert!(last.contains("20 seen"), "{measured}");
     stop(&place, running, "lab");
 }

@@ -25,7 +25,7 @@ there = { polygon = [[0, 0], [6, 0], [6, 4], [0, 4]] }
 
 [[task]]
 name = "and on"
-seconds = 40.0
+seconds = 40
 "#;
 
 /// A place in which `sketchnav` is the stranger's program.
@@ -78,7 +78,7 @@ fn twenty_kills_leave_the_same_bytes() {
 fn what_its_mission_lacks_is_said_before_anything_starts() {
     let place = place();
     let path = place.files().join("wall.toml");
-    std::fs::write(&path, MISSION.replace("seconds = 40.0\n", "")).unwrap();
+    std::fs::write(&path, MISSION.replace("seconds = 40\n", "")).unwrap();
     let ended = place.run("run wall.toml");
     assert_eq!(ended.code, Some(2), "{ended}");
     assert!(ended.err.contains("task 2.seconds: expected a number of seconds"), "{ended}");

@@ -72,7 +72,7 @@ fn main() -> ExitCode {
 /// How long each task takes, seconds.
 fn seconds(mission: &Mission) -> Result<Vec<f64>, StageError> {
     let of_task = |(i, task): (usize, &Task)| {
-        let seconds = task.given.get("seconds").and_then(toml::Value::as_float);
+        let seconds = task.given.get("seconds").and_then(|given| given.clone().try_into::<f64>().ok());
         Ok(seconds.ok_or_else(|| format!("task {}.seconds: expected a number of seconds", i + 1))?)
     };
     mission.task.iter().enumerate().map(of_task).collect()

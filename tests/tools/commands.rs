@@ -111,7 +111,7 @@ fn deform_says_where_places_land_and_what_it_leaves_out() {
     for expected in [
         "(14, 10.6) m: goal = [",
         "left out: desk, 1.6 m × 0.8 m at (4.1, 12.9) m",
-        "(4.1, 12.9) m: desk stands there or beside it, and the drawing leaves it out",
+        "(4.1, 12.9) m: desk at or next to it is left out of the drawing",
         "the room around (",
     ] {
         assert!(words.contains(expected), "{expected}: {words}");

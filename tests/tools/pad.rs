@@ -127,7 +127,7 @@ fn what_is_drawn_is_driven_aborted_restored_and_recorded() {
     arrived_as_drawn(&recording);
     let again = place.run("run saved/my-room.toml --json --system again");
     assert_eq!(again.code, Some(0), "{again}");
-    assert!(again.out.contains("by the robot's word alone"), "{again}");
+    assert!(again.out.contains("according to the robot only"), "{again}");
     for tool in ["info FILE", "judge FILE", "report FILE -o page.html"] {
         let told = place.run(&tool.replace("FILE", &recording.display().to_string()));
         assert_eq!(told.code, Some(0), "{tool}: {told}");
@@ -136,7 +136,7 @@ fn what_is_drawn_is_driven_aborted_restored_and_recorded() {
     let task = &judged[0]["verdict"]["tasks"][0];
     assert_eq!((&task["name"], &task["state"]), (&json!("route"), &json!("reached")), "{judged}");
     assert!(
-        task["reason"].as_str().is_some_and(|words| words.contains("by the robot's word alone")),
+        task["reason"].as_str().is_some_and(|words| words.contains("according to the robot only")),
         "{task}"
     );
     let page = std::fs::read_to_string(place.files().join("page.html")).unwrap();

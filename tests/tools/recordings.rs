@@ -9,9 +9,9 @@ use nix::sys::signal::Signal;
 use serde_json::Value;
 use sketchnav_recordings::reader::Selection;
 use sketchnav_recordings::{Recording, Writer};
-use sketchnav_schemas::channels::FAULTS;
+use sketchnav_schemas::channels::{FAULTS, HEALTH};
 use sketchnav_schemas::codes::{FaultKind, Process};
-use sketchnav_schemas::message::{Fault, Header, Text};
+use sketchnav_schemas::message::{Fault, Header, Health, Text};
 use support::{Ended, Place, Running, repository, room};
 
 /// Runs the test room in lockstep and returns the recording's path.
@@ -199,9 +199,11 @@ fn a_replay_for_onlookers_leaves_nothing() {
         let ended = place.run(&format!("replay {recording} {wrong}"));
         assert_eq!(ended.code, Some(2), "{wrong}: {ended}");
     }
+    let late = place.run(&format!("replay {recording} --start 1000000"));
+    assert!(late.err.contains("--start 1000000: expected at most ") && !late.err.contains("/scan"), "{late}");
 }
 
-/// The same recording with a fault at its third second.
+/// The same recording, in whose third second a localizer died, and a planner reported.
 fn with_a_fault(recording: &Path, told: &Path) {
     let recording = Recording::open(recording).unwrap();
     let files: Vec<_> = sketchnav_recordings::sources::of_recording(&recording).cloned().collect();
@@ -215,11 +217,14 @@ fn with_a_fault(recording: &Path, told: &Path) {
     let (kind, process) = (FaultKind::Died.code(), Process::Localizer.code());
     let fault = Fault { header, kind, process, words: Text::new("by a test"), ..Fault::zeroed() };
     writer.write(FAULTS, &fault, &[]).unwrap();
+    let health = Health { header, process: Process::Planner.code(), pid: 1, ..Health::zeroed() };
+    writer.write(HEALTH, &health, &[]).unwrap();
     writer.finish().unwrap();
 }
 
 /// What the supervisor sent is sent again: the orders and, for observers, the faults of the processes. The orders used to be
-/// the replay's own, and no faults were sent.
+/// the replay's own, and no faults were sent. The recorded planner's health was played beside the live one's, which made a
+/// restart of it.
 #[test]
 fn a_replay_speaks_for_the_supervisor_too() {
     let place = Place::new();
@@ -247,6 +252,7 @@ fn a_replay_speaks_for_the_supervisor_too() {
         topics.iter().find(|one| one["topic"] == topic).unwrap()["messages"].as_u64()
     };
     assert_eq!(["/mission", "/faults", "/scan", "/status"].map(count), [1, 0, 20, 20].map(Some), "{info:#}");
+    assert_eq!(info["process_restarts"]["planner"].as_u64().unwrap_or(0), 0, "{info:#}");
 }
 
 /// At full speed, over and over, with standard error in a file. Signals were not checked in that case, and the replay could

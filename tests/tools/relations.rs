@@ -73,7 +73,7 @@ fn bad_tables_and_options_are_answered_with_the_line_and_what_was_expected() {
     for (arguments, words) in [
         ("no-y.csv --calculus qtc-b", "no-y.csv: line 1: expected a column \"y_m\""),
         ("nan.csv --calculus qtc-b", "nan.csv: line 10: x_m: expected a number within ± 1e7, found \"NaN\""),
-        ("missing.csv --calculus qtc-b", "missing.csv: expected a table of positions: No such file"),
+        ("missing.csv --calculus qtc-b", "missing.csv: expected a table of positions, found no such file"),
         ("good.csv --calculus rcc8", "expected the columns length_m and width_m"),
         ("good.csv --calculus tpcc", "expected 3 objects or more, found human, robot"),
         ("good.csv --calculus qtc-b --between human", "--between: qtc-b expected 2 objects, found 1"),

@@ -105,7 +105,7 @@ fn messages_without_numbers_are_read_and_none_is_missing() {
     let told = info(&path).unwrap();
     assert_eq!((told.messages, told.missing), (COUNT, 0));
     assert_eq!((told.profile.as_str(), told.library.as_str()), ("ros2", "another tool"));
-    assert!(told.notes[0].contains("no recording of sketchnav"), "{:?}", told.notes);
+    assert!(told.notes[0].contains("not a sketchnav recording"), "{:?}", told.notes);
     let original = Recording::open(&path).unwrap();
     let mut copies = Vec::new();
     let mut copy = Copy::new(Vec::new()).unwrap();

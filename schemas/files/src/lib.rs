@@ -130,7 +130,7 @@ mod tests {
     fn other_errors_are_the_systems() {
         let error = read("/nowhere", FEW).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::NotFound);
-        assert!(error.to_string().starts_with("expected a note: No such file"), "{error}");
+        assert_eq!(error.to_string(), "expected a note, found no such file");
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bytes");
         std::fs::write(&path, [0xff]).unwrap();

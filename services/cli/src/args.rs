@@ -117,7 +117,7 @@ pub enum Command {
     },
     /// Run a mission twice, kill its processes during the second run, and compare the two.
     #[command(
-        after_help = "Exit codes: 0 as if nothing had been killed and the robot safe, 1 not, 2 bad input, 3 anything else.\nHow the mission went, and whether it ended before all kills, is said in words and by --json.\nEvery run writes its schedule.toml, which --schedule plays again.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --at-messages --signal kill,starve --kills 6\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
+        after_help = "Exit codes: 0 if identical and the robot safe, 1 otherwise, 2 bad input, 3 anything else.\nHow the mission went, and whether it ended before all kills, is reported as text and in --json.\nEvery run writes its schedule.toml, which --schedule plays again.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --at-messages --signal kill,starve --kills 6\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
     )]
     Chaos {
         /// The mission file (TOML), or `demo`.
@@ -125,7 +125,7 @@ pub enum Command {
         #[command(flatten)]
         options: ChaosOptions,
     },
-    /// Run one process of a system by hand, or a real robot's driver beside the others.
+    /// Run one process of a system by hand, or a real robot's driver alongside the others.
     #[command(after_help = "Example: sketchnav serve localizer --system lab")]
     Serve {
         /// A process of a run.
@@ -236,7 +236,7 @@ pub enum Command {
     },
     /// Give a running mission one order by hand: start, abort, pause, resume, unattended, goal or here.
     #[command(
-        after_help = "The supervisor passes it on, so that a pad keeps its place; the recording has it.\nExit codes: 0 it is on its channel, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to say where in the drawing the robot is: sketchnav send here --at 520,90"
+        after_help = "The supervisor passes it on, so it works alongside a pad, and is recorded.\nExit codes: 0 sent, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to say where in the drawing the robot is: sketchnav send here --at 520,90"
     )]
     Send {
         #[command(flatten)]
@@ -276,7 +276,7 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Show what a recording contains. If its end was written, this takes no longer for a long file than for a short one.
+    /// Show what a recording contains. Quick even for a long file, if it was closed properly.
     #[command(after_help = "Example: sketchnav info results/building-a.mcap --json")]
     Info {
         /// The recording, or a folder of recordings.

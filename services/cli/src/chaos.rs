@@ -52,7 +52,7 @@ struct Report {
 }
 
 impl Report {
-    /// Whether everything is as if nothing had been killed. A mission that also fails without kills is not held against
+    /// Whether everything is as it is without kills. A mission that also fails without kills is not held against
     /// them, nor is one that ends before the last kill.
     fn is_good(&self) -> bool {
         let is_safe = |safety: &Safety| safety.unstopped == 0 && safety.wall_contacts == 0;
@@ -81,7 +81,8 @@ pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure>
     }
     let given = schedule::given(options, mission)?;
     let folder = create(&options.out, "chaos").or_input()?;
-    let undisturbed = report(start(mission, options, &folder.join("undisturbed"), "calm", None)?)?;
+    let undisturbed = start(mission, options, &folder.join("undisturbed"), "calm", None).and_then(report);
+    let undisturbed = undisturbed.inspect_err(|_| folder.discard_if_empty())?;
     let reference = recording(&undisturbed)?;
     let path = folder.join("schedule.toml");
     let drawn = if given.is_none() { schedule::drawn(options, &reference)? } else { None };
@@ -253,7 +254,7 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
     }
     let Report { kills, asked, starvations, lost_messages, orphans, .. } = report;
     let same = match report.identical {
-        Some(true) => "every message as if nothing had been",
+        Some(true) => "every message identical to the undisturbed run",
         Some(false) => "messages differ from the undisturbed run's",
         None => "in real time, where no two runs agree",
     };
@@ -262,9 +263,11 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
         (false, true) => "not every task reached, as they are without kills",
         (false, false) => "not every task reached, with kills or without",
     };
-    let what = match starvations {
-        0 => "kills",
-        count if count == kills => "starvations",
+    let what = match (starvations, asked) {
+        (0, 1) => "kill",
+        (0, _) => "kills",
+        (count, 1) if count == kills => "starvation",
+        (count, _) if count == kills => "starvations",
         _ => "kills and starvations",
     };
     out!("{kills} of {asked} {what}: {end}; {same}; {lost_messages} messages lost")?;
@@ -273,8 +276,9 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
     }
     for (process, count) in &report.by_process {
         let Some(Recovery { median, p99, max }) = report.recovery_ms.get(process) else { continue };
+        let what = if *count == 1 { "kill" } else { "kills" };
         out!(
-            "{process:<10} {count:4} kills, back after {median:.0} ms (median), {p99:.0} (99 %), {max:.0} (most)"
+            "{process:<10} {count:4} {what}, recovered after {median:.0} ms (median), {p99:.0} (99 %), {max:.0} (max)"
         )?;
     }
     if let Some(Safety { wall_contacts, outages, unstopped, longest_stop_s }) = &report.safety {

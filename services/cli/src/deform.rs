@@ -178,7 +178,7 @@ fn print(
     }
     for Drawn { at_m: [x, y], at_px, heading_deg, within } in asked {
         if let Some(piece) = within {
-            out!("({x}, {y}) m: {piece} stands there or beside it, and the drawing leaves it out")?;
+            out!("({x}, {y}) m: {piece} at or next to it is left out of the drawing")?;
         }
         match (at_px, heading_deg) {
             (None, _) => out!("({x}, {y}) m lies in a room that was forgotten")?,

@@ -182,6 +182,6 @@ mod tests {
         let missing = sketchnav_sim::mission_file::load("/nowhere/m.toml".as_ref()).unwrap_err();
         let story = story(&anyhow::Error::from(missing).context("the mission"));
         assert!(story.starts_with("the mission: /nowhere/m.toml: "), "{story}");
-        assert_eq!(story.matches("No such file").count(), 1, "{story}");
+        assert_eq!(story.matches("no such file").count(), 1, "{story}");
     }
 }

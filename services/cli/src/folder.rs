@@ -1,6 +1,8 @@
-//! The folder of a run, a new one each time, so that no run overwrites another's recording.
+//! The folder of a run, a new one each time, so that no run overwrites another's recording. A command that fails before it has
+//! begun leaves no folder behind.
 
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
@@ -8,9 +10,59 @@ use anyhow::Context;
 /// Maximum number of runs of one mission in one folder.
 const MAX_RUNS: u32 = 9999;
 
+/// Folders that a command has made, the innermost first.
+#[derive(Debug)]
+pub struct MadeFolders(Vec<PathBuf>);
+
+impl MadeFolders {
+    /// Makes a folder and those above it, as far as they are missing.
+    pub fn with_parents(folder: &Path) -> io::Result<Self> {
+        let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+        let missing = folder.ancestors().take_while(is_missing).map(Path::to_path_buf).collect();
+        std::fs::create_dir_all(folder)?;
+        Ok(Self(missing))
+    }
+
+    /// Removes them as far as they are empty. A folder that cannot be removed does no harm.
+    pub fn discard(&self) {
+        let _ = self.0.iter().try_for_each(std::fs::remove_dir);
+    }
+}
+
+/// The folder of a new run.
+#[derive(Debug)]
+pub struct RunFolder {
+    path: PathBuf,
+    above: MadeFolders,
+}
+
+impl Deref for RunFolder {
+    type Target = Path;
+
+    fn deref(&self) -> &Path {
+        &self.path
+    }
+}
+
+impl RunFolder {
+    /// Removes the folder of a run that never began, with all that is in it.
+    pub fn discard(&self) {
+        // One that cannot be removed does no harm: the next run gets a folder of its own.
+        let _ = std::fs::remove_dir_all(&self.path);
+        self.above.discard();
+    }
+
+    /// The same, unless there is something in it.
+    pub fn discard_if_empty(&self) {
+        if std::fs::remove_dir(&self.path).is_ok() {
+            self.above.discard();
+        }
+    }
+}
+
 /// Creates `out/name-001`, or the first free number.
-pub fn create(out: &Path, name: &str) -> anyhow::Result<PathBuf> {
-    std::fs::create_dir_all(out)
+pub fn create(out: &Path, name: &str) -> anyhow::Result<RunFolder> {
+    let above = MadeFolders::with_parents(out)
         .with_context(|| format!("{}: expected a folder to write to", out.display()))?;
     for number in 1..=MAX_RUNS {
         let folder = out.join(format!("{name}-{number:03}"));
@@ -18,7 +70,8 @@ pub fn create(out: &Path, name: &str) -> anyhow::Result<PathBuf> {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
             made => {
                 made.with_context(|| format!("{}: cannot be created", folder.display()))?;
-                return std::path::absolute(&folder).context("the current folder is gone");
+                let path = std::path::absolute(&folder).context("the current folder is gone")?;
+                return Ok(RunFolder { path, above });
             }
         }
     }
@@ -43,6 +96,21 @@ mod tests {
         let first = create(&out.path().join("results"), "lab").unwrap();
         let second = create(&out.path().join("results"), "lab").unwrap();
         assert!(first.ends_with("results/lab-001") && second.ends_with("results/lab-002"));
+    }
+
+    #[test]
+    fn what_never_began_leaves_no_folder_that_was_not_there() {
+        let out = tempfile::tempdir().unwrap();
+        let create = || create(&out.path().join("some/results"), "lab").unwrap();
+        let folder = create();
+        std::fs::write(folder.join("mission.toml"), "").unwrap();
+        folder.discard_if_empty();
+        assert!(folder.exists());
+        folder.discard();
+        assert!(out.path().exists() && !out.path().join("some").exists());
+        let (first, second) = (create(), create());
+        first.discard();
+        assert!(!first.exists() && second.exists());
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::time::Duration;
 use anyhow::{Context, anyhow};
 use sketchnav_files::FAULT_PLAN;
 use sketchnav_schemas::channels::SERVICES;
+use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::fault_plan::FaultPlan;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::robot::Robot;
@@ -94,7 +95,12 @@ pub fn fault_plan(path: &Path, kind: &str) -> anyhow::Result<FaultPlan> {
 /// As [`ProcessLine::serve`].
 pub fn lines(run: &RunConfig, link: Option<&Link>) -> Result<Vec<ProcessLine>, SystemError> {
     for process in &run.without {
-        say!("waiting for {process}: sketchnav serve {process} --system {}", run.system);
+        let robot = match (process, run.pace) {
+            (Process::World, Pace::Lockstep) => ", or start your driver",
+            (Process::World, _) => ", or start your driver or `sketchnav bridge ros2 --drive`",
+            _ => "",
+        };
+        say!("waiting for {process}: sketchnav serve {process} --system {}{robot}", run.system);
     }
     let services = SERVICES.into_iter().filter(|process| !run.without.contains(process));
     let services = services.map(|process| ProcessLine::serve(process, &run.system));
@@ -104,12 +110,6 @@ pub fn lines(run: &RunConfig, link: Option<&Link>) -> Result<Vec<ProcessLine>, S
 /// How long processes may go without a sign of life.
 pub fn grace(options: &SystemOptions) -> Grace {
     Grace { stopped: Duration::from_secs_f64(options.stopped_limit), ..Grace::default() }
-}
-
-/// Removes the folder of a run that never began.
-pub fn discard(folder: &Path) {
-    // A folder that cannot be removed does no harm: the next run gets a folder of its own.
-    let _ = std::fs::remove_dir_all(folder);
 }
 
 /// Whether the error is one that the user can correct.

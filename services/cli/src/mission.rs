@@ -19,8 +19,8 @@ use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 use crate::args::{RunOptions, SystemOptions};
 use crate::doubts;
 use crate::failure::{Failure, OrInput, Outcome, story};
-use crate::folder::{create, plain_name};
-use crate::launch::{classify, configure, discard, grace, lines, load};
+use crate::folder::{RunFolder, create, plain_name};
+use crate::launch::{classify, configure, grace, lines, load};
 use crate::link::Link;
 use crate::output::{self, out, say};
 use crate::recordings::whole::only_one_in;
@@ -54,7 +54,7 @@ pub fn demo_mission() -> anyhow::Result<Mission> {
 /// Writes the demo's files beside its results, where they can be changed and run again, and runs it.
 pub fn demo(options: &RunOptions) -> Result<Outcome, Failure> {
     let folder = create(&options.system.out, "demo").or_input()?;
-    let (mission, robot) = load_demo(&folder, &options.system).inspect_err(|_| discard(&folder))?;
+    let (mission, robot) = load_demo(&folder, &options.system).inspect_err(|_| folder.discard())?;
     run_in(&folder, mission, robot, options)
 }
 
@@ -90,7 +90,7 @@ pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
         output::aside(link.text());
     }
     let _view = view.map(|view| view.start(&run.system)).transpose()?;
-    follow(supervisor, began, &run, options, (folder, Origin::Resumed))
+    follow(supervisor, began, &run, options, (folder, None))
 }
 
 /// Completes a run whose supervisor was killed when everything else was done, by making the table and the pictures. For
@@ -109,7 +109,12 @@ fn make_up_for(folder: &Path, options: &RunOptions, nothing: RuntimeError) -> Re
     Ok(if report.success() { Outcome::Success } else { Outcome::Short })
 }
 
-fn run_in(folder: &Path, mission: Mission, robot: Robot, options: &RunOptions) -> Result<Outcome, Failure> {
+fn run_in(
+    folder: &RunFolder,
+    mission: Mission,
+    robot: Robot,
+    options: &RunOptions,
+) -> Result<Outcome, Failure> {
     let pad = if options.pad { Pad::Watches } else { Pad::Absent };
     let run = configure(&options.system, folder, mission, robot, (options.speed, pad)).or_input();
     let ready = run.and_then(|run| {
@@ -117,7 +122,7 @@ fn run_in(folder: &Path, mission: Mission, robot: Robot, options: &RunOptions) -
         let link = link(&run, options, options.token.clone())?;
         Ok((link, Beside::prepare(options.foxglove)?, run, doubts))
     });
-    let (link, view, run, doubts) = ready.inspect_err(|_| discard(folder))?;
+    let (link, view, run, doubts) = ready.inspect_err(|_| folder.discard())?;
     if !options.json {
         doubts::tell(&doubts);
     }
@@ -128,36 +133,29 @@ fn drive(
     run: &RunConfig,
     (link, view): (Option<Link>, Option<Beside>),
     options: &RunOptions,
-    folder: &Path,
+    folder: &RunFolder,
 ) -> Result<Outcome, Failure> {
     let began = Instant::now();
     let started = lines(run, link.as_ref())
         .and_then(|lines| Supervisor::start_without_order(run, lines, grace(&options.system)));
     let supervisor = started.map_err(|error| {
-        discard(folder);
+        folder.discard();
         classify(error)
     })?;
     if let Some(link) = link {
         output::aside(link.text());
     }
     let _view = view.map(|view| view.start(&run.system)).transpose()?;
-    follow(supervisor, began, run, options, (folder, Origin::New))
+    follow(supervisor, began, run, options, (folder, Some(folder)))
 }
 
-/// Whether a run's folder existed before it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Origin {
-    New,
-    Resumed,
-}
-
-/// Follows the mission to its end and reports the result.
+/// Follows the mission to its end and reports the result. A folder that is `new` is removed if the mission never began.
 fn follow(
     mut supervisor: Supervisor,
     began: Instant,
     run: &RunConfig,
     options: &RunOptions,
-    (folder, origin): (&Path, Origin),
+    (folder, new): (&Path, Option<&RunFolder>),
 ) -> Result<Outcome, Failure> {
     let mut warnings = Vec::new();
     let watched = watch(&mut supervisor, run, options.json, &mut warnings);
@@ -165,11 +163,11 @@ fn follow(
     let ended = supervisor.shut_down();
     let progress = match watched {
         Ok(progress) => progress,
-        Err(error) if supervisor.status().is_none() && origin == Origin::New => {
-            discard(folder);
-            return Err(classify(error));
-        }
         Err(error) => {
+            if let Some(new) = new.filter(|_| supervisor.status().is_none()) {
+                new.discard();
+                return Err(classify(error));
+            }
             say!("the recording so far: {}", run.recording.as_deref().unwrap_or_default());
             return Err(classify(error));
         }
@@ -241,7 +239,7 @@ fn watch(
             told += 1;
         }
         for death in &supervisor.survived()[mourned..] {
-            tell(&line, quiet, &format!("  {}; started again", death.how()));
+            tell(&line, quiet, &format!("  {}; restarted", death.how()));
             mourned += 1;
         }
         line.set_position(told as u64);

@@ -1,6 +1,6 @@
 //! `sketchnav pad`: a whole system in real time, driven by what people draw.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{anyhow, ensure};
@@ -12,8 +12,8 @@ use sketchnav_supervisor::{Error as SystemError, Progress, Supervisor};
 
 use crate::args::PadOptions;
 use crate::failure::{Failure, OrInput, Outcome};
-use crate::folder::{create, plain_name};
-use crate::launch::{classify, configure, discard, grace, lines, load};
+use crate::folder::{RunFolder, create, plain_name};
+use crate::launch::{classify, configure, grace, lines, load};
 use crate::link::Link;
 use crate::mission::{is_demo, load_demo};
 use crate::notify::Manager;
@@ -46,7 +46,7 @@ pub struct Ended {
 }
 
 /// The folder of the results, the world and the robot.
-pub type Stage = (PathBuf, Mission, Robot);
+pub type Stage = (RunFolder, Mission, Robot);
 
 /// Hosts the system until a person ends it, or until `is_over`.
 pub fn host(
@@ -55,11 +55,11 @@ pub fn host(
     (folder, mission, robot): Stage,
     is_over: &mut dyn FnMut() -> bool,
 ) -> Result<Ended, Failure> {
-    let run = run_config(options, &folder, mission, robot).or_input().inspect_err(|_| discard(&folder))?;
+    let run = run_config(options, &folder, mission, robot).or_input().inspect_err(|_| folder.discard())?;
     let started =
         lines(&run, Some(link)).and_then(|lines| Supervisor::start(&run, lines, grace(&options.system)));
     let mut supervisor = started.map_err(|error| {
-        discard(&folder);
+        folder.discard();
         classify(error)
     })?;
     let watched = watch(&mut supervisor, link, is_over);
@@ -68,7 +68,7 @@ pub fn host(
         Ok(by_person) => by_person,
         Err(error) => {
             if supervisor.status().is_none() {
-                discard(&folder);
+                folder.discard();
             }
             return Err(classify(error));
         }
@@ -93,7 +93,7 @@ pub fn place(options: &PadOptions) -> Result<Stage, Failure> {
         }
         None => {
             let folder = create(&options.system.out, "pad").or_input()?;
-            let (mission, robot) = load_demo(&folder, &options.system).inspect_err(|_| discard(&folder))?;
+            let (mission, robot) = load_demo(&folder, &options.system).inspect_err(|_| folder.discard())?;
             Ok((folder, mission, robot))
         }
     }
@@ -157,7 +157,7 @@ fn watch(
             manager.ready("serving the page");
         }
         for death in &supervisor.survived()[mourned..] {
-            say!("  {}; started again", death.how());
+            say!("  {}; restarted", death.how());
             mourned += 1;
         }
     };

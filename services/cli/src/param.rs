@@ -6,6 +6,7 @@
 use anyhow::{Context, anyhow};
 use sketchnav_runtime::System;
 use sketchnav_schemas::mission::Parameters;
+use sketchnav_schemas::nearest::nearest;
 
 use crate::args::{Param, ParamOptions};
 use crate::failure::{Failure, OrInput, Outcome};
@@ -44,7 +45,7 @@ fn get(key: &str, options: &ParamOptions) -> Result<Outcome, Failure> {
     let parameters = in_force(options)?;
     let all = parameters.all();
     let Some((_, value)) = all.iter().find(|(name, _)| name == key) else {
-        return Err(Failure::Input(anyhow!("{key}: expected one of {}", nearest(key, &all))));
+        return Err(Failure::Input(anyhow!("{}", unknown(key, &all))));
     };
     match options.json {
         true => out!("{}", serde_json::to_string(value).context("the value as JSON")?)?,
@@ -53,15 +54,17 @@ fn get(key: &str, options: &ParamOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// The names of the parameters of the process that is meant, or all names.
-fn nearest(key: &str, all: &[(String, &toml::Value)]) -> String {
-    let process = key.split('.').next().unwrap_or_default();
-    let of = |process: &str| {
-        let names = all.iter().map(|(name, _)| name.as_str());
-        names.filter(|name| name.split('.').next() == Some(process) || process.is_empty()).collect::<Vec<_>>()
-    };
-    let near = of(process);
-    if near.is_empty() { of("").join(", ") } else { near.join(", ") }
+/// Why there is no such parameter: names the one that was probably meant, or else all of the process, or all of every process.
+fn unknown(key: &str, all: &[(String, &toml::Value)]) -> String {
+    let (process, rest) = key.split_once('.').unwrap_or((key, ""));
+    let names = || all.iter().filter_map(|(name, _)| name.split_once('.'));
+    let own: Vec<_> = names().filter(|(of, _)| *of == process).map(|(_, name)| name).collect();
+    if let Some(meant) = nearest(rest, own.iter().copied()) {
+        return format!("{key}: no such parameter; did you mean {process}.{meant}?");
+    }
+    let is_near = |(of, _): &(&str, &str)| own.is_empty() || *of == process;
+    let near = names().filter(is_near).map(|(of, name)| format!("{of}.{name}"));
+    format!("{key}: expected one of {}", near.collect::<Vec<_>>().join(", "))
 }
 
 #[cfg(test)]
@@ -69,10 +72,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_unknown_key_is_answered_with_those_of_its_process() {
+    fn an_unknown_key_is_answered_with_the_nearest_or_with_those_of_its_process() {
         let parameters: Parameters = "localizer.beams = 3\nplanner.a.b = 1\nplanner.c = 'x'".parse().unwrap();
         let all = parameters.all();
-        assert_eq!(nearest("planner.d", &all), "planner.a.b, planner.c");
-        assert_eq!(nearest("pilot.d", &all), "localizer.beams, planner.a.b, planner.c");
+        for (key, words) in [
+            ("localizer.beam", "no such parameter; did you mean localizer.beams?"),
+            ("planner.dull", "expected one of planner.a.b, planner.c"),
+            ("planner", "expected one of planner.a.b, planner.c"),
+            ("pilot.d", "expected one of localizer.beams, planner.a.b, planner.c"),
+        ] {
+            assert_eq!(unknown(key, &all), format!("{key}: {words}"));
+        }
     }
 }

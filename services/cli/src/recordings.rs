@@ -150,7 +150,7 @@ mod tests {
             }
             let page = std::fs::read_to_string(place.0.path().join("page.html")).unwrap();
             for words in
-                ["/cup", "geometry_msgs/msg/PointStamped", "another tool", "no recording of sketchnav"]
+                ["/cup", "geometry_msgs/msg/PointStamped", "another tool", "not a sketchnav recording"]
             {
                 assert!(page.contains(words), "{words}");
             }

@@ -23,7 +23,6 @@ use sketchnav_schemas::mission::{Mission, Place};
 
 use crate::args::PadOptions;
 use crate::failure::{Failure, OrInput, Outcome, story};
-use crate::launch::discard;
 use crate::link::Link;
 use crate::output::{out, say};
 use crate::pad;
@@ -49,7 +48,7 @@ pub fn run(folder: &Path, options: &PadOptions) -> Result<Outcome, Failure> {
     loop {
         let stage = pad::place(&options)?;
         let prepared = prepare(&folder, &stage.1, &options);
-        let study = prepared.inspect_err(|_| discard(&stage.0))?;
+        let study = prepared.inspect_err(|_| stage.0.discard())?;
         let before = study.finished().or_input()?.len();
         say!("{before} participants have finished; the next can begin");
         // A folder that cannot be read is reported once the system has ended.

@@ -132,10 +132,10 @@ fn print(told: &Told) -> anyhow::Result<()> {
     let end = match (info.clean_end, info.restarts) {
         (false, _) => "cut off; the rest is intact".to_owned(),
         (true, 0) => "ended cleanly".to_owned(),
-        (true, restarts) => format!("ended cleanly; the recorder was killed and resumed {restarts} times"),
+        (true, restarts) => format!("ended cleanly; the recorder was killed and {}", restarted(restarts)),
     };
     for (process, restarts) in info.process_restarts.iter().filter(|(_, restarts)| **restarts > 0) {
-        out!("{process:<10} started again {restarts} times")?;
+        out!("{process:<10} {}", restarted(*restarts))?;
     }
     if !info.notes.is_empty() {
         let of = |text: &str| if text.is_empty() { "–".to_owned() } else { text.to_owned() };
@@ -143,7 +143,9 @@ fn print(told: &Told) -> anyhow::Result<()> {
         out!("{:<10} {}", "written by", of(&info.library))?;
         info.notes.iter().try_for_each(|note| out!("{:<10} {note}", "note"))?;
     }
-    out!("{:.1} s simulated, {} messages, {} missing; {end}", info.duration_s, info.messages, info.missing)?;
+    // Other software records real time; what it recorded says nothing of a run.
+    let what = if info.run.is_empty() { "recorded" } else { "simulated" };
+    out!("{:.1} s {what}, {} messages, {} missing; {end}", info.duration_s, info.messages, info.missing)?;
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED);
     table.set_header(["topic", "type", "messages", "rate", "missing"]);
@@ -163,6 +165,10 @@ fn print(told: &Told) -> anyhow::Result<()> {
         }
     }
     print_faults(&told.faults)
+}
+
+fn restarted(times: u64) -> String {
+    if times == 1 { "restarted once".to_owned() } else { format!("restarted {times} times") }
 }
 
 fn print_faults(faults: &[FaultInfo]) -> anyhow::Result<()> {

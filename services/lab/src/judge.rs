@@ -1,7 +1,8 @@
 //! The outcome of a mission, judged by the true poses rather than by what the planner believed.
 //!
 //! A task is reached if the planner reported so *and* the robot truly stood in the task's place (Boniardi et al. 2015, IV, who
-//! "considered a task successful if … the robot is able to access them").
+//! "considered a task successful if … the robot is able to access them"). [`on_sketch`] judges by what the robot believed, as the
+//! authors do.
 //!
 //! Pure: messages and the mission in, a [`Verdict`] or [`figures::Figures`] out. Except for [`log::Log`], which is what the judge
 //! needs of a recording, nothing here opens one, and nothing prints.
@@ -12,6 +13,7 @@ pub mod drawing;
 pub mod figures;
 pub mod homotopy;
 pub mod log;
+pub mod on_sketch;
 pub mod rooms;
 pub mod states;
 pub mod tables;
@@ -71,7 +73,11 @@ impl Verdict {
                 format!("{:.1} m", task.path_m),
                 task.final_error_m.map_or("–".to_owned(), |error| format!("{error:.2} m")),
                 task.collisions.to_string(),
-                format!("{}: {}", task.state, task.reason),
+                if task.reason.is_empty() {
+                    task.state.clone()
+                } else {
+                    format!("{}: {}", task.state, task.reason)
+                },
             ]
         })
     }
@@ -177,7 +183,10 @@ fn by_what_was_heard(name: &str, said: &MissionStatus) -> TaskVerdict {
         name: name.to_owned(),
         reached: state == Some(TaskState::Reached),
         state: state.map_or("unknown", TaskState::word).to_owned(),
-        reason: format!("{}{separator}by its word alone: not in the recording", said.reason.as_str()),
+        reason: format!(
+            "{}{separator}according to the robot only: not in the recording",
+            said.reason.as_str()
+        ),
         time_s: said.task_time_s,
         path_m: said.task_path_m,
         final_error_m: None,
@@ -213,7 +222,7 @@ fn judge_task(
 /// The mission does not say which place of the true world the task leads to.
 fn by_its_word(reason: &str) -> String {
     let separator = if reason.is_empty() { "" } else { "; " };
-    format!("{reason}{separator}by the robot's word alone")
+    format!("{reason}{separator}according to the robot only")
 }
 
 fn not_begun(task: &Task) -> TaskVerdict {
@@ -350,6 +359,8 @@ mod tests {
         let verdict = judge(&mission(), &drive(13), &status, &[]);
         let [a, b] = &verdict.tasks[..] else { panic!("{verdict:?}") };
         assert_eq!((a.state.as_str(), b.state.as_str()), ("driving", "not begun"));
+        let said: Vec<_> = verdict.task_rows().map(|[.., said]| said).collect();
+        assert_eq!(said[1], "not begun");
         assert!((a.time_s - 1.1).abs() < 1e-9 && b.final_error_m.is_none());
         let empty = judge(&mission(), &[], &[], &[]);
         assert!(!empty.success && empty.tasks.len() == 2 && empty.sim_seconds == 0.0);

@@ -80,7 +80,7 @@ fn render(
     let up = services.iter().map(|service| (label(service.name), f64::from(u8::from(service.up))));
     family(&mut text, "process_up", false, "1 if the process is up, 0 if not.", up);
     let restarts = services.iter().map(|service| (label(service.name), f64::from(service.restarts)));
-    family(&mut text, "process_restarts_total", true, "How often the process was started again.", restarts);
+    family(&mut text, "process_restarts_total", true, "How often the process was restarted.", restarts);
     let known = || health.values().filter_map(|health| Some((Process::from_code(health.process)?, health)));
     for (name, grows, meaning, value) in FIGURES {
         let samples = known().map(|(process, health)| (label(process.word()), value(health)));

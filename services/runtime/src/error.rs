@@ -105,7 +105,7 @@ pub enum Error {
     /// The folder belongs to no dead system.
     #[error(
         "{}: expected the folder of a run whose supervisor was killed, found nothing to resume. A system \
-         that ended by itself leaves nothing. The next one that starts clears what a killed one left",
+         that ended by itself leaves nothing; starting another system clears what a killed one left",
         folder.display()
     )]
     NothingToResume {

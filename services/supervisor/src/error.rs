@@ -53,7 +53,7 @@ pub enum Error {
     #[error("{0}")]
     Died(Death),
     /// A process died after each restart without making progress in between.
-    #[error("{0}\nit was started again {1} times and died each time before it made progress: given up")]
+    #[error("{0}\nit was restarted {1} times and died each time before it made progress: given up")]
     GivenUp(Death, u64),
     /// The processes of a lockstep make no more progress.
     #[error(

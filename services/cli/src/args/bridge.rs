@@ -18,7 +18,7 @@ pub enum Other {
     /// DDS, or `--features zenoh` for Zenoh.
     #[command(
         name = "ros2",
-        after_help = "Exit codes: 0 the system has ended or Ctrl-C, 2 bad input (no such system, no such topic), 3 anything else.\nExample: sketchnav bridge ros2 --system lab --domain 7 --topics scan 'odo.*'\nExample, which lets anybody in the domain give orders: sketchnav bridge ros2 --system lab --orders"
+        after_help = "Exit codes: 0 the system has ended or Ctrl-C, 2 bad input (no such system, no such topic), 3 anything else.\nExample: sketchnav bridge ros2 --system lab --domain 7 --topics scan 'odo.*'\nExample, which lets any node in the domain give orders: sketchnav bridge ros2 --system lab --orders"
     )]
     Ros2 {
         #[command(flatten)]
@@ -55,7 +55,7 @@ pub struct Ros2Options {
     /// A namespace for all topics and the node, as `robot_1`.
     #[arg(long, value_name = "NAME", default_value = "", value_parser = parse_namespace)]
     pub namespace: String,
-    /// Accept orders from the topic /order (std_msgs/String, as `pause`). Anyone in the domain can send them.
+    /// Accept orders from the topic /order (std_msgs/String, as `pause`). Any node in the domain can send them.
     #[arg(long)]
     pub orders: bool,
     /// Act as the world of a system that runs without one: a robot that publishes /scan and /odom is driven through

@@ -132,7 +132,7 @@ pub struct RestartOptions {
 /// The options of `send`.
 #[derive(Debug, Clone, Args)]
 pub struct SendOptions {
-    /// The order.
+    /// start, abort, pause, resume, unattended, goal or here.
     #[arg(value_parser = parse_order)]
     pub order: Order,
     /// The task that the order is about, from 1, if it names one.

@@ -23,7 +23,7 @@ const USUAL_NAME: usize = 32;
 const OLDEST_KERNEL: (u32, u32) = (5, 3);
 /// Room for a recording: some ten times that of the demo.
 const NEEDED_DISK_MIB: u64 = 100;
-/// If a nap of a millisecond takes longer than this in the median, real time is late.
+/// If a sleep of a millisecond takes longer than this in the median, real time is late.
 const LATE: Duration = Duration::from_millis(3);
 /// The number of naps.
 const NAPS: usize = 21;
@@ -141,7 +141,7 @@ fn folder() -> Finding {
         }
         Ok(root) if variable.is_none() => {
             let found = format!("{}, since XDG_RUNTIME_DIR is not set", root.display());
-            let advice = "set XDG_RUNTIME_DIR to a folder of yours (mode 0700), as /run/user/1000, the same in every shell: \
+            let advice = "set XDG_RUNTIME_DIR to a folder that you own (mode 0700), such as /run/user/1000, the same in every shell: \
                           a shell with another one does not see your systems";
             Finding::of("folder", Level::Warning, found, advice)
         }
@@ -192,7 +192,7 @@ fn clock() -> Finding {
     let mut naps: Vec<_> = (0..NAPS).map(|_| nap()).collect();
     naps.sort_unstable();
     let median = naps[NAPS / 2];
-    let found = format!("a nap of 1 ms takes {:.2} ms", median.as_secs_f64() * 1e3);
+    let found = format!("a sleep of 1 ms takes {:.2} ms", median.as_secs_f64() * 1e3);
     if median <= LATE {
         return Finding::fine("clock", found);
     }
@@ -222,7 +222,7 @@ fn disk() -> Finding {
 
 fn leftovers() -> Finding {
     match System::dead() {
-        Ok(dead) if dead.is_empty() => Finding::fine("leftovers", "nothing of dead systems"),
+        Ok(dead) if dead.is_empty() => Finding::fine("leftovers", "none"),
         Ok(dead) => {
             let advice = "run `sketchnav clean`; one that is to go on is taken over by `sketchnav run --resume DIR` first";
             Finding::of("leftovers", Level::Warning, format!("of dead systems: {}", dead.join(", ")), advice)

@@ -309,6 +309,6 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     row("messages missing", judged.missing.to_string());
     row("messages rejected as invalid", judged.rejected.messages().to_string());
     row("restarts", judged.restarts.to_string());
-    row("faults told", judged.faults.len().to_string());
+    row("faults reported", judged.faults.len().to_string());
     rows
 }

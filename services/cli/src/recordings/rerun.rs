@@ -131,7 +131,7 @@ fn print(outcome: &Rerun, options: &RerunOptions) -> anyhow::Result<()> {
         Some(difference) => out!("different after {same} messages: {difference}")?,
     }
     out!(
-        "{simulated_s:.1} s recorded, {:.2} s in all ({:.0} × real time), the core {:.2} s ({:.0} ×)",
+        "{simulated_s:.1} s recorded; took {:.2} s ({:.0} × real time), of which the core {:.2} s ({:.0} ×)",
         wall.as_secs_f64(),
         simulated_s / wall.as_secs_f64().max(1e-9),
         core.as_secs_f64(),

@@ -16,6 +16,7 @@ use super::args::{FilterOptions, RecoverOptions, SplitOptions};
 use super::guard::{Guard, begin, finish};
 use super::whole::{self, Lacks, Whole};
 use crate::failure::{Failure, OrInput, Outcome};
+use crate::folder::MadeFolders;
 use crate::output::{out, say};
 
 /// Copies everything readable.
@@ -214,7 +215,10 @@ pub fn split(whole: &Whole, options: &SplitOptions) -> Result<Outcome, Failure> 
     let limit = limit(options)?;
     let recording = Recording::open(whole.path()).map_err(|error| Failure::Plain(error.into()))?;
     let guard = Guard::of(whole.sources().to_vec());
-    let parts = parts(&recording, options, limit, &guard).map_err(Failure::Plain)?;
+    let named = || options.output.display().to_string();
+    let made = MadeFolders::with_parents(&options.output).with_context(named).map_err(Failure::Plain)?;
+    let parts = parts(&recording, options, limit, &guard).inspect_err(|_| made.discard());
+    let parts = parts.map_err(Failure::Plain)?;
     let mut left_out = Rejections::default();
     parts.iter().for_each(|(_, part)| left_out.extend(&part.left_out));
     let lost = Lost::of(&left_out, [(whole, &recording)]).map_err(|error| Failure::Plain(error.into()))?;
@@ -250,7 +254,6 @@ fn parts(
     guard: &Guard,
 ) -> anyhow::Result<Vec<(String, PartFacts)>> {
     let folder = &options.output;
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let stem = recording.path().file_stem().unwrap_or_default().to_string_lossy().into_owned();
     refuse_earlier_parts(folder, &stem, options.rosbag2)?;
     let name = |number: usize| format!("{stem}_{number}.mcap");

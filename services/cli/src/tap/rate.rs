@@ -222,14 +222,14 @@ impl Figures {
                 _ => format!("{channel}: {messages} messages at one time"),
             };
         };
-        let simulated = self.simulated_rate_hz.map(|rate| format!(", {rate:.2} a simulated second"));
+        let simulated = self.simulated_rate_hz.map(|rate| format!(", {rate:.2} per simulated second"));
         let simulated = simulated.unwrap_or_default();
         let band = format!("{:.1} kB/s; {messages} seen, {missed} missed", bytes / 1e3);
-        let mut words = format!("{channel}: {rate:.1} messages a second{simulated}; {band}");
+        let mut words = format!("{channel}: {rate:.1} messages per second{simulated}; {band}");
         for (what, times) in [("interval", &self.interval_ms), ("delay from the tick", &self.delay_ms)] {
             if let Some(Percentiles { p50, p90, p99, max }) = times {
                 words += &format!(
-                    "\n  {what}: {p50:.2} ms (median), {p90:.2} (90 %), {p99:.2} (99 %), {max:.2} (most)"
+                    "\n  {what}: {p50:.2} ms (median), {p90:.2} (90 %), {p99:.2} (99 %), {max:.2} (max)"
                 );
             }
         }

@@ -4,7 +4,6 @@
 //! A trial drives from a place in one region to a place in another; where these lie in the drawing follows from the deformation. It
 //! is judged by region, as suite `people` is. A place that a drawing forgot is never a goal or a start. Drawings of different
 //! degrees with the same number have the same places: trials are named by floor, degree, number and pair.
-//! number and pair.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -150,6 +149,7 @@ impl Site {
         let trial = |(i, mission)| Trial {
             sheet: Some(Sheet::new(paper.clone())),
             bytes: Some(bytes.clone()),
+            cluster: Some(name.clone()),
             ..Trial::new(format!("{name}/{i}"), degree.to_string(), mission, self.robot.clone())
         };
         Ok(tries.filter_map(|(i, mission)| Some((i, mission?))).take(PAIRS).map(trial).collect())

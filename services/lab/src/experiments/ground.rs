@@ -165,7 +165,7 @@ pub fn to_outline_m(polygon: &[[f64; 2]], at: [f64; 2]) -> f64 {
 }
 
 /// How far a place is from a straight line between two others, metres.
-fn to_edge_m(a: &[f64; 2], b: &[f64; 2], at: [f64; 2]) -> f64 {
+pub fn to_edge_m(a: &[f64; 2], b: &[f64; 2], at: [f64; 2]) -> f64 {
     let (along, to) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
     let length = along[0] * along[0] + along[1] * along[1];
     let t = if length > 0.0 { ((to[0] * along[0] + to[1] * along[1]) / length).clamp(0.0, 1.0) } else { 0.0 };

@@ -13,7 +13,8 @@ pub enum Kind {
     Reached,
     /// It reported so, but was elsewhere.
     WrongArrival,
-    /// It arrived by a path other than the drawn route's: past something on the wrong side.
+    /// It arrived by a path that is not consistent with the drawing: past something on another side than the drawn route, or than
+    /// the way to the goal in the drawing.
     WrongSide,
     /// It touched something, and a touch ends the drive.
     Collided,
@@ -109,6 +110,15 @@ pub struct TaskOutcome {
     /// How often a person answered the robot in the drive; 0 if there was no person.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub answers: u32,
+    /// The drawing, if it is that of other outcomes, too, so that they are not independent of each other.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cluster: Option<String>,
+    /// Whether it was reached as judged by the robot's own pose in the drawing; `None` without a drawing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_sketch: Option<bool>,
+    /// The mean distance of the true path from the drawn route, metres; `None` without a route.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement_m: Option<f64>,
 }
 
 fn is_zero(count: &u32) -> bool {
@@ -136,6 +146,9 @@ impl TaskOutcome {
             cost: Cost::default(),
             states: Vec::new(),
             answers: 0,
+            cluster: None,
+            on_sketch: None,
+            displacement_m: None,
         }
     }
 }

@@ -232,6 +232,7 @@ impl Place {
         let mission = self.mission(&name, start, sketch.navigator(), task);
         Some(Trial {
             sheet: Some(Sheet::new(paper.drawing.clone())),
+            cluster: Some(paper.name.clone()),
             ..Trial::new(name, paper.name.clone(), mission, self.robot.clone())
         })
     }

@@ -1,6 +1,9 @@
 //! Suites that follow the protocol of Boniardi et al. 2015, section IV: tasks in a row. The robot's pose is given at the start of
 //! the first task, and after a task that failed it is given again, at that task's goal. A suite has a mission file for each
 //! drawing, and the paper's table to compare with.
+//!
+//! The paper "required the executed trajectories to be topologically consistent with the sketch". Where the drawings are joined to
+//! their floor by anchors, a task that was reached by a way that is not homotopic to the drawing's does not count.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,8 +17,10 @@ use sketchnav_sketch::reading::Options;
 
 use crate::error::{EvalError, read};
 use crate::experiments::ground::{Ground, departure_deg, length_m};
+use crate::experiments::joined;
 use crate::experiments::suite::{Datum, Folders, Leg, Suite};
 use crate::experiments::trial::{Restart, Sheet, Trial, time_limit_s};
+use crate::judge::anchors::Anchors;
 
 /// The floor of [`building_079`].
 const FURNISHED: Datum = Datum {
@@ -66,7 +71,7 @@ pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     };
     let folder = folders.project.join("tests/freiburg");
     let missions = ["a", "b", "c", "d"].map(|drawing| (drawing, format!("building-079-{drawing}.toml")));
-    add(&mut suite, &folder, &missions, Some(&map))?;
+    add(&mut suite, &folder, &missions, (Some(&map), Some(&joined::anchors(&folder)?)))?;
     Ok(suite)
 }
 
@@ -80,7 +85,7 @@ pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
         ..table(&BUILDING)
     };
     let missions = ["a", "b", "c", "d"].map(|drawing| (drawing, format!("building-{drawing}.toml")));
-    add(&mut suite, &folders.project.join("sim/missions/building"), &missions, None)?;
+    add(&mut suite, &folders.project.join("sim/missions/building"), &missions, (None, None))?;
     Ok(suite)
 }
 
@@ -93,8 +98,9 @@ pub fn laboratory(folders: &Folders) -> Result<Suite, EvalError> {
         title: "Table II of Boniardi et al. 2015: seven legs joined to a chain, ten attempts; the lower part is drawn at half the scale.".into(),
         ..table(&LABORATORY)
     };
+    let folder = folders.project.join("sim/missions/laboratory");
     let missions = ["a", "b"].map(|drawing| (drawing, format!("laboratory-{drawing}.toml")));
-    add(&mut suite, &folders.project.join("sim/missions/laboratory"), &missions, None)?;
+    add(&mut suite, &folder, &missions, (None, Some(&joined::anchors(&folder)?)))?;
     Ok(suite)
 }
 
@@ -112,14 +118,20 @@ fn add(
     suite: &mut Suite,
     folder: &Path,
     missions: &[(&str, String)],
-    map: Option<&PathBuf>,
+    (map, anchors): (Option<&PathBuf>, Option<&Anchors>),
 ) -> Result<(), EvalError> {
     for (drawing, file) in missions {
-        let (mut mission, robot) = open(&folder.join(file), map)?;
+        let file = folder.join(file);
+        let (mut mission, robot) = open(&file, map)?;
         let world = sketchnav_sim::files::world(&mission.world)?;
         let ground = ground(&world, &mission, &robot)?;
         measure(suite, &mut mission, &ground)?;
-        suite.trials.push(trial(drawing, mission, robot, &ground)?);
+        let mut trial = trial(drawing, mission, robot, &ground)?;
+        if let (Some(anchors), Some(sheet)) = (anchors, &mut trial.sheet) {
+            let join = joined::join(anchors, &file, &trial.mission, &sheet.paper)?;
+            sheet.correspondence = Some(Arc::new(join));
+        }
+        suite.trials.push(trial);
     }
     Ok(())
 }
@@ -206,8 +218,55 @@ fn standing_start(ground: &Ground, from: [f64; 2], to: [f64; 2]) -> Option<Start
 #[cfg(test)]
 mod tests {
 
+    use sketchnav_schemas::geometry::Point;
+    use sketchnav_sketch::sketch::SketchGrid;
+
     use super::*;
+    use crate::experiments::drawn_task::way_through;
+    use crate::experiments::outcome::Kind;
     use crate::experiments::run;
+
+    /// In each drawing the way from mark to mark is homotopic to the way on the floor, from place to place.
+    fn ways_agree(suite: &Suite) {
+        for Trial { name, mission, robot, sheet, .. } in &suite.trials {
+            let Sheet { paper, correspondence, .. } = sheet.as_ref().unwrap();
+            let (width, height) = (paper.width_px as usize, paper.height_px as usize);
+            let grid = SketchGrid::new(width, height, &paper.cells, paper.wall_direction_rad).unwrap();
+            let world = sketchnav_sim::files::world(&mission.world).unwrap();
+            let ground = ground(&world, mission, robot).unwrap();
+            let sketch = SketchMission::of(mission).unwrap();
+            let goals = sketch.tasks.iter().map(|task| task.aim.points()[0]);
+            let marks: Vec<_> =
+                sketch.start.into_iter().chain(goals).map(|at| paper.from_image(at)).collect();
+            let places = mission.task.iter().map(|task| task.there.middle());
+            let places: Vec<_> = std::iter::once(mission.start.world).chain(places).collect();
+            let scale_pxpm = paper.diagonal_px() / 25.0;
+            for (k, task) in mission.task.iter().enumerate() {
+                let [from, to] = [places[k], places[k + 1]].map(|at| standing(&ground, at).unwrap());
+                let true_way: Vec<_> =
+                    ground.way(from, to).unwrap().iter().map(|at| Point::new(at[0], at[1])).collect();
+                let drawn = way_through(&grid, marks[k], marks[k + 1], scale_pxpm);
+                let join = correspondence.as_ref().unwrap();
+                assert!(join.is_homotopic(&true_way, &drawn), "{name}: {}", task.name);
+            }
+        }
+    }
+
+    #[test]
+    fn the_ways_in_the_drawings_of_the_laboratory_are_those_on_the_floor() {
+        ways_agree(&laboratory(&Folders::of_checkout()).unwrap());
+    }
+
+    /// One of the drawings leaves out a wall, which no way passes.
+    #[test]
+    fn the_ways_in_the_drawings_of_building_079_are_those_on_the_floor() {
+        let data = needs::data();
+        if !data.is_dir() {
+            return needs::skipped("data", format_args!("{} is not there", data.display()));
+        }
+        let folders = Folders { data: Some(data), ..Folders::of_checkout() };
+        ways_agree(&building_079(&folders).unwrap());
+    }
 
     /// Drawing a of the laboratory with its first two tasks, the mark where the mission says.
     fn two_tasks() -> Trial {
@@ -236,12 +295,23 @@ mod tests {
         let at = second.log.truth[0].pose();
         assert!(there.contains(at.x, at.y), "{at:?}");
         assert_ne!(first.run.seed, second.run.seed);
+        let failed = &run::outcomes(&trial, "beam", 1, first)[0];
+        assert_eq!((failed.kind, failed.on_sketch), (Kind::TimedOut, Some(false)));
     }
 
     #[test]
     fn after_a_task_that_was_reached_the_robot_drives_on() {
-        let runs = run::drive(&two_tasks(), "beam", 3).unwrap();
+        let trial = two_tasks();
+        let runs = run::drive(&trial, "beam", 3).unwrap();
         assert_eq!((runs.len(), runs[0].verdicts.len()), (1, 2));
         assert!(runs[0].verdicts[0].reached, "{:?}", runs[0].verdicts);
+        // By a way consistent with the drawing, and by its own pose there, too.
+        let first = &run::outcomes(&trial, "beam", 1, &runs[0])[0];
+        assert_eq!((first.kind, first.on_sketch), (Kind::Reached, Some(true)), "{first:?}");
+        assert_eq!(
+            (first.displacement_m, &first.cluster),
+            (None, &None),
+            "no route, and attempts by one drawing"
+        );
     }
 }

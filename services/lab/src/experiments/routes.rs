@@ -1,30 +1,37 @@
 //! Suite `routes`: 25 drawings, each with a route that the robot is to follow (Boniardi et al. 2016, V).
 //!
 //! A trial succeeds if the robot reports that it has arrived, truly is no farther than the mission's limit from the intended goal,
-//! and took a path that is homotopic to the drawn route with respect to what the person drew ([`Correspondence`]). The paper judges
-//! the estimated path and names no limit; here the true path is judged, and the missions say 1 m.
+//! and took a path that is homotopic to the drawn route with respect to what the person drew ([`crate::judge::homotopy`]). The paper judges
+//! the pose and the path on the sketch and names no limit; the missions say 1 m. Both judgements are counted.
 //!
 //! The start is the route's first point and direction, with the error that the person made in drawing.
+//!
+//! The drawings are grouped as the paper groups them: by the orientation of the canvas (V-A: portrait succeeds more often), and by
+//! how many of the obstacles are drawn (V-B: success is "independent of the amount of clutter drawn in the sketch").
 
 use std::path::Path;
 use std::sync::Arc;
 
-use sketchnav_schemas::mission::Mission;
 use sketchnav_sim::{SimError, mission_file};
 use sketchnav_sketch::mission::SketchMission;
-use sketchnav_sketch::reading::{DrawnMap, Options};
+use sketchnav_sketch::reading::Options;
 
 use crate::error::{EvalError, read};
-use crate::experiments::suite::{Folders, Published, Suite};
+use crate::experiments::joined;
+use crate::experiments::suite::{Folders, Group, Published, Suite};
 use crate::experiments::trial::{Sheet, Trial};
-use crate::judge::anchors::{Anchors, AnchorsError};
-use crate::judge::homotopy::Correspondence;
+use crate::judge::anchors::Anchors;
 
 const TITLE: &str = "25 drawings with drawn routes, landscape and portrait, in two floors of panels; reached: within 1 m of the goal by a way homotopic to the route.";
 const NOTICE: &str =
     "paper: Boniardi et al. 2016; each of its 25 drawings is of another person and was driven once.";
 /// Repetitions per drawing, by default.
 const REPETITIONS: u32 = 4;
+/// The free-standing obstacles of both floors that people may draw, five on each.
+const OBSTACLES: [&str; 10] =
+    ["crate", "table", "drum", "shelf", "wedge", "pallet", "cabinet", "barrel", "bench", "plant"];
+/// How many of them are on a floor.
+const OF_A_FLOOR: usize = 5;
 
 /// Loads the suite.
 ///
@@ -32,13 +39,32 @@ const REPETITIONS: u32 = 4;
 /// [`EvalError`] with the file that is missing or not as expected.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let folder = folders.project.join("sim/missions/routes");
-    let path = folder.join("anchors.toml");
-    let text = String::from_utf8_lossy(&read(&path)?).into_owned();
-    let anchors = Anchors::parse(&text).map_err(|cause| in_file(&path, cause))?;
-    let trials = anchors.drawings().map(|name| trial(&folder, &anchors, name)).collect::<Result<_, _>>()?;
+    let anchors = joined::anchors(&folder)?;
+    let trials =
+        anchors.drawings().map(|name| trial(&folder, &anchors, name)).collect::<Result<Vec<_>, _>>()?;
+    let groups = groups(&trials, &anchors);
     let (title, notices) = (TITLE.into(), vec![NOTICE.into()]);
     let paper = vec![Published { name: "paper".into(), reached: 17, attempts: 25 }];
-    Ok(Suite { paper, title, notices, trials, repetitions: REPETITIONS, ..Suite::default() })
+    Ok(Suite { paper, title, notices, trials, groups, repetitions: REPETITIONS, ..Suite::default() })
+}
+
+/// By the orientation of the canvas, and by how many of the obstacles are drawn.
+fn groups(trials: &[Trial], anchors: &Anchors) -> Vec<Group> {
+    let is_upright = |trial: &Trial| {
+        trial.sheet.as_ref().is_some_and(|sheet| sheet.paper.height_px > sheet.paper.width_px)
+    };
+    let drawn = |trial: &Trial| OBSTACLES.iter().filter(|name| anchors.has(&trial.drawing, name)).count();
+    let group = |name: &str, belongs: &dyn Fn(&Trial) -> bool| {
+        let lines = trials.iter().filter(|trial| belongs(trial)).map(|trial| trial.drawing.clone());
+        Group { name: name.to_owned(), lines: lines.collect() }
+    };
+    vec![
+        group("portrait", &is_upright),
+        group("landscape", &|trial| !is_upright(trial)),
+        group("all obstacles drawn", &|trial| drawn(trial) == OF_A_FLOOR),
+        group("some obstacles drawn", &|trial| (1..OF_A_FLOOR).contains(&drawn(trial))),
+        group("no obstacle drawn", &|trial| drawn(trial) == 0),
+    ]
 }
 
 fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalError> {
@@ -47,34 +73,16 @@ fn trial(folder: &Path, anchors: &Anchors, name: &str) -> Result<Trial, EvalErro
     let options = Options::of_mission(&mission, 1)?;
     let sketch = SketchMission::of(&mission).map_err(SimError::from)?;
     let paper = sketchnav_sketch::reading::read(&read(Path::new(&sketch.drawing))?, name, &options)?;
-    let correspondence = join(anchors, (name, &path), &mission, &paper)?;
+    let correspondence = joined::join(anchors, &path, &mission, &paper)?;
     Ok(Trial {
         sheet: Some(Sheet {
             start_error: None,
             correspondence: Some(Arc::new(correspondence)),
             ..Sheet::new(Arc::new(paper))
         }),
+        cluster: Some(name.to_owned()),
         ..Trial::new(name.to_owned(), name.to_owned(), mission, robot)
     })
-}
-
-/// Joins the drawing of a mission file to its floor.
-fn join(
-    anchors: &Anchors,
-    (name, file): (&str, &Path),
-    mission: &Mission,
-    paper: &DrawnMap,
-) -> Result<Correspondence, EvalError> {
-    let plan = mission.world.floor_plan.as_deref().map(Path::new).and_then(Path::file_name);
-    let plan = plan.unwrap_or_default().to_string_lossy();
-    let floor = plan.split('.').next().unwrap_or_default();
-    let places = anchors.of(name, floor, |at| paper.from_image(at)).map_err(|cause| in_file(file, cause))?;
-    let torn = |cause| EvalError::Correspondence { path: file.to_path_buf(), cause };
-    Correspondence::new(&places).map_err(torn)
-}
-
-fn in_file(path: &Path, cause: AnchorsError) -> EvalError {
-    EvalError::Anchors { path: path.to_path_buf(), cause }
 }
 
 #[cfg(test)]
@@ -120,10 +128,19 @@ mod tests {
         }
     }
 
+    /// Counted by hand in the file of anchors and in the drawings.
     #[test]
-    fn about_half_of_the_canvases_are_upright() {
-        let papers = SHIPPED.trials.iter().map(|trial| &trial.sheet.as_ref().unwrap().paper);
-        let upright = papers.filter(|paper| paper.height_px > paper.width_px).count();
-        assert_eq!(upright, 12);
+    fn the_drawings_are_grouped_by_their_canvas_and_by_what_is_drawn() {
+        let sizes: Vec<_> =
+            SHIPPED.groups.iter().map(|group| (group.name.as_str(), group.lines.len())).collect();
+        let expected = [
+            ("portrait", 12),
+            ("landscape", 13),
+            ("all obstacles drawn", 16),
+            ("some obstacles drawn", 7),
+            ("no obstacle drawn", 2),
+        ];
+        assert_eq!(sizes, expected);
+        assert_eq!(SHIPPED.groups[4].lines, ["court-03", "screens-03"]);
     }
 }

@@ -15,6 +15,7 @@ use sketchnav_sketch::mission::SketchMission;
 
 use crate::error::EvalError;
 use crate::experiments::cost::{Cost, clearance_m};
+use crate::experiments::drawn_task::DrawnTask;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::person::Bystander;
 use crate::experiments::trial::{Page, Trial};
@@ -184,14 +185,10 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
         Kind::Aborted if driven.is_left_lost => Kind::Lost,
         kind => kind,
     };
-    let route = driven.sketch.as_ref().and_then(|sketch| sketch.tasks[index].aim.route());
-    let (Kind::Reached, Some(route), Some(sheet), Some(span)) = (kind, route, &trial.sheet, span) else {
-        return kind;
-    };
-    let Some(join) = &sheet.correspondence else { return kind };
-    let way: Vec<_> = span.of(&driven.log.truth).iter().map(|truth| truth.pose().position()).collect();
-    let route: Vec<_> = route.iter().map(|&at| sheet.paper.from_image(at)).collect();
-    if join.is_homotopic(&way, &route) { Kind::Reached } else { Kind::WrongSide }
+    let drawn = || DrawnTask::of(trial, driven, span, index);
+    let is_other_way =
+        kind == Kind::Reached && drawn().is_some_and(|task| task.is_consistent() == Some(false));
+    if is_other_way { Kind::WrongSide } else { kind }
 }
 
 /// Whether the robot has stayed where it stood at first.
@@ -259,6 +256,7 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
     };
     let outcome = |(i, Ended { verdict, span, kind }): (usize, Ended)| {
         let end = span.and_then(|span| span.of(&driven.log.truth).last().copied());
+        let drawn = DrawnTask::of(trial, driven, span.as_ref(), i);
         TaskOutcome {
             id: format!("{}#{repetition}", trial.name),
             drawing: trial.drawing.clone(),
@@ -276,6 +274,12 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
             cost: span.map_or_else(Cost::default, |span| cost(trial, driven, &span, verdict.time_s)),
             states: states(driven, kind == Kind::Reached),
             answers: driven.answers,
+            cluster: trial.cluster.clone(),
+            on_sketch: trial
+                .sheet
+                .is_some()
+                .then(|| drawn.as_ref().is_some_and(DrawnTask::is_reached_on_sketch)),
+            displacement_m: drawn.and_then(|task| task.displacement_m()),
         }
     };
     ended.into_iter().enumerate().map(outcome).collect()

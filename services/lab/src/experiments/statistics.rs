@@ -1,12 +1,18 @@
 //! Counts and intervals.
+//!
+//! Wilson's interval is for independent trials. Drives by one drawing mostly end alike, so where drawings repeat the interval is
+//! over drawings ([`OverDrawings`]).
+
+mod over_drawings;
 
 use serde::{Deserialize, Serialize};
-use sketchnav_schemas::statistics::wilson;
+use sketchnav_schemas::statistics::{mean, wilson};
 
 use crate::experiments::outcome::{Kind, TaskOutcome};
+pub use over_drawings::OverDrawings;
 
 /// How many tasks ended in which way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tally {
     /// Tasks driven.
     pub attempts: usize,
@@ -14,7 +20,7 @@ pub struct Tally {
     pub reached: usize,
     /// Reported as reached by a robot that was elsewhere.
     pub wrong_arrival: usize,
-    /// Reached by a path other than the drawn route's.
+    /// Reached by a path that is not consistent with the drawing.
     pub wrong_side: usize,
     /// Ended because the robot touched something.
     pub collided: usize,
@@ -31,14 +37,63 @@ pub struct Tally {
     pub never_moved: usize,
     /// Tasks, failed or not, in which the robot touched something.
     pub with_collision: usize,
+    /// The interval of the share of tasks reached where drawings repeat; `None` for independent trials.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_drawings: Option<OverDrawings>,
+    /// The same tasks judged by the robot's own pose in the drawing; `None` unless all of them were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on_sketch: Option<Score>,
+    /// The same tasks judged by the true place alone, by whatever way the robot came; `None` without drawings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_place: Option<Score>,
+    /// Over the tasks reached along a drawn route, the mean distance of the true path from the route, metres.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub displacement_m: Option<f64>,
+}
+
+/// Tasks reached by another judgement.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Score {
+    /// Tasks reached.
+    pub reached: usize,
+    /// As [`Tally::over_drawings`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_drawings: Option<OverDrawings>,
+}
+
+impl Score {
+    /// Counts outcomes by this judgement; `None` if there are none, or one of them was not judged so.
+    fn of(outcomes: &[&TaskOutcome], is_reached: impl Fn(&TaskOutcome) -> Option<bool>) -> Option<Self> {
+        let judged = outcomes.iter().map(|outcome| Some((outcome.cluster.as_deref(), is_reached(outcome)?)));
+        let judged: Vec<_> = judged.collect::<Option<_>>()?;
+        let reached = judged.iter().filter(|(_, is_reached)| *is_reached).count();
+        (!judged.is_empty()).then(|| Self { reached, over_drawings: OverDrawings::of(&judged) })
+    }
 }
 
 impl Tally {
     /// Counts outcomes.
     pub fn of<'a>(outcomes: impl IntoIterator<Item = &'a TaskOutcome>) -> Self {
+        let outcomes: Vec<_> = outcomes.into_iter().collect();
         let mut tally = Self::default();
-        outcomes.into_iter().for_each(|outcome| tally.add(outcome));
-        tally
+        outcomes.iter().for_each(|outcome| tally.add(outcome));
+        let by_truth = Score::of(&outcomes, |outcome| Some(outcome.is_success()));
+        let reached = outcomes.iter().filter(|outcome| outcome.is_success());
+        let displacements: Vec<_> = reached.filter_map(|outcome| outcome.displacement_m).collect();
+        let is_there = |outcome: &TaskOutcome| matches!(outcome.kind, Kind::Reached | Kind::WrongSide);
+        Self {
+            over_drawings: by_truth.and_then(|score| score.over_drawings),
+            on_sketch: Score::of(&outcomes, |outcome| outcome.on_sketch),
+            by_place: Score::of(&outcomes, |outcome| outcome.on_sketch.map(|_| is_there(outcome))),
+            displacement_m: (!displacements.is_empty()).then(|| mean(&displacements)),
+            ..tally
+        }
+    }
+
+    /// The tasks by another judgement, without how they failed.
+    pub fn judged(&self, by: Score) -> Self {
+        let Score { reached, over_drawings } = by;
+        Self { attempts: self.attempts, reached, over_drawings, ..Self::default() }
     }
 
     fn add(&mut self, outcome: &TaskOutcome) {
@@ -77,14 +132,73 @@ impl Tally {
         2 * self.reached > self.attempts
     }
 
-    /// Wilson's interval of the success rate.
+    /// Wilson's interval of the success rate, for independent trials.
     pub fn interval(&self) -> [f64; 2] {
         wilson(self.reached, self.attempts)
+    }
+
+    /// The interval of the success rate in percent: over drawings, which then are counted, where several repeat; otherwise Wilson's.
+    pub fn interval_words(&self) -> String {
+        let words = |[low, high]: [f64; 2]| format!("{:.0} to {:.0}", 100.0 * low, 100.0 * high);
+        match self.over_drawings {
+            Some(OverDrawings { drawings, low, high }) if drawings > 1 => {
+                format!("{} over {drawings} drawings", words([low, high]))
+            }
+            _ => words(self.interval()),
+        }
     }
 
     /// Of the failed tasks, the share that ended as lost or blocked; `None` if none failed.
     pub fn share_that_knows(&self) -> Option<f64> {
         let failed = self.attempts - self.reached;
         (failed > 0).then(|| (self.lost + self.blocked) as f64 / failed as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outcome(cluster: &str, kind: Kind, on_sketch: Option<bool>) -> TaskOutcome {
+        TaskOutcome { cluster: Some(cluster.to_owned()), on_sketch, ..TaskOutcome::sample("a#1", kind) }
+    }
+
+    /// Boniardi et al. 2016, V-B, judge the pose on the sketch: a wrong arrival is a success there, and so is an arrival by a way
+    /// that only the true floor shows to be another.
+    #[test]
+    fn the_same_drives_are_counted_by_three_judgements() {
+        let driven = [
+            outcome("a", Kind::Reached, Some(true)),
+            outcome("a", Kind::WrongArrival, Some(true)),
+            outcome("b", Kind::WrongSide, Some(false)),
+            outcome("b", Kind::Lost, Some(false)),
+        ];
+        let tally = Tally::of(&driven);
+        let (on_sketch, by_place) = (tally.on_sketch.unwrap(), tally.by_place.unwrap());
+        assert_eq!((tally.reached, on_sketch.reached, by_place.reached), (1, 2, 2));
+        let judged = tally.judged(on_sketch);
+        assert_eq!((judged.attempts, judged.reached, judged.wrong_side), (4, 2, 0));
+        assert_eq!(judged.over_drawings.map(|over| over.drawings), Some(2));
+        let partly = [driven[0].clone(), outcome("b", Kind::Reached, None)];
+        assert_eq!(Tally::of(&partly).on_sketch, None, "one of them was not judged so");
+        assert_eq!(Tally::of([]).on_sketch, None);
+    }
+
+    #[test]
+    fn the_displacement_is_the_mean_over_the_tasks_reached() {
+        let driven = [(0.1, Kind::Reached), (0.3, Kind::Reached), (9.0, Kind::Lost)].map(|(metres, kind)| {
+            TaskOutcome { displacement_m: Some(metres), ..TaskOutcome::sample("a#1", kind) }
+        });
+        assert_eq!(Tally::of(&driven).displacement_m, Some(0.2));
+        assert_eq!(Tally::of(&driven[2..]).displacement_m, None);
+    }
+
+    /// What was kept before these judgements existed has none of them.
+    #[test]
+    fn a_tally_without_the_new_figures_can_be_read() {
+        let old = r#"{"attempts": 4, "reached": 3, "wrong_arrival": 1, "wrong_side": 0, "collided": 0, "lost": 0,
+            "blocked": 0, "timed_out": 0, "aborted": 0, "with_collision": 0}"#;
+        let tally: Tally = serde_json::from_str(old).unwrap();
+        assert_eq!((tally.on_sketch, tally.by_place, tally.over_drawings), (None, None, None));
     }
 }

@@ -77,6 +77,8 @@ pub struct Suite {
     pub shows_costs: bool,
     /// Lines of the table that together form a curve.
     pub curves: Vec<Curve>,
+    /// Lines of the table that are counted together as well.
+    pub groups: Vec<Group>,
     /// The tasks that count, if a published table lists them: the table's lines. Empty: all tasks count, and the table has a line
     /// for each drawing.
     pub legs: Vec<Leg>,
@@ -122,6 +124,22 @@ pub struct Curve {
     pub unit: String,
     /// Its values, each with the line (a trial's `drawing`) that was driven with it.
     pub points: Vec<(f64, String)>,
+}
+
+/// Lines that have something in common.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Group {
+    /// What they have in common.
+    pub name: String,
+    /// The lines (a trial's `drawing`).
+    pub lines: Vec<String>,
+}
+
+impl Group {
+    /// Whether an outcome belongs to it.
+    pub fn counts(&self, outcome: &TaskOutcome) -> bool {
+        self.lines.contains(&outcome.drawing)
+    }
 }
 
 /// A line of a published table.

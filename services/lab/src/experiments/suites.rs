@@ -9,8 +9,8 @@ use sketchnav_sketch::method::Method;
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{
-    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks, people,
-    protocol, routes, sensitivity, studies,
+    ablation, calibration, corridor, corridor_cost, corridor_published, deformed, land, landmarks,
+    look_ahead, people, protocol, routes, sensitivity, studies,
 };
 
 /// Loads a suite.
@@ -18,13 +18,15 @@ type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 const OUTLINE: &str = Method::Outline.word();
 const BEAM: &str = Method::Beam.word();
+/// The methods that see pairs of markers, to which alone the rate of pairs matters.
+const BY_PAIRS: [&str; 4] = [METHODS[1], METHODS[2], METHODS[3], METHODS[4]];
 /// The methods of the thesis, and our method that uses its rules.
 const RULES: [&str; 3] = [METHODS[1], METHODS[2], METHODS[4]];
 const PAPER: &str = Method::Boniardi2015.word();
 
 /// The suites: a new one is a line here and a module of its own. Where all are driven, some compare methods, or are
 /// about another one than the first of their navigator.
-const SUITES: [(&str, Loader, &[&str]); 28] = [
+const SUITES: [(&str, Loader, &[&str]); 29] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
@@ -33,7 +35,7 @@ const SUITES: [(&str, Loader, &[&str]); 28] = [
     ("corridor-cost", corridor_cost::suite, &[]),
     ("corridor-person", corridor::person, &[]),
     ("corridor-published", corridor_published::suite, &METHODS),
-    ("corridor-published-10hz", corridor_published::at_10_hz, &METHODS),
+    ("corridor-published-10hz", corridor_published::at_10_hz, &BY_PAIRS),
     ("corridor-turns", corridor::turns, &[]),
     ("corridor-unknowns", corridor_published::unknowns, &RULES),
     ("deformed", deformed::suite, &[OUTLINE, BEAM, PAPER]),
@@ -49,9 +51,10 @@ const SUITES: [(&str, Loader, &[&str]); 28] = [
     ("landmark-scenes", landmarks::scenes, &[]),
     ("people", people::suite, &[OUTLINE, BEAM, PAPER]),
     ("people-answers", people::answered, &[]),
-    ("people-exam", people::exam, &[OUTLINE, BEAM]),
+    ("people-exam", people::exam, &[OUTLINE, BEAM, PAPER]),
     ("people-exam-answers", people::exam_answered, &[]),
     ("routes", routes::suite, &[OUTLINE, PAPER]),
+    ("routes-look-ahead", look_ahead::suite, &[OUTLINE, PAPER]),
     ("sensitivity", sensitivity::suite, &[BEAM]),
 ];
 

@@ -6,7 +6,7 @@ use sketchnav_schemas::statistics::wilson;
 use crate::experiments::cost;
 use crate::experiments::outcome::{Kind, TaskOutcome};
 use crate::experiments::statistics::Tally;
-use crate::experiments::suite::{Leg, Suite};
+use crate::experiments::suite::{Group, Leg, Suite};
 use crate::experiments::trial::Trial;
 
 /// A table: the first column names the line, the others are figures.
@@ -79,19 +79,27 @@ fn by_leg(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     Table { header, rows }
 }
 
-/// A line for each drawing, one for all, and the paper's lines.
+/// A line for each drawing, one for all, one for each group, and the paper's lines.
 fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
+    let all = Tally::of(outcomes.iter().copied());
+    let judged = Judged::of(&all);
     let mut header = vec![suite.lines.unwrap_or("drawing").to_owned(), "reached".into()];
     header.extend(["%".into(), "95 %".into()]);
+    header.extend(judged.header());
     header.extend(failures(suite).map(|kind| kind.word().to_owned()));
     header.extend(["with collision".into(), "failures known".into()]);
+    let line = |name: &str, tally| line(suite, judged, name, tally);
     let of_drawing = |drawing: String| {
-        line(suite, &drawing, Tally::of(outcomes.iter().copied().filter(|ended| ended.drawing == drawing)))
+        line(&drawing, Tally::of(outcomes.iter().copied().filter(|ended| ended.drawing == drawing)))
+    };
+    let of_group = |group: &Group| {
+        line(&group.name, Tally::of(outcomes.iter().copied().filter(|ended| group.counts(ended))))
     };
     // Lines of another method have no attempts of this one.
     let is_driven = |drawing: &String| outcomes.iter().any(|ended| ended.drawing == *drawing);
     let mut rows: Vec<_> = suite.drawings().into_iter().filter(is_driven).map(of_drawing).collect();
-    rows.push(line(suite, "all", Tally::of(outcomes.iter().copied())));
+    rows.push(line("all", all));
+    rows.extend(suite.groups.iter().map(of_group));
     if !suite.told.is_empty() {
         header.extend(["most failures".into(), "published".into()]);
         for row in &mut rows {
@@ -105,6 +113,47 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
         cells
     }));
     Table { header, rows }
+}
+
+/// What else is known of the tasks of a table, which has columns for it.
+#[derive(Clone, Copy)]
+struct Judged {
+    over_drawings: bool,
+    on_sketch: bool,
+    displacement: bool,
+}
+
+impl Judged {
+    fn of(all: &Tally) -> Self {
+        Self {
+            over_drawings: all.over_drawings.is_some(),
+            on_sketch: all.on_sketch.is_some(),
+            displacement: all.displacement_m.is_some(),
+        }
+    }
+
+    fn columns<T>(self, columns: [T; 4]) -> impl Iterator<Item = T> {
+        let shown = [self.over_drawings, self.on_sketch, self.on_sketch, self.displacement];
+        columns.into_iter().zip(shown).filter(|(_, is_shown)| *is_shown).map(|(column, _)| column)
+    }
+
+    fn header(self) -> impl Iterator<Item = String> {
+        let words = ["95 % over drawings", "on the sketch", "on the sketch, %", "from the route"];
+        self.columns(words).map(str::to_owned)
+    }
+
+    fn cells(self, tally: &Tally) -> impl Iterator<Item = String> {
+        let over = tally.over_drawings.filter(|over| over.drawings > 1);
+        let on_sketch = tally.on_sketch.map(|score| tally.judged(score));
+        self.columns([
+            over.map_or("–".into(), |over| {
+                format!("{} ({})", interval([over.low, over.high]), over.drawings)
+            }),
+            on_sketch.map_or("–".into(), |tally| format!("{}/{}", tally.reached, tally.attempts)),
+            percent(on_sketch.and_then(|tally| tally.rate())),
+            tally.displacement_m.map_or("–".into(), |metres| format!("{metres:.2} m")),
+        ])
+    }
 }
 
 /// The reason that the robot gave in most failures of a line.
@@ -138,21 +187,73 @@ fn failures(suite: &Suite) -> impl Iterator<Item = Kind> {
     Kind::ALL.into_iter().skip(1).filter(move |kind| *kind != Kind::NeverMoved || is_corridor)
 }
 
-fn line(suite: &Suite, name: &str, tally: Tally) -> Vec<String> {
+fn line(suite: &Suite, judged: Judged, name: &str, tally: Tally) -> Vec<String> {
     let mut cells = head(name, tally.reached, tally.attempts);
+    cells.extend(judged.cells(&tally));
     cells.extend(failures(suite).map(|kind| tally.count(kind).to_string()));
     cells.extend([tally.with_collision.to_string(), percent(tally.share_that_knows())]);
     cells
 }
 
 fn head(name: &str, reached: usize, attempts: usize) -> Vec<String> {
-    let [low, high] = wilson(reached, attempts);
     let rate = (attempts > 0).then(|| reached as f64 / attempts as f64);
-    let interval = format!("{:.0}–{:.0}", 100.0 * low, 100.0 * high);
+    let interval = interval(wilson(reached, attempts));
     vec![name.to_owned(), format!("{reached}/{attempts}"), percent(rate), interval]
+}
+
+fn interval([low, high]: [f64; 2]) -> String {
+    format!("{:.0}–{:.0}", 100.0 * low, 100.0 * high)
 }
 
 /// A share as a figure; a dash if there is none.
 pub(crate) fn percent(share: Option<f64>) -> String {
     share.map_or("–".into(), |share| format!("{:.1}", 100.0 * share))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two drawings, driven twice each: one always reached, the other a wrong arrival that the robot takes for its goal.
+    #[test]
+    fn both_judgements_and_both_intervals_stand_side_by_side() {
+        let outcome = |drawing: &str, kind| TaskOutcome {
+            drawing: drawing.into(),
+            cluster: Some(drawing.into()),
+            on_sketch: Some(true),
+            displacement_m: Some(0.25),
+            ..TaskOutcome::sample(&format!("{drawing}#1"), kind)
+        };
+        let driven = ["a", "a", "b", "b"]
+            .map(|drawing| outcome(drawing, if drawing == "a" { Kind::Reached } else { Kind::WrongArrival }));
+        let trials = ["a", "b"].map(|drawing| {
+            let mission = sketchnav_schemas::mission::Mission::parse(MISSION).unwrap();
+            let robot = sketchnav_sim::files::robot("robotino").unwrap();
+            Trial::new(drawing.into(), drawing.into(), mission, robot)
+        });
+        let groups = vec![Group { name: "upright".into(), lines: vec!["b".into()] }];
+        let suite = Suite { trials: trials.into(), groups, ..Suite::default() };
+        let table = &of_suite(&suite, &driven.iter().collect::<Vec<_>>())[0];
+        let expected = [
+            "drawing, reached, %, 95 %, 95 % over drawings, on the sketch, on the sketch, %, from the route",
+            "a, 2/2, 100.0, 34–100, –, 2/2, 100.0, 0.25 m",
+            "b, 0/2, 0.0, 0–66, –, 2/2, 100.0, –",
+            "all, 2/4, 50.0, 15–85, 0–100 (2), 4/4, 100.0, 0.25 m",
+            "upright, 0/2, 0.0, 0–66, –, 2/2, 100.0, –",
+        ];
+        let found = [&table.header].into_iter().chain(&table.rows).map(|row| row[..8].join(", "));
+        assert_eq!(found.collect::<Vec<_>>(), expected);
+    }
+
+    const MISSION: &str = r#"
+        name = "a hall"
+        robot = "robotino"
+        world = { floor_plan = "hall.floor.toml" }
+        start = { world = [0, 0], world_heading_deg = 0 }
+        navigator = { kind = "sketch", drawing = "sketch.svg" }
+        [[task]]
+        name = "there"
+        goal = [1, 1]
+        there = { center = [2, 0], radius_m = 0.5 }
+    "#;
 }

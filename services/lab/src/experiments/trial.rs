@@ -54,6 +54,9 @@ pub struct Trial {
     pub name: String,
     /// The line of the table that it counts for: its drawing, or whatever else the lines are about.
     pub drawing: String,
+    /// Its drawing, if other drives of the suite are by the same one: they mostly end alike, and intervals are over drawings. `None`
+    /// for independent trials.
+    pub cluster: Option<String>,
     /// World, drawing, tasks; paths absolute.
     pub mission: Mission,
     /// The robot that the mission names.
@@ -82,6 +85,7 @@ impl Trial {
         Self {
             name,
             drawing: line,
+            cluster: None,
             mission,
             robot,
             sheet: None,
@@ -177,7 +181,7 @@ pub struct Sheet {
     pub start_error: Option<StartError>,
     /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn again.
     pub paper: Arc<DrawnMap>,
-    /// Which places of the drawing correspond to which places of the floor; the path must then be that of the drawn routes, too.
+    /// Which places of the drawing correspond to which places of the floor; the path must then be consistent with the drawing, too.
     /// `None` if any path will do.
     pub correspondence: Option<Arc<Correspondence>>,
 }

@@ -70,6 +70,11 @@ impl Anchors {
         self.drawing.keys().map(String::as_str)
     }
 
+    /// Whether a drawing shows the place.
+    pub fn has(&self, drawing: &str, place: &str) -> bool {
+        self.drawing.get(drawing).is_some_and(|places| places.contains_key(place))
+    }
+
     /// The anchors of a drawing of a floor, in alphabetical order of their names. `from_image` converts image pixels to the
     /// drawing's frame.
     ///
@@ -113,6 +118,7 @@ mod tests {
         assert_eq!(anchors.drawings().collect::<Vec<_>>(), ["a", "b", "c"]);
         let table = Anchor { world: Point::new(4.0, 1.0), drawing: Point::new(40.0, 10.0) };
         assert_eq!(anchors.of("a", "hall", from_image).unwrap(), [table]);
+        assert!(anchors.has("a", "table") && !anchors.has("a", "crate") && !anchors.has("z", "table"));
     }
 
     #[test]

@@ -3,10 +3,13 @@
 //! sketch".
 //!
 //! The path and the route lie in different planes. They are joined by [`Anchor`]s: things of which both places are known, above all
-//! the obstacles that the person drew. (The estimated path lies in the drawing, but an estimate that is wrong in just the right
-//! manner would excuse itself, so the true path is judged.) On the anchors we lay a triangulation whose straight edges cross
-//! nowhere in either plane. Taking triangle to triangle is then one map from plane to plane, continuous both ways, that carries
-//! every anchor to its counterpart. A path crosses the same edges in both planes, and the sequence of these edges is its *word*.
+//! the obstacles that the person drew. On the anchors we lay a triangulation whose straight edges cross nowhere in either plane.
+//! Taking triangle to triangle is then one map from plane to plane, continuous both ways, that carries every anchor to its
+//! counterpart. A path crosses the same edges in both planes, and the sequence of these edges is its *word*.
+//!
+//! The paper judges the path on the sketch, which is the estimated one ([`Correspondence::is_homotopic_on_sketch`]). An estimate
+//! that is wrong in just the right manner excuses itself there, so the true path is judged, too
+//! ([`Correspondence::is_homotopic`]).
 //!
 //! A word without two equal neighbours is reduced. All triangles are discs and all anchors are corners, so the plane without its
 //! anchors retracts to the graph of adjacent triangles. A walk on a graph is determined up to homotopy by its reduced form. A
@@ -115,6 +118,16 @@ impl Correspondence {
     /// Whether `way` and `route` are homotopic.
     pub fn is_homotopic(&self, way: &[Point<World>], route: &[Point<Sketch>]) -> bool {
         self.difference(way, route).is_some_and(|word| word.is_empty())
+    }
+
+    /// Whether a way in the drawing, such as that of the robot's estimate, and `route` are homotopic. Their ends are joined by
+    /// straight lines. An empty one is homotopic to none.
+    pub fn is_homotopic_on_sketch(&self, way: &[Point<Sketch>], route: &[Point<Sketch>]) -> bool {
+        let (Some(&first), false) = (way.first(), route.is_empty()) else { return false };
+        let closed: Vec<_> = way.iter().chain(route.iter().rev()).copied().chain([first]).collect();
+        let mut word = Word::default();
+        self.mesh.write(&self.drawing, &closed, &mut word);
+        word.is_empty()
     }
 }
 

@@ -4,7 +4,7 @@ use serde::Serialize;
 use sketchnav_qualitative::argd::Scale;
 use sketchnav_schemas::channels::{MARKERS, ODOMETRY};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Instant, Outbox, Stage, StageError};
 
@@ -37,8 +37,7 @@ impl Localizer {
 /// # Errors
 /// [`MissionError`] with the key.
 pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
-    let parameters = overlaid(&Parameters::default(), mission.parameters.of(Process::Localizer));
-    let parameters = parameters.map_err(|error| wrong(error.message()))?;
+    let parameters = mission.parameters.over(Process::Localizer, &Parameters::default())?;
     let Parameters { memory_s, pair_rate_hz, hold_s, window_s, quantum_mps, .. } = parameters;
     // The time between two pictures must not exceed that within which two sights make a trend.
     let is_rate = pair_rate_hz == 0.0 || (LEAST_HZ..=1000.0).contains(&pair_rate_hz);

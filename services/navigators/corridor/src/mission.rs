@@ -195,14 +195,14 @@ mod tests {
                 "task 1 (on): expected metres above 0, at most 10000, found -1",
             ),
             (MISSION.replace("metres=7.0", "meters=7.0"), "task 1 (on): unknown field `meters`"),
-            (MISSION.replace("metres=7.0", "until='lunch'"), "task 1 (on): unknown variant `lunch`"),
+            (MISSION.replace("metres=7.0", "until='lunch'"), "task 1 (on).until: unknown variant `lunch`"),
             (
                 by_rules.replace("metres=7.0", "until='end'"),
                 "task 1 (on): expected metres or marker and no turns",
             ),
             (
                 MISSION.replace("kind='corridor'", "kind='corridor'\nmethod='map'"),
-                "navigator: unknown variant `map`",
+                "navigator.method: unknown variant `map`",
             ),
             (
                 MISSION.replace("kind='corridor'", "kind='corridor'\nrules_file='r.toml'"),

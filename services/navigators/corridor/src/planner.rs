@@ -12,7 +12,7 @@ use sketchnav_schemas::codes::{Process, TaskState};
 use sketchnav_schemas::floor_plan::Marker;
 use sketchnav_schemas::geometry::{Base, Odom, Pose, wrap_angle};
 use sketchnav_schemas::message::Twist;
-use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::robot::{Drive, Robot};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Denied, Heard, Instant, Outbox, Remains, Stage, StageError};
@@ -169,15 +169,14 @@ fn numbers(markers: &[Marker]) -> String {
 /// # Errors
 /// [`MissionError::Key`].
 pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
-    let wrong = |reason: String| MissionError::Key { key: "parameters.planner".into(), reason };
-    let parameters: Parameters = overlaid(&Parameters::default(), mission.parameters.of(Process::Planner))
-        .map_err(|error| wrong(error.message().to_owned()))?;
+    let parameters = mission.parameters.over(Process::Planner, &Parameters::default())?;
     let Parameters { lost_s, speed_mps } = parameters;
     for (key, expected, found, range) in
         [("lost_s", "0 to 1e6 s", lost_s, 0.0..=1e6), ("speed_mps", "0.01 to 30 m/s", speed_mps, 0.01..=30.0)]
     {
         if !range.contains(&found) {
-            return Err(wrong(format!("{key}: expected {expected}, found {found}")));
+            let reason = format!("{key}: expected {expected}, found {found}");
+            return Err(MissionError::Key { key: "parameters.planner".into(), reason });
         }
     }
     Ok(parameters)

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+use sketchnav_schemas::nearest::nearest;
 
 use crate::drawn::DrawnMetres;
 use crate::error::{Error, LandmarksError};
@@ -109,8 +110,8 @@ fn marked(markers: &BTreeMap<String, Vec<u32>>, sketch: &Sketch) -> Result<Vec<M
         let mut found = sketch.landmarks.iter().enumerate().filter(has_label).map(|(i, _)| i);
         let (first, others) = (found.next(), found.count());
         let Some(landmark) = first.filter(|_| others == 0) else {
-            let known: Vec<_> = sketch.landmarks.iter().map(|landmark| landmark.name.as_str()).collect();
-            let nearest = first.is_none().then(|| language::nearest(label, &known)).flatten();
+            let known = sketch.landmarks.iter().map(|landmark| landmark.name.as_str());
+            let nearest = first.is_none().then(|| nearest(label, known)).flatten().map(str::to_owned);
             let found = others + usize::from(first.is_some());
             return Err(Error::Label { label: label.clone(), found, nearest });
         };

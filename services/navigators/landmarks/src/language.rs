@@ -28,7 +28,6 @@ mod words;
 
 pub use print::{print, table};
 pub use read::read;
-pub use words::nearest;
 
 #[cfg(test)]
 mod tests;

@@ -17,10 +17,9 @@
 
 use std::collections::BTreeMap;
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::mission::{Mission, MissionError, keys, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError, keys};
 
 use crate::belief::Believing;
 use crate::error::Error;
@@ -234,9 +233,11 @@ impl Parameters {
     /// # Errors
     /// [`MissionError`] with the key.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
-        let extraction: extraction::Parameters = table(mission, Process::Sketcher)?;
-        let localizer: LocalizerParameters = table(mission, Process::Localizer)?;
-        let planner: PlannerParameters = table(mission, Process::Planner)?;
+        let extraction: extraction::Parameters =
+            mission.parameters.over(Process::Sketcher, &Default::default())?;
+        let localizer: LocalizerParameters =
+            mission.parameters.over(Process::Localizer, &Default::default())?;
+        let planner: PlannerParameters = mission.parameters.over(Process::Planner, &Default::default())?;
         for (process, checked) in [
             (Process::Sketcher, extraction.check()),
             (Process::Localizer, localizer.check()),
@@ -250,15 +251,6 @@ impl Parameters {
 
 fn wrong(process: Process, reason: String) -> MissionError {
     MissionError::Key { key: format!("parameters.{process}"), reason }
-}
-
-/// The parameters of a process: the defaults, and what the mission has in their place.
-fn table<T: Default + Serialize + DeserializeOwned>(
-    mission: &Mission,
-    process: Process,
-) -> Result<T, MissionError> {
-    let parameters = overlaid(&T::default(), mission.parameters.of(process));
-    parameters.map_err(|error| wrong(process, error.message().to_owned()))
 }
 
 #[cfg(test)]
@@ -300,7 +292,7 @@ mod tests {
                 "navigator.route_file: expected a drawing for method \"belief\"",
             ),
             (("drawing=", "canvas_m=0.0\ndrawing="), "navigator.canvas_m: expected 0.1 to 10000, found 0"),
-            (("drawing=", "method='best'\ndrawing="), "navigator: unknown variant `best`"),
+            (("drawing=", "method='best'\ndrawing="), "navigator.method: unknown variant `best`"),
             (("drawing=", "metres=1\ndrawing="), "navigator: unknown field `metres`"),
             (
                 ("drawing=", "markers={desk=3,box=[2,3]}\ndrawing="),
@@ -312,7 +304,7 @@ mod tests {
             ),
             (
                 ("drawing=", "markers={desk='a'}\ndrawing="),
-                "navigator: expected the number of a marker, or a list of numbers",
+                "navigator.markers.desk: expected the number of a marker, or a list of numbers",
             ),
             (("[[task]]\n", "[[task]]\ngoal=[1,2]\n"), "task 1 (to the desk): unknown field `goal`"),
             (

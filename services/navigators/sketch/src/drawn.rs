@@ -1,7 +1,6 @@
 //! What people draw on the pad: its walls, and the mission made of it that can be driven without a page.
 
 use crate::mission::{Aim, SketchMission, SketchTask, WallTone};
-use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_schemas::run::RunConfig;
@@ -38,7 +37,7 @@ fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
     // A heading that follows from the route that placed the robot would be found again in these tasks only if they begin with that
     // route.
     if drawn.start_heading_deg.is_none() && placing.route != marks.route {
-        let settings = Settings::from_table(mission.parameters.of(Process::Sketcher))?;
+        let settings = Settings::of(&mission.parameters)?;
         drawn.start_heading_deg = heading_deg(kept, &settings);
     }
     // These tasks' places in the true world are not known.

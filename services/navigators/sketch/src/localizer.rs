@@ -11,7 +11,7 @@ use sketchnav_schemas::channels::{ODOMETRY, SCAN};
 use sketchnav_schemas::codes::{Process, Tracking};
 use sketchnav_schemas::geometry::{Odom, Pose, wrap_angle};
 use sketchnav_schemas::message::{LaserScan, MissionCommand, Odometry, PoseM, PosePx};
-use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::robot::{Drive, Laser, Robot, RobotError};
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
@@ -29,9 +29,6 @@ pub enum LocalizerError {
     /// An error in the mission's part for this navigator.
     #[error(transparent)]
     Mission(#[from] MissionError),
-    /// The mission's table of parameters has an unknown key or a wrong type.
-    #[error("parameters.localizer: {0}")]
-    Parameters(#[from] toml::de::Error),
     /// The robot lacks the laser or the odometry.
     #[error(transparent)]
     Robot(#[from] RobotError),
@@ -49,7 +46,7 @@ pub enum LocalizerError {
 /// [`LocalizerError`] with the key of the mission, or of the robot file.
 pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), LocalizerError> {
     let method = SketchMission::of(mission)?.method;
-    let parameters = overlaid(&Parameters::of(method), mission.parameters.of(Process::Localizer))?;
+    let parameters = mission.parameters.over(Process::Localizer, &Parameters::of(method))?;
     parameters.check().map_err(FilterError::from)?;
     robot.odometry()?;
     Ok((parameters, robot.laser()?.clone()))

@@ -22,7 +22,7 @@ pub const KIND: &str = "sketch";
 pub struct SketchMission {
     /// How the robot finds its way.
     pub method: Method,
-    /// The drawing: PNG, JPEG, GIF, WebP, BMP, SVG or strokes in JSON.
+    /// The drawing: PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON.
     pub drawing: String,
     /// Whether the walls are dark lines, light lines, or still to be determined.
     pub walls: WallTone,

@@ -24,7 +24,7 @@ use sketchnav_schemas::channels::{ODOMETRY, SCAN, STATUS};
 use sketchnav_schemas::codes::{Process, TaskState, Tracking};
 use sketchnav_schemas::geometry::{Base, Pose};
 use sketchnav_schemas::message::{Here, MissionCommand, Odometry};
-use sketchnav_schemas::mission::{Mission, MissionError, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError};
 use sketchnav_schemas::robot::RobotError;
 use sketchnav_schemas::run::{Pad, RunConfig};
 use sketchnav_stage::{Heard, Instant, Outbox, Remains, Stage, StageError};
@@ -43,9 +43,6 @@ pub enum PlannerError {
     /// The mission's part for this navigator.
     #[error(transparent)]
     Mission(#[from] MissionError),
-    /// The mission's table `parameters.planner` has a key that is not known or a value of the wrong type.
-    #[error("parameters.planner: {0}")]
-    Table(String),
     /// The robot lacks the laser or the odometry.
     #[error(transparent)]
     Robot(#[from] RobotError),
@@ -377,8 +374,7 @@ impl Stage for Planner {
 /// [`PlannerError`] with the key of the mission.
 pub fn parameters(mission: &Mission) -> Result<Parameters, PlannerError> {
     let method = SketchMission::of(mission)?.method;
-    let parameters = overlaid(&Parameters::of(method), mission.parameters.of(Process::Planner))
-        .map_err(|error| PlannerError::Table(error.message().to_owned()))?;
+    let parameters = mission.parameters.over(Process::Planner, &Parameters::of(method))?;
     parameters.check()?;
     Ok(parameters)
 }

@@ -68,7 +68,7 @@ pub fn warnings(
         }
     }
     for name in services.down() {
-        warn("restarting", format!("the {name} does not answer: it is started again"));
+        warn("restarting", format!("the {name} does not answer: it is being restarted"));
     }
     if let Some(silence) = silence {
         warn("link", format!("no sign of life from the driver for {:.0} s", silence.as_secs_f64()));

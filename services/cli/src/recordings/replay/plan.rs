@@ -42,18 +42,21 @@ impl Plan {
         for topic in remapped.chain(named) {
             ensure!(known.contains(&topic), "topic {topic}: expected one of {}", known.join(", "));
         }
+        if let Some(start) = options.times.start {
+            ensure!(asked.start <= last_ns, "--start {start}: expected at most {} s", seconds(last_ns));
+        }
+        if let Some(end) = options.times.end {
+            ensure!(asked.end > first_ns, "--end {end}: expected more than {} s", seconds(first_ns));
+        }
         // A period of its own does not extend beyond the recording's.
         let times_ns = asked.start.max(first_ns)..asked.end.min(last_ns.saturating_add(1));
         let mut plan = Self { topics, times_ns, ceded: Ceded::default() };
         let is_there = |times: &Range<u64>| !times.is_empty() && plan.has_message(recording, times.clone());
         ensure!(
             is_there(&plan.times_ns),
-            "nothing to play: expected messages of {} between {:.3} and {:.3} s; the recording has {:.3} to {:.3} s",
-            plan.topics.values().cloned().collect::<Vec<_>>().join(", "),
-            seconds(asked.start),
-            seconds(asked.end.min(last_ns)),
-            seconds(first_ns),
-            seconds(last_ns),
+            "nothing to play: expected messages of the played topics from {} to {} s, found none",
+            seconds(plan.times_ns.start),
+            seconds(plan.times_ns.end.min(last_ns)),
         );
         // If the recording has no orders, this system's supervisor gives them to a live planner; no other process needs them.
         let has_orders = plan.topic_of(MISSION.spec).is_some_and(|topic| has_message_of(recording, topic));

@@ -71,7 +71,7 @@ impl<'a> Player<'a> {
         plan: &'a Plan,
         supervisor: &Supervisor,
     ) -> anyhow::Result<Self> {
-        let ports = Ports::open(&run.system, plan, supervisor)?;
+        let ports = Ports::open(&run.system, plan, &options.live, supervisor)?;
         let waits = options.rate == Rate::Max && !options.live.is_empty();
         let answers = waits
             .then(|| Answers::open(&run.system, run.mission.navigator_kind(), &options.live))

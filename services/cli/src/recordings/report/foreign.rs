@@ -21,7 +21,7 @@ pub fn report(whole: &Whole, recording: &Recording, output: &Path, json: bool) -
     info.clean_end &= !is_told;
     // If the positions are unreadable, say so and show the rest.
     let ways = poses::read(recording).unwrap_or_else(|error| {
-        say!("notice: places are not shown: {error}");
+        say!("notice: positions are not shown: {error}");
         Vec::new()
     });
     ways.iter().filter_map(Way::notice).for_each(|words| say!("notice: {words}"));
@@ -31,7 +31,7 @@ pub fn report(whole: &Whole, recording: &Recording, output: &Path, json: bool) -
     if !info.clean_end && !is_told {
         tell_cut_off(whole.name().display());
     }
-    say!("notice: no recording of sketchnav: the page has its topics and places, no tasks and no figures");
+    say!("notice: not a sketchnav recording: the page shows topics and positions only");
     let page = output.display().to_string();
     match json {
         true => {
@@ -92,7 +92,7 @@ fn places(ways: &[Way]) -> Markup {
         faults: &[],
     };
     html! {
-        h2 { "Places over time" }
+        h2 { "Positions over time" }
         div.cards { (chart.figure()) }
     }
 }

@@ -53,6 +53,18 @@ fn the_other_side_of_one_thing_is_another_way() {
     }
 }
 
+/// Boniardi et al. 2016, V-B: the path on the sketch and the drawn one, with respect to the topology induced by the sketch.
+#[test]
+fn a_way_on_the_sketch_passes_the_same_things_on_the_same_sides() {
+    let room = Correspondence::new(&room()).unwrap();
+    let drawn = route(&[[1.0, 1.0], [5.0, 2.0], [5.0, 7.0], [9.0, 7.0]]);
+    let beside = route(&[[1.2, 1.0], [4.4, 0.8], [5.6, 4.0], [4.6, 7.4], [8.7, 7.1]]);
+    assert!(room.is_homotopic_on_sketch(&beside, &drawn));
+    let other = route(&[[1.0, 1.0], [9.0, 1.0], [9.0, 7.0]]);
+    assert!(!room.is_homotopic_on_sketch(&other, &drawn));
+    assert!(!room.is_homotopic_on_sketch(&[], &drawn) && !room.is_homotopic_on_sketch(&beside, &[]));
+}
+
 #[test]
 fn rounds_are_counted() {
     let room = Correspondence::new(&room()).unwrap();

@@ -105,9 +105,9 @@ fn the_most_reliable_path_avoids_clutter() {
 fn equations_1_and_2_predict_what_is_driven() {
     let transitions = of_transitions(&[3.0], 0..4).unwrap();
     for (name, values) in &transitions.rows {
-        // Within 10 points, or within the interval of what was driven: of many candidates there are few.
-        let [equations, _, driven, low, high, ..] = values[..] else { panic!("{transitions}") };
-        let agrees = (equations - driven).abs() < 10.0 || (low..=high).contains(&equations);
+        // Within 10 points, or within the interval of what was driven: many candidates are rare, and one world has no interval.
+        let [equations, _, driven, low, high, worlds, ..] = values[..] else { panic!("{transitions}") };
+        let agrees = worlds < 2.0 || (equations - driven).abs() < 10.0 || (low..=high).contains(&equations);
         assert!(agrees, "{name}: {transitions}");
     }
     let paths = of_paths(&[3.0], false, 0..40).unwrap();

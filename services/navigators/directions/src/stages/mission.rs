@@ -28,11 +28,10 @@
 //! Somebody may write the custom map: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and `goal`. Its
 //! task may list `landmarks = [[x, y], …]`, one for each entry: those that the map means, for the judge.
 
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sketchnav_dots::camera::Known;
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::mission::{Mission, MissionError, Task, keys, overlaid};
+use sketchnav_schemas::mission::{Mission, MissionError, Task, keys};
 use sketchnav_schemas::robot::{Drive, Laser, Robot};
 
 use super::error::DirectionsError;
@@ -387,17 +386,6 @@ pub struct SketcherParameters {
     pub journeys: u32,
 }
 
-/// The parameters of a process: the usual ones but for what the mission's table says.
-fn parameters<T: Serialize + DeserializeOwned>(
-    mission: &Mission,
-    process: Process,
-    key: &str,
-    usual: &T,
-) -> Result<T, MissionError> {
-    let given = overlaid(usual, mission.parameters.of(process));
-    given.map_err(|error| MissionError::Key { key: key.to_owned(), reason: error.message().to_owned() })
-}
-
 /// Most simulations of each kind.
 const MOST_SIMULATIONS: u32 = 100_000;
 
@@ -409,7 +397,7 @@ pub fn effort(mission: &Mission) -> Result<Effort, MissionError> {
     let Effort { trials, trial_journeys, journeys } = Effort::USUAL;
     let usual = SketcherParameters { trials, trial_journeys, journeys };
     let SketcherParameters { trials, trial_journeys, journeys } =
-        parameters(mission, Process::Sketcher, "parameters.sketcher", &usual)?;
+        mission.parameters.over(Process::Sketcher, &usual)?;
     for (key, count) in [("trials", trials), ("trial_journeys", trial_journeys), ("journeys", journeys)] {
         if !(1..=MOST_SIMULATIONS).contains(&count) {
             return Err(wrong(&format!("parameters.sketcher.{key}"), "1 to 100000", &count.to_string()));
@@ -498,7 +486,7 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
         weight: usual.weight,
     };
     let PlannerParameters { looks, patience, most_recoveries, longest_entry_s, gain, weight } =
-        parameters(mission, Process::Planner, "parameters.planner", &defaults)?;
+        mission.parameters.over(Process::Planner, &defaults)?;
     let DirectionsMission { words, heading_noise_deg, .. } = DirectionsMission::of(mission)?;
     let settings = Settings {
         vocabulary: Vocabulary::of(&words),
@@ -620,7 +608,7 @@ mod tests {
             (navigator("map_noise_m=-1.0"), "navigator.map_noise_m: expected 0 to 10 m, found -1"),
             (navigator("words=['Isol','Lonely']"), "navigator.words: expected some of Obvious, Isol"),
             (navigator("verify='nothing'"), "navigator.verify: expected no such key for `arrival`"),
-            (navigator("method='fast'"), "navigator: unknown variant `fast`"),
+            (navigator("method='fast'"), "navigator.method: unknown variant `fast`"),
             (
                 MISSION.replace("goal=[0.5, 0.9]", ""),
                 "task 1 (on).goal: expected a place in metres, found none",

@@ -175,7 +175,10 @@ fn rounded(range: Range, round: fn(f64) -> f64) -> Range {
 
 #[cfg(test)]
 mod tests {
+    use sketchnav_schemas::geometry::Point;
+
     use super::*;
+    use crate::extraction::track::Step;
 
     fn event(landmark: usize, direction: u8, significance: f64) -> Event {
         let sight = Sight { landmark, place: Place::Direction(direction), proximity_m: 1.0, width: 30.0 };
@@ -189,6 +192,24 @@ mod tests {
             .iter()
             .filter_map(|event| event.sight.place.direction())
             .collect()
+    }
+
+    /// The second and the third object are "in direction 12" alone where table 4.1 is taken at its word, and have their ranges where
+    /// figure 4.23 is.
+    #[test]
+    fn objects_after_the_first_have_ranges_or_their_direction_alone() {
+        let (at, command) = (Point::new(0.0, 0.0), Command::Left);
+        let step = Step { at, heading_rad: 0.0, turning_rate: 2.0, command, sights: Vec::new() };
+        let track = Track { steps: vec![step], encountered: vec![0, 1, 2] };
+        let chosen = [event(0, 1, 0.9), event(1, 12, 0.8), event(2, 5, 0.7)];
+        let has_ranges = |other_objects| {
+            let parameters = Parameters { other_objects, ..Parameters::default() };
+            let state = state(&track, 0, Kind::Change, command, &chosen, &parameters);
+            assert!(state.relations.iter().all(|of| of.proximity_m.is_some() == of.width.is_some()));
+            state.relations.iter().map(|of| of.proximity_m.is_some()).collect::<Vec<_>>()
+        };
+        assert_eq!(has_ranges(OtherObjects::Strict), [true; 3]);
+        assert_eq!(has_ranges(OtherObjects::DirectionOnly), [true, false, false]);
     }
 
     #[test]

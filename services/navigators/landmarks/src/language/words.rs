@@ -1,4 +1,6 @@
-//! The words of a text with their places, and the nearest known word.
+//! The words of a text with their places.
+
+use sketchnav_schemas::nearest::nearest;
 
 use crate::error::{Error, WordPlace};
 
@@ -96,7 +98,7 @@ impl Words {
             (Some(token), _) => (token.line, WordPlace::Word(token.word), token.text.clone()),
             (None, last) => (last.map_or(1, |token| token.line), WordPlace::End, String::new()),
         };
-        let nearest = nearest(&found, known);
+        let nearest = nearest(&found, known.iter().copied()).map(str::to_owned);
         Error::Word { line, place, expected: expected.into(), found, nearest }
     }
 }
@@ -140,43 +142,4 @@ fn split(line: &str, number: usize, tokens: &mut Vec<Token>) -> Result<(), Error
         rest = rest[end..].trim_start();
     }
     Ok(())
-}
-
-/// The known word that is nearest by edits, at most every second letter of it.
-pub fn nearest(found: &str, known: &[&str]) -> Option<String> {
-    let close = known.iter().map(|word| (edits(found, word), word));
-    let close = close.filter(|(edits, word)| 2 * edits <= word.chars().count().max(2) && !found.is_empty());
-    close.min_by_key(|(edits, _)| *edits).map(|(_, word)| (*word).to_owned())
-}
-
-/// How many letters have to be changed, added, removed or swapped with their neighbour (optimal string alignment).
-fn edits(a: &str, b: &str) -> usize {
-    let (a, b): (Vec<_>, Vec<_>) = (a.chars().collect(), b.chars().collect());
-    let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
-    for i in 0..=a.len() {
-        for j in 0..=b.len() {
-            rows[i][j] = if i == 0 || j == 0 {
-                i + j
-            } else {
-                let change = rows[i - 1][j - 1] + usize::from(a[i - 1] != b[j - 1]);
-                let is_swap = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
-                let swap = if is_swap { rows[i - 2][j - 2] + 1 } else { usize::MAX };
-                change.min(swap).min(rows[i - 1][j] + 1).min(rows[i][j - 1] + 1)
-            };
-        }
-    }
-    rows[a.len()][b.len()]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_nearest_word_is_found() {
-        assert_eq!(nearest("rihgt", &["left", "right"]).as_deref(), Some("right"));
-        assert_eq!(nearest("ahaed", &["ahead", "behind"]).as_deref(), Some("ahead"));
-        assert_eq!(nearest("sideways", &["left", "right"]), None);
-        assert_eq!(nearest("", &["left"]), None);
-    }
 }

@@ -16,7 +16,7 @@ pub enum SketchError {
         file: String,
     },
     /// No type that is known.
-    #[error("{file}: expected PNG, JPEG, GIF, WebP, BMP, SVG or strokes in JSON, found {found}")]
+    #[error("{file}: expected PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON, found {found}")]
     Unsupported {
         /// The file.
         file: String,
@@ -176,11 +176,11 @@ pub enum SketchError {
         /// How many there are.
         found: usize,
     },
-    /// A parameter that is not known or cannot be.
-    #[error("parameters.sketcher{key}: {reason}")]
+    /// A parameter with an invalid value.
+    #[error("parameters.sketcher.{key}: {reason}")]
     Setting {
-        /// `.key`, or nothing where the reason names it.
-        key: String,
+        /// The key.
+        key: &'static str,
         /// What was expected and found.
         reason: String,
     },
@@ -226,6 +226,14 @@ const OTHER_JSON: [(&str, &str); 3] = [
 ];
 /// Where in such a file that stands at the latest.
 const MOST_HEAD: usize = 1024;
+
+/// The picture that the YAML of a map names, where the bytes are one.
+fn map_picture(bytes: &[u8]) -> Option<String> {
+    let head = String::from_utf8_lossy(bytes.get(..MOST_HEAD).unwrap_or(bytes));
+    let value = |key: &str| head.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
+    value("resolution")?;
+    Some(value("image")?.trim().trim_matches(['"', '\'']).to_owned())
+}
 
 /// Makes the errors of one file.
 pub(crate) struct Broken<'a> {
@@ -286,6 +294,10 @@ impl Broken<'_> {
                 file: self.file(),
                 found: format!("{kind}; export it as PNG"),
             };
+        }
+        if let Some(picture) = map_picture(bytes) {
+            let found = format!("a map's YAML; name its picture {picture:?} as the drawing");
+            return SketchError::Unsupported { file: self.file(), found };
         }
         let first: String = bytes.iter().take(8).flat_map(|b| b.escape_ascii()).map(char::from).collect();
         SketchError::Unsupported { file: self.file(), found: format!("a file that begins with \"{first}\"") }

@@ -14,8 +14,8 @@ use super::{encoding, ink, raster, strokes, vector};
 /// Ink of a second tone is more than what people erase with white.
 const MOST_LOST: f64 = 0.1;
 
-/// Reads a drawing: PNG, JPEG, GIF, WebP, BMP, SVG or [`strokes`](super::strokes) in JSON, recognized by their content; packed with gzip
-/// (`.svgz`) or not. Text may be in UTF-8, UTF-16, or the encoding that its XML declaration says.
+/// Reads a drawing: PNG, JPEG, GIF, WebP, BMP, PNM, SVG or [`strokes`](super::strokes) in JSON, recognized by their content; packed
+/// with gzip (`.svgz`) or not. Text may be in UTF-8, UTF-16, or the encoding that its XML declaration says.
 ///
 /// `file` is the file's name, for the errors. A drawing of more than
 /// [`MAX_SKETCH_CELLS`](crate::messages::MAX_SKETCH_CELLS) pixels is scaled down; points

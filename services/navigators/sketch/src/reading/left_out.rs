@@ -79,7 +79,7 @@ impl fmt::Display for LeftOut {
             Self::Picture { element, found } => {
                 write!(
                     f,
-                    "the picture in {element}: expected an embedded PNG, JPEG, GIF, WebP or BMP, found {found}; embed it as PNG"
+                    "the picture in {element}: expected an embedded PNG, JPEG, GIF, WebP, BMP or PNM, found {found}; embed it as PNG"
                 )
             }
             Self::Reference { element, found } => {

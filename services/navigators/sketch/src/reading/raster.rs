@@ -1,4 +1,4 @@
-//! Pictures of pixels: PNG, JPEG, GIF, WebP and BMP, decoded within bounds and scaled to the canvas. Of a picture that moves
+//! Pictures of pixels: PNG, JPEG, GIF, WebP, BMP and PNM, decoded within bounds and scaled to the canvas. Of a picture that moves
 //! the first frame counts.
 //!
 //! The output's rows run from the bottom up. This and the other decoders are the only places where row 0 is at the
@@ -77,6 +77,8 @@ pub(crate) fn format_of(bytes: &[u8]) -> Option<ImageFormat> {
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(ImageFormat::WebP),
         // After the length of the file four bytes are reserved.
         [b'B', b'M', _, _, _, _, 0, 0, 0, 0, ..] => Some(ImageFormat::Bmp),
+        // PBM, PGM and PPM, as text and as bytes.
+        [b'P', b'1'..=b'6', b' ' | b'\t' | b'\r' | b'\n' | b'#', ..] => Some(ImageFormat::Pnm),
         _ => None,
     }
 }
@@ -87,6 +89,7 @@ fn name(format: ImageFormat) -> &'static str {
         ImageFormat::Jpeg => "JPEG",
         ImageFormat::Gif => "GIF",
         ImageFormat::WebP => "WebP",
+        ImageFormat::Pnm => "PNM",
         _ => "BMP",
     }
 }
@@ -120,6 +123,9 @@ fn decode(
     reader.limits(limits());
     let mut decoder = reader.into_decoder().map_err(|error| broken.decode(kind, error))?;
     let (width, height) = decoder.dimensions();
+    if width == 0 || height == 0 {
+        return Err(broken.decode(kind, "it has no pixels"));
+    }
     if u64::from(width) * u64::from(height) > MAX_PIXELS {
         let limit = format!("{} megapixels", MAX_PIXELS / 1_000_000);
         return Err(broken.too_large(limit, format!("{width} x {height}")));

@@ -3,7 +3,7 @@
 use crate::mission::{SketchMission, WallTone};
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::Process;
-use sketchnav_schemas::mission::Mission;
+use sketchnav_schemas::mission::{Mission, Parameters};
 
 use super::error::SketchError;
 
@@ -30,7 +30,7 @@ impl Options {
     /// # Errors
     /// [`SketchError::Setting`] with the invalid key of `parameters.sketcher`; [`SketchError::Mission`].
     pub fn of_mission(mission: &Mission, seed: u64) -> Result<Self, SketchError> {
-        let settings = Settings::from_table(mission.parameters.of(Process::Sketcher))?;
+        let settings = Settings::of(&mission.parameters)?;
         Ok(Self { walls: SketchMission::of(mission)?.walls, seed, settings })
     }
 }
@@ -69,14 +69,12 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Checks a mission's table; what is left out keeps its default.
+    /// Those of a mission, checked; what is left out keeps its default.
     ///
     /// # Errors
-    /// [`SketchError::Setting`] with the key and what was expected.
-    pub fn from_table(table: &toml::Table) -> Result<Self, SketchError> {
-        let settings: Self = table.clone().try_into().map_err(|error: toml::de::Error| {
-            SketchError::Setting { key: String::new(), reason: error.to_string().trim_end().to_owned() }
-        })?;
+    /// [`SketchError::Mission`], or [`SketchError::Setting`] with the key and what was expected.
+    pub fn of(parameters: &Parameters) -> Result<Self, SketchError> {
+        let settings = parameters.over(Process::Sketcher, &Self::default())?;
         settings.check()?;
         Ok(settings)
     }
@@ -93,7 +91,7 @@ impl Settings {
         let wrong = ranges.into_iter().find(|(_, value, range)| !range.contains(value));
         wrong.map_or(Ok(()), |(key, value, range)| {
             let reason = format!("expected {} to {}, found {value}", range.start(), range.end());
-            Err(SketchError::Setting { key: format!(".{key}"), reason })
+            Err(SketchError::Setting { key, reason })
         })
     }
 }
@@ -103,7 +101,7 @@ mod tests {
     use super::*;
 
     fn parse(text: &str) -> Result<Settings, SketchError> {
-        Settings::from_table(&text.parse().expect("TOML"))
+        Settings::of(&format!("[sketcher]\n{text}").parse().expect("TOML"))
     }
 
     #[test]

@@ -268,7 +268,7 @@ fn pages_without_walls_or_space_are_refused() {
 #[test]
 fn what_is_no_drawing_is_refused() {
     assert_eq!(refusal(b""), SketchError::Empty { file: "page".into() });
-    for bytes in [&b"II*\0....."[..], b"P5 3 3 255 .........", b"\0\0\0\0"] {
+    for bytes in [&b"II*\0....."[..], b"P9 3 3 255 .........", b"\0\0\0\0"] {
         assert!(matches!(refusal(bytes), SketchError::Unsupported { .. }));
     }
     for (bytes, words) in [
@@ -282,16 +282,27 @@ fn what_is_no_drawing_is_refused() {
         (br#"{"type":"excalidraw","version":2}"#, "found a drawing of Excalidraw; export it as SVG or PNG"),
         (b"\x00\x00\x01\x00", r#"found a file that begins with "\x00\x00\x01\x00""#),
         (b"%PDF-1.7", "found a PDF"),
+        (
+            b"image: floor.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n",
+            "found a map's YAML; name its picture \"floor.pgm\" as the drawing",
+        ),
     ] {
         assert!(refusal(bytes).to_string().contains(words), "{}", refusal(bytes));
     }
     let page = Sheet::default().building(0.0);
-    for format in [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Gif, ImageFormat::WebP, ImageFormat::Bmp]
-    {
+    for format in [
+        ImageFormat::Png,
+        ImageFormat::Jpeg,
+        ImageFormat::Gif,
+        ImageFormat::WebP,
+        ImageFormat::Bmp,
+        ImageFormat::Pnm,
+    ] {
         let whole = encoded(&page, format);
         let error = refusal(&whole[..whole.len() / 3]);
         assert!(matches!(error, SketchError::Broken { .. }), "{error}");
     }
+    assert!(matches!(refusal(b"P5 0 0 255 "), SketchError::Broken { kind: "PNM", .. }));
     assert!(matches!(refusal(b"<svg"), SketchError::Broken { kind: "SVG", .. }));
     let nested = format!("<svg xmlns=\"http://www.w3.org/2000/svg\">{}", "<g>".repeat(200_000));
     assert!(matches!(refusal(nested.as_bytes()), SketchError::Broken { kind: "SVG", .. }));
@@ -311,17 +322,17 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn garbage_never_panics(bytes in prop::collection::vec(any::<u8>(), 0..400), kind in 0..7_usize) {
-        let heads: [&[u8]; 7] = [
+    fn garbage_never_panics(bytes in prop::collection::vec(any::<u8>(), 0..400), kind in 0..8_usize) {
+        let heads: [&[u8]; 8] = [
             b"\x89PNG\r\n\x1a\n", &[0xff, 0xd8, 0xff, 0xe0], b"<svg ", b"{\"canvas\":", b"GIF89a",
-            b"RIFF\x90\x01\0\0WEBPVP8 ", b"BM\x90\x01\0\0\0\0\0\0",
+            b"RIFF\x90\x01\0\0WEBPVP8 ", b"BM\x90\x01\0\0\0\0\0\0", b"P5 9 9 255\n",
         ];
         let _ = read(&[heads[kind], &bytes[..]].concat(), "garbage", &Options::default());
         let _ = read(&bytes, "garbage", &Options::default());
     }
 
     #[test]
-    fn damaged_files_never_panic(kind in 0..7_usize, at in 0.0..1.0_f64, value in any::<u8>(), cut in 0.0..1.0_f64) {
+    fn damaged_files_never_panic(kind in 0..8_usize, at in 0.0..1.0_f64, value in any::<u8>(), cut in 0.0..1.0_f64) {
         let page = Sheet { width: 120, height: 90, ..Sheet::default() }.building(0.3);
         let mut bytes = match kind {
             0 => encoded(&page, ImageFormat::Png),
@@ -330,6 +341,7 @@ proptest! {
             3 => encoded(&page, ImageFormat::Gif),
             4 => encoded(&page, ImageFormat::WebP),
             5 => encoded(&page, ImageFormat::Bmp),
+            6 => encoded(&page, ImageFormat::Pnm),
             _ => STROKES.as_bytes().to_vec(),
         };
         let at = (at * bytes.len() as f64) as usize;

@@ -87,6 +87,21 @@ fn a_large_picture_is_scaled_and_its_points_along() {
     assert_eq!(small(1800.0, 1200.0 + 20.0 * unit), Some(FREE));
 }
 
+/// What map_server saves was refused, and had to be converted.
+#[test]
+fn the_picture_of_a_map_is_read() {
+    let page = Sheet::default().building(0.0);
+    let expected = read_page(&page).cells;
+    let head =
+        |kind| format!("{kind}\n# CREATOR: map_saver 0.050 m/pix\n{} {}\n255\n", page.width(), page.height());
+    let bytes = [head("P5").as_bytes(), page.as_raw()].concat();
+    let text: Vec<_> = page.as_raw().iter().map(u8::to_string).collect();
+    let text = head("P2") + &text.join("\n") + "\n";
+    for picture in [bytes, text.into_bytes(), encoded(&page, ImageFormat::Pnm)] {
+        assert!(cells(&picture).cells == expected, "{:?}", &picture[..2]);
+    }
+}
+
 /// Each pass of a progressive JPEG goes through all of its pixels, and takes a few bytes of the file.
 #[test]
 fn a_jpeg_of_passes_without_end_is_refused_before_it_is_decoded() {

@@ -249,7 +249,7 @@ fn xml_of_other_programs_is_named() {
         let error = refusal(text.as_bytes()).to_string();
         assert!(
             error.starts_with(&format!(
-                "page: expected PNG, JPEG, GIF, WebP, BMP, SVG or strokes in JSON, found {words}"
+                "page: expected PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON, found {words}"
             )),
             "{error}"
         );

@@ -1,0 +1,51 @@
+//! What was probably meant by a word that is not known.
+
+/// The word of `known` that is nearest to `word` by edits, which are at most half as many as it has letters. An edit changes, adds
+/// or removes a letter, or swaps two neighbours (optimal string alignment). `None` if none is that near.
+pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let edits = known.into_iter().map(|known| (strsim::osa_distance(word, known), known));
+    let near = edits.filter(|(edits, known)| 2 * edits <= known.chars().count().max(2) && !word.is_empty());
+    near.min_by_key(|(edits, _)| *edits).map(|(_, known)| known)
+}
+
+/// What serde says of an unknown key, with the key that was probably meant instead of a list of all. Any other message, and one
+/// about a key that resembles none, stays as it is.
+pub(crate) fn without_list(message: &str) -> String {
+    let mut quoted = message.strip_prefix("unknown field ").unwrap_or_default().split('`').skip(1).step_by(2);
+    let unknown = quoted.next().unwrap_or_default();
+    match nearest(unknown, quoted) {
+        Some(meant) => format!("unknown field `{unknown}`; did you mean `{meant}`?"),
+        None => message.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slip_is_answered_with_what_was_meant() {
+        let known = ["particles", "least_particles", "max_speed_mps", "right", "left"];
+        for (word, meant) in [
+            ("particels", Some("particles")),
+            ("max_sped_mps", Some("max_speed_mps")),
+            ("max_speed", Some("max_speed_mps")),
+            ("rihgt", Some("right")),
+            ("sideways", None),
+            ("pen", None),
+            ("", None),
+        ] {
+            assert_eq!(nearest(word, known), meant, "{word}");
+        }
+    }
+
+    #[test]
+    fn the_list_of_keys_stays_if_none_was_meant() {
+        let of =
+            |key: &str| without_list(&format!("unknown field `{key}`, expected one of `beams`, `hit_width`"));
+        assert_eq!(of("beam"), "unknown field `beam`; did you mean `beams`?");
+        assert_eq!(of("colour"), "unknown field `colour`, expected one of `beams`, `hit_width`");
+        let other = "invalid type: boolean `true`, expected usize";
+        assert_eq!(without_list(other), other);
+    }
+}

@@ -1,0 +1,44 @@
+//! Drawings joined to their floors by the file `anchors.toml` beside their missions.
+
+use std::path::Path;
+
+use sketchnav_schemas::mission::Mission;
+use sketchnav_sketch::reading::DrawnMap;
+
+use crate::error::{EvalError, read};
+use crate::judge::anchors::{Anchors, AnchorsError};
+use crate::judge::homotopy::Correspondence;
+
+/// The anchors of a folder of missions.
+///
+/// # Errors
+/// [`EvalError`] with the file that is missing or not as expected.
+pub fn anchors(folder: &Path) -> Result<Anchors, EvalError> {
+    let path = folder.join("anchors.toml");
+    let text = String::from_utf8_lossy(&read(&path)?).into_owned();
+    Anchors::parse(&text).map_err(|cause| in_file(&path, cause))
+}
+
+/// Joins the drawing of a mission, which is that of `file`, to its floor: the drawing's anchors have the mission's name, the floor's
+/// that of the floor plan or the map.
+///
+/// # Errors
+/// [`EvalError`] if the anchors do not join them.
+pub fn join(
+    anchors: &Anchors,
+    file: &Path,
+    mission: &Mission,
+    paper: &DrawnMap,
+) -> Result<Correspondence, EvalError> {
+    let world = mission.world.floor_plan.as_deref().or(mission.world.map.as_deref());
+    let world = world.map(Path::new).and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+    let floor = world.split('.').next().unwrap_or_default();
+    let places = anchors.of(&mission.name, floor, |at| paper.from_image(at));
+    let places = places.map_err(|cause| in_file(file, cause))?;
+    Correspondence::new(&places)
+        .map_err(|cause| EvalError::Correspondence { path: file.to_path_buf(), cause })
+}
+
+fn in_file(path: &Path, cause: AnchorsError) -> EvalError {
+    EvalError::Anchors { path: path.to_path_buf(), cause }
+}

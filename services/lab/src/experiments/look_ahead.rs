@@ -1,0 +1,75 @@
+//! Suite `routes-look-ahead`: the drives of suite `routes` by r_H, how far the planner looks ahead on the drawn route.
+//!
+//! Boniardi et al. 2016, V-B, state the trade-off without figures: with a large r_H the robot follows "the locally optimal
+//! trajectory", which "results in considerable displacement from the drawn path"; with one too small, "the planner is not able to
+//! react quickly enough to unmapped obstacles and the safety of the navigation is severely affected". So the table shows the
+//! displacement and how many drives touched something. Each floor has four things that nobody drew.
+
+use sketchnav_schemas::codes::Process;
+
+use crate::error::EvalError;
+use crate::experiments::routes;
+use crate::experiments::sensitivity::variant;
+use crate::experiments::suite::{Curve, Folders, Suite};
+use crate::experiments::trial::Trial;
+
+const TITLE: &str = "The drives of suite routes by r_H, how far the planner looks ahead on the drawn route (Boniardi et al. 2016, V-B), two for each drawing.";
+/// The planner's parameter.
+const KEY: &str = "route_look_ahead_m";
+/// In metres; the one in use is among them.
+const VALUES_M: [f64; 5] = [0.3, 0.6, 1.2, 2.4, 4.8];
+/// Repetitions per drawing, by default.
+const REPETITIONS: u32 = 2;
+
+/// Loads the suite.
+///
+/// # Errors
+/// As [`routes::suite`].
+pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
+    let drives = routes::suite(folders)?.trials;
+    let line = |value: f64| format!("{value} m");
+    let of_value = |value: f64| drives.iter().map(move |trial| looking_ahead(trial, &line(value), value));
+    let curve = Curve {
+        title: "Look-ahead on the drawn route, r_H".into(),
+        unit: "metres".into(),
+        points: VALUES_M.map(|value| (value, line(value))).into(),
+    };
+    Ok(Suite {
+        title: TITLE.into(),
+        trials: VALUES_M.into_iter().flat_map(of_value).collect(),
+        lines: Some("r_H"),
+        curves: vec![curve],
+        repetitions: REPETITIONS,
+        ..Suite::default()
+    })
+}
+
+fn looking_ahead(trial: &Trial, line: &str, value: f64) -> Trial {
+    let mut changed = variant(trial, line);
+    changed.mission.parameters.of_mut(Process::Planner).insert(KEY.to_owned(), value.into());
+    changed
+}
+
+#[cfg(test)]
+mod tests {
+    use sketchnav_sketch::paths::parameters::Parameters;
+
+    use super::*;
+
+    #[test]
+    fn every_line_drives_all_drawings_with_another_look_ahead() {
+        let suite = suite(&Folders::of_checkout()).unwrap();
+        assert!(VALUES_M.contains(&Parameters::default().route_look_ahead_m));
+        assert_eq!((suite.trials.len(), suite.drawings().len()), (25 * VALUES_M.len(), VALUES_M.len()));
+        for (value, line) in &suite.curves[0].points {
+            let trials = suite.trials.iter().filter(|trial| trial.drawing == *line);
+            let mut drawings: Vec<_> = trials.clone().filter_map(|trial| trial.cluster.clone()).collect();
+            drawings.dedup();
+            assert_eq!(drawings.len(), 25, "{line}");
+            for trial in trials {
+                let table = trial.mission.parameters.of(Process::Planner);
+                assert_eq!((table.len(), table[KEY].as_float()), (1, Some(*value)), "{line}");
+            }
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! The interval of a share over drawings. Drives by one drawing mostly end alike, so they are no independent trials: the sample is
+//! one of drawings, each with some drives.
+//!
+//! The drawings are drawn again with replacement, each with all of its drives, and the interval contains the middle 95 % of the
+//! shares that result (A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application, 1997, section 3.8; the percentile
+//! interval of B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap, 1993, section 13.3).
+
+use std::collections::BTreeMap;
+
+use rand::RngExt;
+use serde::{Deserialize, Serialize};
+use sketchnav_schemas::seed;
+use sketchnav_schemas::statistics::wilson;
+
+/// How often the drawings are drawn again.
+const RESAMPLES: usize = 2_000;
+/// The share of the resamples that lies beyond either end.
+const TAIL: f64 = 0.025;
+/// The same counts give the same interval, whatever the suite's seed.
+const SEED: u64 = 1;
+
+/// A 95 % interval over drawings.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OverDrawings {
+    /// The number of drawings. For one alone the interval is Wilson's of its drives, and says nothing of other drawings.
+    pub drawings: usize,
+    /// From 0 to 1.
+    pub low: f64,
+    /// From 0 to 1.
+    pub high: f64,
+}
+
+impl OverDrawings {
+    /// From each drive's drawing and whether it reached its goal; `None` without drives, or if one has no drawing.
+    pub fn of(drives: &[(Option<&str>, bool)]) -> Option<Self> {
+        let mut counts: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
+        for (drawing, is_reached) in drives {
+            let [reached, attempts] = counts.entry((*drawing)?).or_default();
+            *reached += usize::from(*is_reached);
+            *attempts += 1;
+        }
+        let counts: Vec<_> = counts.into_values().collect();
+        let [low, high] = interval(&counts)?;
+        Some(Self { drawings: counts.len(), low, high })
+    }
+}
+
+/// The interval from successes and attempts of each drawing; `None` without drawings.
+///
+/// Where all drives end alike every resample is the same, though other drawings might differ. Each drawing then counts as one trial
+/// of Wilson's.
+fn interval(counts: &[[usize; 2]]) -> Option<[f64; 2]> {
+    let [reached, attempts] = counts.iter().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
+    match counts.len() {
+        0 => None,
+        1 => Some(wilson(reached, attempts)),
+        drawings if reached == 0 || reached == attempts => Some(wilson(drawings.min(reached), drawings)),
+        drawings => {
+            let mut rng = seed::stream(SEED, "eval/bootstrap");
+            let mut share = || {
+                let drawn = (0..drawings).map(|_| counts[rng.random_range(0..drawings)]);
+                let [reached, attempts] = drawn.fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
+                reached as f64 / attempts as f64
+            };
+            let mut shares: Vec<_> = (0..RESAMPLES).map(|_| share()).collect();
+            shares.sort_by(f64::total_cmp);
+            let beyond = (TAIL * RESAMPLES as f64) as usize;
+            Some([shares[beyond], shares[RESAMPLES - 1 - beyond]])
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Two drawings, one always reached, one never: a resample has the first twice, once or never, in a quarter, half and a quarter
+    /// of all cases. Four drives each are no eight trials, for which Wilson says 22 to 78 %.
+    #[test]
+    fn two_drawings_that_end_differently_say_nothing() {
+        assert_eq!(interval(&[[4, 4], [0, 4]]), Some([0.0, 1.0]));
+    }
+
+    /// 25 drawings of four drives each, 13 of which are always reached: a resample reaches a binomial share of 25, of which the
+    /// middle 95 % are 8 to 18 by the tables. As 100 independent trials it would be 42 to 62 %.
+    #[test]
+    fn drawings_that_always_end_alike_count_once_each() {
+        let counts: Vec<_> = (0..25).map(|i| if i < 13 { [4, 4] } else { [0, 4] }).collect();
+        let [low, high] = interval(&counts).unwrap();
+        assert!((low - 8.0 / 25.0).abs() < 0.041 && (high - 18.0 / 25.0).abs() < 0.041, "{low} {high}");
+    }
+
+    #[test]
+    fn where_all_drives_end_alike_each_drawing_is_one_trial() {
+        assert_eq!(interval(&[[4, 4]; 25]), Some(wilson(25, 25)));
+        assert_eq!(interval(&[[0, 4]; 25]), Some(wilson(0, 25)));
+    }
+
+    #[test]
+    fn one_drawing_has_wilson_s_interval_of_its_drives_and_none_has_none() {
+        let drives = [(Some("a"), true), (Some("a"), false), (Some("a"), true), (Some("a"), true)];
+        let [low, high] = wilson(3, 4);
+        assert_eq!(OverDrawings::of(&drives), Some(OverDrawings { drawings: 1, low, high }));
+        assert_eq!(OverDrawings::of(&[]), None);
+        assert_eq!(OverDrawings::of(&[drives[0], (None, true)]), None, "independent trials");
+    }
+
+    fn drives() -> impl Strategy<Value = Vec<[usize; 2]>> {
+        proptest::collection::vec((0..=9_usize, 1..=9_usize).prop_map(|(a, n)| [a.min(n), n]), 1..30)
+    }
+
+    proptest! {
+        #[test]
+        fn the_interval_contains_the_share_and_is_always_the_same(counts in drives()) {
+            let [low, high] = interval(&counts).unwrap();
+            let [reached, attempts] = counts.iter().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
+            let share = reached as f64 / attempts as f64;
+            prop_assert!(0.0 <= low && low <= share && share <= high && high <= 1.0, "{low} {share} {high}");
+            prop_assert_eq!(interval(&counts), Some([low, high]));
+        }
+
+        /// Every drive again tells no more of other drawings.
+        #[test]
+        fn more_drives_by_the_same_drawings_do_not_narrow_it(counts in drives()) {
+            prop_assume!(counts.len() > 1);
+            let twice: Vec<_> = counts.iter().map(|[a, n]| [2 * a, 2 * n]).collect();
+            prop_assert_eq!(interval(&twice), interval(&counts));
+        }
+    }
+}

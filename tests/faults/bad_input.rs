@@ -214,8 +214,8 @@ fn a_wrong_parameter_is_answered_with_the_right_one() {
     are_refused(&[
         Case {
             story: "planner",
-            spoil: |folder| with_parameter(folder, "[parameters.planner]\nmax_sped_mps = 1.0"),
-            says: &["parameters.planner", "max_sped_mps", "did you mean `max_speed_mps`?"],
+            spoil: |folder| with_parameter(folder, "[parameters.planner]\nspeed_shar = 0.5"),
+            says: &["parameters.planner", "speed_shar", "did you mean `speed_share`?"],
         },
         Case {
             story: "localizer",

@@ -11,7 +11,7 @@ const TICK_NS: u64 = 100_000_000;
 
 const SKETCH: &str = "sketches/a-04.json";
 /// A sketch that is driven by landmark states.
-const BY_STATES: &str = "sketches/a-01.json";
+const BY_STATES: &str = "sketches/a-08.json";
 
 fn place(mission: &str) -> Place {
     Place::with_missions("landmarks", mission)

@@ -112,7 +112,9 @@ fn equations_1_and_2_predict_what_is_driven() {
     }
     let paths = of_paths(&[3.0], false, 0..40).unwrap();
     for (name, values) in &paths.rows {
-        assert!((values[2] - values[3]).abs() < 15.0, "{name}: {paths}");
+        // They are pessimistic about the most reliable paths, but never promise more than the drives can mean.
+        let [_, _, equations, driven, _, high, ..] = values[..] else { panic!("{paths}") };
+        assert!(equations <= high && driven - equations < 25.0, "{name}: {paths}");
     }
 }
 

@@ -77,8 +77,8 @@ pub(crate) fn format_of(bytes: &[u8]) -> Option<ImageFormat> {
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(ImageFormat::WebP),
         // After the length of the file four bytes are reserved.
         [b'B', b'M', _, _, _, _, 0, 0, 0, 0, ..] => Some(ImageFormat::Bmp),
-        // PBM, PGM and PPM, as text and as bytes.
-        [b'P', b'1'..=b'6', b' ' | b'\t' | b'\r' | b'\n' | b'#', ..] => Some(ImageFormat::Pnm),
+        // PBM, PGM and PPM, as text and as bytes, and PAM.
+        [b'P', b'1'..=b'7', b' ' | b'\t' | b'\r' | b'\n' | b'#', ..] => Some(ImageFormat::Pnm),
         _ => None,
     }
 }

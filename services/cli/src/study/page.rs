@@ -17,7 +17,7 @@ pub fn study(facts: &Facts, everyone: &Everyone) -> String {
     };
     let suggestions = kept.iter().filter_map(|kept| {
         let text = kept.answers.as_ref()?.suggestions.trim();
-        (!text.is_empty()).then(|| (kept.participant.code.as_str(), text))
+        (!text.is_empty()).then_some((kept.participant.code.as_str(), text))
     });
     let suggestions: Vec<_> = suggestions.collect();
     let body = html! {

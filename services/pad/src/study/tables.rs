@@ -388,7 +388,7 @@ mod tests {
             outcome: None,
             ..kept("a", Orientation::Portrait, 1.0, true, 0.0)
         };
-        let [overview, ..] = tables(&[half.clone()]);
+        let [overview, ..] = tables(std::slice::from_ref(&half));
         assert_eq!(row(&overview, "participants")[2], "1");
         assert_eq!((row(&overview, "of these, finished")[2], row(&overview, "strokes")[2]), (NONE, NONE));
         let (header, rows) = participants(&[half]);

@@ -3,6 +3,7 @@
 mod commands;
 mod pad;
 mod pad_browser;
+mod pad_study;
 mod python_readers;
 mod recordings;
 mod relations;

@@ -10,10 +10,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use nix::sys::signal::Signal;
-use serde_json::Value;
+use serde_json::{Value, json};
 use sketchnav_sketch::reading::{Options, read};
 use support::arms::doubtful;
-use support::browser::{Browser, mission, pad};
+use support::browser::{Browser, MISSION, mission, pad};
 use support::page::{TOKEN, free_port, wait_for};
 use support::{Ended, Place, repository};
 
@@ -60,6 +60,45 @@ fn a_robot_that_asks_is_answered_by_a_tap_and_by_a_button() {
     keep_pictures(place.files(), &["asks.png", "asks-again.png"]);
     running.end();
     place.assert_nothing_left("asks");
+}
+
+/// What the page of a study measures of a pen, and what it keeps.
+#[test]
+fn a_participant_practises_draws_drives_and_answers_and_the_next_one_can_begin() {
+    let Some(browser) = Browser::find() else { return };
+    let (place, port) = (Place::new(), free_port());
+    let mission = repository().join(format!("{MISSION}.toml"));
+    let options = format!("--port {port} --system study --study kept --speed 2");
+    let mut running = place.start(&format!("pad --mission {} {options}", mission.display()));
+    wait_for(&mut running, port);
+    let ended = browser.takes_part(&place, &format!("http://127.0.0.1:{port}/?token={TOKEN}"));
+    assert_eq!(ended.code, Some(0), "{ended}");
+    keep_pictures(
+        place.files(),
+        &["study-begin.png", "study-drawn.png", "study-answers.png", "study-thanks.png"],
+    );
+
+    let record = |name: &str| -> Value {
+        serde_json::from_slice(&fs::read(place.files().join("kept").join(name)).unwrap()).unwrap()
+    };
+    let drawn: Value = record("p-1/drawing-1.json");
+    let count = |key: &str| drawn[key].as_array().map_or(0, Vec::len) as u64;
+    let measures = &record("p-1/drive.json")["measures"];
+    let strokes = measures["strokes"].as_u64().unwrap();
+    assert_eq!(
+        strokes,
+        count("strokes") + count("obstacles") + 1,
+        "with the one that was undone: {measures}"
+    );
+    assert_eq!((&measures["undone"], &measures["erased"]), (&json!(1), &json!(0)), "{measures}");
+    assert!(measures["drawing_s"].as_f64().unwrap() > 0.0 && measures["screen"] == "landscape", "{measures}");
+    let answers = record("p-1/answers.json");
+    assert_eq!((&answers["ratings"]["intuitive"], &answers["ratings"]["editing"]), (&json!(1), &json!(1)));
+    assert_eq!(answers["suggestions"], "more colours");
+    assert_eq!(record("p-2/participant.json")["sheet"], "portrait");
+    running.signal(Signal::SIGINT);
+    running.end();
+    place.assert_nothing_left("study");
 }
 
 /// The cells on the channel are those that result from reading the drawing as the page saves it.

@@ -87,7 +87,7 @@ pub enum Command {
     },
     /// Serve a page on which people draw a map and a path, and drive the robot by their drawing in real time.
     #[command(
-        after_help = "Ends with Ctrl-C. Exit codes: 0 ended by a person, 2 bad input, 3 anything else, 4 the recording is incomplete.\nExample: sketchnav pad --mission sim/missions/laboratory/laboratory-a.toml --port 8000"
+        after_help = "Ends with Ctrl-C. Exit codes: 0 ended by a person, 2 bad input, 3 anything else (files of a study that cannot be read, too), 4 the recording is incomplete.\nExample: sketchnav pad --mission sim/missions/laboratory/laboratory-a.toml --port 8000\nExample, a user study: sketchnav pad --mission sim/missions/routes/court-01.toml --study study\nIts pages again: sketchnav pad --study study --report"
     )]
     Pad {
         #[command(flatten)]
@@ -137,6 +137,9 @@ pub enum Command {
         /// Options of the pad.
         #[command(flatten)]
         site: PadSite,
+        /// The folder of the pad's study.
+        #[arg(long, value_name = "DIR")]
+        study: Option<PathBuf>,
     },
     /// List the running systems and their processes.
     Ps {

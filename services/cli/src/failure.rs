@@ -44,6 +44,19 @@ impl From<anyhow::Error> for Failure {
     }
 }
 
+impl Failure {
+    /// The error, whatever kind of failure it is.
+    pub fn into_error(self) -> anyhow::Error {
+        match self {
+            Self::Input(error)
+            | Self::Plain(error)
+            | Self::Other(error)
+            | Self::Reported(error)
+            | Self::Incomplete(error) => error,
+        }
+    }
+}
+
 /// Marks an error as bad input.
 pub trait OrInput<T> {
     /// The value, or [`Failure::Input`].

@@ -122,6 +122,7 @@ mod relations;
 mod report;
 mod serve;
 mod step_in;
+mod study;
 mod systems;
 mod tap;
 mod tools;
@@ -196,7 +197,9 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Eval { suite, options }) => eval::eval(&suite, &options),
         Some(Command::Deform { map, options }) => deform::deform(&map, &options),
         Some(Command::Chaos { mission, options }) => chaos::chaos(&mission, &options),
-        Some(Command::Serve { process, system, site }) => serve::serve(process, &system, site),
+        Some(Command::Serve { process, system, site, study }) => {
+            serve::serve(process, &system, (site, study))
+        }
         Some(Command::Ps { json }) => systems::ps(json),
         Some(Command::Channels { system: Some(system), json, .. }) => channels::show_live(&system, json),
         Some(Command::Channels { kind, json, .. }) => channels::show(kind.as_deref(), json),

@@ -1,6 +1,8 @@
 //! The link to the page that people draw on.
 
+use std::ffi::OsStr;
 use std::net::{IpAddr, SocketAddr, TcpListener, TcpStream, UdpSocket};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -20,6 +22,7 @@ const LOOK: Duration = Duration::from_millis(50);
 pub struct Link {
     site: PadSite,
     token: Token,
+    study: Option<PathBuf>,
 }
 
 impl Link {
@@ -35,7 +38,12 @@ impl Link {
         }
         site.save = std::path::absolute(&site.save).context("the current folder is gone")?;
         let given = token.map_or_else(token::of_environment, |token| Ok(Some(token)))?;
-        Ok(Self { site, token: given.unwrap_or_else(Token::random) })
+        Ok(Self { site, token: given.unwrap_or_else(Token::random), study: None })
+    }
+
+    /// The same for the page of the study in this folder; its path is absolute.
+    pub fn of_study(self, folder: PathBuf) -> Self {
+        Self { study: Some(folder), ..self }
     }
 
     /// The command line of the pad's process.
@@ -48,6 +56,7 @@ impl Link {
         line.command.args(["--port", &port.to_string(), "--bind", &bind.to_string()]);
         line.command.args(hosts.iter().flat_map(|host| ["--host", host]));
         line.command.arg("--save").arg(save);
+        line.command.args(self.study.iter().flat_map(|folder| [OsStr::new("--study"), folder.as_os_str()]));
         line.command.env(TOKEN_VARIABLE, self.token.text());
         Ok(line)
     }

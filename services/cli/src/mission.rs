@@ -195,11 +195,7 @@ fn follow(
 
 /// Prints an object with the error and the tasks as reported by the planner, since there is no recording to judge.
 fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failure, Failure> {
-    let (Failure::Input(error)
-    | Failure::Plain(error)
-    | Failure::Other(error)
-    | Failure::Reported(error)
-    | Failure::Incomplete(error)) = failure;
+    let error = failure.into_error();
     let task = |status: &MissionStatus| {
         serde_json::json!({
             "name": status.name.as_str(),

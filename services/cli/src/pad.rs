@@ -18,42 +18,72 @@ use crate::link::Link;
 use crate::mission::{is_demo, load_demo};
 use crate::notify::Manager;
 use crate::output::{self, say};
+use crate::study;
 
 /// How often to look for deaths and for the end.
 const REFRESH: Duration = Duration::from_millis(100);
 
 /// Serves the page and drives by what is drawn there, until a person ends it.
 pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
-    let link = Link::new(&options.site, options.token.clone()).or_input()?;
-    let (folder, mission, robot) = place(options)?;
+    match &options.study {
+        Some(folder) if options.report => study::report(folder),
+        Some(folder) => study::run(folder, options),
+        None => {
+            let link = Link::new(&options.site, options.token.clone()).or_input()?;
+            let place = place(options)?;
+            host(options, &link, place, &mut || false).map(|ended| ended.outcome)
+        }
+    }
+}
+
+/// How a system with a page has ended.
+#[derive(Debug, Clone, Copy)]
+pub struct Ended {
+    /// Whether all of it is recorded.
+    pub outcome: Outcome,
+    /// Whether a person ended it.
+    pub by_person: bool,
+}
+
+/// The folder of the results, the world and the robot.
+pub type Stage = (RunFolder, Mission, Robot);
+
+/// Hosts the system until a person ends it, or until `is_over`.
+pub fn host(
+    options: &PadOptions,
+    link: &Link,
+    (folder, mission, robot): Stage,
+    is_over: &mut dyn FnMut() -> bool,
+) -> Result<Ended, Failure> {
     let run = run_config(options, &folder, mission, robot).or_input().inspect_err(|_| folder.discard())?;
     let started =
-        lines(&run, Some(&link)).and_then(|lines| Supervisor::start(&run, lines, grace(&options.system)));
+        lines(&run, Some(link)).and_then(|lines| Supervisor::start(&run, lines, grace(&options.system)));
     let mut supervisor = started.map_err(|error| {
         folder.discard();
         classify(error)
     })?;
-    let watched = watch(&mut supervisor, &link);
+    let watched = watch(&mut supervisor, link, is_over);
     let ended = supervisor.shut_down();
-    match watched {
-        Ok(()) => say!("the recording: {}", run.recording.as_deref().unwrap_or_default()),
+    let by_person = match watched {
+        Ok(by_person) => by_person,
         Err(error) => {
             if supervisor.status().is_none() {
                 folder.discard();
             }
             return Err(classify(error));
         }
-    }
+    };
+    say!("the recording: {}", run.recording.as_deref().unwrap_or_default());
     ended.map_err(|error| Failure::Reported(error.into()))?;
     let Some(gap) = supervisor.recording_failure().filter(|failure| failure.missing > 0) else {
-        return Ok(Outcome::Success);
+        return Ok(Ended { outcome: Outcome::Success, by_person });
     };
     say!("the recording is incomplete by {} messages: {}", gap.missing, gap.words);
-    Ok(Outcome::Incomplete)
+    Ok(Ended { outcome: Outcome::Incomplete, by_person })
 }
 
-/// The folder of the results, the world and the robot.
-fn place(options: &PadOptions) -> Result<(RunFolder, Mission, Robot), Failure> {
+/// Reads the mission and makes the folder of its results.
+pub fn place(options: &PadOptions) -> Result<Stage, Failure> {
     match options.mission.as_ref().filter(|path| !is_demo(path)) {
         Some(path) => {
             let (mission, robot) = load(path, &options.system)?;
@@ -103,11 +133,21 @@ fn run_config(
     configure(&options.system, folder, mission, robot, (options.speed, Pad::Draws))
 }
 
-/// Waits until a person ends it.
-fn watch(supervisor: &mut Supervisor, link: &Link) -> Result<(), SystemError> {
+/// Waits until a person ends it, or until `is_over`; returns whether it was a person.
+fn watch(
+    supervisor: &mut Supervisor,
+    link: &Link,
+    is_over: &mut dyn FnMut() -> bool,
+) -> Result<bool, SystemError> {
     let (mut is_told, mut mourned) = (false, 0);
     let mut manager = Manager::of_environment();
-    while supervisor.poll(REFRESH)? != Progress::Interrupted {
+    let by_person = loop {
+        if supervisor.poll(REFRESH)? == Progress::Interrupted {
+            break true;
+        }
+        if is_over() {
+            break false;
+        }
         manager.ping_if_due();
         if !is_told && link.is_up() {
             // If it is not read, the link may be known already.
@@ -120,7 +160,9 @@ fn watch(supervisor: &mut Supervisor, link: &Link) -> Result<(), SystemError> {
             say!("  {}; restarted", death.how());
             mourned += 1;
         }
+    };
+    if by_person {
+        manager.stopping();
     }
-    manager.stopping();
-    Ok(())
+    Ok(by_person)
 }

@@ -1,6 +1,9 @@
 //! One process of a system.
 
+use std::path::PathBuf;
+
 use anyhow::Context;
+use sketchnav_pad::study::StudyError;
 use sketchnav_pad::{PadError, Settings, token};
 use sketchnav_recordings::sources;
 use sketchnav_runtime::{HostError, Node, System};
@@ -9,15 +12,15 @@ use sketchnav_schemas::codes::Process;
 use crate::args::PadSite;
 use crate::failure::{Failure, Outcome};
 
-/// Runs `process` in the system until it is asked to end.
-pub fn serve(process: Process, system: &str, site: PadSite) -> Result<Outcome, Failure> {
+/// Runs `process` in the system until it is asked to end. `page`: where the pad serves it, and for which study.
+pub fn serve(process: Process, system: &str, page: (PadSite, Option<PathBuf>)) -> Result<Outcome, Failure> {
     let system = System::open(system).map_err(|error| Failure::Input(error.into()))?;
     let node = Node::join(system, process).map_err(|error| Failure::Other(error.into()))?;
     let served = match process {
         Process::World => serve_world(&node),
         Process::Sketcher | Process::Localizer | Process::Planner => host_stage(&node),
         Process::Recorder => sketchnav_recorder::run(&node),
-        Process::Pad => serve_pad(&node, site),
+        Process::Pad => serve_pad(&node, page),
         Process::Supervisor | Process::Observer => Err(anyhow::anyhow!("{process}: not a service")),
     };
     served.map_err(classify)?;
@@ -39,15 +42,15 @@ fn host_stage(node: &Node) -> anyhow::Result<()> {
     Ok(sketchnav_runtime::host(node, stage.as_mut())?)
 }
 
-fn serve_pad(node: &Node, site: PadSite) -> anyhow::Result<()> {
-    let settings = settings(site)?;
+fn serve_pad(node: &Node, page: (PadSite, Option<PathBuf>)) -> anyhow::Result<()> {
+    let settings = settings(page)?;
     let navigator = sketchnav_navigators::of(&node.run_config()?.mission)?;
     sketchnav_pad::run(node, navigator, settings)
 }
 
-fn settings(site: PadSite) -> Result<Settings, PadError> {
+fn settings((site, study): (PadSite, Option<PathBuf>)) -> Result<Settings, PadError> {
     let PadSite { port, bind, hosts, save } = site;
-    Ok(Settings { bind, port, hosts, token: token::given()?, folder: save })
+    Ok(Settings { bind, port, hosts, token: token::given()?, folder: save, study })
 }
 
 /// A mission, a drawing or a parameter that a service rejects is the user's to correct.
@@ -56,7 +59,8 @@ fn classify(error: anyhow::Error) -> Failure {
         cause.is::<sketchnav_sim::SimError>()
             || cause.is::<sketchnav_navigators::UnknownNavigator>()
             || matches!(cause.downcast_ref(), Some(HostError::Stage(_)))
-            || cause.is::<sketchnav_pad::PadError>()
+            || cause.is::<PadError>()
+            || cause.is::<StudyError>()
     });
     let is_incomplete = error.is::<sketchnav_recorder::Incomplete>();
     match (is_input, is_incomplete) {

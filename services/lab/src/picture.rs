@@ -153,7 +153,7 @@ pub fn moment(moment: &Moment<'_>) -> Result<String, PictureError> {
     Ok(sheet.finish())
 }
 
-/// The true floor with the true trajectory, contacts and a scale bar, as SVG.
+/// The true floor with the true trajectory, if anything was driven, contacts and a scale bar, as SVG.
 pub fn floor(picture: &FloorPicture<'_>) -> String {
     let (low, high) = extent(picture);
     let view = View::new(low, high, 0.04);
@@ -178,8 +178,10 @@ pub fn floor(picture: &FloorPicture<'_>) -> String {
     marks::start(&mut sheet, &picture.start);
     marks::contacts(&mut sheet, picture.contacts);
     sheet.scale_bar(1.0);
-    let mut symbols = vec![Symbol::Start, Symbol::Goal, Symbol::Trail("true way")];
-    symbols.extend([Symbol::Reached, Symbol::Failed]);
+    let mut symbols = vec![Symbol::Start, Symbol::Goal];
+    if picture.tasks.iter().any(|task| !task.trail.is_empty()) {
+        symbols.extend([Symbol::Trail("true way"), Symbol::Reached, Symbol::Failed]);
+    }
     symbols.extend((!picture.shapes.furniture.is_empty()).then_some(Symbol::Furniture));
     symbols.extend((!picture.shapes.markers.is_empty()).then_some(Symbol::Marker));
     symbols.extend((!picture.views.is_empty()).then_some(Symbol::View));

@@ -12,6 +12,7 @@ import { onQuestion, say, show, showFigures } from "./panel.js";
 import { Pointers, listen } from "./pointer.js";
 import { keep, load } from "./settings.js";
 import { isAsked, meant, tooMuch } from "./states.js";
+import { Study } from "./study.js";
 
 const at = (id) => document.getElementById(id);
 const settings = load();
@@ -56,6 +57,7 @@ function drawingChanged() {
   for (const button of document.querySelectorAll("#tools [data-tool]")) {
     button.setAttribute("aria-pressed", String(button.dataset.tool === desk.tool));
   }
+  study.saw(desk.drawing);
   refresh();
 }
 
@@ -97,6 +99,7 @@ const link = new Link(takeToken(), {
     document.title = hello.mission ? `${hello.mission} · sketchnav pad` : "sketchnav pad";
     if (hello.limits?.link_limit_s && document.activeElement !== at("limit")) at("limit").value = hello.limits.link_limit_s;
     if (hello.trail) desk.trail = hello.trail;
+    study.told(hello.study ?? null, hello.drives);
     takeDrawing(hello, before);
     takeWalls(hello.walls);
     refresh();
@@ -108,6 +111,11 @@ const link = new Link(takeToken(), {
     takeWalls(feed.walls);
     refresh();
   },
+});
+
+const study = new Study({
+  desk, changed: () => refresh(), picture: (path) => link.fetch(path),
+  post: (told) => link.post("/api/study", JSON.stringify(told)),
 });
 
 /** Who watches sees what the driver has sent; who drives keeps what is on the own sheet. */
@@ -147,10 +155,14 @@ async function takeWalls(number) {
 
 function refresh() {
   const { drawing } = desk;
+  const { practising } = study;
+  study.refresh(robot.feed);
   show({
     up: link.up, refusal: link.refusal, latencyMs: link.latencyMs, drives: robot.feed?.drives ?? robot.hello?.drives ?? false,
     watches: robot.hello?.mode === "watches", busy: robot.busy, feed: robot.feed, seen: robot.hello !== null,
-    map: hasMap(drawing), path: canGo(drawing, robot.feed?.pose), silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
+    practising, questions: study.hasQuestions(robot.feed),
+    map: hasMap(drawing) && !practising, path: canGo(drawing, robot.feed?.pose) && !practising,
+    silentS: robot.fedAt ? (performance.now() - robot.fedAt) / 1000 : 0,
   });
 }
 setInterval(refresh, 1000);
@@ -211,6 +223,7 @@ const ORDERS = { execute: "The robot drives.", restore: "The robot goes on.", ag
 
 for (const [order, words] of Object.entries(ORDERS)) {
   at(order).addEventListener("click", () => request(async () => {
+    if (order === "execute") await study.beforeDrive();
     await link.post("/api/order", JSON.stringify({ order }));
     return words;
   }));
@@ -247,7 +260,7 @@ for (const button of document.querySelectorAll("#tools [data-tool]")) {
   button.addEventListener("click", () => desk.take(button.dataset.tool));
 }
 const does = {
-  tool: (name) => desk.take(name), undo: () => desk.undo(), redo: () => desk.redo(), zoom: (factor) => desk.zoom(factor),
+  tool: (name) => desk.take(name), undo: () => study.step("undo", () => desk.undo()), redo: () => study.step("redo", () => desk.redo()), zoom: (factor) => desk.zoom(factor),
   fit: () => desk.fit(), letGo: () => desk.letGo(), abort,
 };
 shortcuts(does);

@@ -57,11 +57,13 @@ export function meant(question, at, near) {
 }
 
 /** What to do next, in one sentence. */
-export function advice({ up, refusal, drives, watches, feed, map, path }) {
+export function advice({ up, refusal, drives, watches, practising, questions, feed, map, path }) {
   if (!up && refusal) return `The robot does not let this page in: ${refusal}.`;
   if (!up) return "The page connects again by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
   if (feed.question) return drives ? feed.question.text : `${feed.question.text} Who drives answers.`;
+  if (practising) return "Try the tools for as long as you like. Nothing counts until you start.";
+  if (questions) return "When the drive is over, go to the questions.";
   if (watches) return "The tasks come from a mission file.";
   if (!drives && feed.wheel) return "Nobody drives. Take the wheel, and this page does.";
   if (!drives) return "Somebody else drives; this page watches.";

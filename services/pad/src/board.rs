@@ -1,13 +1,14 @@
 //! What bridge and server exchange: the newest state from the bridge, and calls from the server.
 
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use axum::body::Bytes;
 use serde_json::Value;
 use tokio::sync::{oneshot, watch};
 
 use crate::protocol::{Hello, HereBody, PathRequest, Refusal, SketchRequest, SketchType, Step};
+use crate::study::sitting::Told;
 
 /// Maximum number of calls that wait for the bridge.
 const MAX_CALLS: usize = 256;
@@ -68,6 +69,21 @@ pub enum Request {
     Limit(f64),
     /// Saves a mission file of this name.
     Mission(String),
+    /// Tells the study something about its participant.
+    Study(Told),
+}
+
+impl Request {
+    /// The step that it takes, if it takes one.
+    pub fn step(&self) -> Option<Step> {
+        match self {
+            Self::Sketch(..) => Some(Step::Sketch),
+            Self::Path(..) => Some(Step::Path),
+            Self::Order(step) => Some(*step),
+            Self::Here(_) => Some(Step::Here),
+            Self::Wheel | Self::Limit(_) | Self::Mission(_) | Self::Study(_) => None,
+        }
+    }
 }
 
 /// What all pages see.
@@ -114,6 +130,8 @@ pub struct Board {
     pub walls: Mutex<Option<Image>>,
     /// The photo that was sent last.
     pub photo: Mutex<Option<Image>>,
+    /// The floor of a study, as SVG.
+    pub place: OnceLock<Bytes>,
 }
 
 impl Default for Board {
@@ -123,6 +141,7 @@ impl Default for Board {
             welcome: watch::Sender::new(None),
             walls: Mutex::default(),
             photo: Mutex::default(),
+            place: OnceLock::new(),
         }
     }
 }

@@ -7,6 +7,7 @@ mod lookout;
 mod receive;
 mod sendings;
 mod show;
+mod study;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -30,6 +31,7 @@ use crate::metrics::Metrics;
 use crate::mission_file;
 use crate::protocol::{Refusal, Step};
 use crate::sessions::Sessions;
+use crate::study::Sitting;
 use crate::walls;
 
 use lookout::Watch;
@@ -39,7 +41,7 @@ use sendings::Sendings;
 /// Longest sleep between two looks at the channels, the calls and the clock.
 const NAP: Duration = Duration::from_millis(50);
 /// The format of [`State`].
-const CHECKPOINT: &str = "pad 3";
+const CHECKPOINT: &str = "pad 4";
 
 /// What a successor needs to know.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -50,9 +52,11 @@ struct State {
     link_limit_s: f64,
     sendings: Sendings,
     saved: BTreeSet<String>,
+    /// The code of the study's participant.
+    participant: Option<String>,
 }
 
-/// Runs the bridge until the process is asked to end.
+/// Runs the bridge until the process is asked to end. `folder`: for mission files; `study`: with its participants.
 ///
 /// # Errors
 /// A channel that fails.
@@ -60,12 +64,12 @@ pub fn run(
     node: &Node,
     navigator: &Navigator,
     run: &RunConfig,
-    folder: PathBuf,
+    (folder, study): (PathBuf, Option<Sitting>),
     caller: Caller,
     calls: &Calls,
 ) -> anyhow::Result<()> {
     let mut health = HealthReporter::new(node)?;
-    let mut bridge = Bridge::open(node, navigator, run, folder, caller)?;
+    let mut bridge = Bridge::open(node, navigator, run, (folder, study), caller)?;
     loop {
         let step = WorkStep::begin();
         bridge.pass(calls)?;
@@ -97,6 +101,7 @@ struct Bridge<'a> {
     sendings: Sendings,
     /// Names of the mission files that were saved, which may be overwritten.
     saved: BTreeSet<String>,
+    study: Option<Sitting>,
     ends: Ends,
     services: Services,
     metrics: Metrics,
@@ -115,7 +120,7 @@ impl<'a> Bridge<'a> {
         node: &Node,
         navigator: &Navigator,
         run: &'a RunConfig,
-        folder: PathBuf,
+        (folder, study): (PathBuf, Option<Sitting>),
         caller: Caller,
     ) -> anyhow::Result<Self> {
         let (checkpoints, found) = Checkpoints::<State>::open(node, CHECKPOINT)?;
@@ -139,6 +144,7 @@ impl<'a> Bridge<'a> {
             reply: None,
             sendings: Sendings::default(),
             saved: BTreeSet::new(),
+            study,
             ends: Ends::default(),
             services: Services::default(),
             metrics: Metrics::open(node, navigator.kind)?,
@@ -155,6 +161,7 @@ impl<'a> Bridge<'a> {
             bridge.resume_after(node)?;
         }
         bridge.paint();
+        bridge.show_place()?;
         bridge.welcome();
         Ok(bridge)
     }
@@ -168,6 +175,9 @@ impl<'a> Bridge<'a> {
         self.machine.resume(state.machine, now);
         self.sendings = state.sendings;
         self.saved = state.saved;
+        if let (Some(study), Some(code)) = (&mut self.study, &state.participant) {
+            study.resume(code)?;
+        }
         self.drawings.resume_after(seq);
         if let Some(pending) = self.machine.memory().pending.clone() {
             self.drawings.resume_after(seq - 1);
@@ -195,6 +205,7 @@ impl<'a> Bridge<'a> {
             link_limit_s: self.sessions.limit_s(),
             sendings: self.sendings.clone(),
             saved: self.saved.clone(),
+            participant: self.study.as_ref().and_then(Sitting::code).map(str::to_owned),
         };
         Ok(self.checkpoints.write(&state)?)
     }
@@ -274,7 +285,10 @@ impl<'a> Bridge<'a> {
                 News::Understood(answer) => {
                     // The sketch that the answer is about was sent before it.
                     self.look()?;
-                    let said = self.machine.on_understood(&answer).map(|said| said.map(|()| facts(&answer)));
+                    let said = self.machine.on_understood(&answer);
+                    // Kept first: whatever dies after that, it is kept again rather than not at all.
+                    let said =
+                        said.map(|said| said.and_then(|()| self.keep_for_study()).map(|()| facts(&answer)));
                     if let Some(said) = &said {
                         self.sendings.answer(said);
                     }
@@ -356,6 +370,11 @@ impl<'a> Bridge<'a> {
     /// Handles a request; `None` if the sketcher has to answer.
     fn ask(&mut self, session: &str, request: Request, now: Duration) -> anyhow::Result<Option<Answer>> {
         let drives = self.sessions.drives(session);
+        if let Some(step) = request.step()
+            && let Err(refusal) = self.allow_by_study(step, drives, now)
+        {
+            return Ok(Some(Err(refusal)));
+        }
         let done = |result: Result<(), Refusal>| result.map(|()| json!({}));
         let answer = match request {
             Request::Sketch(sketch, name) => match self.sendings.again(name.as_deref()) {
@@ -401,7 +420,8 @@ impl<'a> Bridge<'a> {
             Request::Wheel => done(self.sessions.take_wheel(session, now)),
             Request::Limit(limit_s) if drives => done(self.sessions.set_limit(limit_s)),
             Request::Mission(name) if drives => self.write_mission(&name),
-            Request::Limit(_) | Request::Mission(_) => Err(Refusal::watches()),
+            Request::Study(told) if drives => self.hear_participant(told),
+            Request::Limit(_) | Request::Mission(_) | Request::Study(_) => Err(Refusal::watches()),
         };
         self.checkpoint()?;
         self.welcome();
@@ -475,26 +495,4 @@ pub fn ok(facts: Value) -> Value {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The state survives being written and read back.
-    #[test]
-    fn a_successor_reads_what_its_predecessor_has_written() {
-        let mut sendings = Sendings { pending: Some("first".into()), answered: None };
-        assert_eq!(sendings.again(None), None);
-        assert_eq!(sendings.again(Some("first")), Some(None));
-        sendings.answer(&Ok(json!({ "seq": 1, "wall_direction_rad": 0.25 })));
-        let saved = BTreeSet::from(["my-room.toml".to_owned()]);
-        let state = State { sendings, saved, driver: Some("me".into()), ..State::default() };
-        let mut slot = [0; 1024];
-        let read: State = postcard::from_bytes(postcard::to_slice(&state, &mut slot).unwrap()).unwrap();
-        let told = Some(Some(Ok(json!({ "seq": 1, "wall_direction_rad": 0.25 }))));
-        assert_eq!(read.sendings.again(Some("first")), told);
-        assert_eq!(read.sendings.again(Some("second")), None);
-        assert!(read.saved.contains("my-room.toml"));
-        let refused = Sendings { pending: None, answered: Some(("third".into(), Err("no walls".into()))) };
-        let told = Some(Some(Err(Refusal::Drawing("no walls".into()))));
-        assert_eq!(refused.again(Some("third")), told);
-    }
-}
+mod tests;

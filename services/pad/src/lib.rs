@@ -9,6 +9,7 @@
 //! - [`machine`]: which step is allowed. [`sessions`]: which page has the wheel, and whether it can be heard.
 //!   [`guard`]: which requests are accepted, and how often. `doors`: which connections stay open. [`feed`]: what pages
 //!   display. These are pure;
+//! - [`study`]: a user study on the page, with what its participants draw, measure and answer;
 //! - `server`, `bridge`: the threads around them. The server never touches a channel, the bridge never a socket.
 //!
 //! The page computes nothing about the robot, and nothing here reads the truth.
@@ -19,6 +20,7 @@
 mod board;
 mod bridge;
 mod doors;
+mod draft;
 pub mod feed;
 pub mod guard;
 pub mod machine;
@@ -28,6 +30,7 @@ mod page;
 pub mod protocol;
 mod server;
 pub mod sessions;
+pub mod study;
 pub mod token;
 mod walls;
 
@@ -42,6 +45,7 @@ use tokio::sync::Notify;
 
 use board::Caller;
 use guard::{Guard, Token};
+use study::{Folder, Sitting};
 use token::TOKEN_VARIABLE;
 
 /// Where the pad listens, and which requests it accepts.
@@ -57,6 +61,8 @@ pub struct Settings {
     pub token: Token,
     /// The folder for mission files.
     pub folder: PathBuf,
+    /// The folder of a study, if the page is for its participants.
+    pub study: Option<PathBuf>,
 }
 
 /// Why the pad cannot start.
@@ -78,10 +84,11 @@ pub enum PadError {
 /// Runs the pad for a mission of `navigator` in `node`'s system until it is asked to end.
 ///
 /// # Errors
-/// [`PadError`]; a channel that fails.
+/// [`PadError`]; [`study::StudyError`]; a channel that fails.
 pub fn run(node: &Node, navigator: &Navigator, settings: Settings) -> anyhow::Result<()> {
-    let Settings { bind, port, hosts, token, folder } = settings;
+    let Settings { bind, port, hosts, token, folder, study } = settings;
     let run = node.run_config()?;
+    let study = study.map(|path| Folder::open(&path)).transpose()?.map(Sitting::new);
     token::keep(node.system(), &token)?;
     let address = SocketAddr::new(bind, port);
     let listener = TcpListener::bind(address).map_err(|source| PadError::Address { address, source })?;
@@ -94,7 +101,7 @@ pub fn run(node: &Node, navigator: &Navigator, settings: Settings) -> anyhow::Re
         let serve = move || server::serve(listener, guard, caller, end);
         std::thread::Builder::new().name("server".into()).spawn(serve).context("starting the server")?
     };
-    let bridged = bridge::run(node, navigator, &run, folder, caller, &calls);
+    let bridged = bridge::run(node, navigator, &run, (folder, study), caller, &calls);
     end.notify_one();
     match serving.join() {
         Ok(served) => bridged.and(served.context("serving the page")),

@@ -4,16 +4,14 @@
 //! the pad has not written is never replaced.
 
 use std::collections::BTreeSet;
-use std::fs::Permissions;
-use std::io::{ErrorKind, Write};
-use std::os::unix::fs::PermissionsExt;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use serde::Serialize;
 use sketchnav_schemas::mission::Mission;
 use sketchnav_stage::drawn::{Drawn, Kept, Marks};
-use tempfile::Builder;
 
+use crate::draft;
 use crate::machine;
 use crate::protocol::{Refusal, SketchType};
 
@@ -99,20 +97,17 @@ fn put(folder: &Path, name: &str, bytes: &[u8], own: &mut BTreeSet<String>) -> R
         ErrorKind::AlreadyExists => Refusal::Taken(path.clone()),
         _ => Refusal::File(format!("{}: {error}", path.display())),
     };
-    let mut draft =
-        Builder::new().permissions(Permissions::from_mode(MODE)).tempfile_in(folder).map_err(failed)?;
-    draft.write_all(bytes).map_err(failed)?;
+    let draft = draft::of(folder, bytes).map_err(failed)?;
     let put = if own.contains(name) { draft.persist(&path) } else { draft.persist_noclobber(&path) };
     put.map_err(|refused| failed(refused.error))?;
     own.insert(name.to_owned());
     Ok(())
 }
 
-/// The mode of any other new file, before the user's mask.
-const MODE: u32 = 0o666;
-
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
     use super::*;
 
     /// A navigator that leaves the mission unchanged.

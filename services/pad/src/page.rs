@@ -25,11 +25,13 @@ files! {
     "ink.js": SCRIPT,
     "keyboard.js": SCRIPT,
     "link.js": SCRIPT,
+    "measure.js": SCRIPT,
     "model.js": SCRIPT,
     "panel.js": SCRIPT,
     "pointer.js": SCRIPT,
     "settings.js": SCRIPT,
     "states.js": SCRIPT,
+    "study.js": SCRIPT,
     "tools.js": SCRIPT,
     "view.js": SCRIPT,
 }

@@ -19,16 +19,18 @@
 //! | `POST /api/wheel` | empty: takes the wheel if no page has it, or its holder cannot be heard | |
 //! | `POST /api/limit` | `{"link_limit_s":3}` | |
 //! | `POST /api/mission` | `{"name":"…"}`: writes a mission file and the drawing into the pad's folder, unless a file that the pad has not written is in the way (409) | `files`: `name` and `text` (null for a photo) of the mission and of the drawing |
+//! | `POST /api/study` | of a study: `{"begin":{"code":"p-07","age":27}}` (the age is optional), `{"measures":{…}}` before the drive, `{"answers":{…}}` after it ([`Told`](crate::study::sitting::Told)) | |
 //! | `GET /api/seat` | `?session=…`: whether a page would be admitted now (503: not) | |
 //! | `GET /api/walls.png` | | a picture: the walls as the robot understands them, gray with alpha, as large as the sketch; 404 before there are any |
 //! | `GET /api/drawing` | | a picture: the photo that is the drawing; 404 if it is not a photo |
+//! | `GET /api/place.svg` | | a picture: the floor that participants of a study see before they draw; 404 if there is none |
 //!
-//! Sketches, paths, places, limits and missions are only accepted from the session that drives; those of other sessions
-//! are not even read. The order `abort` may be given by any session, at any rate, and takes precedence over everything
-//! else. It is answered once it has been passed on to the planner, or refused (409) if nothing is in progress. A
-//! connection carries one request. Its head must arrive within 10 s and its body within 10 s (that of a drawing or a
-//! path within 60 s), or it is refused (408). A session's requests are limited in number at a time and in rate (429).
-//! Connections that send nothing are limited, too (503): see `doors`.
+//! Sketches, paths, places, limits, missions and what concerns a study are only accepted from the session that drives;
+//! those of other sessions are not even read. The order `abort` may be given by any session, at any rate, and takes
+//! precedence over everything else. It is answered once it has been passed on to the planner, or refused (409) if
+//! nothing is in progress. A connection carries one request. Its head must arrive within 10 s and its body within 10 s
+//! (that of a drawing or a path within 60 s), or it is refused (408). A session's requests are limited in number at a
+//! time and in rate (429). Connections that send nothing are limited, too (503): see `doors`.
 //!
 //! A sketch or a path may have a header `x-sketchnav-sending`, a name that the page makes up for it. A page that gets
 //! no answer, because the link breaks or the server dies, sends the drawing again under the same name. It is processed
@@ -56,10 +58,14 @@ use sketchnav_schemas::message::MAX_ROUTE_POINTS;
 use sketchnav_schemas::message::{MAX_DRAWING_BYTES, MAX_DRAWN_POINTS, MAX_TASKS};
 use sketchnav_stage::drawn::{GoalMark, Marks, StartMark};
 
+use crate::study::sitting::View;
+
 /// Maximum number of strokes of a drawing.
 pub const MAX_STROKES: usize = 4096;
 /// Longest path request, bytes.
 pub const MAX_PATH_BYTES: usize = 1 << 20;
+/// Longest request to a study, bytes.
+pub const MAX_STUDY_BYTES: usize = 16 << 10;
 /// Longest other request, bytes.
 pub const MAX_SMALL_BYTES: usize = 4096;
 /// How long the link to the driver may be lost before the mission pauses, seconds: least, most.
@@ -440,6 +446,9 @@ pub struct Hello {
     pub walls: u64,
     /// Where the robot has been since it was placed.
     pub trail: Vec<[f64; 2]>,
+    /// The study, if the page is for its participants.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub study: Option<View>,
 }
 
 impl Hello {

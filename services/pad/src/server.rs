@@ -28,8 +28,8 @@ use crate::guard::{self, Guard, Load, Rates};
 use crate::metrics;
 use crate::page;
 use crate::protocol::{
-    LimitBody, MAX_PATH_BYTES, MAX_SMALL_BYTES, MissionBody, OrderBody, PathRequest, Refusal, SketchRequest,
-    SketchType, Step, parse,
+    LimitBody, MAX_PATH_BYTES, MAX_SMALL_BYTES, MAX_STUDY_BYTES, MissionBody, OrderBody, PathRequest,
+    Refusal, SketchRequest, SketchType, Step, parse,
 };
 use sketchnav_schemas::message::MAX_DRAWING_BYTES;
 
@@ -95,9 +95,11 @@ fn router(desk: Desk) -> Router {
         .route("/api/wheel", post(wheel))
         .route("/api/limit", post(limit))
         .route("/api/mission", post(mission))
+        .route("/api/study", post(study))
         .route("/api/seat", get(seat))
         .route("/api/walls.png", get(walls))
         .route("/api/drawing", get(drawing))
+        .route("/api/place.svg", get(place))
         .route("/metrics", get(metrics))
         .route("/ws", get(connect))
         .route_layer(middleware::from_fn_with_state(desk.clone(), check_token));
@@ -337,6 +339,15 @@ async fn mission(State(desk): State<Desk>, visit: Visit, content: Body) -> Respo
     respond(reply.await)
 }
 
+async fn study(State(desk): State<Desk>, visit: Visit, content: Body) -> Response {
+    let reply = async {
+        let admitted = desk.admit_driver(&visit, Load::Upload)?;
+        let bytes = body(&visit, content, MAX_STUDY_BYTES, BODY_WITHIN).await?;
+        desk.ask(admitted, Wish::Study(parse("the study", &bytes)?)).await
+    };
+    respond(reply.await)
+}
+
 /// Whether a page would be admitted, since browsers do not report to a page why its WebSocket was refused.
 async fn seat(State(desk): State<Desk>, Query(asked): Query<Asked>) -> Response {
     let (reply, answer) = oneshot::channel();
@@ -366,6 +377,11 @@ async fn walls(State(desk): State<Desk>) -> Response {
 
 async fn drawing(State(desk): State<Desk>) -> Response {
     picture(image(&desk.caller.board.photo))
+}
+
+async fn place(State(desk): State<Desk>) -> Response {
+    let found = desk.caller.board.place.get().cloned();
+    found.map_or_else(missing, |svg| ([(header::CONTENT_TYPE, "image/svg+xml")], svg).into_response())
 }
 
 fn picture(found: Option<Image>) -> Response {
@@ -456,9 +472,9 @@ mod tests {
     /// On a loopback address there once was no token, and another user of the machine took the wheel.
     #[test]
     fn whatever_does_or_shows_anything_wants_the_token_also_on_loopback() {
-        let posts = ["sketch", "path", "order", "here", "wheel", "limit", "mission"];
+        let posts = ["sketch", "path", "order", "here", "wheel", "limit", "mission", "study"];
         let posts = posts.map(|name| ("POST", format!("/api/{name}")));
-        let gets = ["/api/seat", "/api/walls.png", "/api/drawing", "/metrics", "/ws"];
+        let gets = ["/api/seat", "/api/walls.png", "/api/drawing", "/api/place.svg", "/metrics", "/ws"];
         let gets = gets.map(|path| ("GET", path.to_owned()));
         for (method, path) in posts.iter().chain(&gets) {
             let wrong = (TOKEN, b"abcdefgh12345679".as_slice());

@@ -43,15 +43,15 @@ impl Browser {
 
     /// Draws with a person's pen, sends, drives, stops and arrives on the page at `link`; the output is what was measured.
     pub fn draws_and_drives(&self, place: &Place, link: &str, feed_seconds: u32) -> Ended {
-        let route = place.files().join("route.json");
-        let sketch = SketchMission::of(&mission()).unwrap();
-        fs::write(&route, serde_json::to_vec(&sketch.tasks[0].aim.route()).unwrap()).unwrap();
-        let mut script = needs::program("node").expect("node, which was there before");
-        script.arg(repository().join("tests/pad/browser.mjs")).arg(link);
-        script.arg(repository().join(format!("{MISSION}.json"))).arg(route).arg(place.files());
+        let mut script = drawing_script("browser.mjs", place, link);
         script.env("SKETCHNAV_FEED_SECONDS", feed_seconds.to_string());
         script.env("SKETCHNAV_PAD_PID", place.pid("pad", "pad").to_string());
         self.runs(script)
+    }
+
+    /// Takes part in a study on the page at `link`.
+    pub fn takes_part(&self, place: &Place, link: &str) -> Ended {
+        self.runs(drawing_script("study.mjs", place, link))
     }
 
     /// Waits for the robot to ask on the page at `link`, and answers by a tap and by a button.
@@ -66,6 +66,17 @@ impl Browser {
         script.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         Running::spawn(script).end_within(LIMIT)
     }
+}
+
+/// A script that draws the mission's map and route on the page at `link`.
+fn drawing_script(name: &str, place: &Place, link: &str) -> Command {
+    let route = place.files().join("route.json");
+    let sketch = SketchMission::of(&mission()).unwrap();
+    fs::write(&route, serde_json::to_vec(&sketch.tasks[0].aim.route()).unwrap()).unwrap();
+    let mut script = needs::program("node").expect("node, which was there before");
+    script.arg(repository().join("tests/pad").join(name)).arg(link);
+    script.arg(repository().join(format!("{MISSION}.json"))).arg(route).arg(place.files());
+    script
 }
 
 /// The mission of the pen.

@@ -113,6 +113,13 @@ pub struct PadOptions {
     /// Simulated seconds per second (1 is real time).
     #[arg(long, default_value = "1", value_parser = parse_pace)]
     pub speed: Pace,
+    /// Run a user study on the page (Boniardi et al. 2016) and keep everything in this folder: each participant draws the
+    /// place and a path, the robot drives once, and the participant rates statements. A study that was stopped goes on.
+    #[arg(long, value_name = "DIR", conflicts_with = "out")]
+    pub study: Option<PathBuf>,
+    /// Only write the table and the pages of the study again, from what is in its folder.
+    #[arg(long, requires = "study", conflicts_with = "mission")]
+    pub report: bool,
     #[command(flatten)]
     pub system: SystemOptions,
     #[command(flatten)]

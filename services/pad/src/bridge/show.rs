@@ -13,6 +13,7 @@ use super::Bridge;
 use crate::board::{Call, Image, Picture, Welcome, put_image};
 use crate::feed::{self, Feed, PoseView, QuestionView, SIDE_PX, TaskView, View};
 use crate::protocol::{Hello, HereBody, Limits, Refusal, SketchType};
+use crate::study::Sitting;
 use crate::walls;
 
 /// Least time between two feeds.
@@ -121,6 +122,7 @@ impl Bridge<'_> {
             path: memory.path.as_ref().map(|path| path.body.clone()),
             walls: self.walls,
             trail: self.trail.points(),
+            study: self.study.as_ref().map(Sitting::view),
         };
         Welcome { hello, driver: self.sessions.driver().map(str::to_owned) }
     }
@@ -141,8 +143,8 @@ impl Bridge<'_> {
             body: body.unwrap_or_default().to_owned(),
             driver: self.sessions.driver().map(str::to_owned),
             wheel: unattended || self.sessions.driver().is_none(),
-            driver_may: self.machine.allowed(true, now),
-            watcher_may: self.machine.allowed(false, now),
+            driver_may: self.allowed(true, now),
+            watcher_may: self.allowed(false, now),
         };
         self.caller.board.picture.send_replace(Arc::new(picture));
     }

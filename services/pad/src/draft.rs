@@ -1,0 +1,21 @@
+//! Files that are written beside their place first, so that they are whole under their name, or not there.
+
+use std::fs::Permissions;
+use std::io::{self, Write};
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+
+use tempfile::{Builder, NamedTempFile};
+
+/// The mode of any other new file, before the user's mask.
+const MODE: u32 = 0o666;
+
+/// A nameless file in `folder` with these bytes.
+///
+/// # Errors
+/// Those of the system.
+pub fn of(folder: &Path, bytes: &[u8]) -> io::Result<NamedTempFile> {
+    let mut draft = Builder::new().permissions(Permissions::from_mode(MODE)).tempfile_in(folder)?;
+    draft.write_all(bytes)?;
+    Ok(draft)
+}

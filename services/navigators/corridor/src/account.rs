@@ -1,11 +1,11 @@
-//! What is said of a run along corridors: the pair of markers, and how many the robot remembered.
+//! Summarizes a run along corridors: the pair of markers, and how many markers the robot remembered.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Heard};
 
 use crate::messages::{PairedMarker, RELATIONS, Relations, Trend};
 
-/// The relations of a run.
+/// The relations published during a run.
 #[derive(Default)]
 pub struct Account(Vec<Relations>);
 
@@ -35,7 +35,7 @@ impl account::Account for Account {
     }
 }
 
-/// The value while a pair is in view.
+/// Returns `value` while a pair is in view, and NaN otherwise, which leaves a gap in the curve.
 fn while_seen(said: &Relations, value: f64) -> f64 {
     if said.pair_age_s == 0.0 { value } else { f64::NAN }
 }

@@ -1,9 +1,10 @@
-//! The way on through free space: this project's own method.
+//! Finds the way on through free space, by this project's own method.
 //!
-//! One rolling grid holds what is known of the walls. The laser fills it; without one, remembered markers do, each of
-//! which stands for a piece of the wall that it hangs on. On the grid the robot looks for the reachable place that lies
-//! farthest along its direction. Where that is near, the corridor turns or ends: then the robot looks to the sides, and at
-//! last behind. Costs of the way grow near walls, so the way keeps to the middle and around people.
+//! A rolling grid holds everything that is known about the walls. It is filled from laser scans or, for a robot without a
+//! laser, from remembered markers, each of which stands for a piece of the wall it hangs on. On this grid the robot looks for
+//! the reachable point that lies farthest along its direction. If that point is near, the corridor turns or ends, so the robot
+//! looks to both sides and, as a last resort, behind. Path costs rise near walls, which keeps the path in the middle of the
+//! corridor and leads it around people.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -20,100 +21,103 @@ use crate::messages::KnownMarker;
 use crate::mission::Turn;
 use crate::way::Way;
 
-/// Free space beside the robot's flank that it needs, metres: it faces where it drives.
+/// Free space that the robot needs beside each flank, in metres. Its length does not matter, since it faces where it drives.
 const BESIDE_M: f64 = 0.06;
-/// From so far on walls do not matter any more, metres beside the flank.
+/// Distance from the flank beyond which walls no longer add to the cost of a path, in metres.
 const WIDE_M: f64 = 1.1;
-/// How much a metre of way counts against a metre ahead.
+/// Weight of a metre of path, relative to a metre gained ahead.
 const WAY_SHARE: f64 = 0.35;
-/// How much a metre beside the direction counts against a metre ahead.
+/// Weight of a metre of sideways offset, relative to a metre gained ahead.
 const CROSS_SHARE: f64 = 0.3;
-/// A corridor is closed whose farthest place ahead is nearer than this, metres.
+/// A corridor counts as closed if the farthest reachable point ahead is nearer than this, in metres.
 const CLOSED_M: f64 = 1.3;
-/// Before what closes the corridor the robot stops at this distance, metres: there it has room to turn.
+/// In a closed corridor, the robot stops once the farthest reachable point ahead is nearer than this, in metres. It still has
+/// room to turn there.
 const STOP_M: f64 = 0.6;
-/// A side is open where it reaches so much farther than the corridor's half width, metres.
+/// A side counts as open if it reaches this much farther than half the width of the corridor, in metres.
 const OPENING_M: f64 = 1.2;
-/// Beside an open side the corridor goes on where the robot can come so far ahead, metres.
+/// Beside an open side, the corridor counts as continuing ahead if the robot can get this far, in metres.
 const ON_M: f64 = 2.6;
-/// Half the width of the free way before it is known, metres.
+/// Half the width of a corridor that has not been measured yet, in metres.
 const HALF_WIDTH_M: f64 = 0.8;
-/// Sides are walls that are nearer than this, metres.
+/// The width of the corridor is measured only while both sides reach less far than this, in metres.
 const WALL_M: f64 = 1.9;
-/// The direction follows places that are farther than this, metres, ...
+/// The direction of the corridor is corrected only towards points that are farther away than this, in metres.
 const FAR_M: f64 = 2.0;
-/// ... by this share of its error a step, ...
+/// Share of the direction's error that is corrected in a step.
 const ALIGN: f64 = 0.06;
-/// ... of an error of this at most, radians.
+/// Maximum error of the direction that is taken into account in a step, in radians.
 const ALIGN_MOST_RAD: f64 = 0.35;
-/// At a closed junction the robot waits so long for the side that it is to take, seconds.
+/// How long the robot waits at a closed junction for the requested side to open, in seconds. After that it takes whichever open
+/// side reaches farther.
 const PATIENCE_S: f64 = 3.0;
-/// Walls that close a corridor do so in all of its width: no lane is free for so much farther, metres.
+/// Walls close a corridor across its whole width. A lane that is free for this much beyond [`CLOSED_M`], in metres, means that
+/// something else is in the way.
 const LANE_M: f64 = 1.0;
-/// A corridor that is closed from wall to wall is an end after this time, seconds.
+/// How long a corridor must have been closed from wall to wall before it counts as ended, in seconds.
 const END_S: f64 = 6.0;
-/// Without progress for this long the way is blocked, seconds.
+/// Time without progress after which the robot counts as blocked, in seconds.
 const BLOCKED_S: f64 = 60.0;
-/// Progress is more than this, metres.
+/// Distance along the corridor that counts as progress, in metres.
 const PROGRESS_M: f64 = 0.3;
-/// How long walls are remembered out of sight, seconds.
+/// How long walls are remembered while they are out of sight, in seconds.
 const MEMORY_S: f64 = 20.0;
-/// Half the length of the piece of wall that a marker stands for, metres.
+/// Half the length of the piece of wall that a marker stands for, in metres.
 const WALL_PIECE_M: f64 = 0.8;
-/// Beams of the scan that markers make.
+/// Number of beams of the scan that is made up from markers.
 const BEAMS: usize = 360;
-/// How far that scan reaches, metres.
+/// Range of the scan that is made up from markers, in metres.
 const MARKER_REACH_M: f32 = 3.2;
 
-/// What came of a step.
+/// Outcome of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Next {
-    /// It goes on.
+    /// The robot drives on.
     Driving(Reason),
     /// The corridor ends here.
     End,
-    /// No way leads on.
+    /// The robot has made no progress for too long.
     Blocked,
 }
 
-/// What the robot is about.
+/// What the robot is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reason {
-    /// Along the corridor.
+    /// Driving along the corridor.
     Along,
-    /// Something closes the corridor; it may go away.
+    /// Waiting, because something closes the corridor. It may go away.
     Waiting,
-    /// Around a corner, or into another corridor.
+    /// Turning around a corner, or into another corridor.
     Turning(Turn),
-    /// Back, out of a dead end.
+    /// Driving back, out of a dead end.
     Back,
 }
 
-/// Where the course leads.
+/// Progress along the corridor, and the direction in which it leads.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Guide {
-    /// Direction along the corridor, radians in the odometry frame.
+    /// Direction of the corridor, in radians in the odometry frame.
     way_rad: f64,
-    /// Where the robot was a step before.
+    /// Position of the robot one step ago.
     last: Point<Odom>,
-    /// How far it has come.
+    /// Distance covered, dead ends deducted.
     way: Way,
-    /// Way since the robot last got on, metres, and how long that is ago, seconds.
+    /// Distance covered and time passed since the last progress, in metres and in seconds.
     fresh_m: f64,
     stale_s: f64,
-    /// For how long the corridor has been closed ahead, seconds.
+    /// How long the corridor has been closed ahead, in seconds.
     closed_s: f64,
-    /// Turns taken or passed.
+    /// Number of turns taken or passed.
     turns: usize,
-    /// Whether a side was open a step before.
+    /// Whether the robot is still at a junction that counts already. Cleared once both sides are closed again.
     is_junction: bool,
-    /// Half the width of the free way, metres.
+    /// Half the width of the corridor, in metres.
     half_width_m: f64,
-    /// The change of direction that is under way; straight: back.
+    /// Change of direction in progress. [`Turn::Straight`] stands for turning back.
     changed: Option<Turn>,
 }
 
-/// What counts from one step to the next, as it is read back from a checkpoint.
+/// State that carries over from one step to the next, as read back from a checkpoint.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     guide: Guide,
@@ -121,7 +125,7 @@ pub struct State {
     pursuit: Pursuit,
 }
 
-/// The same where it lies: field by field a [`State`].
+/// Borrowed counterpart of [`State`], with the same fields, from which a checkpoint is written.
 #[derive(Debug, Serialize)]
 pub struct StateView<'a> {
     guide: &'a Guide,
@@ -129,7 +133,7 @@ pub struct StateView<'a> {
     pursuit: &'a Pursuit,
 }
 
-/// A way along a corridor.
+/// Drives a robot along a corridor.
 #[derive(Debug)]
 pub struct Course {
     room: Room,
@@ -140,7 +144,7 @@ pub struct Course {
     pursuit: Pursuit,
     local: LocalPlanner,
     path: Vec<Point<Odom>>,
-    /// The scan that markers make.
+    /// The scan that is made up from markers.
     markers: Box<LaserScan>,
 }
 
@@ -175,7 +179,7 @@ impl Guide {
 }
 
 impl Course {
-    /// A course at rest that knows nothing yet; it drives at most `speed_mps`.
+    /// Creates a course at rest that knows nothing of its surroundings yet, with `speed_mps` as its top speed.
     pub fn new(robot: &Robot, speed_mps: f64) -> Self {
         let [_, half_width_m] = robot.half_extents_m();
         let hard_m = half_width_m + BESIDE_M;
@@ -202,12 +206,12 @@ impl Course {
         }
     }
 
-    /// Takes in a scan made at `sensor` by a robot at `robot`.
+    /// Adds a scan made at `sensor` while the robot was at `robot`.
     pub fn observe(&mut self, robot: &Pose<Odom>, sensor: &Pose<Odom>, scan: &LaserScan) {
         self.obstacles.observe(robot, self.footprint_m, sensor, scan);
     }
 
-    /// Takes in the markers that a robot at `robot` remembers: each is a piece of wall.
+    /// Adds the markers that a robot at `robot` remembers, each as a piece of wall.
     pub fn observe_markers(&mut self, robot: &Pose<Odom>, markers: &[KnownMarker]) {
         for (i, range_m) in self.markers.ranges_m[..BEAMS].iter_mut().enumerate() {
             let (sin, cos) = (f64::from(self.markers.angle_min_rad)
@@ -215,48 +219,49 @@ impl Course {
                 .sin_cos();
             let nearest =
                 markers.iter().filter_map(|marker| range(marker, [cos, sin])).fold(f64::INFINITY, f64::min);
-            // Where no marker tells of a wall, nothing is known.
+            // A direction without a marker is unknown, not free.
             *range_m = if nearest < f64::from(MARKER_REACH_M) { nearest as f32 } else { f32::NAN };
         }
         self.obstacles.observe(robot, self.footprint_m, robot, &self.markers);
     }
 
-    /// Begins a task: the way on is where the robot looks.
+    /// Begins a task. The corridor is taken to lead where the robot is facing.
     pub fn begin(&mut self, robot: &Pose<Odom>) {
         self.guide = Guide { half_width_m: self.guide.half_width_m, ..Guide::new(robot) };
     }
 
-    /// The way along the corridor since the task began.
+    /// Distance covered along the corridor since the task began.
     pub fn way(&self) -> &Way {
         &self.guide.way
     }
 
-    /// Direction along the corridor, radians in the odometry frame.
+    /// Direction of the corridor, in radians in the odometry frame.
     pub fn way_rad(&self) -> f64 {
         self.guide.way_rad
     }
 
-    /// Brakes.
+    /// Brakes for `dt_s` seconds.
     pub fn stop(&mut self, dt_s: f64) {
         self.pursuit.stop(dt_s);
     }
 
-    /// The last command.
+    /// Returns the last command.
     pub fn command(&self) -> Twist {
         self.pursuit.last()
     }
 
-    /// What counts from one step to the next.
+    /// Returns the state that carries over from one step to the next.
     pub fn state(&self) -> StateView<'_> {
         StateView { guide: &self.guide, obstacles: &self.obstacles, pursuit: &self.pursuit }
     }
 
-    /// Goes on from another's state.
+    /// Resumes from a stored state.
     pub fn restore(&mut self, state: State) {
         (self.guide, self.obstacles, self.pursuit) = (state.guide, state.obstacles, state.pursuit);
     }
 
-    /// Drives on for `dt_s`: at junctions by `turns`; at an end it stops, or turns back where it is not to.
+    /// Drives on for `dt_s` seconds. Junctions are taken as `turns` says. At the end of the corridor the robot stops if
+    /// `stops_at_end` is true; otherwise it turns back.
     pub fn drive(&mut self, robot: &Pose<Odom>, turns: &[Turn], stops_at_end: bool, dt_s: f64) -> Next {
         self.advance(robot.position(), dt_s);
         if self.guide.stale_s > BLOCKED_S {
@@ -285,7 +290,7 @@ impl Course {
         Next::Driving(reason)
     }
 
-    /// Counts the way.
+    /// Accounts for the distance covered and the time passed since the last step.
     fn advance(&mut self, here: Point<Odom>, dt_s: f64) {
         let guide = &mut self.guide;
         let step = here.coords() - guide.last.coords();
@@ -304,19 +309,19 @@ impl Course {
         }
     }
 
-    /// Which way to go on, by how far the robot can come ahead, to the left and to the right.
+    /// Decides how to go on, given how far the robot can get ahead, to the left and to the right.
     fn choose(&mut self, ahead_m: f64, sides_m: [f64; 2], turns: &[Turn], dt_s: f64) -> Reason {
         let guide = &mut self.guide;
         let is_open = sides_m.map(|reach_m| reach_m > guide.half_width_m + OPENING_M);
         let wanted = turns.get(guide.turns).copied();
-        // A bend has one way on, a junction has two.
+        // A bend offers one way on, a junction offers two.
         let is_choice = is_open == [true; 2] || ahead_m > ON_M;
         let side = match wanted.filter(|_| is_choice) {
             Some(Turn::Left) if is_open[0] => Some(Turn::Left),
             Some(Turn::Right) if is_open[1] => Some(Turn::Right),
             _ => None,
         };
-        // The opening of the last turn is not the next junction.
+        // The opening of the turn just taken is not the next junction.
         if let Some(side) = side.filter(|_| !guide.is_junction) {
             guide.turns += 1;
             guide.turn(side);
@@ -343,7 +348,7 @@ impl Course {
         let is_wanted = wanted.is_none_or(|wanted| wanted == farther.0) || guide.closed_s > PATIENCE_S;
         match farther {
             (side, true) if is_wanted => {
-                // A bend is no junction: there is one way on.
+                // A bend is not a junction, since it offers only one way on.
                 guide.turns += usize::from(wanted == Some(side) && is_open == [true; 2]);
                 guide.turn(side);
                 Reason::Turning(side)
@@ -355,8 +360,8 @@ impl Course {
         }
     }
 
-    /// Whether all lanes of the corridor end at about the same distance. Beside somebody who stands in the way one can see
-    /// along it, though the robot has no room there.
+    /// Returns true if no lane of the corridor is free for `CLOSED_M + LANE_M`. Next to a person who stands in the corridor, a
+    /// lane is visibly free, even if the robot has no room in it.
     fn is_closed_by_walls(&self, here: Point<Odom>) -> bool {
         let (sin, cos) = self.guide.way_rad.sin_cos();
         let reach_m = CLOSED_M + LANE_M;
@@ -374,13 +379,13 @@ impl Course {
         !(-4..=4).any(is_open)
     }
 
-    /// How far the robot can come in a direction, from that of the corridor; metres.
+    /// Returns how far the robot can get, in metres, in a direction relative to that of the corridor.
     fn reach_m(&self, here: Point<Odom>, from_way_rad: f64) -> f64 {
         self.farthest(here, self.guide.way_rad + from_way_rad).map_or(0.0, |(_, along_m)| along_m)
     }
 
-    /// The place that lies farthest in a direction, by what the way there costs; and how far. A place that nobody has
-    /// seen is none: behind every wall there would be a way.
+    /// Returns the point that lies farthest in a direction, path costs deducted, and how far away it is in metres along this
+    /// direction. Only points that have been observed count. Otherwise, there would be a way behind every wall.
     fn farthest(&self, here: Point<Odom>, direction_rad: f64) -> Option<(Point<Odom>, f64)> {
         let (sin, cos) = direction_rad.sin_cos();
         let split = |place: Point<Odom>| {
@@ -395,13 +400,13 @@ impl Course {
         Some((place, split(place)[0]))
     }
 
-    /// Follows the way to the farthest place ahead.
+    /// Follows the path to the farthest point ahead.
     fn follow(&mut self, robot: &Pose<Odom>, dt_s: f64) {
         let Some((place, along_m)) = self.farthest(robot.position(), self.guide.way_rad) else {
             self.stop(dt_s);
             return;
         };
-        // Around a bend the way is no direction of a corridor.
+        // While the robot rounds a bend, the path does not show the direction of a corridor.
         let is_rounding = matches!(self.guide.changed, Some(Turn::Left | Turn::Right));
         if along_m > FAR_M && !is_rounding {
             let bearing_rad = (place.y - robot.y).atan2(place.x - robot.x);
@@ -424,11 +429,12 @@ impl Guide {
     }
 }
 
-/// How far a ray from the robot goes until it meets the piece of wall that a marker stands for, metres.
+/// Returns how far a ray from the robot gets before it meets the piece of wall that a marker stands for, in metres, or `None`
+/// if it misses.
 fn range(marker: &KnownMarker, [dx, dy]: [f64; 2]) -> Option<f64> {
     let [x, y, facing_rad] = [marker.x_m, marker.y_m, marker.facing_rad].map(f64::from);
     let (normal_y, normal_x) = facing_rad.sin_cos();
-    // The robot must be on the side to which the marker looks.
+    // The robot must be on the side that the marker faces.
     let towards = dx * normal_x + dy * normal_y;
     let distance_m = (x * normal_x + y * normal_y) / towards;
     let beside_m = (dx * distance_m - x) * -normal_y + (dy * distance_m - y) * normal_x;

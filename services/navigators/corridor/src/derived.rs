@@ -1,4 +1,4 @@
-//! What viewers get of a corridor.
+//! ROS 2 topics derived from this navigator's messages, for viewers.
 
 use sketchnav_schemas::ros2::Ros2Error;
 use sketchnav_schemas::ros2::derived::{Derived, derived};
@@ -7,12 +7,12 @@ use sketchnav_schemas::ros2::shapes::{REMEMBERED_COLOR, SEEN_COLOR, Shapes, turn
 
 use crate::messages::{RELATIONS, Relations};
 
-/// The topics.
+/// The derived topics.
 pub const DERIVED: &[Derived] = derived! {
     "/relations/markers": "visualization_msgs/msg/MarkerArray" = known_markers(RELATIONS);
 };
 
-/// The markers of a corridor that a robot remembers, each with its number and where it looks.
+/// Returns the markers that a robot remembers, each with its number and the direction it faces.
 fn known_markers(relations: &Relations, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     const LENGTH_M: f64 = 0.3;
     let mut shapes = Shapes::new(&relations.header, "base_link")?;

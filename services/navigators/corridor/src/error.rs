@@ -1,125 +1,125 @@
-//! What can be wrong with a mission of this kind.
+//! Errors in missions of this kind.
 
 use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
 
-/// Why a rule file is rejected.
+/// Reasons for rejecting a rule file.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RulesError {
-    /// No TOML, a key that is not known, a value of the wrong type.
+    /// Invalid TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// A row of a rule set, from 1.
+    /// A rule contains an invalid value.
     #[error("set {set}, rule {rule}: {key}: expected {expected}, found {found:?}")]
     Row {
-        /// Which set, from 1.
+        /// Number of the rule set, from 1.
         set: usize,
-        /// Which rule of it, from 1.
+        /// Number of the rule in its set, from 1.
         rule: usize,
-        /// The key.
+        /// The key with the invalid value.
         key: &'static str,
-        /// What would be right.
+        /// Description of a valid value.
         expected: String,
-        /// What stands there.
+        /// The value found.
         found: String,
     },
-    /// A combination that no rule answers.
+    /// No rule of a set answers a combination of relations.
     #[error("set {set} ({calculus}): expected a rule for {missing}, found none")]
     Hole {
-        /// Which set, from 1.
+        /// Number of the rule set, from 1.
         set: usize,
-        /// Its calculus.
+        /// Calculus of the set.
         calculus: &'static str,
-        /// The combination.
+        /// The combination without a rule.
         missing: String,
     },
-    /// A move that no robot makes.
+    /// A move is faster than any robot drives.
     #[error("moves.{name}: expected at most {most_mps} m/s in each direction, found {found_mps}")]
     Speed {
-        /// The move.
+        /// Name of the move.
         name: String,
-        /// Limit.
+        /// Maximum speed in each direction, in metres per second.
         most_mps: f64,
-        /// The speed.
+        /// Speed of the move, in metres per second.
         found_mps: f64,
     },
-    /// No set.
+    /// The file contains no rule set.
     #[error("expected one [[set]] or more, found none")]
     Empty,
 }
 
-/// Why a mission of this kind cannot be driven.
+/// Reasons why a mission of this kind cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum CorridorError {
-    /// The mission's keys.
+    /// A key of the mission is invalid.
     #[error(transparent)]
     Mission(#[from] MissionError),
-    /// A sensor that the robot lacks.
+    /// The robot lacks a sensor.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// The rule file.
+    /// The rule file is invalid.
     #[error("{file}: {cause}")]
     Rules {
-        /// The file.
+        /// Name of the rule file.
         file: String,
-        /// What is wrong with it.
+        /// The fault in the file.
         cause: RulesError,
     },
-    /// Reading the rule file failed.
+    /// The rule file could not be read.
     #[error("navigator.rules_file: {file}: {reason}")]
     File {
-        /// The file.
+        /// Name of the rule file.
         file: String,
-        /// Why.
+        /// Why reading failed.
         reason: String,
     },
-    /// A camera or a heartbeat so slow that no motion of a marker is seen.
+    /// The camera or the tick is too slow for the motion of a marker to be seen.
     #[error("{key}: expected {least_hz} Hz or more for a method with rules, found {found_hz}")]
     Slow {
-        /// The key of the robot's file.
+        /// Key in the robot's file.
         key: &'static str,
-        /// Limit.
+        /// Minimum rate, in hertz.
         least_hz: f64,
-        /// The rate.
+        /// Rate found, in hertz.
         found_hz: f64,
     },
-    /// A robot that cannot move sideways, as rules want it to.
+    /// The robot cannot move sideways, as rules require.
     #[error(
         "robot {robot:?}: expected drive = \"omnidirectional\" for a method with rules, found \"differential\""
     )]
     Drive {
-        /// The robot's name.
+        /// Name of the robot.
         robot: String,
     },
-    /// A floor without markers, for a method that goes by them.
+    /// The floor has fewer than two markers, and the method depends on them.
     #[error(
         "world: expected a floor with two [[marker]] tables or more for method = {method:?}, found {found}; \
          method = \"corridor\" needs none"
     )]
     Unmarked {
-        /// The method.
+        /// Name of the method.
         method: &'static str,
-        /// How many there are.
+        /// Number of markers on the floor.
         found: usize,
     },
-    /// A goal that is not there.
+    /// The goal of a task is a marker that the floor does not have.
     #[error(
         "task {task} ({name}).marker: expected the number of a marker of the floor, found {found}; it has {known}"
     )]
     Marker {
-        /// Which task, from 1.
+        /// Number of the task, from 1.
         task: usize,
-        /// Its name.
+        /// Name of the task.
         name: String,
-        /// The number.
+        /// Number of the missing marker.
         found: u32,
-        /// Those that there are.
+        /// Numbers of the floor's markers, as a list in words.
         known: String,
     },
-    /// A robot with neither of the sensors that this method can drive by.
+    /// The robot has neither of the sensors that this method can use.
     #[error("robot {robot:?}: expected one of the sensors [laser] and [camera] in its file, found neither")]
     Blind {
-        /// The robot's name.
+        /// Name of the robot.
         robot: String,
     },
 }

@@ -1,15 +1,15 @@
-//! Navigation along corridors: the stages of the navigator `corridor`, and what they stand on.
+//! Navigation along corridors: the stages of the navigator `corridor`, and the parts they are built from.
 //!
 //! - [`mission`]: the keys of a mission of this kind;
 //! - [`sketcher`], [`localizer`], [`planner`]: the stages;
-//! - [`messages`]: what they say, and on which channels;
-//! - [`lookout`]: what a page shows of them; [`account`]: what is said of a run;
+//! - [`messages`]: their messages and channels;
+//! - [`lookout`]: how a page shows them; [`account`]: the summary of a run;
 //! - [`rules`]: rule files; the methods `qtc-b` and `argd` of Patil 2019 and `combined` drive by them;
-//! - [`perception`]: markers in memory, pairs, relations, the trends of one sighting or of many;
-//! - [`course`], [`way`]: this project's own method: the way on through free space, seen by laser or known by markers, and its
-//!   length.
+//! - [`perception`]: markers in memory, pairs, relations, and trends from two sightings or from many;
+//! - [`course`], [`way`]: this project's own method: the way on through free space, observed by laser or inferred from markers,
+//!   and the distance covered.
 //!
-//! Nothing here knows a clock, a file, a channel or a map. Time, messages and configuration arrive as arguments.
+//! Nothing here knows about clocks, files, channels or maps. Time, messages and configuration arrive as arguments.
 
 pub mod account;
 pub mod course;

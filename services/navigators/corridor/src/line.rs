@@ -1,12 +1,12 @@
-//! The trend of many sightings: the slope of a straight line fitted to a marker's distances by least squares. A distance's weight
-//! decays exponentially with its age, to 1/e after one window. The line has a trend even if two sightings have none because they
-//! err by more than the marker moves.
+//! Trends from many sightings: the slope of a straight line fitted to a marker's distances by least squares. The weight of a
+//! distance decays exponentially with its age, to 1/e after one window. Unlike two sightings, which may err by more than the
+//! marker moves, the line yields a usable trend.
 
 use serde::{Deserialize, Serialize};
 
 use crate::messages::Trend;
 
-/// The sums from which the line is computed; times count from the newest distance.
+/// Sums from which the line is computed. Times are relative to the newest distance.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Line {
     weight: f64,
@@ -14,12 +14,12 @@ pub struct Line {
     distances: f64,
     squares: f64,
     products: f64,
-    /// Time since the first distance, seconds.
+    /// Time since the first distance, in seconds.
     span_s: f64,
 }
 
 impl Line {
-    /// Takes in a distance, `age_s` after the last one. After a gap longer than the window the line starts afresh.
+    /// Adds a distance, measured `age_s` after the last one. After a gap longer than the window, the line starts over.
     pub fn add(&mut self, age_s: f64, distance_m: f64, window_s: f64) {
         let Self { weight, times, distances, squares, products, span_s } =
             if age_s > window_s { Self::default() } else { *self };
@@ -34,13 +34,14 @@ impl Line {
         };
     }
 
-    /// The rate at which the distance grows, m/s.
+    /// Returns the rate at which the distance grows, in m/s.
     fn slope_mps(&self) -> f64 {
         let Self { weight, times, distances, squares, products, .. } = self;
         (weight * products - times * distances) / (weight * squares - times * times)
     }
 
-    /// The trend, where a slope of up to `quantum_mps` counts as none; `None` until the line spans a whole window.
+    /// Returns the trend, or `None` until the line spans a whole window. A slope of up to `quantum_mps` counts as
+    /// [`Trend::Stable`].
     pub fn trend(&self, window_s: f64, quantum_mps: f64) -> Option<Trend> {
         let slope_mps = self.slope_mps();
         (self.span_s >= window_s).then_some(if slope_mps.abs() <= quantum_mps {
@@ -57,7 +58,7 @@ impl Line {
 mod tests {
     use super::*;
 
-    /// A line through exact distances has their slope, whatever their weights.
+    /// A line through exact distances has their slope, whatever the weights.
     #[test]
     fn the_line_through_a_marker_that_comes_nearer_by_ten_centimetres_a_second_has_that_slope() {
         let mut line = Line::default();

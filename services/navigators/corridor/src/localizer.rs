@@ -1,4 +1,4 @@
-//! The localizer for corridors as a stage: says what the markers tell, once a tick.
+//! The localizer for corridors as a stage: publishes what the markers show, once per tick.
 
 use serde::Serialize;
 use sketchnav_qualitative::argd::Scale;
@@ -13,17 +13,17 @@ use crate::messages::RELATIONS;
 use crate::mission::{CorridorMission, Method};
 use crate::perception::{LEAST_HZ, Parameters, Perception, Terms};
 
-/// The localizer of a run.
+/// Localizer of a run.
 pub struct Localizer {
     terms: Terms,
     perception: Perception,
 }
 
 impl Localizer {
-    /// With the parameters of the run's mission.
+    /// Creates a localizer with the parameters of the run's mission.
     ///
     /// # Errors
-    /// [`CorridorError`] with the key.
+    /// [`CorridorError`] with the key, if a parameter is invalid.
     pub fn new(run: &RunConfig) -> Result<Self, CorridorError> {
         let parameters = parameters(&run.mission)?;
         let scale = scale(&parameters)?;
@@ -32,14 +32,14 @@ impl Localizer {
     }
 }
 
-/// The parameters that a mission gives the localizer.
+/// Returns the parameters that a mission sets for the localizer.
 ///
 /// # Errors
-/// [`MissionError`] with the key.
+/// [`MissionError`] with the key, if a parameter is invalid.
 pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
     let parameters = mission.parameters.over(Process::Localizer, &Parameters::default())?;
     let Parameters { memory_s, pair_rate_hz, hold_s, window_s, quantum_mps, .. } = parameters;
-    // The time between two pictures must not exceed that within which two sightings make a trend.
+    // Two pictures farther apart than the limit for two sightings would never yield a trend.
     let is_rate = pair_rate_hz == 0.0 || (LEAST_HZ..=1000.0).contains(&pair_rate_hz);
     for (key, expected, found, holds) in [
         ("memory_s", "0 to 1e6 s", memory_s, (0.0..=1e6).contains(&memory_s)),

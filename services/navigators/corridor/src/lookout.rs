@@ -1,4 +1,4 @@
-//! What a page shows: the markers that the robot remembers, and the pair that it goes by.
+//! Draws the markers that the robot remembers, and the pair that it goes by, for a page.
 
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape, polar};
@@ -6,19 +6,19 @@ use sketchnav_stage::{Denied, Heard};
 
 use crate::messages::{KnownMarker, PairedMarker, RELATIONS, Relations, Trend};
 
-/// Length of the mark that says where a marker looks, metres.
+/// Length of the line that shows which way a marker faces, in metres.
 const FACING_M: f64 = 0.25;
-/// Where the two markers of the pair are described: so far ahead, as shares of what is shown.
+/// Positions of the two lines of text that describe the pair, as shares of the visible distance ahead.
 const ROWS: [f64; 2] = [0.94, 0.88];
 
-/// The newest that is known of the corridor.
+/// The latest relations, ready to be drawn.
 pub struct Lookout {
     around: Around,
     relations: Option<Box<Relations>>,
 }
 
 impl Lookout {
-    /// Around this robot.
+    /// Creates a lookout for this robot, which is at its centre.
     pub fn new(robot: &Robot) -> Self {
         Self { around: Around::robot(robot), relations: None }
     }
@@ -26,7 +26,7 @@ impl Lookout {
     fn marker(&self, marker: &KnownMarker) -> Vec<Shape> {
         let [x, y, facing] = [marker.x_m, marker.y_m, marker.facing_rad].map(f64::from);
         let at = [x, y];
-        // One beyond the edge would be drawn over what is beside the sheet.
+        // A marker outside the sheet would be drawn over whatever is next to it.
         if !self.around.shows(at) {
             return Vec::new();
         }
@@ -86,7 +86,7 @@ mod tests {
         Robot::parse(include_str!("../../../../sim/robots/youbot.toml")).unwrap()
     }
 
-    /// A marker behind the edge of the canvas would be drawn over what is beside it.
+    /// A marker beyond the edge of the canvas would be drawn over whatever is next to it.
     #[test]
     fn a_pair_is_told_in_words_and_a_far_marker_is_left_out() {
         let mut relations = Relations::zeroed();

@@ -1,4 +1,4 @@
-//! Its messages and channels: the rules to drive by, and what markers tell of a corridor.
+//! Messages and channels of this navigator: the rules to drive by, and the relations of the markers in a corridor.
 
 use sketchnav_schemas::declare::{channels, codes, messages, parts};
 use sketchnav_schemas::geometry::{Odom, Pose};
@@ -7,87 +7,86 @@ use sketchnav_schemas::valid::{Checked, FAR, count, in_order, metres, near, with
 
 use crate::mission::KIND;
 
-/// Most bytes of a rule file.
+/// Maximum size of a rule file, in bytes.
 pub const MAX_RULE_BYTES: usize = 1 << 16;
-/// Most markers that a robot remembers.
+/// Maximum number of markers that a robot remembers.
 pub const MAX_KNOWN_MARKERS: usize = 64;
 
 codes! {
-    /// A component of a QTC relation (Van de Weghe 2004): how a marker moves as the robot sees it.
+    /// A component of a QTC relation (Van de Weghe 2004): how a marker moves, as seen from the robot.
     pub enum Trend {
-        /// Nothing is known yet.
+        /// Not known yet.
         Unknown = 0 "unknown",
-        /// It comes nearer.
+        /// It approaches.
         Towards = 1 "-",
-        /// It goes away.
+        /// It recedes.
         Away = 2 "+",
-        /// It does neither.
+        /// Its distance does not change.
         Stable = 3 "0",
     }
 }
 
 messages! {
-    /// The rules by which a corridor is driven (Patil 2019, 3.1.3); the slice behind it is the rule file, checked. It is
-    /// empty for a method without rules.
+    /// The rules by which a corridor is driven (Patil 2019, 3.1.3). The slice after this struct is the rule file, already
+    /// checked. It is empty for a method without rules.
     pub struct Rules version 1 in "" with data {
-        /// How many rule sets the file has.
+        /// Number of rule sets in the file.
         pub set_count: u32,
         /// Zero.
         pub reserved: u32 as Zero,
     }
 
-    /// What markers tell a robot of its corridor: the relations of a pair of markers with the robot, and every marker
-    /// that it remembers (Patil 2019, 3.2.2 and 3.2.3).
+    /// Relations of the robot with a pair of markers, and every marker that it remembers (Patil 2019, 3.2.2 and 3.2.3).
     pub struct Relations version 1 in "base_link" valid if relations {
-        /// The odometry that belongs to it.
+        /// The robot's odometry at the same tick.
         pub odometry: PoseM,
-        /// How many pairs were seen so far: another number is another pair.
+        /// Number of pairs seen so far. A new number means a new pair.
         pub pairs: u64,
-        /// Since the last pair was seen; since the start before the first.
+        /// Time since the last pair was seen, or since the start if there was none, in seconds.
         pub pair_age_s: f64,
         /// The marker on the left of the last pair.
         pub left: PairedMarker,
         /// The marker on the right of the last pair.
         pub right: PairedMarker,
-        /// How many entries of `markers` count.
+        /// Number of valid entries in `markers`.
         pub marker_count: u32 as Count,
         /// Zero.
         pub reserved: u32 as Zero,
-        /// The markers that the robot remembers, by their numbers.
+        /// The markers that the robot remembers, sorted by number.
         pub markers: [KnownMarker; 64] where marker_count counts,
     }
 }
 
 parts! {
-    /// A marker of a pair, as it was seen last, in the robot's own axes.
+    /// A marker of a pair, as it was last seen, in the robot's own frame.
     pub struct PairedMarker {
-        /// Its number.
+        /// Number of the marker.
         pub id: u32,
-        /// How the marker moves as the robot sees it: a number of [`Trend`]. The robot is at rest in its own axes.
+        /// How the marker moves as seen from the robot: a value of [`Trend`].
         pub marker_trend: u32,
-        /// How the robot moves in its own axes: a number of [`Trend`], stable always.
+        /// How the robot moves in its own frame: a value of [`Trend`]. Stable as soon as the marker's trend is known.
         pub robot_trend: u32,
-        /// Its distance class: 0 for near, 1 for medium, 2 for far.
+        /// Class of the marker's distance: 0 for near, 1 for medium, 2 for far.
         pub distance_class: u32,
-        /// Forward of the robot's centre, metres.
+        /// Forward of the robot's centre, in metres.
         pub x_m: f64,
-        /// Left of the robot's centre, metres.
+        /// Left of the robot's centre, in metres.
         pub y_m: f64,
     }
 }
 
 parts! {
-    /// A marker that a robot remembers, in the robot's own axes now.
+    /// A marker that a robot remembers, in the robot's own frame at the time of the message.
     pub struct KnownMarker {
-        /// Its number.
+        /// Number of the marker.
         pub id: u32,
-        /// Since it was seen, seconds.
+        /// Time since the marker was last seen, in seconds.
         pub age_s: f32,
-        /// Forward of the robot's centre, metres.
+        /// Forward of the robot's centre, in metres.
         pub x_m: f32,
-        /// Left of the robot's centre, metres.
+        /// Left of the robot's centre, in metres.
         pub y_m: f32,
-        /// Where it looks, counter-clockwise from the robot's forward axis.
+        /// Direction that the marker faces, in radians counter-clockwise from the robot's forward axis.
         pub facing_rad: f32,
         /// Zero.
         pub reserved: u32,
@@ -95,7 +94,7 @@ parts! {
 }
 
 impl Relations {
-    /// The odometry that belongs to it.
+    /// The robot's odometry at the same tick.
     pub fn odometry(&self) -> Pose<Odom> {
         self.odometry.pose()
     }
@@ -107,12 +106,12 @@ impl Relations {
 }
 
 impl PairedMarker {
-    /// How the marker moves as the robot sees it.
+    /// How the marker moves, as seen from the robot.
     pub fn marker_trend(&self) -> Trend {
         Trend::from_code(self.marker_trend).unwrap_or(Trend::Unknown)
     }
 
-    /// How the robot moves in its own axes.
+    /// How the robot moves in its own frame.
     pub fn robot_trend(&self) -> Trend {
         Trend::from_code(self.robot_trend).unwrap_or(Trend::Unknown)
     }
@@ -122,11 +121,11 @@ channels! {
     of KIND;
     /// The rules for a corridor.
     RULES: Instruction Rules = "rules", Sketcher => [Planner], behind it up to MAX_RULE_BYTES;
-    /// What markers tell of a corridor.
+    /// Relations of the robot with the markers of a corridor.
     RELATIONS: Situation Relations = "relations", Localizer => [Planner, Pad];
 }
 
-/// A pose, a pair and markers, as many as are counted.
+/// Checks the pose, the pair, and as many markers as the message counts.
 fn relations(relations: &Relations) -> Checked {
     count("marker_count", relations.marker_count, MAX_KNOWN_MARKERS)?;
     metres("odometry", &relations.odometry)?;

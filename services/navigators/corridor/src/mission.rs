@@ -1,4 +1,4 @@
-//! The keys of a mission of this kind.
+//! Keys of a mission of this kind.
 //!
 //! ```toml
 //! [navigator]
@@ -16,81 +16,82 @@
 use serde::Deserialize;
 use sketchnav_schemas::mission::{Mission, MissionError, Task, keys};
 
-/// The word of `[navigator] kind`.
+/// Value of `[navigator] kind`.
 pub const KIND: &str = "corridor";
-/// The words of `[navigator] method`, the default first.
+/// Values of `[navigator] method`, the default first.
 pub const METHODS: [&str; 5] = ["corridor", "qtc-b", "argd", "combined", "qtc-b-steady"];
-/// The longest way of a task, metres.
+/// Longest distance that a task may ask for, in metres.
 const MOST_METRES: f64 = 10_000.0;
 
-/// How a corridor is driven.
+/// Methods of driving along a corridor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// This project's own: the way on through free space, by laser and remembered markers.
+    /// This project's own method: the way on through free space, by laser and remembered markers.
     #[default]
     Corridor,
     /// Patil 2019: rules by the qualitative trajectories of a pair of markers.
     QtcB,
     /// Patil 2019: rules by the distance classes of a pair of markers.
     Argd,
-    /// Both.
+    /// The rules of `argd` and `qtc-b` together, which Patil 2019 (5.4.3) leaves to later work.
     Combined,
-    /// This project's own: the rules of `qtc-b` with trends over many sightings, so that the errors of single ones do not decide.
+    /// This project's own variant of `qtc-b`: the same rules, but with trends over many sightings, so that the error of a
+    /// single sighting does not decide.
     QtcBSteady,
 }
 
 impl Method {
-    /// Its word of [`METHODS`].
+    /// Returns the method's name as in [`METHODS`].
     pub fn word(self) -> &'static str {
         METHODS[self as usize]
     }
 }
 
-/// Which way to turn at a junction.
+/// Directions to take at a junction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Turn {
-    /// To the left.
+    /// Left.
     Left,
-    /// To the right.
+    /// Right.
     Right,
-    /// On.
+    /// Straight on.
     Straight,
 }
 
-/// Where a task ends.
+/// Conditions that end a task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// After so many metres along the corridor.
+    /// The robot has driven this far along the corridor, in metres.
     Metres(f64),
-    /// Beside the marker of this number.
+    /// The robot has passed the marker with this number.
     Marker(u32),
-    /// Where the corridor ends.
+    /// The corridor has come to an end.
     End,
 }
 
-/// A task.
+/// A task of a mission of this kind.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorridorTask {
-    /// Name, for people.
+    /// Name of the task, for people.
     pub name: String,
-    /// Where it ends.
+    /// Condition that ends the task.
     pub goal: Goal,
-    /// Which way to turn at each junction.
+    /// Which way to turn at each junction, in order.
     pub turns: Vec<Turn>,
     /// Whether the robot first turns about on the spot.
     pub about: bool,
 }
 
-/// What belongs to this kind of a mission.
+/// The keys that only missions of this kind have.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorridorMission {
-    /// How it is driven.
+    /// Method of driving.
     pub method: Method,
-    /// A rule file in place of the method's own.
+    /// Rule file to use instead of the method's own rules.
     pub rules_file: Option<String>,
-    /// Its tasks.
+    /// Tasks, in order.
     pub tasks: Vec<CorridorTask>,
 }
 

@@ -1,10 +1,10 @@
-//! What markers tell: which are remembered, which two make a pair, how they move and how far they are.
+//! What the markers show: which are remembered, which two make a pair, how they move and how far away they are.
 //!
-//! A pair is the nearest marker on the left and the nearest on the right, seen within 0.1 s of each other (Patil 2019,
-//! 3.2.2 and 3.2.3). "The marker's ID number is stored until the robot has moved past that particular set of markers" (3.2.2): with
-//! [`Parameters::hold_s`] a pair is kept until neither of its markers is in view. Its relations are QTC_B between marker and robot,
-//! with the robot at rest at the origin, and the class of the distance. Markers are remembered in the odometry frame while they are
-//! out of view.
+//! A pair is the nearest marker on the left and the nearest on the right, seen within 0.1 s of each other (Patil 2019, 3.2.2
+//! and 3.2.3). "The marker's ID number is stored until the robot has moved past that particular set of markers" (3.2.2): with
+//! [`Parameters::hold_s`] a pair is kept until neither of its markers is in view. The relations of a pair are, for each marker,
+//! its QTC_B relation with the robot, which is at rest at the origin, and the class of its distance. Markers out of view are
+//! remembered in the odometry frame.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_qualitative::qtc::{QtcB, Sign};
@@ -15,39 +15,39 @@ use sketchnav_schemas::message::{MarkerView, PoseM, SeenMarker};
 use crate::line::Line;
 use crate::messages::{KnownMarker, MAX_KNOWN_MARKERS, PairedMarker, Relations, Trend};
 
-/// Markers of a pair are seen within this time, nanoseconds (Patil 2019, 3.2.3).
+/// Maximum time between the sightings of the two markers of a pair, in nanoseconds (Patil 2019, 3.2.3).
 const PAIRED_NS: u64 = 100_000_000;
-/// A trend is of two sightings within this time, nanoseconds: two pictures of a tick's rate.
+/// Maximum time between the two sightings that make a trend, in nanoseconds.
 const TREND_NS: u64 = 250_000_000;
-/// So many pictures and ticks a second a trend takes at least.
+/// Minimum rate of pictures and of ticks at which trends can be seen, in hertz.
 pub const LEAST_HZ: f64 = 1e9 / TREND_NS as f64;
-/// How much closer together the stamps of two pictures may be than their period, nanoseconds.
+/// Tolerance by which two pictures may be closer together than their period, in nanoseconds, since stamps are rounded.
 const ROUNDING_NS: u64 = 1_000_000;
-/// The signs of the lateral coordinate on the left and on the right.
+/// Sign of the lateral coordinate on the left and on the right.
 const SIDES: [f64; 2] = [1.0, -1.0];
-/// Share of a new sighting in what is remembered of a marker's place: sightings err.
+/// Weight of a new sighting in a marker's remembered pose. Sightings have errors, so a single one must not replace it.
 const NEWEST: f64 = 0.3;
 
-/// What may be set of it: a mission's table `parameters.localizer`.
+/// Parameters that a mission can set in its table `parameters.localizer`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// Motion up to this distance between two sightings is none, metres (Patil 2019, 3.2.3).
+    /// A distance that changes by no more than this between two sightings counts as unchanged, in metres (Patil 2019, 3.2.3).
     pub quantisation_m: f64,
-    /// Thresholds of the distance classes, metres (Patil 2019, 3.2.3).
+    /// Thresholds of the distance classes, in metres (Patil 2019, 3.2.3).
     pub thresholds_m: [f64; 3],
-    /// Whether a threshold is the upper bound of its class, as in QSRlib; else the lower one, as the thesis says.
+    /// Whether a threshold is the upper bound of its class, as in QSRlib, or the lower bound, as in the thesis.
     pub thresholds_are_upper: bool,
-    /// How long a marker is remembered that is out of view, seconds.
+    /// How long a marker that is out of view is remembered, in seconds.
     pub memory_s: f64,
-    /// How many pictures per second are evaluated, evenly spaced; 0: all.
+    /// Number of pictures evaluated per second, evenly spaced, or 0 to evaluate every picture.
     pub pair_rate_hz: f64,
-    /// A pair counts as passed once neither of its markers has been in view for this long, seconds. 0: pairs are not held; each
-    /// picture forms its own.
+    /// Time, in seconds, for which neither marker of a pair must have been in view before the pair counts as passed. With 0,
+    /// pairs are not held: each picture forms its own.
     pub hold_s: f64,
-    /// For `qtc-b-steady`: the age at which a sighting has weight 1/e in a trend, seconds.
+    /// For `qtc-b-steady`: the age at which a sighting has the weight 1/e in a trend, in seconds.
     pub window_s: f64,
-    /// For `qtc-b-steady`: a distance that changes more slowly than this counts as unchanged, m/s.
+    /// For `qtc-b-steady`: the speed up to which a distance counts as unchanged, in metres per second.
     pub quantum_mps: f64,
 }
 
@@ -66,22 +66,23 @@ impl Default for Parameters {
     }
 }
 
-/// How relations are computed.
+/// Settings for computing relations.
 #[derive(Debug, Clone)]
 pub struct Terms {
-    /// The parameters.
+    /// The mission's parameters.
     pub parameters: Parameters,
-    /// Their scale of distances.
+    /// Scale of distances made from these parameters.
     pub scale: argd::Scale,
     /// Whether trends are computed over many sightings instead of two.
     pub is_steady: bool,
 }
 
 impl Parameters {
-    /// The scale of distances.
+    /// Returns the scale of distances.
     ///
     /// # Errors
-    /// Thresholds that do not rise from above 0; a quantisation that is no number from 0.
+    /// [`sketchnav_qualitative::Error`] if the thresholds do not rise from above 0, or if the quantisation is negative or not a
+    /// number.
     pub fn scale(&self) -> Result<argd::Scale, sketchnav_qualitative::Error> {
         sketchnav_qualitative::Quantisation::distance(self.quantisation_m)?;
         let bound = if self.thresholds_are_upper { argd::Bound::Upper } else { argd::Bound::Lower };
@@ -93,30 +94,31 @@ impl Parameters {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Known {
     id: u32,
-    /// Where it hangs and which way it looks, in the odometry frame.
+    /// Position and facing of the marker in the odometry frame.
     at: Pose<Odom>,
     seen_ns: u64,
-    /// Where it was seen last, metres in the robot's own axes then.
+    /// Position at the last sighting, in metres in the robot's frame at that time.
     now_m: [f64; 2],
-    /// The same of the sighting before.
+    /// Position at the sighting before, in metres in the robot's frame at that time, or `None` if it was too long ago for a
+    /// trend.
     before_m: Option<[f64; 2]>,
-    /// Its recent distances from the camera.
+    /// Recent distances of the marker from the camera.
     line: Line,
 }
 
 /// The markers that a robot has seen.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Perception {
-    /// By their numbers.
+    /// Sorted by number.
     known: Vec<Known>,
     pairs: u64,
-    /// When the last pair was seen; before the first, when the first step was.
+    /// Time at which the last pair was seen or, before the first pair, time of the first step.
     since_ns: Option<u64>,
     left: Member,
     right: Member,
-    /// The numbers of the pair that is held: left, right.
+    /// Numbers of the left and the right marker of the pair that is being held.
     held: Option<[u32; 2]>,
-    /// From when on the next picture is evaluated.
+    /// Time from which the next picture is evaluated.
     due_ns: u64,
 }
 
@@ -139,7 +141,7 @@ impl Default for Perception {
 }
 
 impl Perception {
-    /// Takes in a picture, taken at `stamp_ns` by a robot at `robot`.
+    /// Adds a picture that was taken at `stamp_ns` by a robot at `robot`.
     pub fn see(&mut self, view: &MarkerView, robot: &Pose<Odom>, stamp_ns: u64, terms: &Terms) {
         if !self.is_due(stamp_ns, terms.parameters.pair_rate_hz) {
             return;
@@ -149,7 +151,7 @@ impl Perception {
             self.remember(marker, robot, camera_m, stamp_ns, terms.parameters.window_s);
         }
         let Some([left, right]) = self.pair(stamp_ns, terms.parameters.hold_s) else { return };
-        // A pair of which neither is in this picture was told of before.
+        // If neither marker of the pair is in this picture, the pair has been reported before.
         if left.seen_ns == stamp_ns || right.seen_ns == stamp_ns {
             (self.left, self.right) =
                 (Member::of(&left, camera_m, terms), Member::of(&right, camera_m, terms));
@@ -157,7 +159,7 @@ impl Perception {
         }
     }
 
-    /// Whether this picture is evaluated: on average, `rate_hz` of them per second are.
+    /// Returns true if this picture is to be evaluated. On average, `rate_hz` pictures per second are.
     fn is_due(&mut self, stamp_ns: u64, rate_hz: f64) -> bool {
         if rate_hz <= 0.0 {
             return true;
@@ -169,7 +171,7 @@ impl Perception {
         is_due
     }
 
-    /// The marker on the left and the one on the right that are seen together. While a pair is held, no other markers form one.
+    /// Returns the left and the right marker that are seen together, if any. While a pair is held, no other markers form one.
     fn pair(&mut self, stamp_ns: u64, hold_s: f64) -> Option<[Known; 2]> {
         let age_ns = |known: &Known| stamp_ns.saturating_sub(known.seen_ns);
         if hold_s > 0.0
@@ -228,7 +230,7 @@ impl Perception {
         }
     }
 
-    /// Forgets the marker that was not seen for the longest time, where the memory is full.
+    /// Forgets the marker that has been out of view for longest, if the memory is full.
     fn make_room(&mut self) {
         if self.known.len() < MAX_KNOWN_MARKERS {
             return;
@@ -239,13 +241,13 @@ impl Perception {
         }
     }
 
-    /// Forgets what was out of view for too long.
+    /// Forgets markers that have been out of view for longer than `memory_s`.
     pub fn forget(&mut self, stamp_ns: u64, memory_s: f64) {
         self.since_ns.get_or_insert(stamp_ns);
         self.known.retain(|known| stamp_ns.saturating_sub(known.seen_ns) as f64 * 1e-9 <= memory_s);
     }
 
-    /// Writes what there is to say at `stamp_ns` to a robot at `robot`; all but the header.
+    /// Fills in everything but the header of the message to be sent at `stamp_ns`, for a robot at `robot`.
     pub fn write(&self, robot: &Pose<Odom>, stamp_ns: u64, relations: &mut Relations) {
         relations.odometry = PoseM::new(robot);
         relations.pairs = self.pairs;
@@ -268,8 +270,8 @@ impl Perception {
 }
 
 impl Member {
-    /// The relations of a marker with the camera, which stands for the robot (Patil 2019, 3.2.3). A marker that was not
-    /// seen just before has no trend.
+    /// Computes the relations of a marker with the camera, which stands for the robot (Patil 2019, 3.2.3). A marker that was
+    /// not seen just before has no trend.
     fn of(known: &Known, camera_m: [f64; 2], terms: &Terms) -> Self {
         let Terms { parameters, scale, is_steady } = terms;
         let from_camera = |at: [f64; 2]| [at[0] - camera_m[0], at[1] - camera_m[1]];
@@ -295,7 +297,7 @@ impl Member {
     }
 }
 
-/// Whether the marker is on that side and has just been seen.
+/// Returns true if the marker is on that side and has just been seen.
 fn is_seen(known: &Known, side: f64, stamp_ns: u64) -> bool {
     known.now_m[1] * side > 0.0 && stamp_ns.saturating_sub(known.seen_ns) <= PAIRED_NS
 }
@@ -369,7 +371,7 @@ mod tests {
         assert_eq!(said(&perception, &moved, 0).marker_count, 0);
     }
 
-    /// A marker that came back into view after a minute was compared with where it was then.
+    /// A marker that came back into view after a minute used to be compared with its position a minute before.
     #[test]
     fn a_marker_that_was_out_of_view_has_no_trend() {
         let (terms, mut perception) = (terms(Parameters::default()), Perception::default());
@@ -396,8 +398,8 @@ mod tests {
         assert!(relations.markers().is_sorted_by(|a, b| a.id < b.id));
     }
 
-    /// A left marker leaves the view before the right one, which is staggered. Until the right one has left it, too, no other pair
-    /// counts (Patil 2019, 3.2.2), although other markers are in view on both sides.
+    /// The markers are staggered, so the left one leaves the view before the right one. Until the right one has left it, too,
+    /// no other pair counts (Patil 2019, 3.2.2), although other markers are in view on both sides.
     #[test]
     fn a_pair_is_held_by_its_numbers_until_neither_marker_is_in_view() {
         let robot = Pose::new(0.0, 0.0, 0.0);
@@ -424,8 +426,8 @@ mod tests {
         assert_eq!(held[9], (3, 2, 12));
     }
 
-    /// A camera takes 30 pictures per second. The thesis issued 11.4, 10.8 and 20.5 commands per second (table 5.2), two for each
-    /// pair: 5.7, 5.4 and 10.3 pairs.
+    /// The camera takes 30 pictures per second. The thesis issued 11.4, 10.8 and 20.5 commands per second (table 5.2), two for
+    /// each pair, which makes 5.7, 5.4 and 10.3 pairs per second.
     #[test]
     fn as_many_pictures_are_looked_at_as_the_pair_rate_says() {
         let robot = Pose::new(0.0, 0.0, 0.0);
@@ -439,9 +441,9 @@ mod tests {
         assert_eq!([0.0, 10.0, 5.5, 60.0].map(pairs), [600, 200, 110, 600]);
     }
 
-    /// Five sightings per second of two markers that come nearer by 8 cm and by half a centimetre per second, with errors that
-    /// alternate between 2 cm too far and 2 cm too near. Judged by two sightings, both markers approach and recede in turn; the
-    /// line through all sightings does not.
+    /// Two markers approach by 8 cm and by half a centimetre per second and are seen five times per second, with errors that
+    /// alternate between 2 cm too far and 2 cm too near. Judged by two sightings, both markers approach and recede in turn. The
+    /// line through all sightings is not fooled.
     #[test]
     fn a_steady_trend_is_that_of_many_sights() {
         let robot = Pose::new(0.0, 0.0, 0.0);

@@ -1,7 +1,7 @@
-//! The planner for corridors: drives by rules, or by the way on through free space.
+//! The planner for corridors as a stage: drives by rules, or along the way on through free space.
 //!
-//! It answers every message of relations with one command and one status. Rules speak when a pair of markers is seen;
-//! between two pairs the last command stays (Patil 2019, 3.2).
+//! Each message of relations is answered with one command and one status. Rules are applied when a pair of markers is seen.
+//! Between two pairs the last command stays in force (Patil 2019, 3.2).
 
 use std::f64::consts::PI;
 
@@ -24,26 +24,27 @@ use crate::mission::{CorridorMission, CorridorTask, Goal, Method, Turn};
 use crate::perception::LEAST_HZ;
 use crate::rules::Rules;
 
-/// A marker is passed that lies behind the robot and nearer than this, metres.
+/// A marker that is farther away than this does not count as passed, in metres.
 const PASSED_M: f64 = 4.0;
-/// A marker is ahead from so far on, metres: the direction along a corridor sways by some degrees.
+/// A marker counts as ahead only from this distance on, in metres, because the estimated direction of a corridor sways by a few
+/// degrees.
 const AHEAD_M: f64 = 0.3;
 
-/// A robot that turns about turns at most this fast, radians per second, ...
+/// Maximum turn rate while the robot turns about, in radians per second.
 const ABOUT_RADPS: f64 = 0.5;
-/// ... at this multiple of the remaining angle per second, ...
+/// Turn rate per radian that remains to be turned, in 1/s.
 const ABOUT_PER_S: f64 = 2.0;
-/// ... until no more than this remains, radians.
+/// Remaining angle at which turning about is complete, in radians.
 const ABOUT_RAD: f64 = 0.01;
 
-/// What may be set of it: a mission's table `parameters.planner`.
+/// Parameters that a mission can set in its table `parameters.planner`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Parameters {
-    /// A robot that drives by rules is lost after this long without a pair of markers, seconds. 0: never; it keeps driving by its
-    /// last command, as in Patil 2019.
+    /// How long a robot that drives by rules may be without a pair of markers before it is lost, in seconds. With 0 it is never
+    /// lost and keeps driving by its last command, as in Patil 2019.
     pub lost_s: f64,
-    /// Top speed of the method `corridor`, m/s. Rule files have their own speeds.
+    /// Top speed of the method `corridor`, in metres per second. Rule files have their own speeds.
     pub speed_mps: f64,
 }
 
@@ -53,19 +54,20 @@ impl Default for Parameters {
     }
 }
 
-/// An attempt at a task by rules.
+/// An attempt at a task.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Attempt {
     start: Pose<Odom>,
-    /// While the robot turns about: the direction that it has to face before it drives, radians in the odometry frame.
+    /// Direction that the robot must face before it drives, in radians in the odometry frame. `None` unless it is turning
+    /// about.
     about_rad: Option<f64>,
-    /// The pair that was answered last.
+    /// Number of the pair that was answered last.
     pairs: u64,
-    /// Whether the marker of the goal was ahead in the present direction, ...
+    /// Whether the marker of the goal has been ahead since the last turn.
     was_ahead: bool,
-    /// ... which is that after so many turns.
+    /// Number of turns along the way at the last step, from which a new turn is recognized.
     turns: u32,
-    /// The last answer of the rules. It remains in force until the next one, even while the robot turns about: without a pair in
+    /// The last answer of the rules. It stays in force until the next one, even while the robot turns about: without a pair in
     /// view "no update to the robot's motion can be made" (Patil 2019, figure 5.2).
     answer: Velocity,
     command: Velocity,
@@ -77,10 +79,10 @@ impl Attempt {
     }
 }
 
-/// A velocity in a checkpoint: vx, vy in m/s, turn rate in rad/s.
+/// A velocity in a checkpoint: forward and left in m/s, turn rate in rad/s.
 type Velocity = [f64; 3];
 
-/// The planner of a run.
+/// Planner of a run.
 pub struct Planner {
     method: Method,
     tasks: Vec<CorridorTask>,
@@ -93,7 +95,7 @@ pub struct Planner {
     remaining_m: f64,
 }
 
-/// What changes from step to step, for a checkpoint. `C` is the course's part, or where it lies.
+/// State that carries over from one step to the next, for a checkpoint. `C` is the state of the course, owned or borrowed.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct State<C = course::State> {
     agenda: Standing,
@@ -102,10 +104,10 @@ pub struct State<C = course::State> {
     remaining_m: f64,
 }
 
-/// What this kind demands of a mission and a robot.
+/// Checks that a mission and a robot meet the demands of this kind.
 ///
 /// # Errors
-/// [`CorridorError`] with the key or the sensor.
+/// [`CorridorError`] with the key or the sensor, if they do not.
 pub fn check(mission: &Mission, robot: &Robot) -> Result<(), CorridorError> {
     let read = CorridorMission::of(mission)?;
     parameters(mission)?;
@@ -131,13 +133,14 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), CorridorError> {
     Ok(())
 }
 
-/// What this kind demands of the markers of a floor.
+/// Checks that the markers of a floor meet the demands of a mission.
 ///
 /// # Errors
-/// [`CorridorError::Unmarked`], [`CorridorError::Marker`].
+/// - [`CorridorError::Unmarked`] if the method goes by pairs of markers and the floor has fewer than two;
+/// - [`CorridorError::Marker`] if the goal of a task is a marker that the floor does not have.
 pub fn check_markers(mission: &Mission, markers: &[Marker]) -> Result<(), CorridorError> {
     let read = CorridorMission::of(mission)?;
-    // Rules go by pairs.
+    // Rules are applied to pairs of markers.
     if read.method != Method::Corridor && markers.len() < 2 {
         return Err(CorridorError::Unmarked { method: read.method.word(), found: markers.len() });
     }
@@ -152,7 +155,7 @@ pub fn check_markers(mission: &Mission, markers: &[Marker]) -> Result<(), Corrid
     Ok(())
 }
 
-/// For an error: the numbers of some markers.
+/// Lists the numbers of some markers for an error message.
 fn numbers(markers: &[Marker]) -> String {
     let mut numbers: Vec<_> = markers.iter().map(|marker| marker.id).collect();
     numbers.sort_unstable();
@@ -164,10 +167,10 @@ fn numbers(markers: &[Marker]) -> String {
     }
 }
 
-/// The parameters that a mission gives the planner.
+/// Returns the parameters that a mission sets for the planner.
 ///
 /// # Errors
-/// [`MissionError::Key`].
+/// [`MissionError::Key`] if a parameter is unknown or out of range.
 pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
     let parameters = mission.parameters.over(Process::Planner, &Parameters::default())?;
     let Parameters { lost_s, speed_mps } = parameters;
@@ -183,10 +186,10 @@ pub fn parameters(mission: &Mission) -> Result<Parameters, MissionError> {
 }
 
 impl Planner {
-    /// For a run: its robot, its tasks, and the parameters of its mission.
+    /// Creates the planner of a run from its robot, its tasks and the parameters of its mission.
     ///
     /// # Errors
-    /// [`CorridorError`] with the key.
+    /// [`CorridorError`] with the key or the sensor, if [`check`] fails.
     pub fn new(run: &RunConfig) -> Result<Self, CorridorError> {
         check(&run.mission, &run.robot)?;
         let CorridorMission { method, tasks, .. } = CorridorMission::of(&run.mission)?;
@@ -232,7 +235,7 @@ impl Planner {
         self.course.begin(robot);
     }
 
-    /// Turns about on the spot; returns whether it is still turning.
+    /// Turns about on the spot. Returns true while the robot is still turning.
     fn turns_about(&mut self, relations: &Relations, robot: &Pose<Odom>) -> bool {
         let Some(about_rad) = self.attempt.about_rad else { return false };
         let left_rad = wrap_angle(about_rad - robot.yaw_rad);
@@ -269,7 +272,7 @@ impl Planner {
         }
     }
 
-    /// Way along the corridor since the task began, metres.
+    /// Returns the distance covered along the corridor since the task began, in metres.
     fn along_m(&self, robot: &Pose<Odom>) -> f64 {
         match self.method {
             Method::Corridor => self.course.way().metres(),
@@ -277,8 +280,8 @@ impl Planner {
         }
     }
 
-    /// Whether the robot has passed the marker: in the present direction it was ahead, and lies behind now. A turn alone
-    /// passes nothing.
+    /// Returns true if the robot has passed the marker: it was ahead in the present direction, and is behind now. A turn alone,
+    /// which may also put a marker behind the robot, does not count.
     fn passes(&mut self, id: u32, relations: &Relations, robot: &Pose<Odom>) -> bool {
         let way_rad = match self.method {
             Method::Corridor => self.course.way_rad(),
@@ -346,7 +349,7 @@ impl Planner {
     }
 }
 
-/// What the robot is about, for people.
+/// What the robot is doing, in words for people.
 struct Words(Reason);
 
 impl std::fmt::Display for Words {
@@ -361,7 +364,7 @@ impl std::fmt::Display for Words {
     }
 }
 
-/// A pair of markers, for people.
+/// A pair of markers, in words for people.
 struct Pair<'a>(&'a Relations);
 
 impl std::fmt::Display for Pair<'_> {

@@ -1,7 +1,7 @@
-//! Rule files: what to do at which relations of a pair of markers (Patil 2019, 3.1.3).
+//! Rule files: which move to make for which relations of a pair of markers (Patil 2019, 3.1.3).
 //!
-//! A file has named moves and one rule set or more. A set has a calculus and a rule for each combination: none may be
-//! missing, none be there twice. Sets are asked in their order; the first that wants to move sideways is followed.
+//! A file defines named moves and one or more rule sets. A set has a calculus, and exactly one rule for each combination of
+//! relations. Sets are consulted in order until one calls for a sideways move.
 
 use std::collections::BTreeMap;
 
@@ -11,33 +11,33 @@ use sketchnav_schemas::message::Twist;
 use crate::error::RulesError;
 use crate::messages::{PairedMarker, Relations, Trend};
 
-/// The published rules for QTC_B.
+/// Published rules for QTC_B.
 pub const QTC_B: &str = include_str!("../rules/qtc-b.toml");
-/// The published rules for ARGD.
+/// Published rules for ARGD.
 pub const ARGD: &str = include_str!("../rules/argd.toml");
-/// Both.
+/// Published rules for both calculi, combined.
 pub const COMBINED: &str = include_str!("../rules/combined.toml");
 
-/// Distance classes, nearest first.
+/// Names of the distance classes, nearest first.
 pub const CLASSES: [&str; 3] = ["near", "medium", "far"];
-/// The fastest that a move may be along each axis, metres a second.
+/// Maximum speed of a move along each axis, in metres per second.
 const MOST_MPS: f64 = 2.0;
 const SIGNS: [char; 3] = ['-', '0', '+'];
 
-/// A velocity by which a rule answers.
+/// The velocity with which a rule answers.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Move {
-    /// Forward, m/s.
+    /// Forward speed, in metres per second.
     #[serde(default)]
     pub forward_mps: f64,
-    /// To the left, m/s.
+    /// Speed to the left, in metres per second.
     #[serde(default)]
     pub left_mps: f64,
 }
 
 impl Move {
-    /// As a velocity.
+    /// Returns the move as a velocity without rotation.
     pub fn twist(self) -> Twist {
         Twist { vx_mps: self.forward_mps, vy_mps: self.left_mps, yaw_rate_radps: 0.0 }
     }
@@ -50,13 +50,13 @@ impl Move {
     }
 }
 
-/// What the sign + of a QTC relation means to a rule set.
+/// Meaning of the sign + of a QTC relation in a rule set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Plus {
-    /// Towards: as the rules are printed (Patil 2019, 3.1.3).
+    /// Towards, as in the printed rules (Patil 2019, 3.1.3).
     Towards,
-    /// Away: as QTC has it (Van de Weghe 2004), and QSRlib.
+    /// Away, as in QTC (Van de Weghe 2004) and QSRlib.
     Away,
 }
 
@@ -68,13 +68,13 @@ pub struct Rules {
 
 #[derive(Debug, Clone, PartialEq)]
 enum Set {
-    /// Answers by the signs of marker and robot, for a marker on the left and one on the right.
+    /// Answers by the signs of marker and robot, each for a marker on the left and for one on the right.
     QtcB { plus: Plus, answers: [[Move; 2]; 9] },
-    /// Answers by the classes of the left and of the right marker.
+    /// Answers by the distance classes of the left and the right marker.
     Argd { answers: [Move; 9] },
 }
 
-/// A file as it is written.
+/// A rule file as written, before it is checked.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -126,17 +126,17 @@ impl Rules {
         Ok(Self { sets: sets.collect::<Result<_, _>>()? })
     }
 
-    /// How many sets there are.
+    /// Returns the number of rule sets.
     pub fn len(&self) -> usize {
         self.sets.len()
     }
 
-    /// Never: a file without a set is rejected.
+    /// Always returns false, since a file without a rule set is rejected.
     pub fn is_empty(&self) -> bool {
         self.sets.is_empty()
     }
 
-    /// What to do at the relations of a pair; `None` where they are not known yet.
+    /// Returns the move for the relations of a pair, or `None` if they are not known yet.
     pub fn answer(&self, relations: &Relations) -> Option<Move> {
         let mut answer = None;
         for set in &self.sets {
@@ -151,8 +151,8 @@ impl Rules {
 }
 
 impl Set {
-    /// Of QTC_B each marker's relation is answered by itself, one after the other (Patil 2019, 3.2.4). Both answers hold
-    /// for the same time: their mean.
+    /// Returns the move for a pair, or `None` if its relations are not known yet. With QTC_B each marker's relation is answered
+    /// on its own, one after the other (Patil 2019, 3.2.4). As both answers apply for the same time, the result is their mean.
     fn answer(&self, left: &PairedMarker, right: &PairedMarker) -> Option<Move> {
         match self {
             Self::QtcB { plus, answers } => {
@@ -174,7 +174,7 @@ impl Set {
 }
 
 impl Plus {
-    /// The place of a trend's sign among [`SIGNS`].
+    /// Returns the index in [`SIGNS`] of a trend's sign, or `None` if the trend is unknown.
     fn sign(self, trend: Trend) -> Option<usize> {
         match (trend, self) {
             (Trend::Unknown, _) => None,
@@ -189,9 +189,9 @@ fn qtc_index(marker: usize, robot: usize) -> usize {
     marker * SIGNS.len() + robot
 }
 
-/// Reads a set.
+/// Reads a rule set and checks that it is complete.
 struct Reader<'a> {
-    /// Its number, from 1.
+    /// Number of the set, from 1.
     set: usize,
     moves: &'a BTreeMap<String, Move>,
 }
@@ -235,7 +235,7 @@ impl Reader<'_> {
         Ok(Set::Argd { answers: self.whole(answers, "argd", name)? })
     }
 
-    /// All answers, where none is missing.
+    /// Returns all answers, or an error if one is missing.
     fn whole<T: Copy + Default>(
         &self,
         answers: [Option<T>; 9],
@@ -249,7 +249,7 @@ impl Reader<'_> {
     }
 }
 
-/// A rule of a set, from 1.
+/// A rule of a set, and its number from 1.
 struct Row<'a> {
     reader: &'a Reader<'a>,
     rule: usize,
@@ -313,7 +313,7 @@ mod tests {
         rules.answer(&pair(left, right)).unwrap().left_mps
     }
 
-    /// Patil 2019, 3.1.3, line by line where the robot rests in its own axes.
+    /// Checks the printed rules (Patil 2019, 3.1.3) line by line, as far as the robot is at rest in its own frame.
     #[test]
     fn the_printed_rules_for_qtc_b_turn_away_from_what_comes_nearer() {
         let rules = Rules::parse(QTC_B).unwrap();
@@ -324,7 +324,8 @@ mod tests {
         assert_eq!(rules.answer(&pair((Trend::Unknown, 0), near)), None);
     }
 
-    /// QTC reads + as away. Read so, the printed rules turn away from the marker that goes away: into the other wall.
+    /// In QTC, + means away. Read that way, the printed rules turn away from the marker that recedes, and so into the other
+    /// wall.
     #[test]
     fn with_the_sign_of_qtc_the_printed_rules_steer_into_the_wall() {
         let rules = Rules::parse(&QTC_B.replace("plus = \"towards\"", "plus = \"away\"")).unwrap();
@@ -351,7 +352,7 @@ mod tests {
         assert_eq!(sideways(&rules, (Trend::Stable, 1), (Trend::Towards, 1)), 0.025, "by trajectory");
     }
 
-    /// The combined file repeats the two others.
+    /// The combined file repeats the other two files.
     #[test]
     fn the_combined_rules_are_those_of_both() {
         let [both, distances, trajectories] = [COMBINED, ARGD, QTC_B].map(|text| Rules::parse(text).unwrap());
@@ -419,7 +420,8 @@ mod tests {
                 let _ = Rules::parse(&text);
             }
 
-            /// A file in which one character is another is rejected, or answers every pair of known relations.
+            /// If any one character of the file is replaced, the file is either rejected or still answers every pair of known
+            /// relations.
             #[test]
             fn what_is_read_answers_everything(at in 0..QTC_B.len(), by in any::<char>(), left in 0..3_u32, right in 0..3_u32) {
                 let mut text: Vec<char> = QTC_B.chars().collect();

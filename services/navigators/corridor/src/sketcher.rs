@@ -1,4 +1,4 @@
-//! The sketcher for corridors as a stage: reads the rules of a mission, checks them, and sends them once.
+//! The sketcher for corridors as a stage: reads and checks the rules of a mission, and sends them once.
 
 use serde::Serialize;
 use sketchnav_schemas::mission::Mission;
@@ -10,9 +10,9 @@ use crate::messages::RULES;
 use crate::mission::{CorridorMission, Method};
 use crate::rules::{self, Rules};
 
-/// Says the rules of a run.
+/// Publishes the rules of a run.
 pub struct Sketcher {
-    /// The rule file; empty for a method without rules.
+    /// Text of the rule file. Empty for a method without rules.
     text: String,
     set_count: u32,
 }
@@ -21,7 +21,7 @@ impl Sketcher {
     /// Reads and checks the rules.
     ///
     /// # Errors
-    /// [`CorridorError`] with the file, the set and the rule.
+    /// [`CorridorError`] with the file, the set and the rule, if the rules cannot be read or are invalid.
     pub fn new(run: &RunConfig, files: &Files<'_>) -> Result<Self, CorridorError> {
         let text = text(&run.mission, files)?;
         let set_count =
@@ -30,7 +30,7 @@ impl Sketcher {
     }
 }
 
-/// The rules of a mission; empty where its method has none.
+/// Returns the text of a mission's rules, or an empty string if its method has none.
 fn text(mission: &Mission, files: &Files<'_>) -> Result<String, CorridorError> {
     let CorridorMission { method, rules_file, .. } = CorridorMission::of(mission)?;
     if let Some(file) = rules_file {

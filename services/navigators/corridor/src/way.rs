@@ -1,27 +1,27 @@
-//! How far a robot has come along a corridor. The way into a dead end and out of it again is taken off.
+//! Measures how far a robot has come along a corridor. The distance into a dead end and out of it again is deducted.
 //!
-//! The bends that lead to where the robot is are remembered. A robot that goes back takes them the other way round. Where
-//! it drives past the last one, or turns where none was, it is on new ground and gets on.
+//! The bends on the way to the robot's position are remembered. A robot on its way back meets them in reverse order. If it
+//! drives past the last one, or turns where there was none, it is on new ground, and the distance grows again.
 
 use serde::{Deserialize, Serialize};
 
 use crate::mission::Turn;
 
-/// Bends that are remembered; the oldest is forgotten first.
+/// Maximum number of bends remembered. The oldest is forgotten first.
 const MOST_BENDS: usize = 32;
-/// A robot that goes back has passed a bend when it is so far beyond, metres: it would have turned before.
+/// Distance beyond a bend at which a robot on its way back must have passed it, in metres. Nearer, it might still turn.
 const PAST_M: f64 = 2.0;
-/// A turn on the way back is that of a bend when it lies so near to it, metres.
+/// A turn on the way back is taken for a remembered bend within this distance, in metres.
 const NEAR_M: f64 = 3.0;
 
-/// A change of direction on the way.
+/// A change of direction along the way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Bend {
     at_m: f64,
     side: Turn,
 }
 
-/// The way since a task began.
+/// Distance covered since a task began.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Way {
     metres: f64,
@@ -37,17 +37,17 @@ impl Default for Way {
 }
 
 impl Way {
-    /// Its length, metres.
+    /// Returns the distance covered, in metres.
     pub fn metres(&self) -> f64 {
         self.metres
     }
 
-    /// How often the direction has changed.
+    /// Returns how often the direction has changed.
     pub fn turns(&self) -> u32 {
         self.turns
     }
 
-    /// The robot has driven so far along the corridor's direction, metres.
+    /// Adds a distance along the direction of the corridor, in metres.
     pub fn drive(&mut self, along_m: f64) {
         if !self.is_back {
             self.metres += along_m;
@@ -59,26 +59,27 @@ impl Way {
         if self.metres < from_m - past_m {
             (self.is_back, self.metres) = (false, 2.0 * from_m - self.metres);
             if let (Some(bend), Some(last)) = (last, self.bends.last_mut()) {
-                // From where it came first, this is the turn to the other side.
+                // The robot drove on past the bend, so seen from the other corridor the bend goes to the other side.
                 last.side = opposite(bend.side);
             }
         }
     }
 
-    /// The robot has driven so far while it rounds a bend, metres along the new direction and across it. Along the middle
-    /// of two corridors that is the sum: who cuts the corner is where the longer way leads, too.
+    /// Adds a distance covered while the robot rounds a bend, in metres along the new direction and across it. Along the middle
+    /// of the two corridors the length is their sum. A robot that cuts the corner gets to the same place, so the sum counts for
+    /// it as well.
     pub fn round(&mut self, along_m: f64, across_m: f64) {
         let (along_m, across_m) = (along_m.abs(), across_m.abs());
         if !self.is_back
             && let Some(bend) = self.bends.last_mut()
         {
-            // The bend lies where the two middles meet.
+            // The bend is where the middles of the two corridors meet.
             bend.at_m += across_m;
         }
         self.drive(along_m + across_m);
     }
 
-    /// The robot turns: to a side, or back where the turn is straight.
+    /// Notes that the robot turns to a side, or back if `turn` is [`Turn::Straight`].
     pub fn turn(&mut self, turn: Turn) {
         self.turns = self.turns.saturating_add(1);
         if turn == Turn::Straight {
@@ -111,7 +112,7 @@ fn opposite(turn: Turn) -> Turn {
 mod tests {
     use super::*;
 
-    /// A way of stretches, each with the turn after it.
+    /// Returns the distance after several stretches, each with the turn at its end.
     fn after(stretches: &[(f64, Option<Turn>)]) -> Way {
         let mut way = Way::default();
         for (metres, turn) in stretches {
@@ -130,26 +131,27 @@ mod tests {
         is(&after(&[(5.0, Some(Turn::Left)), (4.0, Some(Turn::Right)), (3.0, None)]), 12.0);
         let there = [(5.0, Some(Turn::Left)), (4.0, Some(Turn::Straight))];
         is(&after(&[&there[..], &[(3.0, None)]].concat()), 6.0);
-        // Around the same bend: to the right on the way back.
+        // Around the same bend, which is to the right on the way back.
         is(&after(&[&there[..], &[(4.0, Some(Turn::Right)), (2.0, None)]].concat()), 3.0);
-        // Past the start it is a way in the other direction.
+        // Past the start, the robot covers new ground in the other direction.
         is(&after(&[(2.0, Some(Turn::Straight)), (5.0, None)]), 3.0);
     }
 
-    /// Out of a short arm of a T and straight on into the other: that was taken off as a way back.
+    /// A robot drove out of the short arm of a T and straight on into the other arm, and that distance was deducted as a way
+    /// back.
     #[test]
     fn past_the_junction_it_is_new_ground() {
         let arm = [(6.5, Some(Turn::Left)), (3.0, Some(Turn::Straight))];
         is(&after(&[&arm[..], &[(3.0 + 8.5, None)]].concat()), 15.0);
-        // Back from there, and into the stem: a turn to the left.
+        // Back from there and into the stem, which is a turn to the left.
         let other =
             [&arm[..], &[(3.0 + 8.5, Some(Turn::Straight)), (8.5, Some(Turn::Left)), (2.0, None)]].concat();
         is(&after(&other), 4.5);
-        // A turn where no bend was is new ground, too.
+        // A turn where there was no bend is new ground, too.
         is(&after(&[(6.0, Some(Turn::Straight)), (2.0, Some(Turn::Left)), (3.0, None)]), 7.0);
     }
 
-    /// A robot turns before it is in the middle of the new corridor: two metres a bend were not counted.
+    /// A robot turns before it has reached the middle of the new corridor, so two metres per bend were not counted.
     #[test]
     fn a_bend_counts_along_the_middle_of_both_corridors() {
         let mut way = after(&[(4.5, Some(Turn::Left))]);
@@ -157,7 +159,7 @@ mod tests {
         is(&way, 8.5);
         way.drive(1.0);
         way.turn(Turn::Straight);
-        // Back past the junction, which lies at 6.5 m, and three metres on.
+        // Back past the junction, which is at 6.5 m, and three metres farther.
         (0..600).for_each(|_| way.drive(0.01));
         is(&way, 9.5);
     }

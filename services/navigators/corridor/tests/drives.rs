@@ -1,4 +1,4 @@
-//! Whole drives along corridors, in one process.
+//! Complete drives along corridors, in one process.
 
 #![allow(clippy::disallowed_methods)] // a floor lies in a file
 
@@ -13,7 +13,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_sim::corridors::{Corridor, Drive, Numbers, Placement, Shape};
 use sketchnav_sim::robots;
 
-/// What became of a drive.
+/// Outcome of a drive.
 #[derive(Default)]
 struct Ended {
     status: Option<MissionStatus>,
@@ -100,7 +100,7 @@ fn drive_in(plan: &FloorPlan, goal: &str, way: &Drive, method: &str, robot: Robo
     ended
 }
 
-/// Patil 2019, figures 5.2 and 5.5: from the middle, past opposite markers, both calculi get through.
+/// In the thesis, both calculi pass opposite markers from the middle (Patil 2019, figures 5.2 and 5.5).
 #[test]
 fn by_the_published_rules_the_robot_passes_from_the_middle() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
@@ -151,12 +151,12 @@ fn our_method_turns_corners_takes_junctions_and_leaves_dead_ends() {
     }
 }
 
-/// Without a laser remembered markers stand for the walls; without a camera the laser sees them.
+/// Without a laser, remembered markers stand for the walls. Without a camera, the laser sees the walls.
 #[test]
 fn our_method_needs_either_sensor_alone() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
     let mut way = corridor.drives().swap_remove(0);
-    // Beside the right wall, looking at the left one.
+    // Next to the right wall, facing the left one.
     (way.start.y, way.start.yaw_rad) = (-0.4, 0.15);
     for robot in [Robot { laser: None, tick_hz: Some(10.0), ..youbot() }, Robot { camera: None, ..youbot() }]
     {
@@ -182,7 +182,7 @@ fn two_runs_give_the_same_commands() {
     assert!(runs[0] == runs[1] && runs[0].len() > 100);
 }
 
-/// Somebody who stood in the way was taken for the end of the corridor.
+/// A person in the corridor used to be taken for its end.
 #[test]
 fn a_person_in_the_way_is_no_end_and_the_end_is() {
     let corridor = Corridor::new(Shape::Straight, 1.6);
@@ -195,7 +195,7 @@ fn a_person_in_the_way_is_no_end_and_the_end_is() {
     assert!(ended.off_m([13.0, 0.0]) < 2.0, "{}", ended.words());
 }
 
-/// The way into a dead end and out of it again is no way along the corridor; what follows is.
+/// The distance into a dead end and out of it again does not count, only what follows.
 #[test]
 fn metres_count_from_where_the_robot_has_come_back() {
     let corridor = Corridor::new(Shape::L, 2.4);
@@ -205,24 +205,24 @@ fn metres_count_from_where_the_robot_has_come_back() {
     assert!(ended.off_m([8.0, 2.0]) < 1.0, "{}", ended.words());
 }
 
-/// A marker that lay behind the robot at the start was passed at once.
+/// A marker that was behind the robot at the start used to count as passed at once.
 #[test]
 fn a_marker_counts_that_was_ahead() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
     let way = &corridor.drives()[0];
     let behind = corridor.marker_beside([1.0, 1.0]);
     let ended = drive_to(&format!("marker={behind}"), &corridor, way, "corridor", youbot(), "");
-    // It comes to the end, turns back, and passes the marker then.
+    // The robot drives to the end, turns back, and only then passes the marker.
     let time_s = ended.status.unwrap().task_time_s;
     assert!(ended.state() == TaskState::Reached && time_s > 40.0, "{}", ended.words());
 }
 
-/// Read with QTC's own sign, + for away, the printed rules do not keep the robot from the wall.
+/// With QTC's own meaning of +, which is away, the printed rules do not keep the robot off the wall.
 #[test]
 fn with_the_sign_of_qtc_the_published_rules_do_not_steer() {
     let corridor = Corridor::new(Shape::Straight, 1.6);
     let mut way = corridor.drives().swap_remove(0);
-    // It looks five degrees to the left.
+    // The robot faces five degrees to the left.
     way.start.yaw_rad += 0.09;
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("away.toml");
@@ -233,7 +233,7 @@ fn with_the_sign_of_qtc_the_published_rules_do_not_steer() {
     assert_ne!(ended.state(), TaskState::Reached, "{}", ended.words());
 }
 
-/// The turn to the right at a junction put a marker behind the robot that it had not come to. It counted as passed,
+/// The right turn at a junction put a marker behind the robot that it had not come to yet. The marker counted as passed, from
 /// 3.5 m away.
 #[test]
 fn a_turn_passes_no_marker() {
@@ -246,7 +246,8 @@ fn a_turn_passes_no_marker() {
     assert!(ended.state() != TaskState::Reached || marker_off_m < 2.0, "{}, {marker_off_m} m", ended.words());
 }
 
-/// Out of the closed left arm the robot drives past the junction into the right one: that is a way along the corridor.
+/// Out of the closed left arm, the robot drives past the junction and into the right arm, which counts as distance along the
+/// corridor.
 #[test]
 fn metres_count_in_the_other_arm_after_a_closed_one() {
     let corridor = Corridor::new(Shape::T, 2.4);
@@ -269,7 +270,7 @@ fn metres_count_in_the_other_arm_after_a_closed_one() {
     assert!(ended.off_m([8.0, -8.5]) < 1.5, "{}", ended.words());
 }
 
-/// A way there and back is two tasks, between which the robot turns about. It used to be two drives, from two starts.
+/// Driving there and back takes two tasks, between which the robot turns about. It used to take two runs with two starts.
 #[test]
 fn a_robot_that_turns_about_comes_back_to_where_it_began() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
@@ -285,7 +286,7 @@ fn a_robot_that_turns_about_comes_back_to_where_it_began() {
 }
 
 /// The thesis leaves turning about to other behaviours ("such as turning around", conclusions), so it does not change the last
-/// answer of the rules. A robot that came out of its turn with no pair in view once stood there until its time was up.
+/// answer of the rules. A robot that came out of its turn with no pair in view once stood still until its time was up.
 #[test]
 fn after_turning_about_the_last_answer_of_the_rules_goes_on() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
@@ -298,8 +299,8 @@ fn after_turning_about_the_last_answer_of_the_rules_goes_on() {
     assert_eq!((ended.state(), ended.status.unwrap().task), (TaskState::Reached, 1), "{}", ended.words());
 }
 
-/// "Due to lack of any motion updates" the robot of the thesis drives on (figure 5.2). Here it soon has the only two markers behind
-/// it. By default it is lost 20 s later; with `lost_s = 0` it drives on to the end of its way.
+/// "Due to lack of any motion updates" the robot of the thesis drives on (figure 5.2). Here the only two markers are soon
+/// behind the robot. By default it is lost 20 s later. With `lost_s = 0` it drives on until it has covered its distance.
 #[test]
 fn without_a_pair_the_last_command_stays_where_nothing_is_to_be_lost() {
     let corridor = Corridor::new(Shape::Straight, 2.0);

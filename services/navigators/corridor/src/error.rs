@@ -9,7 +9,7 @@ pub enum RulesError {
     /// Invalid TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// A rule contains an invalid value.
+    /// A rule has an invalid value, or repeats the combination of another rule.
     #[error("set {set}, rule {rule}: {key}: expected {expected}, found {found:?}")]
     Row {
         /// Number of the rule set, from 1.

@@ -1,4 +1,4 @@
-//! What is said of a run past landmarks: the objects in view, the belief, the way along the route.
+//! Summarizes a run past landmarks: the objects in view, the belief, and the progress along the route.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Heard};
@@ -6,7 +6,7 @@ use sketchnav_stage::{Denied, Heard};
 use crate::instructions::Instructions;
 use crate::messages::{LANDMARK_PROGRESS, LANDMARK_ROUTE, LANDMARK_VIEW, LandmarkProgress, LandmarkView};
 
-/// What was seen in a run, and how far it came.
+/// Messages of a run, from which its summary is made.
 #[derive(Default)]
 pub struct Account {
     is_sketched: bool,
@@ -17,7 +17,7 @@ pub struct Account {
 impl account::Account for Account {
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
         if message.on(LANDMARK_ROUTE)?.is_some() {
-            // The report itself fails on a route that it cannot read.
+            // If the route is unreadable, the summary itself fails with that error.
             self.is_sketched = Instructions::read(message.cells()).is_ok_and(|read| read.sketch.is_some());
         }
         self.views.extend(message.on(LANDMARK_VIEW)?);

@@ -1,11 +1,12 @@
-//! Where the robot may be in the drawing: our own way, instead of exact matches (the default navigator).
+//! Estimates the robot's pose in the drawing. This is our own method, used by the default navigator instead of exact matches.
 //!
-//! The hidden state is a pose in the drawing and how the drawing is stretched: how many real metres a drawn one stands
-//! for. Hypotheses of it (a particle filter; Thrun, Burgard and Fox 2005, table 8.2) move by odometry. The
-//! observations are relations. Each object that the robot sees or remembers has a direction and a distance. Each
-//! hypothesis says which drawn outline should be there. People draw objects some decimetres beside their places,
-//! forget some and draw others too large. So a relation that fits no outline costs a bounded amount.
+//! The hidden state is a pose in the drawing and the local stretch of the drawing, which is the number of real metres per drawn
+//! metre. It is tracked by a particle filter (Thrun, Burgard and Fox 2005, table 8.2), whose hypotheses move by odometry. The
+//! observations are relations: the direction and the distance of each object that the robot sees or remembers. Each hypothesis
+//! predicts which drawn outline should be there. People draw objects some decimetres from where they belong, forget some and
+//! draw others too large, so the cost of a relation that fits no outline is bounded.
 //!
+//! An update allocates nothing. The random generator is part of the state.
 //! Nothing is allocated in an update. Randomness arrives with the state.
 
 use rand::SeedableRng;
@@ -20,33 +21,36 @@ use crate::memory::Memory;
 use crate::numbers;
 use crate::outlines::Outlines;
 
-/// How the belief changes.
+/// Parameters of the belief.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Believing {
-    /// How many hypotheses there are.
+    /// Number of hypotheses.
     pub hypotheses: usize,
-    /// How far drawn outlines are off (standard deviation).
+    /// Standard deviation of drawn outlines from their true positions.
     pub outline_sd_m: DrawnMetres,
-    /// How far off a relation is across its direction, as a part of its distance: a sonar's cone.
+    /// Error of a relation across its direction, as a share of its distance. This models the cone of a sonar.
     pub cone: f64,
-    /// How likely it is that a relation is of something that was not drawn.
+    /// Probability that a relation belongs to something that was not drawn.
     pub undrawn: f64,
-    /// How likely it is that a marker is on another object than the person says.
+    /// Probability that a marker is on another object than the person said.
     pub mistaken: f64,
-    /// How many independent relations those of one update count as: a drawing is wrong in the same way again and again.
+    /// Number of independent observations that the relations of one update count as. It is small because a drawing repeats the
+    /// same errors.
     pub independent: f64,
-    /// The error of the way in the drawing, as a part of it; and of the heading, in radians per metre.
+    /// Standard deviation of the position after one driven metre, in drawn metres. It grows with the square root of the
+    /// distance.
     pub way_sd: f64,
-    /// See [`Self::way_sd`].
+    /// Standard deviation of the heading after one driven metre, in radians. It grows with the square root of the distance.
     pub heading_sd: f64,
-    /// How the stretch changes, as a part of it per metre; and how far it is off at the start.
+    /// Standard deviation of the relative change in stretch over one driven metre. It grows with the square root of the
+    /// distance.
     pub stretch_sd: f64,
-    /// See [`Self::stretch_sd`].
+    /// Standard deviation of the relative error in stretch at the start.
     pub start_stretch_sd: f64,
-    /// How far the robot is off the start of the drawn route; and off its heading, in radians.
+    /// Standard deviation of the robot's position from the start of the drawn route, along each axis.
     pub start_sd_m: DrawnMetres,
-    /// See [`Self::start_sd_m`].
+    /// Standard deviation of the robot's heading from that of the drawn route at the start, in radians.
     pub start_heading_sd: f64,
 }
 
@@ -69,16 +73,16 @@ impl Default for Believing {
     }
 }
 
-/// The share of an update in the mean fit.
+/// Weight of one update in the running mean of the fit.
 const FIT_RATE: f64 = 0.05;
-/// Most hypotheses.
+/// Maximum number of hypotheses.
 const MOST_HYPOTHESES: usize = 20_000;
 
 impl Believing {
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         let Self { hypotheses, outline_sd_m, cone, undrawn, mistaken, independent, .. } = *self;
         if !(1..=MOST_HYPOTHESES).contains(&hypotheses) {
@@ -105,7 +109,7 @@ impl Believing {
     }
 }
 
-/// A hypothesis.
+/// A hypothesis: a pose in the drawing, the stretch there, and a weight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Hypothesis {
     at: Point<Drawn>,
@@ -115,14 +119,15 @@ struct Hypothesis {
 }
 
 impl Hypothesis {
-    /// Where something is in the drawing, and the square of how far from the robot there, in drawn metres.
+    /// Returns the position in the drawing of an object seen from this hypothesis, and the square of its distance from the
+    /// robot, in drawn metres.
     fn place(&self, (sin, cos): (f64, f64), seen: Point<Base>) -> (Point<Drawn>, f64) {
         let [ahead, left] = [seen.x, seen.y].map(|length_m| self.stretch.drawn(length_m).0);
         let at = Point::new(self.at.x + ahead * cos - left * sin, self.at.y + ahead * sin + left * cos);
         (at, ahead * ahead + left * left)
     }
 
-    /// Drawn by chance around a pose and a stretch, as at the start.
+    /// Samples a hypothesis around a pose and a stretch, with the uncertainty of the start.
     fn around(
         at: Point<Drawn>,
         heading_rad: f64,
@@ -141,27 +146,27 @@ impl Hypothesis {
     }
 }
 
-/// Where the robot probably is.
+/// Estimate of the robot's pose.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// The place in the drawing.
+    /// Position in the drawing.
     pub at: Point<Drawn>,
-    /// The heading in the drawing.
+    /// Heading in the drawing, in radians.
     pub heading_rad: f64,
-    /// How the drawing is stretched there.
+    /// Stretch of the drawing around the robot.
     pub stretch: Stretch,
-    /// How far hypotheses are from the place (standard deviation).
+    /// Spread of the hypotheses: the root mean square of their distances from the position.
     pub spread: DrawnMetres,
-    /// How much of what is seen fits the drawing, from 0 to 1: the mean over recent updates.
+    /// How much of what is seen fits the drawing, from 0 to 1, as a running mean over recent updates.
     pub fit: f64,
 }
 
-/// Hypotheses with their weights.
+/// Weighted hypotheses of the robot's pose in the drawing.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Belief {
     settings: Believing,
     hypotheses: Vec<Hypothesis>,
-    /// Resampled into here.
+    /// Buffer for resampling.
     #[serde(skip)]
     spare: Vec<Hypothesis>,
     chance: Pcg64Mcg,
@@ -169,7 +174,7 @@ pub struct Belief {
 }
 
 impl Belief {
-    /// At the start of a drawn route.
+    /// Creates a belief at the start of a drawn route.
     pub fn new(at: Point<Drawn>, heading_rad: f64, settings: Believing, seed: u64) -> Self {
         let mut chance = Pcg64Mcg::seed_from_u64(seed);
         let count = settings.hypotheses.max(1);
@@ -178,8 +183,8 @@ impl Belief {
         Self { settings, spare: Vec::with_capacity(count), hypotheses, chance, fit: 1.0 }
     }
 
-    /// A person says where the robot is. The hypotheses are drawn anew, as at the start; a heading that is not given, and
-    /// how the drawing is stretched, are the estimate's.
+    /// Places the robot where a person says it is. The hypotheses are sampled again with the uncertainty of the start. If no
+    /// heading is given, the estimated heading is kept. The estimated stretch is always kept.
     pub fn place(&mut self, at: Point<Drawn>, heading_rad: Option<f64>) {
         let Estimate { heading_rad: believed_rad, stretch, .. } = self.estimate();
         let heading_rad = heading_rad.unwrap_or(believed_rad);
@@ -189,12 +194,13 @@ impl Belief {
         self.fit = 1.0;
     }
 
-    /// Room for what an update needs: a checkpoint keeps values, not room.
+    /// Reserves the memory that updates need. It must be called after a belief has been read from a checkpoint, which stores
+    /// values but no capacity.
     pub fn reserve(&mut self) {
         self.spare.reserve_exact(self.hypotheses.len());
     }
 
-    /// The robot moved and turned, in real metres and radians.
+    /// Moves the hypotheses by what the robot moved and turned, in real metres and radians.
     pub fn moved(&mut self, moved_m: f64, turned_rad: f64) {
         let settings = self.settings;
         let way = moved_m.abs();
@@ -204,14 +210,14 @@ impl Belief {
             one.stretch.0 *= (settings.stretch_sd * way.sqrt() * normal()).exp();
             let (sin, cos) = (one.heading_rad - turned_rad / 2.0).sin_cos();
             let DrawnMetres(drawn) = one.stretch.drawn(moved_m);
-            // Errors of a drawing are of the whole way: those of metres add up like chance.
+            // A drawing's errors accumulate along the whole route. Those of single metres add up like random steps.
             let sd = settings.way_sd * way.sqrt();
             one.at.x += drawn * cos + sd * normal();
             one.at.y += drawn * sin + sd * normal();
         }
     }
 
-    /// What is seen and remembered.
+    /// Weights the hypotheses by what the robot sees and remembers, and resamples them if necessary.
     pub fn seen(&mut self, memory: &Memory, outlines: &Outlines) {
         let (places, marked) = (memory.places(), memory.marked());
         if places.is_empty() && marked.is_empty() {
@@ -232,7 +238,7 @@ impl Belief {
                 log += (settings.undrawn + (1.0 - settings.undrawn) * likelihood).ln();
                 fits += likelihood;
             }
-            // The robot stands in no object.
+            // The robot cannot be inside an object.
             if outlines.nearest(one.at) < DrawnMetres::default() {
                 log -= 2.0 / part;
             }
@@ -253,7 +259,7 @@ impl Belief {
         self.resample();
     }
 
-    /// Systematic resampling, where fewer than half of the hypotheses count.
+    /// Resamples systematically if the effective number of hypotheses is below half of their number.
     fn resample(&mut self) {
         let count = self.hypotheses.len();
         let squares: f64 = self.hypotheses.iter().map(|one| one.weight * one.weight).sum();
@@ -272,14 +278,14 @@ impl Belief {
             }
         }
         while self.spare.len() < count {
-            // Rounding may leave the last one out.
+            // Rounding may leave out the last hypothesis.
             let last = self.hypotheses[count - 1];
             self.spare.push(Hypothesis { weight: 1.0 / count as f64, ..last });
         }
         std::mem::swap(&mut self.hypotheses, &mut self.spare);
     }
 
-    /// The weighted mean.
+    /// Returns the weighted mean of the hypotheses.
     pub fn estimate(&self) -> Estimate {
         let mean = |of: &dyn Fn(&Hypothesis) -> f64| {
             self.hypotheses.iter().map(|one| one.weight * of(one)).sum::<f64>()
@@ -298,8 +304,9 @@ impl Belief {
     }
 }
 
-/// How well a relation fits the drawing, from 0 to 1: by how far the outline is off where the object should be, and by
-/// the square of the distance from the robot, in drawn metres. Inside an object is as far off as outside.
+/// Returns how well a relation fits the drawing, from 0 to 1. `off` is the distance of the object's expected position from the
+/// outline, negative inside, where it counts in the same way. `square` is the square of the object's distance from the robot,
+/// in square drawn metres.
 fn likelihood(DrawnMetres(off): DrawnMetres, square: f64, settings: &Believing) -> f64 {
     let (cone, DrawnMetres(sd)) = (settings.cone * settings.cone * square, settings.outline_sd_m);
     (-0.5 * off * off / (sd * sd + cone)).exp()
@@ -326,7 +333,8 @@ mod tests {
         Outlines::of(&Sketch { landmarks, route, metres_per_pixel: 1.0 }, &[0, 1])
     }
 
-    /// What a robot there sees of the drawing: the nearest corners and edges, in a world that is so many times larger.
+    /// Adds what a robot at this pose sees of the drawing, the nearest corners and edges, in a world that is larger by the
+    /// factor `stretch`.
     fn see(memory: &mut Memory, from: Point<Drawn>, heading_rad: f64, stretch: f64) {
         let points = [[3.0, 1.0], [3.5, 1.0], [4.0, 1.0], [3.0, 1.5], [6.0, -1.5], [6.5, -1.5], [7.0, -1.5]];
         memory.see(points.map(Point::from).into_iter().map(|to| {
@@ -374,7 +382,7 @@ mod tests {
         assert!((belief.estimate().stretch.0 - 1.3).abs() < 0.15, "{:?}", belief.estimate());
     }
 
-    /// Two objects look the same to a sonar, and the robot was set down before the other one than it believes.
+    /// Two objects look the same to a sonar, and the robot stands in front of the one that it does not believe to be there.
     #[test]
     fn a_marker_tells_two_objects_apart() {
         let outlines = outlines();

@@ -2,13 +2,14 @@
 //!
 //! Formula 4.26 is
 //!
-//! α = Σ s / e^μ(x) · w(x) · cos(x π/8), β the same with the sine,
+//! α = Σ s / e^μ(x) · w(x) · cos(x π/8), and β the same with the sine,
 //!
-//! with p(x) the proximity in direction x and r the range, both in inches. S₁ = √(α² + β²) is how strongly to avoid, and
-//! F₁ = atan2(β, α) the direction to avoid. There are two readings of μ: see [`Attenuation`].
+//! with p(x) the proximity in direction x and r the range, both in inches. S₁ = √(α² + β²) is the strength of the avoidance,
+//! and F₁ = atan2(β, α) the direction to avoid. There are two readings of μ: see [`Attenuation`].
 //!
-//! Formula 4.27, F₂ = d S₁ r / c + p t, we read with d = −F₁ in degrees: away from what is avoided. The weights of figure 4.25
-//! are lost: the text has them greatest in front, less at the sides, none in the rear; see [`WEIGHTS`].
+//! We read formula 4.27, F₂ = d S₁ r / c + p t, with d = −F₁ in degrees, so that the robot turns away from what it avoids. The
+//! weights of figure 4.25 are lost. According to the text, they are greatest in front, smaller at the sides, and zero in the
+//! rear; see [`WEIGHTS`].
 
 use std::f64::consts::FRAC_PI_8;
 
@@ -18,13 +19,14 @@ use crate::error::Error;
 use crate::numbers;
 use crate::route::{Command, DIRECTIONS, INCH_M, between};
 
-/// The weight of a direction by how far it is off the front, in sixteenths of a turn (ours).
+/// Our weights of directions, indexed by how far a direction is off the front, in sixteenths of a turn.
 pub const WEIGHTS: [f64; 9] = [1.0, 0.9, 0.75, 0.5, 0.25, 0.0, 0.0, 0.0, 0.0];
 
-/// The nearest range in each of the sixteen directions, in metres; infinite where there is none.
+/// The nearest range in each of the sixteen directions, in metres, or infinity if there is no return.
 pub type Sectors = [f64; DIRECTIONS as usize];
 
-/// How the weight of an object falls with its distance: the μ of formula 4.26, from its proximity p and the range r.
+/// How the weight of an object decreases with its distance. This is the μ of formula 4.26, computed from the proximity p and
+/// the range r.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Attenuation {
@@ -37,7 +39,7 @@ pub enum Attenuation {
 }
 
 impl Attenuation {
-    /// The μ of an object, both lengths in inches.
+    /// Returns the μ of an object. Both lengths are in inches.
     fn mu(self, proximity: f64, range: f64) -> f64 {
         let log = (range - 1.0).ln();
         match self {
@@ -47,30 +49,30 @@ impl Attenuation {
     }
 }
 
-/// How the robot is controlled. The numbers are those of Chronis 2007, 4.7, if nothing else is said.
+/// Parameters of the controllers. The defaults are those of Chronis 2007, 4.7, unless stated otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Controlling {
-    /// The sensitivity s.
+    /// Sensitivity s.
     pub sensitivity: f64,
-    /// The range r up to which objects are avoided, in metres.
+    /// Range r up to which objects are avoided, in metres.
     pub range_m: f64,
-    /// How the weight of an object falls with its distance.
+    /// How the weight of an object decreases with its distance.
     pub attenuation: Attenuation,
-    /// The normalization constant c.
+    /// Normalization constant c.
     pub normalization: f64,
-    /// The turn rate constant t, in degrees a second.
+    /// Turn rate constant t, in degrees per second.
     pub turn_rate_dps: f64,
-    /// The speed, in metres a second.
+    /// Speed, in metres per second.
     pub speed_mps: f64,
-    /// The speed where an object is very close.
+    /// Speed while an object is very close, in metres per second.
     pub slow_mps: f64,
-    /// The turn rate where an object is very close, in degrees a second.
+    /// Turn rate while an object is very close, in degrees per second.
     pub quick_turn_dps: f64,
-    /// An object in front that is nearer than this is very close, in metres. The text gives no number: ours, below the
-    /// distance at which the robot stops at its goal.
+    /// Distance below which an object in front is very close, in metres. The thesis gives no number. Ours is smaller than the
+    /// distance at which the robot stops in front of its goal.
     pub close_m: f64,
-    /// The robot stops at its goal at this distance, in metres (rule 2).
+    /// Distance at which the robot stops in front of its goal, in metres (rule 2).
     pub stop_m: f64,
 }
 
@@ -92,10 +94,10 @@ impl Default for Controlling {
 }
 
 impl Controlling {
-    /// `Ok` where all numbers are in their ranges. The logarithm of formula 4.26 wants a range above an inch.
+    /// Checks that all numbers are within their ranges. The logarithm in formula 4.26 needs a range of more than an inch.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         let Self { sensitivity, range_m, normalization, turn_rate_dps, speed_mps, .. } = *self;
         let Self { slow_mps, quick_turn_dps, close_m, stop_m, .. } = *self;
@@ -122,25 +124,26 @@ impl Controlling {
     }
 }
 
-/// What the reactive controller asks to avoid.
+/// Output of the reactive controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Avoidance {
-    /// How much, S₁.
+    /// Strength of the avoidance, S₁.
     pub strength: f64,
-    /// Where it is, F₁, in radians from the front, left positive.
+    /// Direction to avoid, F₁, in radians from the front, positive to the left.
     pub direction_rad: f64,
 }
 
-/// What the robot is to do.
+/// A command to the robot.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Drive {
-    /// Its speed, in metres a second.
+    /// Speed, in metres per second.
     pub speed_mps: f64,
-    /// Its turn rate, in radians a second, left positive.
+    /// Turn rate, in radians per second, positive to the left.
     pub yaw_rate_radps: f64,
 }
 
-/// The nearest range in each direction, by beams in any order. What is at the range limit or not finite is no return.
+/// Returns the nearest range in each direction, from beams in any order. A range that is not finite or reaches the limit counts
+/// as no return.
 pub fn sectors(angles_rad: &[f64], ranges_m: &[f64], range_max_m: f64) -> Sectors {
     let mut sectors = [f64::INFINITY; DIRECTIONS as usize];
     for (angle, range) in angles_rad.iter().zip(ranges_m) {
@@ -152,7 +155,7 @@ pub fn sectors(angles_rad: &[f64], ranges_m: &[f64], range_max_m: f64) -> Sector
     sectors
 }
 
-/// Formula 4.26.
+/// Computes what to avoid, by formula 4.26.
 pub fn avoidance(sectors: &Sectors, settings: &Controlling) -> Avoidance {
     let range = settings.range_m / INCH_M;
     let (mut alpha, mut beta) = (0.0, 0.0);
@@ -168,28 +171,28 @@ pub fn avoidance(sectors: &Sectors, settings: &Controlling) -> Avoidance {
     Avoidance { strength: alpha.hypot(beta), direction_rad: beta.atan2(alpha) }
 }
 
-/// The nearest range of the front sensors, 0, 1, 2, 14 and 15 (rule 2).
+/// Returns the nearest range of the front sensors, which are 0, 1, 2, 14 and 15 (rule 2).
 pub fn front_m(sectors: &Sectors) -> f64 {
     [0, 1, 2, 14, 15].into_iter().map(|x| sectors[x]).fold(f64::INFINITY, f64::min)
 }
 
-/// The behaviour controller: the three cases of 4.7.
+/// Behaviour controller with the three cases of 4.7.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Behaviour {
-    /// Where the robot turns to away from what is very close: 1 left, −1 right, 0 nowhere. It keeps to a side until the
-    /// object is out of its way.
+    /// Direction in which the robot turns away from something very close: 1 for left, −1 for right, 0 for neither. The robot
+    /// keeps turning to the same side until the way is clear.
     escape: i8,
 }
 
 impl Behaviour {
-    /// The command of the path and that of the reactive controller, fused.
+    /// Fuses the command of the path controller with that of the reactive controller.
     pub fn fuse(&mut self, command: Command, sectors: &Sectors, settings: &Controlling) -> Drive {
         if command == Command::Stop {
             self.escape = 0;
             return Drive::default();
         }
         if front_m(sectors) < settings.close_m {
-            // Case 3: the path's command is ignored.
+            // Case 3: the command of the path controller is ignored.
             if self.escape == 0 {
                 self.escape =
                     if nearness(sectors, settings, 1) > nearness(sectors, settings, -1) { -1 } else { 1 };
@@ -198,7 +201,7 @@ impl Behaviour {
             return Drive { speed_mps: settings.slow_mps, yaw_rate_radps: turn.to_radians() };
         }
         self.escape = 0;
-        // Case 2, formula 4.27; with S₁ = 0 it is case 1.
+        // Case 2 is formula 4.27, which reduces to case 1 if S₁ = 0.
         let avoid = avoidance(sectors, settings);
         let away = -avoid.direction_rad.to_degrees();
         let fused = away * avoid.strength * (settings.range_m / INCH_M) / settings.normalization
@@ -207,7 +210,7 @@ impl Behaviour {
     }
 }
 
-/// How much is near on a side of the front half, 1 being left.
+/// Returns how much is near on one side of the front half. `side` is 1 for left and −1 for right.
 fn nearness(sectors: &Sectors, settings: &Controlling, side: i8) -> f64 {
     let near = (1..=4).map(|off| {
         let x = (i32::from(side) * off).rem_euclid(i32::from(DIRECTIONS)) as usize;
@@ -260,7 +263,7 @@ mod tests {
         assert!(BOTH.iter().all(|of| strength(*of, 0, 150.0) == 0.0));
     }
 
-    /// Formula 4.26 by hand: ln 149 = 5.003946.
+    /// Checks formula 4.26 against a calculation by hand, with ln 149 = 5.003946.
     #[test]
     fn the_minus_of_formula_4_26_is_a_minus_or_a_product() {
         for (of, inches, mu) in [
@@ -272,15 +275,15 @@ mod tests {
             assert!((of.mu(inches, 150.0) - mu).abs() < 1e-6, "{of:?}, {inches}");
             assert!((strength(of, 0, inches) - 200.0 / mu.exp()).abs() < 1e-4);
         }
-        // At the range: 200 / e^0.9666 and 200 / 149.
+        // At the limit of the range: 200 / e^0.9666 and 200 / 149.
         assert!((strength(Attenuation::Printed, 0, 150.0 - 1e-9) - 76.07).abs() < 0.01);
         assert!((strength(Attenuation::Product, 0, 150.0 - 1e-9) - 200.0 / 149.0).abs() < 1e-6);
     }
 
     #[test]
     fn formula_4_27_by_hand() {
-        // One object at direction 2 (45°), 75 inches off. As a product: 200 / 149^0.5 × 0.75 = 12.288;
-        // × 45 × 150 / 90000 = 0.922. As printed: 200 / e^0.46664 × 0.75 = 94.066; × 0.075 = 7.055.
+        // One object in direction 2 (45°), 75 inches away. As a product: 200 / 149^0.5 × 0.75 = 12.288; × 45 × 150 / 90000 =
+        // 0.922. As printed: 200 / e^0.46664 × 0.75 = 94.066; × 0.075 = 7.055.
         for (of, expected) in [(Attenuation::Product, -0.92164), (Attenuation::Printed, -7.05494)] {
             assert!((turn(of, Command::Forward, &[(2, 75.0)]) - expected).abs() < 1e-4);
             assert!((turn(of, Command::Left, &[(2, 75.0)]) - expected - 10.0).abs() < 1e-4);
@@ -296,12 +299,12 @@ mod tests {
         };
         assert_eq!(drive(&[], Command::Left), (25.0, 10.0));
         assert_eq!(drive(&[], Command::Forward), (25.0, 0.0));
-        // An object on either side, equally far: no preference.
+        // With objects on both sides at equal distances, the robot prefers neither side.
         assert_eq!(drive(&[(4, 50.0), (12, 50.0)], Command::Forward), (25.0, 0.0));
         assert_eq!(drive(&[(1, 20.0)], Command::Left), (5.0, -105.0));
         assert_eq!(drive(&[(15, 20.0)], Command::Right), (5.0, 105.0));
         assert_eq!(drive(&[(15, 20.0)], Command::Stop), (0.0, 0.0));
-        // Beside the robot it is not in its way.
+        // An object next to the robot is not in its way.
         assert_eq!(drive(&[(4, 20.0)], Command::Forward).0, 25.0);
     }
 

@@ -1,4 +1,4 @@
-//! What viewers get of landmarks.
+//! ROS 2 topics derived from this navigator's messages, for viewers.
 
 use sketchnav_schemas::ros2::Ros2Error;
 use sketchnav_schemas::ros2::derived::{Derived, derived};
@@ -7,12 +7,12 @@ use sketchnav_schemas::ros2::shapes::{REMEMBERED_COLOR, SEEN_COLOR, Shapes};
 
 use crate::messages::{LANDMARK_VIEW, LandmarkView};
 
-/// The topics.
+/// The derived topics.
 pub const DERIVED: &[Derived] = derived! {
     "/landmark_view/markers": "visualization_msgs/msg/MarkerArray" = landmark_markers(LANDMARK_VIEW);
 };
 
-/// The returns in sixteen directions, and the places of objects that a robot remembers.
+/// Returns the returns in sixteen directions, and the positions of the objects that a robot remembers, as markers.
 fn landmark_markers(view: &LandmarkView, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     const PLACE_M: f64 = 0.15;
     let mut shapes = Shapes::new(&view.header, "base_link")?;

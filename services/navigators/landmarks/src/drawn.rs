@@ -1,14 +1,15 @@
 //! Lengths in a drawing, and the driven lengths that they stand for.
 //!
-//! A drawing is out of scale, so a length measured in it has another type than a length that the robot drives. Only the
-//! drawing's [`Stretch`] converts between the two.
+//! A drawing is not to scale, so lengths measured in it have a different type from lengths that the robot drives. Only the
+//! [`Stretch`] of the drawing converts between them.
 
 use std::ops::{Add, Mul, Sub};
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::Point;
 
-/// The drawing in metres, by what its canvas is said to stand for: x to the right, y up.
+/// The frame of a drawing, with x to the right and y up. Its unit is the metre, given the size that the canvas is said to stand
+/// for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Drawn;
 
@@ -18,17 +19,17 @@ pub struct Drawn;
 pub struct DrawnMetres(pub f64);
 
 impl DrawnMetres {
-    /// The distance between two places of a drawing.
+    /// Returns the distance between two points of a drawing.
     pub fn between(one: &Point<Drawn>, other: &Point<Drawn>) -> Self {
         Self(one.distance(other))
     }
 
-    /// The longer of the two.
+    /// Returns the longer of the two lengths.
     pub const fn max(self, other: Self) -> Self {
         Self(self.0.max(other.0))
     }
 
-    /// The nearest length within these bounds.
+    /// Restricts the length to the range from `low` to `high`.
     pub const fn clamp(self, low: Self, high: Self) -> Self {
         Self(self.0.clamp(low.0, high.0))
     }
@@ -58,21 +59,21 @@ impl Mul<f64> for DrawnMetres {
     }
 }
 
-/// How many driven metres a drawn one stands for.
+/// Number of driven metres per drawn metre.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Stretch(pub f64);
 
 impl Stretch {
-    /// The stretch of a drawing to scale.
+    /// Stretch of a drawing to scale.
     pub const NONE: Self = Self(1.0);
 
-    /// A driven length, in metres, as a length in the drawing.
+    /// Converts a driven length, in metres, to a length in the drawing.
     pub fn drawn(self, driven_m: f64) -> DrawnMetres {
         DrawnMetres(driven_m / self.0)
     }
 
-    /// A length in the drawing as a driven length, in metres.
+    /// Converts a length in the drawing to a driven length, in metres.
     pub fn driven_m(self, drawn: DrawnMetres) -> f64 {
         drawn.0 * self.0
     }

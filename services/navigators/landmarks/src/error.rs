@@ -1,4 +1,4 @@
-//! What can be wrong with a drawing, a route in words, or a robot.
+//! Errors in drawings, in routes in words, and in robots.
 
 use sketchnav_schemas::geometry::{self, Point};
 use sketchnav_schemas::mission::MissionError;
@@ -6,142 +6,142 @@ use sketchnav_schemas::robot::RobotError;
 
 use crate::route::Command;
 
-/// A place in a drawing, in pixels of its canvas: x to the right, y up.
+/// A position in a drawing, in pixels of its canvas, with x to the right and y up.
 pub type Pixel = Point<geometry::Sketch>;
 
-/// Why input was rejected. Each variant names the place, what was expected and what was found.
+/// Reasons for rejecting input. Each message names the place of the fault, what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A number of a drawing or a parameter that is out of its range.
+    /// A number in a drawing or a parameter is out of range.
     #[error("{what}: expected {expected}, found {found}")]
     Number {
-        /// Which number.
+        /// Name of the number.
         what: String,
-        /// What was expected.
+        /// Description of the valid range.
         expected: &'static str,
-        /// The number.
+        /// The number found.
         found: f64,
     },
-    /// A file that is no strokes in JSON.
+    /// The file does not contain strokes in JSON.
     #[error("expected strokes in JSON: {0}")]
     Json(String),
-    /// A label of a mission that no object of the sketch has, or several.
+    /// A label in a mission belongs to no object of the sketch, or to several.
     #[error("navigator.markers.{label}: expected one object with this label in the sketch, found {found}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
     Label {
-        /// The label.
+        /// The label in the mission.
         label: String,
-        /// How many objects have it.
+        /// Number of objects with this label.
         found: usize,
-        /// The label that is nearest to it.
+        /// The most similar label in the sketch.
         nearest: Option<String>,
     },
-    /// Words in a file that is no text.
+    /// The words are not valid UTF-8.
     #[error("byte {}: expected UTF-8, found something else", at + 1)]
     Text {
-        /// How many bytes before it are text.
+        /// Number of valid bytes before the fault.
         at: usize,
     },
-    /// No stroke of the drawing is a route.
+    /// No stroke of the drawing can be the route.
     #[error("expected an open line as the route, found {objects} objects and {stray} stray marks")]
     NoRoute {
-        /// How many objects there are.
+        /// Number of objects found.
         objects: usize,
-        /// How many marks were taken as stray.
+        /// Number of marks discarded as stray.
         stray: usize,
     },
-    /// More than one stroke may be the route.
+    /// More than one stroke can be the route.
     #[error(
         "expected one route, found a second one: stroke {second} at ({:.0}, {:.0}) besides stroke {first}", at.x, at.y
     )]
     SeveralRoutes {
-        /// The number of the longer stroke, from 1.
+        /// Number of the longer stroke, from 1.
         first: usize,
-        /// The number of the other one.
+        /// Number of the other stroke, from 1.
         second: usize,
-        /// Where the other one begins.
+        /// Start of the other stroke.
         at: Pixel,
     },
-    /// A drawing without landmarks.
+    /// The drawing has no landmarks.
     #[error("expected at least one closed outline as a landmark, found none")]
     NoObjects,
     /// The outline of an object crosses itself.
     #[error("{object}: expected an outline that does not cross itself, it does at ({:.0}, {:.0})", at.x, at.y)]
     OutlineCrossesItself {
-        /// The name of the object.
+        /// Name of the object.
         object: String,
-        /// Where.
+        /// Position of the crossing.
         at: Pixel,
     },
     /// Two objects overlap.
     #[error("expected objects apart, {first} and {second} cross at ({:.0}, {:.0})", at.x, at.y)]
     ObjectsCross {
-        /// The name of one.
+        /// Name of one object.
         first: String,
-        /// The name of the other.
+        /// Name of the other object.
         second: String,
-        /// Where.
+        /// Position where the objects meet.
         at: Pixel,
     },
-    /// The route goes through an object.
+    /// The route passes through an object.
     #[error("expected a route past objects, it enters {object} at ({:.0}, {:.0})", at.x, at.y)]
     RouteThroughObject {
-        /// The name of the object.
+        /// Name of the object.
         object: String,
-        /// Where the route enters.
+        /// Position where the route enters the object.
         at: Pixel,
     },
-    /// The robot has to turn, and there is nothing to see.
+    /// The robot has to turn where there is nothing to see.
     #[error(
         "step {step} at ({:.0}, {:.0}): expected an object within {radius_m:.1} m where the robot is to {command}",
         at.x,
         at.y
     )]
     NothingInView {
-        /// The number of the step along the route, from 1.
+        /// Number of the step along the route, from 1.
         step: usize,
-        /// Where the step is in the drawing.
+        /// Position of the step in the drawing.
         at: Pixel,
-        /// What the robot is to do there.
+        /// Command to be carried out at the step.
         command: Command,
-        /// How far its sensors reach.
+        /// Range of the robot's sensors.
         radius_m: f64,
     },
-    /// Reading a route in words failed.
+    /// A route in words could not be read.
     #[error("line {line}, {place}: expected {expected}, found {found:?}{}", nearest.as_ref().map_or(String::new(), |word| format!("; did you mean {word:?}?")))]
     Word {
-        /// The number of the line, from 1.
+        /// Number of the line, from 1.
         line: usize,
-        /// Which word of the line, from 1, or its end.
+        /// Position in the line.
         place: WordPlace,
-        /// What was expected.
+        /// Description of what was expected.
         expected: String,
-        /// The word, or "" at the end.
+        /// The word found, or an empty string at the end.
         found: String,
-        /// The known word that is nearest to it.
+        /// The most similar known word.
         nearest: Option<String>,
     },
-    /// A route that has too few or wrong states.
+    /// The states of a route are too few or invalid.
     #[error("expected {expected}, found {found}")]
     States {
-        /// What was expected.
+        /// Description of a valid route.
         expected: &'static str,
-        /// What was found.
+        /// Description of what was found.
         found: String,
     },
-    /// A robot whose sensor the method cannot use.
+    /// The method cannot use a sensor of the robot.
     #[error("expected {expected}, found {found}")]
     Sensor {
-        /// What was expected.
+        /// Description of a usable sensor.
         expected: &'static str,
-        /// What was found.
+        /// Description of what was found.
         found: String,
     },
 }
 
-/// Where in a line of a route in words.
+/// Position in a line of a route in words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WordPlace {
-    /// The word with this number, from 1.
+    /// At the word with this number, from 1.
     Word(usize),
     /// After the last word.
     End,
@@ -156,58 +156,58 @@ impl std::fmt::Display for WordPlace {
     }
 }
 
-/// Why a mission of this kind cannot be driven.
+/// Reasons why a mission of this kind cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum LandmarksError {
-    /// The mission's keys.
+    /// A key of the mission is invalid.
     #[error(transparent)]
     Mission(#[from] MissionError),
-    /// A sensor that the robot lacks.
+    /// The robot lacks a sensor.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// A robot without a sensor that sees objects.
+    /// The robot has no sensor that sees objects.
     #[error("robot {robot:?}: expected one of the sensors [sonar] and [laser] in its file, found neither")]
     Blind {
-        /// The robot's name.
+        /// Name of the robot.
         robot: String,
     },
-    /// A marker of a mission that the world does not have.
+    /// The mission names a marker that the world does not have.
     #[error("navigator.markers.{label}: expected a marker of the world, which has {count}, found {found}")]
     Marker {
-        /// The label of its object.
+        /// Label of the object that the marker is said to be on.
         label: String,
-        /// Its number.
+        /// Number of the marker.
         found: u32,
-        /// How many markers the world has.
+        /// Number of markers in the world.
         count: usize,
     },
-    /// A ring of too few sonars.
+    /// The robot's ring has too few sonars.
     #[error("robot {robot:?}: sonar.sonars: expected 8 or more, found {found}")]
     Sonars {
-        /// The robot's name.
+        /// Name of the robot.
         robot: String,
-        /// How many there are.
+        /// Number of sonars in the ring.
         found: u32,
     },
-    /// Reading the file of a sketch or of words failed.
+    /// The file of a sketch or of a route in words could not be read.
     #[error("{key}: {file}: {reason}")]
     File {
-        /// The key.
+        /// Key that names the file.
         key: &'static str,
-        /// The file.
+        /// Name of the file.
         file: String,
-        /// Why.
+        /// Why reading failed.
         reason: String,
     },
-    /// What is wrong with a sketch or with words.
+    /// A sketch or a route in words is invalid.
     #[error("{file}: {cause}")]
     Input {
-        /// The file.
+        /// Name of the file.
         file: String,
-        /// What is wrong with it.
+        /// The fault in the file.
         cause: Error,
     },
-    /// Instructions that no sketcher of this build has sent.
+    /// The instructions received do not come from a sketcher of this build.
     #[error("landmark_route: {0}")]
     Instructions(String),
 }

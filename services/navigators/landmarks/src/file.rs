@@ -1,4 +1,4 @@
-//! Sketches as files: strokes in JSON, as the project's drawing pad writes them, with labels.
+//! Sketch files: labelled strokes in JSON, as written by this project's drawing pad.
 //!
 //! ```json
 //! { "canvas": [160, 160],
@@ -7,9 +7,9 @@
 //!   "obstacles": [ { "polygon": [[20, 60], [30, 60], [30, 70]], "label": "table" } ] }
 //! ```
 //!
-//! All coordinates are pixels of the canvas: column, row, row 0 at the top. `canvas` and `strokes` are required. A
-//! polygon of `obstacles` is a closed stroke with a label; a `route` is a stroke more. What else a pad writes
-//! (`start`, `goals`, the width of its pen) does not matter here. The form of a stroke says what it is (see
+//! All coordinates are pixels of the canvas: column and row, with row 0 at the top. `canvas` and `strokes` are required. A
+//! polygon in `obstacles` is read as a closed stroke with a label, and `route` as another stroke. Anything else that a pad
+//! writes (`start`, `goals`, the width of its pen) is ignored. What a stroke stands for follows from its shape (see
 //! [`crate::sketch::strokes`]).
 
 use serde::Deserialize;
@@ -18,7 +18,7 @@ use serde::de::IgnoredAny;
 use crate::error::{Error, Pixel};
 use crate::sketch::{Drawing, Label, Stroke};
 
-/// Most strokes of a drawing, and most points of them all.
+/// Maximum number of strokes in a drawing (also that of labels), and of points in all its strokes together.
 const MOST_STROKES: usize = 500;
 const MOST_POINTS: usize = 50_000;
 
@@ -57,10 +57,11 @@ struct Obstacle {
     label: String,
 }
 
-/// Reads a file of strokes.
+/// Reads a sketch file.
 ///
 /// # Errors
-/// [`Error::Json`] with line and column; [`Error::Number`] where there are too many strokes or points.
+/// - [`Error::Json`] with line and column, if the file is not a sketch in JSON;
+/// - [`Error::Number`] if there are too many strokes, points or labels.
 pub fn read(bytes: &[u8]) -> Result<Drawing, Error> {
     let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let page: Page = serde_json::from_slice(text).map_err(|error| Error::Json(error.to_string()))?;

@@ -1,13 +1,13 @@
-//! The path controller (Chronis 2007, 4.1, 4.6 to 4.8): follows a route by matching its states one after the other.
+//! The path controller (Chronis 2007, 4.1, 4.6 to 4.8), which follows a route by matching its states one after the other.
 //!
 //! - Rule 1: the first state is not matched; its command is carried out at once.
-//! - Rule 2: the last state is not matched; once all others are, the robot stops where an object is nearer than 30 inches
-//!   in front.
-//! - After a turn begins, the robot turns by 30° before it matches again. After it moves forward, it goes 2 feet (five
-//!   of the text's cycles).
-//! - Where the next state does not come in twice the expected time, the robot is lost and stops.
+//! - Rule 2: the last state is not matched. Once all others are, the robot stops as soon as an object in front is nearer than
+//!   30 inches.
+//! - After it has begun a turn, the robot turns by 30° before it matches again. After a command to move forward, it drives 2
+//!   feet (five of the thesis's cycles).
+//! - If the next state does not come within twice the expected time, the robot is lost and stops.
 //!
-//! A step allocates nothing. What it remembers is [`Progress`].
+//! A step allocates nothing. All state is kept in [`Progress`].
 
 use serde::{Deserialize, Serialize};
 
@@ -19,27 +19,27 @@ use crate::numbers;
 use crate::perception::Seen;
 use crate::route::{Command, INCH_M, Route, State};
 
-/// How a route is followed.
+/// Parameters for following a route.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Following {
-    /// Which features count in matching.
+    /// Features that are used in matching.
     pub features: Features,
-    /// How the robot is controlled.
+    /// Parameters of the controllers.
     pub control: Controlling,
-    /// When it is lost.
+    /// How long to wait for a state before the robot counts as lost.
     pub patience: Patience,
     /// How often and how soon states are matched.
     pub rhythm: Rhythm,
 }
 
 impl Following {
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
-        // Features are switches.
+        // Features are switches, so any value is valid.
         let Self { features: _, control, patience, rhythm } = self;
         numbers::within("control", control.check())?;
         numbers::within("patience", patience.check())?;
@@ -48,7 +48,7 @@ impl Following {
 }
 
 impl Following {
-    /// The way to a state.
+    /// Returns the leg that leads to state `to`.
     fn leg(&self, states: &[State], to: usize) -> Leg {
         let Self { control, rhythm, .. } = self;
         let least_s = if states[to - 1].command.is_turn() {
@@ -64,11 +64,11 @@ impl Following {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Rhythm {
-    /// The length of a cycle of sensing and matching, in seconds. Five cycles are "roughly 2 feet" at 25 inches a second.
+    /// Duration of a cycle of sensing and matching, in seconds. Five cycles are "roughly 2 feet" at 25 inches per second.
     pub cycle_s: f64,
-    /// The least turn between matches, in degrees.
+    /// Minimum turn between two matches, in degrees.
     pub least_turn_deg: f64,
-    /// The least way forward between matches, in metres.
+    /// Minimum distance forward between two matches, in metres.
     pub least_way_m: f64,
 }
 
@@ -79,10 +79,10 @@ impl Default for Rhythm {
 }
 
 impl Rhythm {
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         let Self { cycle_s, least_turn_deg, least_way_m } = *self;
         let numbers =
@@ -91,22 +91,22 @@ impl Rhythm {
     }
 }
 
-/// What the robot knows in a step.
+/// Input of a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Viewed<'a> {
-    /// The objects that it sees: [`crate::perception`].
+    /// Objects that the robot sees: see [`crate::perception`].
     pub seen: &'a [Seen],
-    /// The nearest ranges in sixteen directions.
+    /// Nearest ranges in sixteen directions.
     pub sectors: &'a Sectors,
-    /// The time since the last step, in seconds.
+    /// Time since the last step, in seconds.
     pub time_s: f64,
-    /// The way since the last step by odometry, in metres.
+    /// Distance moved since the last step according to odometry, in metres.
     pub moved_m: f64,
-    /// The turn since the last step by odometry, in radians, left positive.
+    /// Angle turned since the last step according to odometry, in radians, positive to the left.
     pub turned_rad: f64,
 }
 
-/// What happened in a step.
+/// Events during a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Event {
@@ -114,22 +114,22 @@ pub enum Event {
     Matched(usize),
     /// The robot stopped at its goal.
     Arrived,
-    /// The state with this number did not come.
+    /// The state with this number, from 0, did not come in time.
     Lost(usize),
 }
 
-/// Where the robot is along its route.
+/// Position of the robot along its route.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    /// The number of the state that the robot waits for.
+    /// Number of the state that the robot is waiting for.
     next: usize,
     recent: RecentMatches,
     behaviour: Behaviour,
     waiting: Waiting,
-    /// Turn and way since the last match.
+    /// Angle turned and distance moved since the last match.
     turned_rad: f64,
     moved_m: f64,
-    /// The time since the last cycle.
+    /// Time since the last cycle, in seconds.
     cycle_s: f64,
     ended: Option<Event>,
 }
@@ -149,7 +149,7 @@ impl Default for Progress {
     }
 }
 
-/// Follows a route.
+/// Makes a robot follow a route.
 #[derive(Debug, Clone)]
 pub struct Follower {
     route: Route,
@@ -158,24 +158,24 @@ pub struct Follower {
 }
 
 impl Follower {
-    /// At the start of a route.
+    /// Creates a follower at the start of a route.
     ///
     /// # Errors
-    /// [`Error::States`] where the route cannot be driven.
+    /// [`Error::States`] if the route cannot be driven.
     pub fn new(route: Route, settings: Following) -> Result<Self, Error> {
         route.check()?;
         Ok(Self { route, settings, progress: Progress::default() })
     }
 
-    /// Where it is along the route: all that it remembers.
+    /// Returns the position along the route, which is all the state of a follower.
     pub const fn progress(&self) -> &Progress {
         &self.progress
     }
 
-    /// Goes on from there.
+    /// Resumes from a stored position along the route.
     ///
     /// # Errors
-    /// [`Error::States`] where it waits for a state that the route has not.
+    /// [`Error::States`] if the position is that of a state the route does not have.
     pub fn restore(&mut self, progress: Progress) -> Result<(), Error> {
         if !(1..self.route.states.len()).contains(&progress.next) {
             let found = format!("state {}", progress.next);
@@ -185,22 +185,22 @@ impl Follower {
         Ok(())
     }
 
-    /// The route.
+    /// Returns the route.
     pub const fn route(&self) -> &Route {
         &self.route
     }
 
-    /// Which features count in matching.
+    /// Returns the features that are used in matching.
     pub const fn features(&self) -> Features {
         self.settings.features
     }
 
-    /// The number of the state that the robot waits for.
+    /// Returns the number of the state that the robot is waiting for.
     pub const fn next(&self) -> usize {
         self.progress.next
     }
 
-    /// The command that is carried out.
+    /// Returns the command that is being carried out.
     pub fn command(&self) -> Command {
         if self.progress.ended.is_some() {
             Command::Stop
@@ -209,20 +209,20 @@ impl Follower {
         }
     }
 
-    /// Whether it is lost.
+    /// Returns true if the robot is lost.
     pub const fn is_lost(&self) -> bool {
         matches!(self.progress.ended, Some(Event::Lost(_)))
     }
 
-    /// A person led the robot to where this state has just been matched; it goes on from there (4.8).
+    /// Continues from a state that has just been matched because a person led the robot there (4.8).
     ///
     /// # Errors
-    /// [`Error::States`] where the route has no such state before its end.
+    /// [`Error::States`] if the route has no such state before its end.
     pub fn resume_at(&mut self, state: usize) -> Result<(), Error> {
         self.restore(Progress { next: state + 1, ..Progress::default() })
     }
 
-    /// A step: what the robot is to do, and what happened.
+    /// Makes a step. Returns the command to the robot, and the event of this step if there was one.
     pub fn step(&mut self, viewed: &Viewed<'_>) -> (Drive, Option<Event>) {
         let Self { route, settings, progress } = self;
         if progress.ended.is_some() {
@@ -252,7 +252,7 @@ impl Follower {
 }
 
 impl Progress {
-    /// A cycle of matching.
+    /// Runs a cycle of matching.
     fn advance(&mut self, states: &[State], seen: &[Seen], settings: &Following) -> Option<Event> {
         let state = &states[self.next];
         let is_met = self.recent.matches(state, seen, settings.features);
@@ -296,7 +296,7 @@ mod tests {
         follower.step(&Viewed { seen, sectors: ranges, time_s, moved_m, turned_rad })
     }
 
-    /// A cycle with objects in these directions, in inches; the robot turns by so many degrees and goes 5 inches.
+    /// Runs a cycle with objects in these directions at distances in inches. The robot turns by `degrees` and moves 5 inches.
     fn cycle(follower: &mut Follower, inches: &[(usize, f64)], degrees: f64) -> (Drive, Option<Event>) {
         let mut ranges = [f64::INFINITY; 16];
         for (beam, range) in inches {
@@ -308,7 +308,7 @@ mod tests {
 
     #[test]
     fn the_first_command_is_carried_out_at_once() {
-        // Rule 1: nothing of the first state is in view.
+        // Rule 1: the command is carried out although nothing of the first state is in view.
         let mut follower =
             follower("At the start, when a desk is behind, then turn left. When a box is ahead, then stop.");
         let (drive, event) = cycle(&mut follower, &[], 0.0);
@@ -317,7 +317,7 @@ mod tests {
 
     #[test]
     fn the_last_state_is_an_object_close_in_front() {
-        // Rule 2: 30 inches, in front of any of the five front sensors, wherever the last state has its objects.
+        // Rule 2: 30 inches in front of any of the five front sensors, wherever the objects of the last state are.
         let mut follower =
             follower("When a box is left, then turn right. At the end, when a desk is behind, then stop.");
         for _ in 0..5 {
@@ -337,7 +337,7 @@ mod tests {
         let mut follower =
             follower("When a box is left, then turn right. When a box is left, then move forward.");
         let matched: Vec<_> = (0..12).map(|_| cycle(&mut follower, &[(4, 60.0)], -4.0).1).collect();
-        // Five cycles of 5 inches; then eight of 4°.
+        // Five cycles of 5 inches, then eight of 4°.
         let expected = |i: usize| match i {
             4 => Some(Event::Matched(1)),
             _ => None,
@@ -348,13 +348,13 @@ mod tests {
 
     #[test]
     fn the_robot_is_lost_where_a_state_does_not_come_in_twice_the_time() {
-        // 2.54 m at 25 inches a second are 4 s: 8 s are 41 cycles and two thirds.
+        // 2.54 m at 25 inches per second take 4 s. Twice that is 41 cycles and two thirds.
         let mut follower = follower("After 2.54 m, when a box is left, then turn right.");
         for i in 1..=41 {
             assert_eq!(cycle(&mut follower, &[], 0.0).1, None, "{i}");
         }
         assert_eq!(cycle(&mut follower, &[], 0.0), (Drive::default(), Some(Event::Lost(1))));
-        // A person leads it to the state that it missed; it goes on with the command of that state.
+        // A person leads the robot to the state that it missed, and it continues with the command of that state.
         follower.resume_at(1).unwrap();
         assert!(cycle(&mut follower, &[], 0.0).0.yaw_rate_radps < 0.0);
         assert!(follower.resume_at(2).is_err());

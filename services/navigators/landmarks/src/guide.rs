@@ -1,8 +1,9 @@
-//! Our own way along a sketched route: the robot drives by where it probably is in the drawing, and says how sure it is.
+//! Our own method of driving along a sketched route: the robot goes by its estimated pose in the drawing, and reports how well
+//! that fits.
 //!
-//! [`crate::locator`] says where the robot is. From there it pursues the drawn route (Coulter 1992), while the reactive
-//! controller of Chronis 2007 keeps it off objects. At the end it goes on to the object there and stops before it. It is
-//! lost where what it sees does not fit the drawing any more, or where the goal does not come.
+//! [`crate::locator`] provides the pose. From there, the robot pursues the drawn route (Coulter 1992), while the reactive
+//! controller of Chronis 2007 keeps it off objects. At the end of the route it drives on to the object there and stops in front
+//! of it. The robot is lost if what it sees no longer fits the drawing, or if the goal does not come.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, wrap_angle};
@@ -16,25 +17,25 @@ use crate::plane;
 use crate::route::{Command, INCH_M};
 use crate::sketch::Sketch;
 
-/// How the robot is guided.
+/// Parameters for guiding the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Guiding {
-    /// Speeds, and how objects are avoided.
+    /// Speeds and avoidance.
     pub control: Controlling,
-    /// How far ahead on the route the robot aims, in driven metres.
+    /// Look-ahead distance along the route, in driven metres.
     pub ahead_m: f64,
-    /// The greatest turn rate, in degrees a second.
+    /// Maximum turn rate, in degrees per second.
     pub turn_dps: f64,
-    /// How much stronger objects are avoided than by formula 4.27.
+    /// Factor by which avoidance is stronger than in formula 4.27.
     pub avoid: f64,
-    /// From so far before the end on, an object in front is the goal.
+    /// Distance from the end of the route within which an object in front is taken for the goal.
     pub goal_m: DrawnMetres,
-    /// How far the robot looks for the goal beyond the end of the route.
+    /// How far beyond the end of the route the robot looks for its goal.
     pub beyond_m: DrawnMetres,
-    /// The robot is lost where less than this of what it sees fits the drawing.
+    /// The robot is lost if the share of what it sees that fits the drawing falls below this.
     pub least_fit: f64,
-    /// It is lost where it goes so many times the way that is drawn.
+    /// Maximum ratio of the distance covered to the length of the drawn route. Beyond it, the robot is lost.
     pub most_way: f64,
 }
 
@@ -54,10 +55,10 @@ impl Default for Guiding {
 }
 
 impl Guiding {
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         let Self { control, ahead_m, turn_dps, avoid, goal_m, beyond_m, least_fit, most_way } = self;
         numbers::within("control", control.check())?;
@@ -73,36 +74,36 @@ impl Guiding {
     }
 }
 
-/// How the robot fares.
+/// Outcome of a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// It stopped before its goal.
+    /// The robot has stopped in front of its goal.
     Arrived,
-    /// The goal did not come: beyond the end of the drawn route, or after twice its length.
+    /// The robot has gone too far beyond the end of the drawn route, or too far in all, without meeting its goal.
     NoGoal,
-    /// What it sees does not fit the drawing.
+    /// What the robot sees does not fit the drawing.
     Lost,
 }
 
-/// What the guide remembers.
+/// State of the guide.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// How far along the drawn route the robot is; above its length beyond the end.
+    /// Position of the robot along the drawn route. Greater than the length of the route if the robot is beyond its end.
     along: DrawnMetres,
-    /// How far the robot went.
+    /// Distance that the robot has covered.
     gone: DrawnMetres,
     outcome: Option<Outcome>,
 }
 
-/// What the robot knows in a step.
+/// Input of a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Guided<'a> {
-    /// Where it probably is.
+    /// Estimate of the robot's pose.
     pub estimate: Estimate,
-    /// The nearest ranges in sixteen directions.
+    /// Nearest ranges in sixteen directions.
     pub sectors: &'a Sectors,
-    /// The way since the last step by odometry, in metres.
+    /// Distance moved since the last step according to odometry, in metres.
     pub moved_m: f64,
 }
 
@@ -111,16 +112,16 @@ pub struct Guided<'a> {
 pub struct Guide {
     settings: Guiding,
     route: Vec<Point<Drawn>>,
-    /// How far each point of the route is from its start.
+    /// Distance of each point of the route from the start, along the route.
     lengths: Vec<DrawnMetres>,
     state: State,
 }
 
 impl Guide {
-    /// At the start of a sketch's route.
+    /// Creates a guide at the start of a sketch's route.
     ///
     /// # Errors
-    /// [`Error::NoRoute`].
+    /// [`Error::NoRoute`] if the route has fewer than two points.
     pub fn new(sketch: &Sketch, settings: Guiding) -> Result<Self, Error> {
         if sketch.route.len() < 2 {
             return Err(Error::NoRoute { objects: sketch.landmarks.len(), stray: 0 });
@@ -135,18 +136,18 @@ impl Guide {
         Ok(Self { settings, route, lengths, state: State::default() })
     }
 
-    /// What it remembers.
+    /// Returns the state of the guide.
     pub const fn state(&self) -> &State {
         &self.state
     }
 
-    /// Goes on from there.
+    /// Resumes from a stored state.
     pub fn restore(&mut self, state: State) {
         self.state = state;
     }
 
-    /// A person led the robot, which was lost, to a place on its route: it looks again. How far it went on the way there
-    /// does not count.
+    /// Resumes driving after a person has led the lost robot to a point on its route. The distance that the robot covered on
+    /// the way there does not count.
     pub fn look_again(&mut self) {
         if self.state.outcome.is_some_and(|outcome| outcome != Outcome::Arrived) {
             self.state.gone = self.state.along;
@@ -154,24 +155,25 @@ impl Guide {
         }
     }
 
-    /// A person says where the robot is: it goes on from the nearest place of its route, and looks again if it was lost.
+    /// Moves the guide to the point of the route that is nearest to `at`, where a person says the robot is. If the robot was
+    /// lost, it resumes driving.
     pub fn told(&mut self, at: Point<Drawn>) {
         self.state.along = DrawnMetres(plane::nearest_along(&self.route, at));
         self.look_again();
     }
 
-    /// How far along the drawn route the robot is.
+    /// Returns the position of the robot along the drawn route.
     pub const fn along(&self) -> DrawnMetres {
         self.state.along
     }
 
-    /// The length of the drawn route.
+    /// Returns the length of the drawn route.
     pub fn length(&self) -> DrawnMetres {
         self.lengths[self.lengths.len() - 1]
     }
 
-    /// What the route does where the robot is, for people: it turns where it bends by 20° or more within the next drawn
-    /// metre.
+    /// Returns what the route does at the robot's position, to be shown to people. It turns if it bends by more than 20° within
+    /// the next drawn metre.
     pub fn command(&self) -> Command {
         if self.state.outcome.is_some() {
             return Command::Stop;
@@ -187,7 +189,7 @@ impl Guide {
         }
     }
 
-    /// A step: what the robot is to do, and how it fared where it ended.
+    /// Makes a step. Returns the command to the robot, and the outcome if the drive ends in this step.
     pub fn step(&mut self, guided: &Guided<'_>) -> (Drive, Option<Outcome>) {
         if self.state.outcome.is_some() {
             return (Drive::default(), None);
@@ -202,14 +204,15 @@ impl Guide {
         (self.drive(estimate, sectors), None)
     }
 
-    /// The place on the route at a distance from its start; beyond its end straight on.
+    /// Returns the point at a distance along the route. Beyond the end, the route continues straight on.
     fn place(&self, along: DrawnMetres) -> Point<Drawn> {
         let i = self.lengths.partition_point(|length| *length <= along).clamp(1, self.route.len() - 1);
         let part = (along - self.lengths[i - 1]).0 / (self.lengths[i] - self.lengths[i - 1]).0;
         self.route[i - 1].towards(&self.route[i], part)
     }
 
-    /// The place on the route is the nearest to the estimate, within what the robot may have gone.
+    /// Moves the position along the route to the point nearest to the estimate, within the distance that the robot may have
+    /// covered.
     fn advance(&mut self, at: Point<Drawn>, moved: DrawnMetres) {
         const BACK: DrawnMetres = DrawnMetres(0.1);
         const AROUND: DrawnMetres = DrawnMetres(0.3);
@@ -240,7 +243,7 @@ impl Guide {
         (is_beyond || is_far).then_some(Outcome::NoGoal)
     }
 
-    /// Pure pursuit, with what the reactive controller avoids.
+    /// Computes the command by pure pursuit, fused with the output of the reactive controller.
     fn drive(&self, estimate: &Estimate, sectors: &Sectors) -> Drive {
         let settings = &self.settings;
         let aim = self.place(self.state.along + estimate.stretch.drawn(settings.ahead_m));
@@ -268,7 +271,7 @@ mod tests {
         Point::new(x, y)
     }
 
-    /// A route of 4 m to a wall.
+    /// Returns a sketch with a route of 4 m to a wall.
     fn sketch() -> Sketch {
         let outline = vec![at(5.0, -2.0), at(5.5, -2.0), at(5.5, 2.0), at(5.0, 2.0)];
         let landmarks = vec![Landmark { name: "wall".into(), outline }];
@@ -279,13 +282,13 @@ mod tests {
         }
     }
 
-    /// Certain to be there, facing along x, in a drawing to scale.
+    /// Returns a certain estimate at this position, facing along x, in a drawing to scale.
     fn sure(at: Point<Drawn>) -> Estimate {
         let spread = DrawnMetres(0.1);
         Estimate { at, heading_rad: 0.0, stretch: Stretch::NONE, spread, fit: 0.8 }
     }
 
-    /// The robot is where it believes to be.
+    /// A robot that is where it believes it is.
     struct Robot {
         guide: Guide,
         at: Point<Drawn>,
@@ -296,7 +299,7 @@ mod tests {
     }
 
     impl Robot {
-        /// A step of 0.1 m at a distance from the wall, of which the front sensors see something.
+        /// Moves 0.1 m at a distance from the wall that the front sensors see.
         fn step(&mut self, left_m: f64) -> (Drive, Option<Outcome>) {
             let mut sectors = [f64::INFINITY; 16];
             for x in [15, 0, 1] {
@@ -396,8 +399,8 @@ mod tests {
         }
     }
 
-    /// A robot was pushed back by half a metre between two readings. The bounds of its place on the route were the
-    /// wrong way round, and the planner panicked.
+    /// A robot was pushed back by half a metre between two readings. The bounds of its position along the route were the wrong
+    /// way round, and the planner panicked.
     #[test]
     fn a_robot_that_was_pushed_back_drives_on() {
         let mut robot = start();
@@ -413,12 +416,12 @@ mod tests {
         assert!((before - DrawnMetres(0.1)..=before).contains(&along), "{along:?}");
     }
 
-    /// The look-ahead is a driven distance, but it was added to a drawn one without conversion: in a sketch at half the
-    /// scale the robot looked twice as far ahead and cut its corners.
+    /// The look-ahead is a driven distance, but it used to be added to a drawn one without conversion. In a sketch at half the
+    /// scale, the robot looked twice as far ahead and cut its corners.
     #[test]
     fn a_robot_looks_equally_far_ahead_at_any_scale_of_the_drawing() {
         let turn = |stretch: f64| {
-            // The corner is 1 m ahead in driven metres.
+            // The corner is 1 m ahead, in driven metres.
             let corner = at(1.0 / stretch, 0.0);
             let bend = [at(0.0, 0.0), corner, at(corner.x, 4.0 / stretch)];
             let sketch = Sketch { route: plane::resample(&bend, 0.25 / stretch), ..sketch() };
@@ -427,7 +430,8 @@ mod tests {
             let estimate = Estimate { stretch: Stretch(stretch), ..sure(at(0.0, 0.0)) };
             guide.step(&Guided { estimate, sectors: &[f64::INFINITY; 16], moved_m: 0.0 }).0.yaw_rate_radps
         };
-        // Of the 2 m, one leads straight on and one to the left: 45°. The place on the route is known to a few centimetres.
+        // Of the 2 m, one goes straight ahead and one to the left, which makes 45°. The position along the route is accurate to
+        // a few centimetres.
         for stretch in [0.5, 0.8, 1.0, 1.6, 2.0] {
             let off = turn(stretch) / 1.2;
             assert!((off - std::f64::consts::FRAC_PI_4).abs() < 0.04, "{stretch}: {off}");

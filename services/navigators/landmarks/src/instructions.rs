@@ -1,4 +1,4 @@
-//! What the sketcher tells the other stages: the sketch, the landmark states, or both.
+//! What the sketcher sends to the other stages: the sketch, the landmark states, or both.
 
 use std::collections::BTreeMap;
 
@@ -14,34 +14,35 @@ use crate::route::Route;
 use crate::sketch::{Landmark, Sketch};
 use crate::{file, plane};
 
-/// A route to drive.
+/// A route as the other stages receive it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Instructions {
-    /// The sketch, where one was drawn.
+    /// The sketch, or `None` if the route was given in words.
     pub sketch: Option<Sketch>,
-    /// The landmark states in words; empty where the sketch gives none and none are needed.
+    /// The landmark states in words. Empty if the sketch yields none and the method does not need them.
     pub words: String,
-    /// The markers on its objects, by their numbers.
+    /// The markers on objects of the sketch, sorted by number.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub markers: Vec<Marked>,
 }
 
-/// A marker on an object.
+/// A marker on an object of the sketch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Marked {
-    /// The number of the marker.
+    /// Number of the marker.
     pub marker: u32,
-    /// The number of the object among the landmarks of the sketch.
+    /// Index of the object among the landmarks of the sketch.
     pub landmark: usize,
 }
 
 impl Instructions {
-    /// Understands what a person gave.
+    /// Reads what a person provided: a drawing or a route in words.
     ///
-    /// A belief is driven without states. So there a turn without an object in view is no error, and no state.
+    /// The method `belief` does not depend on states. For this method, a turn without an object in view is not an error, and
+    /// the result has no states.
     ///
     /// # Errors
-    /// [`Error`] with the place.
+    /// [`Error`] with the place of the fault.
     pub fn of(
         mission: &LandmarksMission,
         bytes: &[u8],
@@ -49,7 +50,7 @@ impl Instructions {
     ) -> Result<Self, Error> {
         let Given::Drawing(_, reading) = &mission.given else {
             let text = std::str::from_utf8(bytes).map_err(|error| Error::Text { at: error.valid_up_to() })?;
-            // What is printed is what is driven.
+            // Printing what was read makes sure that the printed route is the one that is driven.
             return Ok(Self {
                 sketch: None,
                 words: language::print(&language::read(text)?),
@@ -68,31 +69,31 @@ impl Instructions {
         Ok(Self { sketch: Some(sketch), words, markers })
     }
 
-    /// From the slice behind a message.
+    /// Reads instructions from the slice after a message.
     ///
     /// # Errors
-    /// [`LandmarksError::Instructions`].
+    /// [`LandmarksError::Instructions`] if the slice is not valid JSON of this build.
     pub fn read(cells: &[u8]) -> Result<Self, LandmarksError> {
         serde_json::from_slice(cells).map_err(|error| LandmarksError::Instructions(error.to_string()))
     }
 
-    /// The slice behind a message.
+    /// Writes the slice that follows a message.
     ///
     /// # Errors
-    /// [`LandmarksError::Instructions`].
+    /// [`LandmarksError::Instructions`] if it cannot be written as JSON.
     pub fn write(&self) -> Result<Vec<u8>, LandmarksError> {
         serde_json::to_vec(self).map_err(|error| LandmarksError::Instructions(error.to_string()))
     }
 
-    /// The landmark states; `None` where there are none.
+    /// Returns the landmark states, or `None` if there are none.
     ///
     /// # Errors
-    /// [`Error::Word`] and [`Error::States`]: never of words that [`Instructions::of`] made.
+    /// [`Error::Word`] and [`Error::States`], but never for words made by [`Instructions::of`].
     pub fn route(&self) -> Result<Option<Route>, Error> {
         if self.words.is_empty() { Ok(None) } else { language::read(&self.words).map(Some) }
     }
 
-    /// The length of the route as it was drawn, or as the states say; 0 where nobody said it.
+    /// Returns the length of the route, as drawn or as stated in words, or 0 if it is unknown.
     pub fn length(&self) -> DrawnMetres {
         if let Some(sketch) = &self.sketch {
             return DrawnMetres(plane::length(&sketch.route));
@@ -102,7 +103,7 @@ impl Instructions {
     }
 }
 
-/// The markers on the objects of a sketch, by the objects' labels.
+/// Finds the objects that a mission's markers are on, by the labels of the objects.
 fn marked(markers: &BTreeMap<String, Vec<u32>>, sketch: &Sketch) -> Result<Vec<Marked>, Error> {
     let mut all = Vec::new();
     for (label, numbers) in markers {

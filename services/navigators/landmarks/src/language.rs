@@ -1,4 +1,4 @@
-//! Routes in words: written by hand or by [`print()`], read by [`read()`].
+//! Routes in words, which are written by hand or by [`print()`], and read by [`read()`].
 //!
 //! ```text
 //! # Comments and blank lines are skipped. Sentences may go over several lines, and may be numbered.
@@ -9,18 +9,18 @@
 //! At the end, when the cabinet is right, then stop.
 //! ```
 //!
-//! - Directions: `ahead`, `ahead-left`, `left`, `behind-left`, `behind`, `behind-right`, `right`, `ahead-right`.
-//!   Between them are `ahead slightly left`, `left slightly ahead` and so on. `in direction 13` is one by its number
-//!   (0 is ahead, 4 left). `roughly left` is also either neighbour. `front` and `rear` are known, too.
+//! - Directions: `ahead`, `ahead-left`, `left`, `behind-left`, `behind`, `behind-right`, `right`, `ahead-right`. Between them
+//!   are `ahead slightly left`, `left slightly ahead` and so on. `in direction 13` gives the number of a direction (0 is ahead,
+//!   4 left). `roughly left` also allows either neighbour. `front` and `rear` are accepted, too.
 //! - Surround relations: `around the robot`, `around the robot from left`, `around the robot but for right`.
-//! - Distances: `at most 2 m away`, `at least 2 m away`, `1 to 2 m away`, `about 2 m away` (± 22 inches); `m`, `cm`, `in`, `ft`.
-//!   `at proximity 135` is as in Chronis 2007, figure 4.10: inches, ± 22.
-//! - Widths: `with width 20 to 70`; `with width 47` is ± 30, of 180 for all around.
+//! - Distances: `at most 2 m away`, `at least 2 m away`, `1 to 2 m away`, `about 2 m away` (± 22 inches); `m`, `cm`, `in`,
+//!   `ft`. `at proximity 135` is as in Chronis 2007, figure 4.10: in inches, ± 22.
+//! - Widths: `with width 20 to 70`; `with width 47` means ± 30. A width of 180 is all around.
 //! - Commands: `move forward` (or `go straight`), `turn left`, `turn right`, `stop`.
-//! - Where the first sentence is not of the start, the robot moves forward until the first state. Where the last one does not
+//! - If the first sentence is not about the start, the robot moves forward until the first state. If the last sentence does not
 //!   stop, the robot goes on to the next object and stops there.
 //!
-//! Words are compared without case. Names are words up to `is`, or anything in quotes.
+//! Words are not case-sensitive. A name is all the words before `is`, or anything in quotes.
 
 pub mod print;
 pub mod read;

@@ -1,4 +1,4 @@
-//! The localizer for landmarks as a stage: once a tick, what the robot sees, and where it probably is in the sketch.
+//! The localizer for landmarks as a stage: publishes once per tick what the robot sees, and its estimated pose in the sketch.
 
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
@@ -21,34 +21,34 @@ use crate::ring::{Ring, RingSensor};
 use crate::sketch::Sketch;
 use crate::view;
 
-/// The name of the belief's random stream.
+/// Name of the belief's random stream.
 const STREAM: &str = "landmarks/belief";
 
-/// The localizer of a run.
+/// Localizer of a run.
 pub struct Localizer {
     locating: Locating,
     seed: u64,
     ring: Ring,
     perception: Perception,
     motion: Motion,
-    /// Whether the route was heard.
+    /// Whether the route has been received.
     is_told: bool,
     sketch: Option<Sketch>,
     locator: Option<Locator>,
-    /// The markers on objects, by their numbers.
+    /// The markers on objects, sorted by number.
     markers: Vec<Marked>,
-    /// The objects that have markers.
+    /// Indices of the objects that have markers, sorted.
     marked: Vec<usize>,
 }
 
-/// The localizer's state, as it is read back from a checkpoint.
+/// State of the localizer, as read back from a checkpoint.
 #[derive(Debug, Deserialize)]
 pub struct State {
     motion: Motion,
     located: Option<Located>,
 }
 
-/// The same where it lies: field by field a [`State`].
+/// Borrowed counterpart of [`State`], with the same fields, from which a checkpoint is written.
 #[derive(Debug, Serialize)]
 struct StateView<'a> {
     motion: &'a Motion,
@@ -56,10 +56,10 @@ struct StateView<'a> {
 }
 
 impl Localizer {
-    /// For a run: its robot, and the parameters of its mission.
+    /// Creates the localizer of a run from its robot and the parameters of its mission.
     ///
     /// # Errors
-    /// [`LandmarksError`] with the key.
+    /// [`LandmarksError`] with the key or the sensor, if the robot or a parameter is unsuitable.
     pub fn new(run: &RunConfig) -> Result<Self, LandmarksError> {
         let parameters = Parameters::of(&run.mission)?.localizer;
         let ring = Ring::of(&run.robot)?;
@@ -86,7 +86,7 @@ impl Localizer {
         })
     }
 
-    /// Takes in the markers that are on objects of the sketch.
+    /// Adds the markers in view that are on objects of the sketch.
     fn see_markers(&mut self, view: &MarkerView) {
         let Some(locator) = &mut self.locator else { return };
         let (markers, marked) = (&self.markers, &self.marked);
@@ -118,8 +118,8 @@ impl Localizer {
     }
 }
 
-/// Takes in what the ring's own sensor measured last. Whether it has spoken since the instant before: a robot may have
-/// other sensors that speak more often.
+/// Passes the latest measurement of the ring's own sensor to the ring. Returns true if it arrived after the previous instant.
+/// The robot may have other sensors that publish more often, so this is not always the case.
 fn sense(ring: &mut Ring, instant: &Instant<'_>) -> Result<bool, Denied> {
     match ring.sensor() {
         RingSensor::Sonar => {
@@ -205,7 +205,7 @@ mod tests {
 
     use super::*;
 
-    /// A sonar that spoke some time ago, and a laser that has just spoken.
+    /// Inputs with an old sonar message and a new laser scan.
     struct OldSonarNewScan(SonarScan, Box<LaserScan>);
 
     impl Inputs for OldSonarNewScan {
@@ -219,7 +219,7 @@ mod tests {
         }
     }
 
-    /// Where a robot had both, each scan of the laser had the same old reading of the sonars believed again.
+    /// On a robot with both sensors, each scan of the laser used to make the belief take in the same old sonar reading again.
     #[test]
     fn only_the_ring_s_own_sensor_is_news() {
         const NOMAD: &str = include_str!("../../../../sim/robots/nomad200.toml");

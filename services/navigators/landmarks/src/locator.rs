@@ -1,4 +1,4 @@
-//! Where the robot probably is in the drawing: [`crate::belief`] by what [`crate::memory`] has of its surroundings.
+//! Locates the robot in the drawing: a [`crate::belief`], updated from the surroundings kept in [`crate::memory`].
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Point};
@@ -13,49 +13,49 @@ use crate::plane;
 use crate::route::INCH_M;
 use crate::sketch::Sketch;
 
-/// The first steps of a drawn route, which give its heading.
+/// Length of the first part of a drawn route, from which the initial heading is taken.
 const FIRST_STEPS: DrawnMetres = DrawnMetres(20.0 * INCH_M);
 
-/// How the robot locates itself.
+/// Parameters for locating the robot.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Locating {
-    /// The belief.
+    /// Parameters of the belief.
     pub belief: Believing,
-    /// The memory.
+    /// Parameters of the memory.
     pub memory: Remembering,
 }
 
 impl Locating {
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         numbers::within("belief", self.belief.check())?;
         numbers::within("memory", self.memory.check())
     }
 }
 
-/// What a ring of range sensors measured.
+/// Measurements of a ring of range sensors.
 #[derive(Debug, Clone, Copy)]
 pub struct Returns<'a> {
-    /// Where the beams point, counter-clockwise from ahead.
+    /// Directions of the beams, in radians counter-clockwise from ahead.
     pub angles_rad: &'a [f64],
-    /// The ranges from the ring.
+    /// Ranges measured from the ring, in metres.
     pub ranges_m: &'a [f64],
-    /// How far the ring is from the robot's centre.
+    /// Radius of the ring around the robot's centre, in metres.
     pub ring_m: f64,
-    /// Ranges from here on are no returns.
+    /// Range from which on a measurement counts as no return, in metres.
     pub range_max_m: f64,
 }
 
-/// What the locator remembers.
+/// State of a locator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Located {
     belief: Belief,
     memory: Memory,
-    /// Whether the robot has moved since the belief was updated. Sensors may speak at other instants than odometry.
+    /// Whether the robot has moved since the last update of the belief. Sensors and odometry may arrive at different instants.
     has_moved: bool,
 }
 
@@ -67,15 +67,15 @@ pub struct Locator {
 }
 
 impl Locator {
-    /// At the start of a sketch's route. The objects with the numbers `marked` have markers.
+    /// Creates a locator at the start of a sketch's route. `marked` are the indices of the objects that have markers.
     ///
     /// # Errors
-    /// [`Error::NoRoute`].
+    /// [`Error::NoRoute`] if the route has fewer than two points.
     pub fn new(sketch: &Sketch, marked: &[usize], settings: Locating, seed: u64) -> Result<Self, Error> {
         if sketch.route.len() < 2 {
             return Err(Error::NoRoute { objects: sketch.landmarks.len(), stray: 0 });
         }
-        // A hand trembles where it begins: the heading is that of the first steps together.
+        // A hand trembles at the start of a line, so the heading is taken over the first stretch as a whole.
         let begun = plane::at_length(&sketch.route, FIRST_STEPS.0);
         let heading_rad = sketch.route[0].direction_rad(&begun);
         let belief = Belief::new(sketch.route[0], heading_rad, settings.belief, seed);
@@ -83,39 +83,39 @@ impl Locator {
         Ok(Self { outlines: Outlines::of(sketch, marked), located })
     }
 
-    /// What it remembers.
+    /// Returns the state of the locator.
     pub const fn located(&self) -> &Located {
         &self.located
     }
 
-    /// Goes on from there.
+    /// Resumes from a stored state.
     pub fn restore(&mut self, mut located: Located) {
         located.belief.reserve();
         located.memory.reserve();
         self.located = located;
     }
 
-    /// Where the robot probably is.
+    /// Returns the estimate of the robot's pose.
     pub fn estimate(&self) -> Estimate {
         self.located.belief.estimate()
     }
 
-    /// Where everything is that is remembered.
+    /// Returns the positions that are remembered, in the robot's frame.
     pub fn places(&self) -> &[Point<Base>] {
         self.located.memory.places()
     }
 
-    /// A person says where in the drawing the robot is; and its heading there, where it is said.
+    /// Places the robot where a person says it is in the drawing, with its heading if that is given.
     pub fn place(&mut self, at: Point<Drawn>, heading_rad: Option<f64>) {
         self.located.belief.place(at, heading_rad);
     }
 
-    /// The robot sees markers, where it is after the last step.
+    /// Adds the markers that the robot sees from its position after the last step.
     pub fn see_markers(&mut self, seen: impl Iterator<Item = SeenMarker>) {
         self.located.memory.see_markers(seen);
     }
 
-    /// The robot moved and turned, in real metres and radians, and sees this, where its sensor has spoken.
+    /// Moves the robot, in real metres and radians, and updates the belief if the sensor has published measurements.
     pub fn step(&mut self, moved_m: f64, turned_rad: f64, returns: Option<&Returns<'_>>) {
         let Located { belief, memory, has_moved } = &mut self.located;
         *has_moved |= moved_m != 0.0 || turned_rad != 0.0;
@@ -149,7 +149,8 @@ mod tests {
     const AHEAD: Returns<'_> =
         Returns { angles_rad: &[0.0], ranges_m: &[1.5], ring_m: 0.25, range_max_m: 6.0 };
 
-    /// A sonar that spoke at another instant than the odometry was never believed: the robot had not moved just then.
+    /// Measurements of a sonar that arrived at other instants than the odometry used to be ignored, because the robot had not
+    /// moved just then.
     #[test]
     fn a_sensor_that_speaks_after_the_robot_moved_is_believed_once() {
         let mut locator = locator();

@@ -1,4 +1,5 @@
-//! What a page shows of a route past landmarks: the sketch, the place along the route, the objects, the matched state.
+//! Draws a route past landmarks for a page: the sketch, the robot's position along the route, the objects, and the matched
+//! state.
 
 use sketchnav_schemas::codes::{Tracking, WALL};
 use sketchnav_schemas::geometry::{Base, Point};
@@ -16,14 +17,14 @@ use crate::plane;
 use crate::route::Route;
 use crate::view;
 
-/// Longer side of the sheet.
+/// Longer side of the sheet, in pixels.
 const SHEET_PX: f64 = 1000.0;
-/// Room around the sketch, pixels of the sheet.
+/// Margin around the sketch, in pixels of the sheet.
 const RIM_PX: f64 = 40.0;
-/// Less than this of what is seen fits where the robot is not sure.
+/// Fit below which the robot counts as unsure of its position.
 const DOUBTFUL: f64 = 0.3;
 
-/// The newest that is known of the route.
+/// The latest messages about the route, ready to be drawn.
 pub struct Lookout {
     radius_m: f64,
     sketched: Option<Sketched>,
@@ -33,7 +34,7 @@ pub struct Lookout {
 }
 
 impl Lookout {
-    /// Of this robot.
+    /// Creates a lookout for this robot.
     pub fn new(robot: &Robot) -> Self {
         Self { radius_m: robot.radius_m, sketched: None, walls: None, view: None, progress: None }
     }
@@ -41,7 +42,7 @@ impl Lookout {
 
 impl lookout::Lookout for Lookout {
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied> {
-        // Nothing is shown of an unreadable route: the stages that drive by it report the error.
+        // An unreadable route is not drawn. The stages that drive by it report the error.
         if message.on(LANDMARK_ROUTE)?.is_some()
             && let Ok(instructions) = Instructions::read(message.cells())
         {
@@ -79,26 +80,26 @@ impl lookout::Lookout for Lookout {
     }
 }
 
-/// How the sketch is stretched around the robot. A view without a sketch may have no stretch.
+/// Returns the stretch of the sketch around the robot. A view without a sketch may have none.
 fn stretch(view: &LandmarkView) -> Stretch {
     Stretch(view.stretch.max(0.1))
 }
 
-/// A route as the sheet shows it.
+/// A route, laid out on the sheet.
 struct Sketched {
-    /// Width and height.
+    /// Width and height of the sheet.
     size_px: [u32; 2],
     route: Option<Route>,
-    /// The drawn route and outlines.
+    /// The drawn route, and the outlines of objects.
     line: Vec<Point<Drawn>>,
     outlines: Vec<Vec<Point<Drawn>>>,
-    /// The lower left corner of what is drawn.
+    /// Lower left corner of the drawing.
     low: Point<Drawn>,
     pixels_per_m: f64,
 }
 
 impl Sketched {
-    /// Of a route; without a sketch the robot stays in the middle.
+    /// Lays out a route. Without a sketch, the robot stays in the middle of the sheet.
     fn of(instructions: &Instructions) -> Self {
         let route = instructions.route().ok().flatten();
         let points = || {
@@ -121,17 +122,17 @@ impl Sketched {
         Self { size_px, route, line, outlines, low, pixels_per_m }
     }
 
-    /// A drawn length, pixels of the sheet.
+    /// Converts a drawn length to pixels of the sheet.
     fn pixels(&self, DrawnMetres(length): DrawnMetres) -> f64 {
         length * self.pixels_per_m
     }
 
-    /// A place of the sketch on the sheet.
+    /// Converts a point of the sketch to pixels of the sheet.
     fn point(&self, at: &Point<Drawn>) -> [f64; 2] {
         [at.x - self.low.x, at.y - self.low.y].map(|v| v * self.pixels_per_m + RIM_PX)
     }
 
-    /// The outlines.
+    /// Returns the outlines as a grid.
     fn walls(&self) -> Walls {
         let [width, height] = self.size_px.map(|side| side as usize);
         let mut cells = vec![0; width * height];
@@ -150,7 +151,7 @@ impl Sketched {
         Walls { size_px: self.size_px, cells }
     }
 
-    /// Where the robot probably is; `None` where there is no sketch.
+    /// Returns the estimated pose of the robot on the sheet, or `None` if there is no sketch.
     fn robot(&self, view: &LandmarkView, radius_m: f64) -> Option<Whereabouts> {
         let pose = view.in_sketch();
         let spread = self.pixels(DrawnMetres(view.spread_m)) * std::f64::consts::SQRT_2;
@@ -164,7 +165,7 @@ impl Sketched {
         })
     }
 
-    /// A place that the robot sees on the sheet.
+    /// Returns the position on the sheet of something that the robot sees.
     fn seen(&self, view: &LandmarkView, seen: Point<Base>) -> [f64; 2] {
         let pose = view.in_sketch();
         let (sin, cos) = pose.yaw_rad.sin_cos();
@@ -172,12 +173,12 @@ impl Sketched {
         self.point(&Point::new(pose.x + ahead * cos - left * sin, pose.y + ahead * sin + left * cos))
     }
 
-    /// Where the robot remembers something.
+    /// Returns the remembered positions on the sheet.
     fn places(&self, view: &LandmarkView) -> Vec<[f64; 2]> {
         thinned(view.places().iter()).map(|place| self.seen(view, place.map(f64::from).into())).collect()
     }
 
-    /// The drawn route that is left.
+    /// Returns the part of the drawn route that lies ahead.
     fn plan(&self, progress: &LandmarkProgress) -> Option<Shape> {
         let driven = DrawnMetres(progress.along_m);
         let mut along = DrawnMetres::default();
@@ -192,11 +193,11 @@ impl Sketched {
         (!self.line.is_empty()).then_some(line)
     }
 
-    /// What range sensors see: rings, and discs where an object meets the state that is waited for.
+    /// Returns what the range sensors see: rings, and discs for objects that meet the relevant state.
     fn objects(&self, view: &LandmarkView, progress: &LandmarkProgress, radius_m: f64) -> [Shape; 2] {
         let [mut seen, mut met] = [Vec::new(), Vec::new()];
         for (i, object) in view::objects(view).enumerate() {
-            // What surrounds the robot lies in no direction.
+            // An object that surrounds the robot has no direction.
             let Some(direction) = object.place.direction() else { continue };
             let direction_rad = f64::from(direction) * std::f64::consts::FRAC_PI_8;
             let far = object.proximity_m + radius_m;
@@ -207,7 +208,7 @@ impl Sketched {
         [Shape::Rings { points: seen, color: Color::Goal }, Shape::Discs { points: met, color: Color::Goal }]
     }
 
-    /// How the robot stands on its route.
+    /// Describes the robot's progress along its route in words.
     fn words(&self, progress: &LandmarkProgress) -> Vec<String> {
         let command = RouteCommand::from_code(progress.command).map_or("", RouteCommand::word);
         let mut words = vec![match progress.state_count {

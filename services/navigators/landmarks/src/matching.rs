@@ -1,24 +1,24 @@
-//! Matching: whether the robot is in the next landmark state of its route (Chronis 2007, 4.6.3 and 4.6.4).
+//! Matching: decides whether the robot is in the next landmark state of its route (Chronis 2007, 4.6.3 and 4.6.4).
 //!
-//! The rules are numbered as in the text. Rules 1 and 2 (the first and the last state) are the business of
-//! [`crate::follower`], and so are the least turn and way between matches.
+//! The rules are numbered as in the thesis. Rules 1 and 2 (the first and the last state) are implemented by
+//! [`crate::follower`], and so are the minimum turn and the minimum distance between matches.
 
 use serde::{Deserialize, Serialize};
 
 use crate::perception::Seen;
 use crate::route::{DIRECTIONS, Place, Relation, State};
 
-/// Which features count (Chronis 2007, table 5.1 adds them one by one).
+/// Features that are used in matching (Chronis 2007, table 5.1, adds them one by one).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Features {
-    /// The proximity has to be in its range (rule 7).
+    /// The proximity must be in its range (rule 7).
     pub proximity: bool,
-    /// The width has to be in its range (rule 8).
+    /// The width must be in its range (rule 8).
     pub width: bool,
-    /// An object in both neighbour directions is in the direction between them (4.6.4).
+    /// Objects in both neighbouring directions count as an object in the direction between them (4.6.4).
     pub neighbours: bool,
-    /// What was seen in the cycle before, and in the two before that, counts (4.6.4).
+    /// A relation that was met in the last cycle and in the two before it still counts (4.6.4).
     pub temporal: bool,
 }
 
@@ -28,17 +28,19 @@ impl Default for Features {
     }
 }
 
-/// What of a state was met in the last three cycles: a bit for each relation.
+/// The relations of a state that were met in the last three cycles, one bit for each relation.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RecentMatches {
     met: [u64; 3],
 }
 
 impl RecentMatches {
-    /// Takes in what is seen. Whether the state is matched (rule 4): of each object one relation is met.
+    /// Takes in what is seen, and returns true if the state is matched (rule 4), that is, if one relation of each object is
+    /// met.
     ///
-    /// A relation is met now, or, by temporal matching, was in the preceding cycle and the two before it. Objects that the
-    /// state does not mention do not matter (rule 5). Those seen have no names: any of them may be any of the state's.
+    /// A relation is met if it holds now or, with temporal matching, if it held in each of the three preceding cycles. At least
+    /// one must hold now. Objects that the state does not mention are ignored (rule 5). The objects seen have no names, so each
+    /// may be any of the state's objects.
     pub fn matches(&mut self, state: &State, seen: &[Seen], features: Features) -> bool {
         let mut now = 0;
         for (i, relation) in state.relations.iter().enumerate() {
@@ -57,7 +59,7 @@ impl RecentMatches {
     }
 }
 
-/// Whether a relation holds (rules 6 to 8).
+/// Returns true if a relation holds (rules 6 to 8).
 pub fn is_met(relation: &Relation, seen: &[Seen], features: Features) -> bool {
     let is_at =
         |place: Place| seen.iter().any(|seen| seen.place == place && has_size(relation, seen, features));
@@ -70,8 +72,8 @@ pub fn is_met(relation: &Relation, seen: &[Seen], features: Features) -> bool {
     }
 }
 
-/// Which objects make a state true: pairs of a relation and an object, by their places in the state and in what is seen.
-/// Without what is remembered, and without neighbours.
+/// Returns which objects make a state true, as pairs of the index of a relation in the state and the index of an object in
+/// `seen`. Earlier cycles and neighbouring directions are not taken into account.
 pub fn witnesses<'a>(
     state: &'a State,
     seen: &'a [Seen],
@@ -134,7 +136,7 @@ mod tests {
 
     #[test]
     fn a_direction_has_to_be_exact_or_between_two_neighbours() {
-        // Chronis 2007, figure 4.24c: 11 and 13 together are 12, one of them is not.
+        // Chronis 2007, figure 4.24c: 11 and 13 together count as 12, but neither does on its own.
         let state = state(&[relation(0, 12)]);
         assert!(matches(&state, &[&[11, 13]]));
         assert!(!matches(&state, &[&[11]]) && !matches(&state, &[&[13]]) && !matches(&state, &[&[10, 14]]));
@@ -152,7 +154,7 @@ mod tests {
         assert!(!is_met(&near, &[seen(4)], all) && !is_met(&wide, &[seen(4)], all));
         assert!(is_met(&near, &[seen(4)], Features { proximity: false, ..all }));
         assert!(is_met(&wide, &[seen(4)], Features { width: false, ..all }));
-        // The neighbours have to be as far as asked for, too.
+        // The neighbours must be at the required distance, too.
         assert!(!is_met(&near, &[seen(3), seen(5)], all));
     }
 
@@ -165,7 +167,7 @@ mod tests {
 
     #[test]
     fn what_was_seen_three_cycles_long_is_remembered_for_one() {
-        // Chronis 2007, figure 4.24: the object on the right is gone when the one on the left comes.
+        // Chronis 2007, figure 4.24: the object on the right has disappeared when the one on the left appears.
         let state = state(&[relation(0, 4), relation(1, 12)]);
         assert!(matches(&state, &[&[12], &[12], &[12], &[4]]));
         assert!(!matches(&state, &[&[], &[12], &[12], &[4]]), "too short: noise");

@@ -1,4 +1,4 @@
-//! A local memory of objects: returns of the sensors, kept where odometry has them, until the robot is far from them.
+//! A local memory of objects: sensor returns, kept at their positions by odometry until the robot is far away.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Base, Odom, Point};
@@ -6,20 +6,21 @@ use sketchnav_schemas::geometry::{Base, Odom, Point};
 use crate::error::Error;
 use crate::numbers;
 
-/// How many places are remembered.
+/// Maximum number of positions that are remembered.
 pub const PLACES: usize = 48;
-/// How many markers are remembered.
+/// Maximum number of markers that are remembered.
 pub const MARKERS: usize = 32;
 
-/// How places are remembered.
+/// Parameters of the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Remembering {
-    /// Returns that are nearer to each other are of one place, in metres.
+    /// Distance below which two returns count as the same position, in metres.
     pub apart_m: f64,
-    /// Returns from farther are not taken in, in metres: a sonar's cone is wide there.
+    /// Maximum range of returns that are remembered, in metres. Beyond it, the cone of a sonar is too wide.
     pub reach_m: f64,
-    /// A place is forgotten after the robot went so far, in metres: odometry drifts, and drawings are right nearby only.
+    /// Distance after which a position that is not seen again is forgotten, in metres. Odometry drifts, and drawings are only
+    /// accurate locally.
     pub keep_m: f64,
 }
 
@@ -30,34 +31,35 @@ impl Default for Remembering {
 }
 
 impl Remembering {
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         let Self { apart_m, reach_m, keep_m } = *self;
         numbers::from_0_on(&[("apart_m", apart_m), ("reach_m", reach_m), ("keep_m", keep_m)])
     }
 }
 
-/// Where something is by its direction from the heading, left positive, and its distance from the robot's centre.
+/// Returns a position in the robot's frame, given its direction from the heading, positive to the left, and its distance from
+/// the robot's centre.
 pub fn polar(direction_rad: f64, distance_m: f64) -> Point<Base> {
     let (sin, cos) = direction_rad.sin_cos();
     Point::new(distance_m * cos, distance_m * sin)
 }
 
-/// A marker that the camera sees.
+/// A marker seen by the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeenMarker {
-    /// Its number.
+    /// Number of the marker.
     pub marker: u32,
-    /// The number of its object among those with markers.
+    /// Index of the marker's object among the objects with markers.
     pub object: usize,
-    /// Where it is.
+    /// Position of the marker.
     pub place: Point<Base>,
 }
 
-/// A marker in the frame of the odometry.
+/// A marker in the odometry frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct MarkedPlace {
     marker: u32,
@@ -65,14 +67,14 @@ struct MarkedPlace {
     place: Place,
 }
 
-/// A place in the frame of the odometry, and how far the robot had gone when it was seen last.
+/// A position in the odometry frame, and the distance that the robot had covered when it was last seen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Place {
     at: Point<Odom>,
     seen_at_m: f64,
 }
 
-/// The robot in the frame of the odometry.
+/// The robot's pose in the odometry frame.
 #[derive(Debug, Clone, Copy)]
 struct Frame {
     at: Point<Odom>,
@@ -93,7 +95,7 @@ impl Frame {
     }
 }
 
-/// What the robot remembers of its surroundings.
+/// The robot's memory of its surroundings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     settings: Remembering,
@@ -101,14 +103,14 @@ pub struct Memory {
     heading_rad: f64,
     gone_m: f64,
     remembered: Vec<Place>,
-    /// The same, seen from the robot.
+    /// The remembered positions in the robot's frame.
     places: Vec<Point<Base>>,
     remembered_markers: Vec<MarkedPlace>,
     marked: Vec<(usize, Point<Base>)>,
 }
 
 impl Memory {
-    /// Nothing yet.
+    /// Creates an empty memory.
     pub fn new(settings: Remembering) -> Self {
         Self {
             settings,
@@ -122,7 +124,8 @@ impl Memory {
         }
     }
 
-    /// Room for all places: a checkpoint keeps values, not room.
+    /// Reserves the memory for all positions and markers. It must be called after reading a checkpoint, which stores values but
+    /// no capacity.
     pub fn reserve(&mut self) {
         self.remembered.reserve_exact(PLACES.saturating_sub(self.remembered.len()));
         self.places.reserve_exact(PLACES.saturating_sub(self.places.len()));
@@ -130,7 +133,7 @@ impl Memory {
         self.marked.reserve_exact(MARKERS.saturating_sub(self.marked.len()));
     }
 
-    /// The robot moved and turned.
+    /// Moves the robot, in metres and radians, positive to the left.
     pub fn moved(&mut self, moved_m: f64, turned_rad: f64) {
         let (sin, cos) = (self.heading_rad + turned_rad / 2.0).sin_cos();
         self.at = Point::new(self.at.x + moved_m * cos, self.at.y + moved_m * sin);
@@ -138,7 +141,7 @@ impl Memory {
         self.gone_m += moved_m.abs();
     }
 
-    /// Takes returns in. Places that were seen too long ago are forgotten.
+    /// Adds returns, and forgets positions that were last seen too long ago.
     pub fn see(&mut self, returns: impl Iterator<Item = Point<Base>>) {
         let Remembering { keep_m, reach_m, .. } = self.settings;
         let gone_m = self.gone_m;
@@ -151,7 +154,8 @@ impl Memory {
         self.places.extend(self.remembered.iter().map(|place| frame.base_from_odom(place.at)));
     }
 
-    /// Takes markers in, as [`Self::see`] does returns. Each is remembered once, where it was seen last.
+    /// Adds markers, and forgets those that were last seen too long ago. Each marker is remembered once, where it was last
+    /// seen.
     pub fn see_markers(&mut self, seen: impl Iterator<Item = SeenMarker>) {
         let (gone_m, keep_m) = (self.gone_m, self.settings.keep_m);
         self.remembered_markers.retain(|marked| gone_m - marked.place.seen_at_m <= keep_m);
@@ -179,12 +183,12 @@ impl Memory {
         Frame { at: self.at, sin, cos }
     }
 
-    /// Where something is that is seen now.
+    /// Returns the position, in the odometry frame, of something that is seen now.
     fn place(&self, seen: Point<Base>) -> Place {
         Place { at: self.frame().odom_from_base(seen), seen_at_m: self.gone_m }
     }
 
-    /// A place takes the one of an older sight of it; where there is no room, that of the oldest.
+    /// Adds a position, replacing an earlier one of the same object or, if the memory is full, the oldest one.
     fn add(&mut self, place: Place) {
         let (apart_m, known) = (self.settings.apart_m, &mut self.remembered);
         if let Some(near) = known.iter_mut().find(|near| near.at.distance(&place.at) < apart_m) {
@@ -196,12 +200,12 @@ impl Memory {
         }
     }
 
-    /// Where markers are that are remembered: each with the number of its object among those with markers.
+    /// Returns the positions of remembered markers, each with the index of its object among the objects with markers.
     pub fn marked(&self) -> &[(usize, Point<Base>)] {
         &self.marked
     }
 
-    /// Where everything is that is remembered.
+    /// Returns the remembered positions.
     pub fn places(&self) -> &[Point<Base>] {
         &self.places
     }

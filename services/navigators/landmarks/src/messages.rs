@@ -1,4 +1,4 @@
-//! Its messages and channels: the route of a sketch, what the robot sees along it, and how far it has come.
+//! Messages and channels of this navigator: the route, what the robot sees along it, and how far it has come.
 
 use sketchnav_schemas::declare::{channels, codes, messages, parts};
 use sketchnav_schemas::geometry::{Odom, Pose};
@@ -8,149 +8,149 @@ use sketchnav_schemas::valid::{Checked, FAR, count, ensure, metres, near, within
 use crate::drawn::Drawn;
 use crate::mission::KIND;
 
-/// Most bytes behind a [`LandmarkRoute`].
+/// Maximum size of the slice after a [`LandmarkRoute`], in bytes.
 pub const MAX_LANDMARK_BYTES: usize = 1 << 20;
-/// Most objects that a robot sees at a time.
+/// Maximum number of objects that a robot sees at a time.
 pub const MAX_SEEN_OBJECTS: usize = 16;
-/// Most places that a robot remembers.
+/// Maximum number of positions that a robot remembers.
 pub const MAX_REMEMBERED_PLACES: usize = 48;
-/// Most relations that a message lists as met.
+/// Maximum number of relations listed as met in a message.
 pub const MAX_MET_RELATIONS: usize = 64;
-/// Greatest place of an object in view, and widest histogram.
+/// Maximum code of a place of an object in view, and maximum width of a histogram.
 const MOST_SEEN: (u32, f64) = (63, 180.0);
 
 codes! {
-    /// What a robot does along a route of landmark states (Chronis 2007).
+    /// Commands along a route of landmark states (Chronis 2007).
     pub enum RouteCommand {
-        /// Moves straight on.
+        /// Move straight on.
         Forward = 0 "move forward",
-        /// Turns left while it moves.
+        /// Turn left while moving.
         Left = 1 "turn left",
-        /// Turns right while it moves.
+        /// Turn right while moving.
         Right = 2 "turn right",
-        /// Stops.
+        /// Stop.
         Stop = 3 "stop",
     }
 
-    /// What happens along a route of landmark states.
+    /// Events along a route of landmark states.
     pub enum LandmarkEvent {
-        /// Nothing.
+        /// Nothing has happened.
         Nothing = 0 "nothing",
-        /// The state before the next one was matched.
+        /// The state before `next` has been matched.
         Matched = 1 "matched",
-        /// The robot stopped at its goal.
+        /// The robot has stopped at its goal.
         Arrived = 2 "arrived",
-        /// The robot does not know where it is.
+        /// The robot is lost.
         Lost = 3 "lost",
     }
 }
 
 messages! {
-    /// A route past landmarks, as the sketcher has read it. The slice behind it is JSON: the sketch in metres, where one
-    /// was drawn, and the landmark states in words.
+    /// A route past landmarks, as the sketcher has read it. The slice after this struct is JSON with the sketch in metres, if
+    /// one was drawn, and the landmark states in words.
     pub struct LandmarkRoute version 1 in "" with data {
-        /// How many objects were drawn or told of.
+        /// Number of objects drawn or mentioned.
         pub object_count: u32,
-        /// How many landmark states there are; 0 where the route is driven without.
+        /// Number of landmark states, or 0 if the route is driven without any.
         pub state_count: u32,
-        /// Length of the route: as it was drawn, or as the states say; 0 where nobody said it.
+        /// Length of the route as drawn or as stated in words, or 0 if it is unknown.
         pub length_m: f64,
     }
 
-    /// What a robot sees of landmarks, and where it probably is in the sketch.
+    /// What a robot sees of landmarks, and its estimated pose in the sketch.
     pub struct LandmarkView version 1 in "base_link" valid if landmark_view {
-        /// The odometry that belongs to it.
+        /// The robot's odometry at the same tick.
         pub odometry: PoseM,
-        /// Where the robot probably is in the sketch, metres; zeros where there is no sketch.
+        /// Estimated pose in the sketch, in drawn metres. Zero if there is no sketch.
         pub in_sketch: PoseM,
-        /// Real metres for a drawn one.
+        /// Number of real metres per drawn metre.
         pub stretch: f64,
-        /// How far hypotheses are from that place, drawn metres (standard deviation).
+        /// Root mean square distance of the hypotheses from the estimated position, in drawn metres.
         pub spread_m: f64,
         /// How much of what is seen fits the sketch, from 0 to 1.
         pub fit: f64,
-        /// The nearest return in each of sixteen directions, counter-clockwise from ahead, from the robot's rim; +∞ where
+        /// Nearest return in each of sixteen directions, counter-clockwise from ahead, in metres from the robot's rim. +∞ if
         /// there is none.
         pub sectors_m: [f64; 16],
-        /// How many entries of `objects` count.
+        /// Number of valid entries in `objects`.
         pub object_count: u32 as Count,
-        /// How many entries of `places_m` count.
+        /// Number of valid entries in `places_m`.
         pub place_count: u32 as Count,
-        /// The objects that are seen.
+        /// The objects that the robot sees.
         pub objects: [SeenObject; 16] where object_count counts,
-        /// Places of objects that are remembered: ahead and left of the robot's centre.
+        /// Remembered positions of objects: ahead and left of the robot's centre, in metres.
         pub places_m: [[f32; 2]; 48] where place_count counts,
     }
 
     /// How far a robot has come along its route of landmark states.
     pub struct LandmarkProgress version 1 in "" valid if landmark_progress {
-        /// How far along the drawn route, drawn metres.
+        /// Position along the drawn route, in drawn metres.
         pub along_m: f64,
-        /// Length of the drawn route.
+        /// Length of the drawn route, in drawn metres.
         pub length_m: f64,
-        /// Number of the state that the robot waits for, from 0.
+        /// Number of the state that the robot is waiting for, from 0.
         pub next: u32,
-        /// How many states the route has.
+        /// Number of states of the route.
         pub state_count: u32,
-        /// What the robot is about.
+        /// What the robot is doing.
         pub command: u32 as RouteCommand,
         /// What has just happened.
         pub event: u32 as LandmarkEvent,
-        /// How many entries of `met` count.
+        /// Number of valid entries in `met`.
         pub met_count: u32 as Count,
         /// Zero.
         pub reserved: u32 as Zero,
-        /// Which relations of the state that has just been matched, or of the one waited for, are met by what is seen.
+        /// Relations that are met by what is seen, of the state that has just been matched or else of the next one.
         pub met: [MetRelation; 64] where met_count counts,
     }
 }
 
 parts! {
-    /// An object as range sensors see it: without a name.
+    /// An object as range sensors see it, which is without a name.
     pub struct SeenObject {
-        /// Where it is: a direction from 0 (ahead) over 4 (left) to 15; 16 all around the robot; 32 and a direction:
-        /// around it from there; 48 and a direction: around it but for there.
+        /// Direction of the object from 0 (ahead) over 4 (left) to 15. An object around the robot has 16 if it surrounds the
+        /// robot completely, 32 plus the direction that it surrounds the robot from, or 48 plus the direction of its opening.
         pub place: u32,
-        /// The first of its directions, counter-clockwise.
+        /// The first of the object's directions, counter-clockwise.
         pub first: u32,
-        /// How many directions it takes.
+        /// Number of directions that the object covers.
         pub count: u32,
         /// Zero.
         pub reserved: u32,
-        /// Mean distance from the robot's rim, metres.
+        /// Mean distance from the robot's rim, in metres.
         pub proximity_m: f64,
-        /// Width of its histogram of constant forces, from 0 to 180.
+        /// Width of the object's histogram of constant forces, from 0 to 180.
         pub width: f64,
     }
 }
 
 parts! {
-    /// A relation of a landmark state that is met.
+    /// A relation of a landmark state that is met by an object.
     pub struct MetRelation {
-        /// The relation, by its place in the state.
+        /// Index of the relation in the state.
         pub relation: u32,
-        /// The object that meets it, by its place in what is seen.
+        /// Index of the object among those that the robot sees.
         pub object: u32,
     }
 }
 
 impl LandmarkView {
-    /// The odometry that belongs to it.
+    /// The robot's odometry at the same tick.
     pub fn odometry(&self) -> Pose<Odom> {
         self.odometry.pose()
     }
 
-    /// Where the robot probably is in the sketch.
+    /// The estimated pose in the sketch.
     pub fn in_sketch(&self) -> Pose<Drawn> {
         self.in_sketch.pose()
     }
 
-    /// The objects that are seen.
+    /// The objects that the robot sees.
     pub fn objects(&self) -> &[SeenObject] {
         &self.objects[..(self.object_count as usize).min(MAX_SEEN_OBJECTS)]
     }
 
-    /// The places that are remembered.
+    /// The positions that the robot remembers.
     pub fn places(&self) -> &[[f32; 2]] {
         &self.places_m[..(self.place_count as usize).min(MAX_REMEMBERED_PLACES)]
     }
@@ -168,13 +168,13 @@ channels! {
     /// A route past landmarks.
     LANDMARK_ROUTE: Instruction LandmarkRoute = "landmark_route", Sketcher => [Localizer, Planner, Pad],
         behind it up to MAX_LANDMARK_BYTES;
-    /// What the robot sees of landmarks.
+    /// What the robot sees of landmarks, and where it is in the sketch.
     LANDMARK_VIEW: Situation LandmarkView = "landmark_view", Localizer => [Planner, Pad];
-    /// How far the robot has come along its landmarks.
+    /// How far the robot has come along its route.
     LANDMARK_PROGRESS: Detail LandmarkProgress = "landmark_progress", Planner => [Pad];
 }
 
-/// Two poses, ranges in sixteen directions, objects and places, as many as are counted.
+/// Checks the poses, the ranges, and as many objects and positions as the message counts.
 fn landmark_view(view: &LandmarkView) -> Checked {
     count("object_count", view.object_count, MAX_SEEN_OBJECTS)?;
     count("place_count", view.place_count, MAX_REMEMBERED_PLACES)?;
@@ -194,7 +194,7 @@ fn landmark_view(view: &LandmarkView) -> Checked {
     near("places_m", view.places().as_flattened().iter().copied())
 }
 
-/// Lengths, a state of the route, and relations, as many as are counted.
+/// Checks the lengths, the state of the route, and the number of relations.
 fn landmark_progress(progress: &LandmarkProgress) -> Checked {
     count("met_count", progress.met_count, MAX_MET_RELATIONS)?;
     near("along_m, length_m", [progress.along_m, progress.length_m])?;

@@ -1,4 +1,4 @@
-//! The keys of a mission of this kind.
+//! Keys of a mission of this kind.
 //!
 //! ```toml
 //! [navigator]
@@ -11,9 +11,9 @@
 //! # desk = [7, 8]
 //! ```
 //!
-//! The mission has one task: the route. `[parameters.sketcher]` are those of [`extraction`](crate::extraction::Parameters),
-//! `[parameters.localizer]` those of [`Locating`] and, in a table `perception`, of [`Perceiving`]; `[parameters.planner]`
-//! has the tables `states` ([`Following`]) and `belief` ([`Guiding`]).
+//! A mission has one task, the route. Its parameters are those of [`extraction`](crate::extraction::Parameters) in
+//! `[parameters.sketcher]`, those of [`Locating`] and, in a table `perception`, of [`Perceiving`] in `[parameters.localizer]`,
+//! and the tables `states` ([`Following`]) and `belief` ([`Guiding`]) in `[parameters.planner]`.
 
 use std::collections::BTreeMap;
 
@@ -32,16 +32,16 @@ use crate::numbers;
 use crate::perception::Perceiving;
 use crate::sketch::Reading;
 
-/// The word of `[navigator] kind`.
+/// Value of `[navigator] kind`.
 pub const KIND: &str = "landmarks";
-/// The words of `[navigator] method`, the default first.
+/// Values of `[navigator] method`, the default first.
 pub const METHODS: [&str; 2] = ["belief", "chronis-2007"];
 
-/// How a route is driven.
+/// Methods of driving along a route.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// This project's own: by where the robot probably is in the sketch.
+    /// This project's own method: by the robot's estimated pose in the sketch.
     #[default]
     Belief,
     /// Chronis 2007: by matching landmark states.
@@ -49,23 +49,23 @@ pub enum Method {
     Chronis2007,
 }
 
-/// What a person gives.
+/// Route description provided by a person.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Given {
-    /// The file of a sketch, and how it is read.
+    /// A sketch file, and how to read it.
     Drawing(String, Reading),
-    /// The file of a route in words.
+    /// A file with a route in words.
     Words(String),
 }
 
-/// What belongs to this kind of a mission.
+/// The keys that only missions of this kind have.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LandmarksMission {
-    /// How it is driven.
+    /// Method of driving.
     pub method: Method,
-    /// By what.
+    /// Description of the route.
     pub given: Given,
-    /// The numbers of the markers on an object, by its label in the sketch.
+    /// Numbers of the markers on each object, by the label of the object in the sketch.
     pub markers: BTreeMap<String, Vec<u32>>,
 }
 
@@ -81,7 +81,7 @@ struct NavigatorKeys {
     markers: BTreeMap<String, Numbers>,
 }
 
-/// One marker, or several.
+/// Either one marker or several.
 #[derive(Debug, Deserialize)]
 #[serde(untagged, expecting = "expected the number of a marker, or a list of numbers")]
 enum Numbers {
@@ -157,43 +157,43 @@ impl LandmarksMission {
     }
 }
 
-/// What may be set of the localizer.
+/// Parameters of the localizer that a mission can set.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct LocalizerParameters {
-    /// The belief.
+    /// Parameters of the belief.
     pub belief: Believing,
-    /// The memory.
+    /// Parameters of the memory.
     pub memory: Remembering,
-    /// How objects are made of ranges.
+    /// Parameters for turning ranges into objects.
     pub perception: Perceiving,
 }
 
 impl LocalizerParameters {
-    /// How the robot locates itself.
+    /// Returns the parameters for locating the robot.
     pub const fn locating(&self) -> Locating {
         Locating { belief: self.belief, memory: self.memory }
     }
 
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         self.locating().check()?;
         numbers::within("perception", self.perception.check())
     }
 }
 
-/// What may be set of the planner.
+/// Parameters of the planner that a mission can set.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlannerParameters {
-    /// How states are followed (`chronis-2007`).
+    /// Parameters for following states (`chronis-2007`).
     pub states: Following,
-    /// How a robot is guided by its belief.
+    /// Parameters for driving by the estimated pose (`belief`).
     pub belief: Guiding,
-    /// After so long without getting anywhere, the way is blocked, in seconds.
+    /// Time without progress after which the robot counts as blocked, in seconds.
     pub blocked_s: f64,
 }
 
@@ -204,10 +204,10 @@ impl Default for PlannerParameters {
 }
 
 impl PlannerParameters {
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         let Self { states, belief, blocked_s } = self;
         numbers::within("states", states.check())?;
@@ -219,19 +219,19 @@ impl PlannerParameters {
 /// All parameters of a mission.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
-    /// Of the sketcher.
+    /// Parameters of the sketcher.
     pub extraction: extraction::Parameters,
-    /// Of the localizer.
+    /// Parameters of the localizer.
     pub localizer: LocalizerParameters,
-    /// Of the planner.
+    /// Parameters of the planner.
     pub planner: PlannerParameters,
 }
 
 impl Parameters {
-    /// Reads and checks them.
+    /// Reads and checks the parameters of a mission.
     ///
     /// # Errors
-    /// [`MissionError`] with the key.
+    /// [`MissionError`] with the key of an invalid parameter.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let extraction: extraction::Parameters =
             mission.parameters.over(Process::Sketcher, &Default::default())?;
@@ -360,7 +360,7 @@ mod tests {
         }
     }
 
-    /// A mission could set sizes of the robot and its sensors, and they were overwritten without a word.
+    /// A mission could set sizes of the robot and of its sensors, which were then silently overwritten.
     #[test]
     fn what_is_the_robot_s_is_no_key_of_a_mission() {
         for (table, key) in [

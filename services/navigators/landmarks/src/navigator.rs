@@ -1,11 +1,11 @@
-//! The navigator as a mission chooses it: its stages, and all that is shown and said of them.
+//! The navigator that a mission selects: its stages, and everything shown and reported about them.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
 use sketchnav_stage::Navigator;
 use toml::Table;
 
-/// Navigation past landmarks (Chronis 2007), and by a belief.
+/// Navigation past landmarks, by landmark states (Chronis 2007) or by a belief.
 pub const NAVIGATOR: Navigator = Navigator {
     methods: &crate::mission::METHODS,
     check: |mission, robot| Ok(crate::planner::check(mission, robot)?),

@@ -1,31 +1,33 @@
-//! Checks of numbers that people set: each struct of parameters has a `check` of its own, by these.
+//! Range checks for numbers that people set. The `check` method of each struct of parameters is made from these.
 
 use crate::error::Error;
 
-/// The greatest number.
+/// Maximum of any number.
 const MOST: f64 = 1e6;
 
-/// Numbers with their names.
+/// Numbers with the names of their keys.
 pub type Named<'a> = &'a [(&'a str, f64)];
 
-/// Something is divided by these, or nothing goes on without them.
+/// Checks that numbers are above 0, because the code divides by them, or nothing would move without them.
 ///
 /// # Errors
-/// [`Error::Number`] with the first one that is not above 0, not a number or huge.
+/// [`Error::Number`] with the first number that is not above 0, is NaN, or is greater than 1000000.
 pub fn above_0(numbers: Named<'_>) -> Result<(), Error> {
     find(numbers, "a number above 0, at most 1000000", |number| number > 0.0)
 }
 
+/// Checks that numbers are 0 or above.
+///
 /// # Errors
-/// [`Error::Number`] with the first one that is negative, not a number or huge.
+/// [`Error::Number`] with the first number that is negative, is NaN, or is greater than 1000000.
 pub fn from_0_on(numbers: Named<'_>) -> Result<(), Error> {
     find(numbers, "a number from 0 on, at most 1000000", |number| number >= 0.0)
 }
 
-/// A check of a table within another one: its errors name both.
+/// Adds the name of the surrounding table to the error of a check.
 ///
 /// # Errors
-/// That of the check.
+/// The error of the check, with `table` in front of the name of the number.
 pub fn within(table: &str, checked: Result<(), Error>) -> Result<(), Error> {
     checked.map_err(|error| match error {
         Error::Number { what, expected, found } => {

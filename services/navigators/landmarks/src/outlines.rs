@@ -1,4 +1,4 @@
-//! How far places of a drawing are from its outlines: grids, made once.
+//! Distances from points of a drawing to its outlines, precomputed as grids.
 
 use sketchnav_schemas::geometry::{Point, encloses};
 
@@ -6,12 +6,12 @@ use crate::drawn::{Drawn, DrawnMetres};
 use crate::plane;
 use crate::sketch::{Landmark, Sketch};
 
-/// The side of a cell, in drawn metres.
+/// Side length of a cell, in drawn metres.
 const CELL_M: f64 = 0.1;
-/// How far the grid goes beyond the drawing.
+/// Margin of the grid around the drawing, in drawn metres.
 const MARGIN_M: f64 = 3.0;
 
-/// The nearest outline of every cell, and for objects with markers their own.
+/// Distance from each cell to the nearest outline and, for each object with a marker, to that object's outline.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outlines {
     low: Point<Drawn>,
@@ -20,7 +20,7 @@ pub struct Outlines {
     marked: Vec<Vec<f32>>,
 }
 
-/// The distance of a place to an outline: below 0 inside of the object.
+/// Returns the distance from a point to an outline, negative inside the object.
 fn distance(landmark: &Landmark, at: Point<Drawn>) -> f32 {
     let edges = plane::edges(&landmark.outline).map(|edge| plane::distance_to_segment(at, edge));
     let distance = edges.fold(f64::INFINITY, f64::min);
@@ -28,7 +28,7 @@ fn distance(landmark: &Landmark, at: Point<Drawn>) -> f32 {
 }
 
 impl Outlines {
-    /// The outlines of a sketch, of which the objects with these numbers have markers.
+    /// Computes the distances to the outlines of a sketch. `marked` are the indices of the objects that have markers.
     pub fn of(sketch: &Sketch, marked: &[usize]) -> Self {
         let points = sketch.landmarks.iter().flat_map(|landmark| &landmark.outline).chain(&sketch.route);
         let [low, high] = plane::bounds(points);
@@ -52,12 +52,13 @@ impl Outlines {
         }
     }
 
-    /// The distance of a place to the nearest outline; outside of the grid that of its border.
+    /// Returns the distance from a point to the nearest outline. For a point outside the grid, this is the distance at the
+    /// grid's border.
     pub fn nearest(&self, at: Point<Drawn>) -> DrawnMetres {
         DrawnMetres(f64::from(self.nearest[self.cell(at)]))
     }
 
-    /// The same to the outline of one of the objects that have markers.
+    /// Like [`Self::nearest`], but for the outline of one object, given by its index among the objects with markers.
     pub fn marked(&self, object: usize, at: Point<Drawn>) -> DrawnMetres {
         DrawnMetres(f64::from(self.marked[object][self.cell(at)]))
     }

@@ -1,9 +1,9 @@
-//! Perception: objects and their spatial relations by a ring of range sensors (Chronis 2007, 4.4 and 4.5).
+//! Perception: finds objects and their spatial relations with a ring of range sensors (Chronis 2007, 4.4 and 4.5).
 //!
-//! Each return is a trapezoid on the axis of its beam, its small base at the range. Adjacent returns between which the
-//! robot does not fit are one object. Each object has its direction or surround relation, its proximity and its width.
-//! Nothing is allocated once the ring was seen. It takes any number of sensors, in any order of angles that goes
-//! around. Of the many beams of a laser, [`crate::control::sectors`] makes sixteen of them.
+//! Each return becomes a trapezoid along the axis of its beam, with its small base at the measured range. Adjacent returns that
+//! the robot does not fit between form one object. Each object has a direction or a surround relation, a proximity and a width.
+//! The ring may have any number of sensors at any angles, as long as they go around the robot in order. A laser has too many
+//! beams for this, so [`crate::control::sectors`] reduces them to sixteen. Nothing is allocated once the ring has been seen.
 
 use std::f64::consts::{FRAC_PI_8, PI, TAU};
 
@@ -17,23 +17,25 @@ use crate::extraction::track::{HISTOGRAM, place};
 use crate::numbers;
 use crate::route::{INCH_M, Place};
 
-/// How the robot perceives.
+/// Parameters of perception.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Perceiving {
-    /// The diameter of the robot, in metres: the Nomad's 20 inches. The robot's own: no key of a mission.
+    /// Diameter of the robot, in metres. The Nomad's is 20 inches. It is taken from the robot and is not a key of a mission.
     #[serde(skip)]
     pub robot_m: f64,
-    /// How far the sensors are from the robot's centre, in metres. The Nomad's are on its rim. The robot's own.
+    /// Distance of the sensors from the robot's centre, in metres. The Nomad's sensors are on its rim. It is taken from the
+    /// robot.
     #[serde(skip)]
     pub ring_m: f64,
-    /// Ranges from here on are no returns, in metres: 255 inches (4.2). The robot's own.
+    /// Range from which on a measurement counts as no return, in metres: 255 inches for the Nomad (4.2). It is taken from the
+    /// robot.
     #[serde(skip)]
     pub range_max_m: f64,
-    /// The angle between adjacent returns is taken to be so many times smaller than it is. Chronis 2007 uses c = 24 with 16
+    /// Factor applied to the angle between adjacent returns before their distance is computed. Chronis 2007 uses c = 24 with 16
     /// sensors, which gives clearance: 16 / 24 (4.4).
     pub joining: f64,
-    /// How thick an object is, in metres: "a constant arbitrary thickness" (4.4). Ours: the robot's diameter.
+    /// Thickness of an object, in metres: "a constant arbitrary thickness" (4.4). Our default is the robot's diameter.
     pub thickness_m: f64,
 }
 
@@ -50,10 +52,10 @@ impl Default for Perceiving {
 }
 
 impl Perceiving {
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         let Self { robot_m, ring_m, range_max_m, joining, thickness_m } = *self;
         numbers::above_0(&[
@@ -69,21 +71,21 @@ impl Perceiving {
 /// An object as the robot sees it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Seen {
-    /// Where it is.
+    /// Direction or surround relation of the object.
     pub place: Place,
-    /// The mean of its ranges, in metres (4.5.3).
+    /// Mean of the object's ranges, in metres (4.5.3).
     pub proximity_m: f64,
-    /// The width of its histogram of constant forces, from 0 to 180 (4.5.4).
+    /// Width of the object's histogram of constant forces, from 0 to 180 (4.5.4).
     pub width: f64,
-    /// The first of its beams, counter-clockwise, and how many there are.
+    /// The first of the object's beams, counter-clockwise, and the number of its beams.
     pub beams: [u16; 2],
 }
 
-/// A ring of range sensors, and what it sees.
+/// A ring of range sensors, and the objects it sees.
 #[derive(Debug, Clone)]
 pub struct Perception {
     settings: Perceiving,
-    /// Where the beams point, counter-clockwise from the front.
+    /// Directions of the beams, in radians counter-clockwise from the front.
     angles_rad: Vec<f64>,
     robot: Polygon,
     object: Polygon,
@@ -95,11 +97,12 @@ pub struct Perception {
 }
 
 impl Perception {
-    /// A ring by the angles of its beams, in radians from the front, counter-clockwise, from one neighbour to the next.
+    /// Creates a ring from the directions of its beams, in radians counter-clockwise from the front, in order around the robot.
     ///
     /// # Errors
-    /// [`Error::Sensor`] where there are fewer than eight beams, or angles do not go around once. It is also given for
-    /// a gap above a right angle between neighbours. [`Error::Number`].
+    /// - [`Error::Sensor`] if there are fewer than eight beams, if they do not go around exactly once, or if a gap between
+    ///   neighbours exceeds a right angle;
+    /// - [`Error::Number`] if a parameter is out of range.
     pub fn new(settings: Perceiving, angles_rad: &[f64]) -> Result<Self, Error> {
         let expected = "range sensors all around the robot";
         let wrong = |found: String| Err(Error::Sensor { expected, found });
@@ -129,40 +132,40 @@ impl Perception {
         })
     }
 
-    /// The Nomad's ring: 16 sensors, the first one in front.
+    /// Creates the ring of a Nomad, which has 16 sensors, the first one in front.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// See [`Self::new`].
     pub fn nomad(settings: Perceiving) -> Result<Self, Error> {
         Self::new(settings, &std::array::from_fn::<_, 16, _>(|i| i as f64 * FRAC_PI_8))
     }
 
-    /// Where the beams point.
+    /// Returns the directions of the beams, in radians counter-clockwise from the front.
     pub fn angles_rad(&self) -> &[f64] {
         &self.angles_rad
     }
 
-    /// How it perceives.
+    /// Returns the parameters.
     pub const fn settings(&self) -> &Perceiving {
         &self.settings
     }
 
-    /// What was seen last.
+    /// Returns the objects found by the last call of [`Self::see`].
     pub fn last_seen(&self) -> &[Seen] {
         &self.seen
     }
 
-    /// The histograms of constant and of gravitational forces of the object that was seen last, counter-clockwise from
-    /// ahead. Where one object alone is in range, they are its.
+    /// Returns the histograms of constant and of gravitational forces of the last object found, counter-clockwise from ahead.
+    /// If only one object is in range, the histograms are those of that object.
     pub fn histograms(&self) -> [&[Force]; 2] {
         [&self.forces[0], &self.forces[1]]
     }
 
-    /// What is seen by these ranges, one for each beam, in metres from the sensor. A range that is not finite, or not
-    /// below the greatest one, is no return.
+    /// Finds the objects for ranges in metres from the sensors, one for each beam. A range that is not finite or reaches the
+    /// limit counts as no return.
     ///
     /// # Errors
-    /// [`Error::Sensor`] where the number of ranges is not that of the beams.
+    /// [`Error::Sensor`] if the number of ranges differs from that of the beams.
     pub fn see(&mut self, ranges_m: &[f64]) -> Result<&[Seen], Error> {
         let count = self.angles_rad.len();
         if ranges_m.len() != count {
@@ -171,7 +174,7 @@ impl Perception {
         }
         self.seen.clear();
         let is_joint = |i: usize| self.joins(ranges_m, i);
-        // Begin where an object ends, so that none is cut in two.
+        // Begin where an object ends, so that no object is cut in two.
         let Some(first) = (0..count).find(|i| !is_joint((i + count - 1) % count)) else {
             self.add(ranges_m, 0, count);
             return Ok(&self.seen);
@@ -195,8 +198,8 @@ impl Perception {
         range_m.is_finite() && (0.0..self.settings.range_max_m).contains(&range_m)
     }
 
-    /// Whether the return of a beam and the next one are of one object: the robot does not fit between them. Their
-    /// distance is √(s₁² + s₂² − 2 s₁ s₂ cos(2π/c)) (4.4).
+    /// Returns true if the returns of a beam and of the next one belong to one object, which is the case if the robot does not
+    /// fit between them. Their distance is √(s₁² + s₂² − 2 s₁ s₂ cos(2π/c)) (4.4).
     fn joins(&self, ranges_m: &[f64], i: usize) -> bool {
         let (one, other) = (ranges_m[i], ranges_m[(i + 1) % ranges_m.len()]);
         let angle = gap(&self.angles_rad, i) * self.settings.joining;
@@ -204,7 +207,7 @@ impl Perception {
         self.is_return(one) && self.is_return(other) && square < self.settings.robot_m * self.settings.robot_m
     }
 
-    /// Adds the object of so many beams from one on.
+    /// Adds the object of `length` beams, starting with beam `first`.
     fn add(&mut self, ranges_m: &[f64], first: usize, length: usize) {
         let count = ranges_m.len();
         let beams = || (0..length).map(|i| (first + i) % count);
@@ -222,7 +225,7 @@ impl Perception {
         }
         self.pair.prepare(&self.object, &self.robot);
         for (exponent, forces) in [0.0, 2.0].into_iter().zip(&mut self.forces) {
-            // Both exponents are in their range.
+            // Neither exponent is out of range, so this cannot fail.
             let _ = self.pair.histogram_into(exponent, forces, &mut self.workspace);
         }
         if let Some((place, width)) = place(&self.forces[0], &self.forces[1], 0.0) {
@@ -230,8 +233,8 @@ impl Perception {
         }
     }
 
-    /// The ends of a base of the trapezoid of a beam, right and left. They lie at its range and so much beyond, up to
-    /// half-way to the neighbours' axes.
+    /// Returns the right and the left end of one base of a beam's trapezoid. The base is at the beam's range plus `beyond`, and
+    /// extends half-way to the axes of the neighbouring beams.
     fn base(&self, ranges_m: &[f64], beam: usize, beyond: f64) -> [Point; 2] {
         let count = self.angles_rad.len();
         let axis = self.angles_rad[beam];
@@ -240,14 +243,14 @@ impl Perception {
         let sides = [-gap(&self.angles_rad, (beam + count - 1) % count), gap(&self.angles_rad, beam)];
         sides.map(|side| {
             let across = along * (side / 2.0).tan();
-            // Numbers of at most a range and a diameter are finite.
+            // Sums of a range and a diameter are finite, so this cannot fail.
             Point::new(along * cos - across * sin, along * sin + across * cos)
                 .unwrap_or_else(|_| self.robot.corners()[0])
         })
     }
 }
 
-/// The angle from a beam to the next one, from 0 to 2π.
+/// Returns the angle from a beam to the next one, from 0 to 2π.
 fn gap(angles_rad: &[f64], i: usize) -> f64 {
     let next = angles_rad[(i + 1) % angles_rad.len()];
     wrap_angle(next - angles_rad[i]).rem_euclid(TAU)
@@ -296,11 +299,11 @@ mod tests {
 
     #[test]
     fn adjacent_returns_are_one_object_where_the_robot_does_not_fit() {
-        // Chronis 2007, figures 4.13 and 4.14: with c = 24 two equal returns are 2 s sin(π/24) apart, which is the robot's
+        // Chronis 2007, figures 4.13 and 4.14: with c = 24, two equal returns are 2 s sin(π/24) apart, which equals the robot's
         // 20 inches at 76.6 inches.
         assert_eq!(see(&[(15, 76.0), (0, 76.0), (1, 76.0)]).len(), 1);
         assert_eq!(directions(&see(&[(15, 77.0), (0, 77.0), (1, 77.0)])), [0, 1, 15]);
-        // A step in depth parts them.
+        // A step in depth separates two objects.
         assert_eq!(see(&[(3, 40.0), (4, 62.0)]).len(), 2);
         let one = see(&[(2, 40.0), (3, 50.0), (4, 45.0)]);
         assert_eq!((directions(&one), one[0].beams), (vec![3], [2, 3]));
@@ -329,7 +332,7 @@ mod tests {
         let seen = see(&around);
         assert_eq!(seen[0].place, Place::Surrounds(Surround::Completely));
         assert_eq!(seen[0].width, 180.0);
-        // Chronis 2007, figure 4.19: an opening behind on the right.
+        // Chronis 2007, figure 4.19: there is an opening behind on the right.
         let open: Vec<_> = (0..16).filter(|beam| !(9..=11).contains(beam)).map(|beam| (beam, 25.0)).collect();
         assert_eq!(see(&open)[0].place, Place::Surrounds(Surround::OpeningAt(10)));
     }

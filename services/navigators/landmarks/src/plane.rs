@@ -1,14 +1,14 @@
-//! Lines and outlines in the plane: lengths, resampling, crossings. Lengths are in the unit of the places' frame.
+//! Lines and outlines in the plane: lengths, resampling and crossings. Lengths are in the unit of the points' frame.
 
 use sketchnav_schemas::geometry::{Point, encloses};
 
-/// The length of a line.
+/// Returns the length of a line.
 pub fn length<F>(line: &[Point<F>]) -> f64 {
     line.windows(2).map(|pair| pair[0].distance(&pair[1])).sum()
 }
 
-/// A line in equal steps of about the length given, from its first to its last point. It has at least two points if
-/// the line has two.
+/// Resamples a line from its first to its last point in equal steps of approximately `step`. The result has at least two points
+/// if the line does.
 pub fn resample<F>(line: &[Point<F>], step: f64) -> Vec<Point<F>> {
     let total = length(line);
     let [first, .., last] = line else { return line.to_vec() };
@@ -27,7 +27,7 @@ pub fn resample<F>(line: &[Point<F>], step: f64) -> Vec<Point<F>> {
     points
 }
 
-/// The place on a line at this length from its start; its end where it is shorter.
+/// Returns the point at a length along the line from its start, or the end of the line if it is shorter.
 pub fn at_length<F>(line: &[Point<F>], length: f64) -> Point<F> {
     let mut left = length;
     for pair in line.windows(2) {
@@ -40,7 +40,7 @@ pub fn at_length<F>(line: &[Point<F>], length: f64) -> Point<F> {
     line[line.len() - 1]
 }
 
-/// The least and the greatest coordinates of points, along both axes; infinite without any.
+/// Returns the minimum and the maximum coordinates of points along both axes, or infinities if there are no points.
 pub fn bounds<'a, F: 'a>(points: impl Iterator<Item = &'a Point<F>>) -> [Point<F>; 2] {
     const NONE: f64 = f64::INFINITY;
     points.fold([Point::new(NONE, NONE), Point::new(-NONE, -NONE)], |[low, high], at| {
@@ -48,32 +48,32 @@ pub fn bounds<'a, F: 'a>(points: impl Iterator<Item = &'a Point<F>>) -> [Point<F
     })
 }
 
-/// The extent of points along both axes.
+/// Returns the extent of points along both axes.
 pub fn extent<F>(points: &[Point<F>]) -> [f64; 2] {
     let [low, high] = bounds(points.iter());
     [high.x - low.x, high.y - low.y]
 }
 
-/// The area of an outline, without a sign.
+/// Returns the area of an outline, which is positive in either orientation.
 pub fn area<F>(outline: &[Point<F>]) -> f64 {
     let twice: f64 = edges(outline).map(|[a, b]| a.x * b.y - a.y * b.x).sum();
     (twice / 2.0).abs()
 }
 
-/// The edges of an outline; the last goes from the last point to the first.
+/// Returns the edges of an outline, including the one from the last point to the first.
 pub fn edges<F>(outline: &[Point<F>]) -> impl Iterator<Item = [Point<F>; 2]> + Clone {
     let next = outline.iter().cycle().skip(1);
     outline.iter().zip(next).map(|(from, to)| [*from, *to])
 }
 
-/// The part of the way along a segment at which it is nearest to a place: 0 at its start, 1 at its end.
+/// Returns how far along a segment its nearest point to `at` is, from 0 at the start to 1 at the end.
 fn nearest_part<F>(at: Point<F>, [from, to]: [Point<F>; 2]) -> f64 {
     let (along, off) = (to.coords() - from.coords(), at.coords() - from.coords());
     let square = along.dot(&along);
     if square > 0.0 { (along.dot(&off) / square).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// How far along a line the point of it is that is nearest to a place.
+/// Returns the length along a line, from its start, of its nearest point to `at`.
 pub fn nearest_along<F>(line: &[Point<F>], at: Point<F>) -> f64 {
     let (mut before, mut best) = (0.0, (f64::INFINITY, 0.0));
     for pair in line.windows(2) {
@@ -88,14 +88,14 @@ pub fn nearest_along<F>(line: &[Point<F>], at: Point<F>) -> f64 {
     best.1
 }
 
-/// The distance of a place to a segment.
+/// Returns the distance from a point to a segment.
 pub fn distance_to_segment<F>(at: Point<F>, segment: [Point<F>; 2]) -> f64 {
     let [from, to] = segment.map(|end| end.coords());
     let left = at.coords() - from - (to - from) * nearest_part(at, segment);
     left.x.hypot(left.y)
 }
 
-/// The distance of a place to what an outline is around, 0 inside.
+/// Returns the distance from a point to the area within an outline, which is 0 inside.
 pub fn distance_to_outline<F>(at: Point<F>, outline: &[Point<F>]) -> f64 {
     if encloses(outline, at) {
         return 0.0;
@@ -103,7 +103,7 @@ pub fn distance_to_outline<F>(at: Point<F>, outline: &[Point<F>]) -> f64 {
     edges(outline).map(|edge| distance_to_segment(at, edge)).fold(f64::INFINITY, f64::min)
 }
 
-/// Where two segments meet, as parts of the way along each. `None` for parallel ones.
+/// Returns where two segments cross, from 0 to 1 along each, or `None` if they do not cross or are parallel.
 pub fn crossing<F>([a, b]: [Point<F>; 2], [c, d]: [Point<F>; 2]) -> Option<(f64, f64)> {
     let [ab, cd, ac] = [(a, b), (c, d), (a, c)].map(|(from, to)| to.coords() - from.coords());
     let turn = ab.perp(&cd);
@@ -112,7 +112,7 @@ pub fn crossing<F>([a, b]: [Point<F>; 2], [c, d]: [Point<F>; 2]) -> Option<(f64,
     is_within.then_some((s, t))
 }
 
-/// Where an outline crosses itself: the numbers of the two edges, and the place.
+/// Returns where an outline crosses itself: the indices of the two edges, and the point.
 pub fn self_crossing<F>(outline: &[Point<F>]) -> Option<(usize, usize, Point<F>)> {
     let count = outline.len();
     for (i, one) in edges(outline).enumerate() {
@@ -127,7 +127,7 @@ pub fn self_crossing<F>(outline: &[Point<F>]) -> Option<(usize, usize, Point<F>)
     None
 }
 
-/// The convex hull of points, counter-clockwise (Andrew 1979).
+/// Returns the convex hull of points, counter-clockwise (Andrew 1979).
 pub fn hull<F>(points: &[Point<F>]) -> Vec<Point<F>> {
     let mut sorted = points.to_vec();
     sorted.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
@@ -151,7 +151,7 @@ pub fn hull<F>(points: &[Point<F>]) -> Vec<Point<F>> {
     [lower, upper].concat()
 }
 
-/// Where two outlines cross, or where one is in the other.
+/// Returns a point where two outlines cross, or a point of one outline if it is inside the other.
 pub fn outlines_meet<F>(one: &[Point<F>], other: &[Point<F>]) -> Option<Point<F>> {
     for a in edges(one) {
         for b in edges(other) {
@@ -164,7 +164,7 @@ pub fn outlines_meet<F>(one: &[Point<F>], other: &[Point<F>]) -> Option<Point<F>
     inside(one, other).or_else(|| inside(other, one))
 }
 
-/// Where a segment first meets an outline, or its start where that is inside.
+/// Returns where a segment first meets an outline, or the start of the segment if that is inside.
 pub fn enters<F>(from: Point<F>, to: Point<F>, outline: &[Point<F>]) -> Option<Point<F>> {
     if encloses(outline, from) {
         return Some(from);

@@ -1,6 +1,6 @@
-//! The planner for landmarks: follows landmark states, or the drawn route by where the robot probably is.
+//! The planner for landmarks as a stage: follows landmark states, or the drawn route by the robot's estimated pose.
 //!
-//! It answers every view with how far the robot has come, one command and one status.
+//! Each view is answered with the progress along the route, one command and one status.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::agenda::{Agenda, Due, Standing};
@@ -32,31 +32,31 @@ use crate::route::{Command, Route};
 use crate::sketch::Sketch;
 use crate::view;
 
-/// A robot that goes slower than this gets nowhere, in metres a second.
+/// Speed below which the robot counts as making no progress, in metres per second.
 const STANDING_MPS: f64 = 0.02;
 
-/// What drives.
+/// The method of driving, with its state.
 enum Driver {
-    /// By landmark states.
+    /// Driving by landmark states.
     States(Follower),
-    /// By a belief; with the states, where there are any.
+    /// Driving by a belief. The landmark states, if there are any, are only reported.
     Belief { guide: Guide, sketch: Sketch, route: Option<Route> },
 }
 
-/// What drives, as far as it changes.
+/// The state of a driver that goes into a checkpoint.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 enum Driven {
     States(Progress),
     Belief(guide::State),
 }
 
-/// The planner of a run.
+/// Planner of a run.
 pub struct Planner {
     method: Method,
     parameters: PlannerParameters,
     limits: Limits,
     driver: Option<Driver>,
-    /// How far along the route each state is, as far as it is known.
+    /// Position of each state along the route, as far as it is known.
     along: Vec<DrawnMetres>,
     seen: Vec<Seen>,
     agenda: Agenda,
@@ -64,20 +64,20 @@ pub struct Planner {
     course: Course,
 }
 
-/// What changes in a drive beside the driver's own.
+/// State of a drive that does not depend on the driver.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Course {
-    /// For so long the robot gets nowhere, in seconds.
+    /// Time without progress, in seconds.
     standing_s: f64,
-    /// Speed and turn rate.
+    /// Speed in metres per second, and turn rate in radians per second.
     command: [f64; 2],
-    /// The number of the state that is waited for.
+    /// Number of the state that the robot is waiting for.
     next: usize,
-    /// What has just happened: a number of [`LandmarkEvent`].
+    /// What has just happened, as a value of [`LandmarkEvent`].
     event: u32,
 }
 
-/// The planner's state.
+/// State of the planner, for a checkpoint.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct State {
     agenda: Standing,
@@ -86,10 +86,10 @@ pub struct State {
     driven: Option<Driven>,
 }
 
-/// What this kind demands of a mission and a robot.
+/// Checks that a mission and a robot meet the demands of this kind.
 ///
 /// # Errors
-/// [`LandmarksError`] with the key or the sensor.
+/// [`LandmarksError`] with the key or the sensor, if they do not.
 pub fn check(mission: &Mission, robot: &Robot) -> Result<(), LandmarksError> {
     let given = LandmarksMission::of(mission)?;
     Parameters::of(mission)?;
@@ -100,10 +100,10 @@ pub fn check(mission: &Mission, robot: &Robot) -> Result<(), LandmarksError> {
     Ring::of(robot).map(drop)
 }
 
-/// What this kind demands of the markers of a floor: those that the mission names are there.
+/// Checks that a floor has the markers that a mission names.
 ///
 /// # Errors
-/// [`LandmarksError::Marker`].
+/// [`LandmarksError::Marker`] if it lacks one of them.
 pub fn check_markers(mission: &Mission, markers: &[Marker]) -> Result<(), LandmarksError> {
     let given = LandmarksMission::of(mission)?;
     let named = given.markers.iter().flat_map(|(label, numbers)| numbers.iter().map(move |one| (label, one)));
@@ -116,10 +116,10 @@ pub fn check_markers(mission: &Mission, markers: &[Marker]) -> Result<(), Landma
 }
 
 impl Planner {
-    /// For a run: its robot, its task, and the parameters of its mission.
+    /// Creates the planner of a run from its robot, its task and the parameters of its mission.
     ///
     /// # Errors
-    /// [`LandmarksError`] with the key.
+    /// [`LandmarksError`] with the key or the sensor, if [`check`] fails.
     pub fn new(run: &RunConfig) -> Result<Self, LandmarksError> {
         check(&run.mission, &run.robot)?;
         let mission = LandmarksMission::of(&run.mission)?;
@@ -179,8 +179,8 @@ impl Planner {
         self.stop();
     }
 
-    /// A person has the robot resume: where it stands, or, with a number, from the state that it was led to (4.8). A
-    /// number is that of a state before the last, from 1; 0 is none.
+    /// Resumes at a person's request: where the robot is or, if `number` is not 0, from the state that the robot was led to
+    /// (4.8). Numbers count from 1 and exclude the last state.
     fn resume(&mut self, number: usize) {
         match &mut self.driver {
             Some(Driver::States(follower)) if number > 0 || follower.is_lost() => {
@@ -202,7 +202,7 @@ impl Planner {
         self.course.standing_s = 0.0;
     }
 
-    /// A person says where in the sketch the robot is. A robot that drives by states ignores it.
+    /// Places the robot where a person says it is in the sketch. A robot that drives by states ignores this.
     fn place(&mut self, here: &Here) {
         let Some(Driver::Belief { guide, sketch, .. }) = &mut self.driver else { return };
         guide.told(sketch.place(here));
@@ -217,7 +217,7 @@ impl Planner {
         self.course.command = [0.0; 2];
     }
 
-    /// What the robot can do of what it is to do.
+    /// Sets the command, limited to what the robot can do.
     fn command(&mut self, drive: Drive) {
         let Limits { speed_mps, yaw_rate_radps, .. } = self.limits;
         self.course.command = [
@@ -226,7 +226,7 @@ impl Planner {
         ];
     }
 
-    /// What the route does where the robot is.
+    /// Returns what the route does at the robot's position.
     fn about(&self) -> Command {
         match &self.driver {
             Some(Driver::States(follower)) => follower.command(),
@@ -286,13 +286,13 @@ impl Planner {
     }
 }
 
-/// How a drive ends.
+/// Ways in which a drive ends.
 enum End {
     Arrived,
     Lost(Lost),
 }
 
-/// Why a robot is lost, for people.
+/// Why a robot is lost, in words for people.
 enum Lost {
     State(usize),
     NoGoal,
@@ -309,7 +309,7 @@ impl std::fmt::Display for Lost {
     }
 }
 
-/// What the robot is about, for people.
+/// What the robot is doing, in words for people.
 struct About {
     next: usize,
     command: Command,
@@ -343,7 +343,7 @@ fn by_belief(
 ) -> (Drive, Option<End>) {
     let estimate = view::estimate(view);
     let (drive, outcome) = guide.step(&Guided { estimate, sectors: viewed.sectors, moved_m: viewed.moved_m });
-    // The last state is where the robot arrives.
+    // The last state is matched only when the robot arrives.
     let is_passed = along.get(course.next).is_some_and(|at| *at <= guide.along());
     let is_matched = is_passed && course.next + 1 < along.len();
     course.next += usize::from(is_matched);

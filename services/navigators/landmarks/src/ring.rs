@@ -1,7 +1,7 @@
-//! A ring of ranges around the robot: its sonars, or what its laser sees, in as many directions as a belief needs.
+//! A ring of ranges around the robot, either from its sonars or from its laser, in as many directions as a belief needs.
 //!
-//! Ranges are from the robot's rim. A laser's beams become the nearest return in each of 64 directions. Too near is taken
-//! as the shortest range, and what is invalid as no return (REP 117).
+//! Ranges are measured from the robot's rim. The beams of a laser are reduced to the nearest return in each of 64 directions. A
+//! range marked as too near becomes the minimum range, and an invalid one becomes no return (REP 117).
 
 use std::f64::consts::TAU;
 
@@ -13,26 +13,26 @@ use crate::control::{self, Sectors};
 use crate::error::LandmarksError;
 use crate::locator::Returns;
 
-/// Directions of a laser.
+/// Number of directions that a laser's beams are reduced to.
 const DIRECTIONS: usize = 64;
-/// Fewest sonars.
+/// Minimum number of sonars.
 const LEAST_SONARS: u32 = 8;
-/// A ring is at least so large, in metres: the histograms' geometry needs one.
+/// Minimum radius of a ring, in metres. The geometry of the histograms does not work with a radius of 0.
 const LEAST_RING_M: f64 = 1e-3;
 
-/// What a ring's ranges come from.
+/// Sensors that can provide a ring of ranges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RingSensor {
-    /// Sonars.
+    /// A ring of sonars.
     Sonar,
     /// A laser.
     Laser,
 }
 
-/// A ring of ranges.
+/// A ring of ranges around the robot.
 #[derive(Debug, Clone)]
 pub struct Ring {
-    /// Where the laser is; `None` where there are sonars.
+    /// Mounting pose of the laser, or `None` if the ring consists of sonars.
     laser: Option<Pose<Base>>,
     angles_rad: Vec<f64>,
     ranges_m: Vec<f64>,
@@ -41,10 +41,11 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// Of a robot's sonars, or else of its laser.
+    /// Creates the ring of a robot from its sonars or, if it has none, from its laser.
     ///
     /// # Errors
-    /// [`LandmarksError::Blind`] and [`LandmarksError::Sonars`].
+    /// - [`LandmarksError::Blind`] if the robot has neither;
+    /// - [`LandmarksError::Sonars`] if it has too few sonars.
     pub fn of(robot: &Robot) -> Result<Self, LandmarksError> {
         let empty = |count: usize| Vec::with_capacity(count);
         match (&robot.sonar, &robot.laser) {
@@ -69,22 +70,22 @@ impl Ring {
         }
     }
 
-    /// What its ranges come from. A robot may have another sensor beside it.
+    /// Returns the sensor that provides the ranges. A robot may have both, of which the ring uses one.
     pub const fn sensor(&self) -> RingSensor {
         if self.laser.is_some() { RingSensor::Laser } else { RingSensor::Sonar }
     }
 
-    /// How far the ring is from the robot's centre.
+    /// Returns the radius of the ring around the robot's centre, in metres.
     pub const fn ring_m(&self) -> f64 {
         self.ring_m
     }
 
-    /// Ranges from here on are no returns.
+    /// Returns the range from which on a measurement counts as no return, in metres.
     pub const fn range_max_m(&self) -> f64 {
         self.range_max_m
     }
 
-    /// Takes a reading of sonars in.
+    /// Adds a sonar reading.
     pub fn hear(&mut self, scan: &SonarScan) {
         if self.laser.is_some() {
             return;
@@ -98,7 +99,7 @@ impl Ring {
         }
     }
 
-    /// Takes a laser's scan in.
+    /// Adds a laser scan.
     pub fn see(&mut self, scan: &LaserScan) {
         let Some(mount) = self.laser else { return };
         self.ranges_m.fill(f64::INFINITY);
@@ -116,13 +117,13 @@ impl Ring {
         }
     }
 
-    /// What was measured last.
+    /// Returns the latest measurements.
     pub fn returns(&self) -> Returns<'_> {
         let Self { angles_rad, ranges_m, ring_m, range_max_m, .. } = self;
         Returns { angles_rad, ranges_m, ring_m: *ring_m, range_max_m: *range_max_m }
     }
 
-    /// The nearest range in each of sixteen directions.
+    /// Returns the nearest range in each of sixteen directions.
     pub fn sectors(&self) -> Sectors {
         control::sectors(&self.angles_rad, &self.ranges_m, self.range_max_m)
     }

@@ -1,6 +1,6 @@
-//! A route as landmark states: when the robot sees these objects so, it does that (Chronis 2007, 4.3.5).
+//! Routes as landmark states: conditions on what the robot sees, and what it does when they hold (Chronis 2007, 4.3.5).
 //!
-//! A state is a condition and a command. The condition joins relations of one object by OR and those of different objects
+//! A state is a condition and a command. The condition joins relations of the same object by OR, and those of different objects
 //! by AND (figure 4.23).
 
 use std::fmt;
@@ -11,31 +11,31 @@ use sketchnav_qualitative::hof::Surround;
 use crate::drawn::DrawnMetres;
 use crate::error::Error;
 
-/// An inch, in metres: the constants of Chronis 2007 are in inches.
+/// An inch, in metres. The constants of Chronis 2007 are in inches.
 pub const INCH_M: f64 = 0.0254;
 
-/// How many directions there are around the robot; 0 is in front, 4 left, 8 behind, 12 right (Chronis 2007, figure 4.5).
+/// Number of directions around the robot. 0 is in front, 4 left, 8 behind and 12 right (Chronis 2007, figure 4.5).
 pub const DIRECTIONS: u8 = 16;
 
-/// The greatest number of relations in a state, so that what is met fits into one word of a state.
+/// Maximum number of relations in a state. It allows one machine word to hold a bit for each of them.
 pub const MAX_RELATIONS: usize = 64;
 
-/// What the robot does once it has matched a state.
+/// What the robot does after it has matched a state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Command {
-    /// Moves straight on.
+    /// Move straight on.
     Forward,
-    /// Turns left while it moves.
+    /// Turn left while moving.
     Left,
-    /// Turns right while it moves.
+    /// Turn right while moving.
     Right,
-    /// Stops.
+    /// Stop.
     Stop,
 }
 
 impl Command {
-    /// The numeric value for the fusion formula (Chronis 2007, figure 4.27): 1 for left, −1 for right.
+    /// Returns the value for the fusion formula (Chronis 2007, figure 4.27): 1 for left, −1 for right, and 0 otherwise.
     pub const fn value(self) -> f64 {
         match self {
             Self::Left => 1.0,
@@ -44,7 +44,7 @@ impl Command {
         }
     }
 
-    /// Whether the robot turns.
+    /// Returns true if the command is a turn.
     pub const fn is_turn(self) -> bool {
         matches!(self, Self::Left | Self::Right)
     }
@@ -61,18 +61,18 @@ impl fmt::Display for Command {
     }
 }
 
-/// Where an object is, seen from the robot.
+/// Position of an object relative to the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Place {
-    /// In one of [`DIRECTIONS`].
+    /// In one of the [`DIRECTIONS`].
     Direction(u8),
     /// Around the robot (Chronis 2007, 4.5.2).
     Surrounds(Surround),
 }
 
 impl Place {
-    /// The direction, if it is one.
+    /// Returns the direction, or `None` if the object is around the robot.
     pub const fn direction(self) -> Option<u8> {
         match self {
             Self::Direction(direction) => Some(direction),
@@ -81,33 +81,33 @@ impl Place {
     }
 }
 
-/// How many directions lie between two, from 0 to 8.
+/// Returns the number of steps between two directions, from 0 to 8.
 pub const fn between(a: u8, b: u8) -> u8 {
     let off = a.abs_diff(b) % DIRECTIONS;
     if off > DIRECTIONS / 2 { DIRECTIONS - off } else { off }
 }
 
-/// A range of numbers, both ends in it.
+/// A closed range of numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Range {
-    /// Its lower end.
+    /// Lower end of the range.
     pub low: f64,
-    /// Its upper end.
+    /// Upper end of the range.
     pub high: f64,
 }
 
 impl Range {
-    /// Around a number, not below 0.
+    /// Creates the range around a number, cut off at 0.
     pub fn around(middle: f64, tolerance: f64) -> Self {
         Self { low: (middle - tolerance).max(0.0), high: middle + tolerance }
     }
 
-    /// Whether a number is in it.
+    /// Returns true if the number is in the range, ends included.
     pub fn contains(self, number: f64) -> bool {
         self.low <= number && number <= self.high
     }
 
-    /// Its middle.
+    /// Returns the middle of the range.
     pub fn middle(self) -> f64 {
         f64::midpoint(self.low, self.high)
     }
@@ -116,48 +116,48 @@ impl Range {
 /// A condition on one object.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Relation {
-    /// The object, by its place in [`Route::objects`].
+    /// Index of the object in [`Route::objects`].
     pub object: usize,
-    /// Where it is.
+    /// Required position of the object.
     pub place: Place,
-    /// How far it is, in metres; `None` for any distance.
+    /// Required distance of the object, in metres, or `None` for any distance.
     pub proximity_m: Option<Range>,
-    /// The width of its histogram, from 0 to 180 for a full turn; `None` for any.
+    /// Required width of the object's histogram, from 0 to 180 for a full turn, or `None` for any width.
     pub width: Option<Range>,
 }
 
-/// The greatest distance in a relation, in metres: "at least 2 m away" goes up to it.
+/// Maximum distance in a relation, in metres. It is the upper end of "at least 2 m away".
 pub const MOST_M: f64 = 10_000.0;
 
-/// Why a state is in the route.
+/// Reasons why a state is in a route.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
-    /// Where the route begins.
+    /// The route begins here.
     Start,
-    /// Where the command changes.
+    /// The command changes here.
     Change,
-    /// In the middle of a turn (Chronis 2007, 4.6.2).
+    /// The robot is in the middle of a turn here (Chronis 2007, 4.6.2).
     Additional,
-    /// Where the route ends.
+    /// The route ends here.
     End,
 }
 
 /// A landmark state with its command.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
-    /// Why it is there.
+    /// Why the state is in the route.
     pub kind: Kind,
-    /// What is to be seen. Relations of one object follow each other.
+    /// What the robot must see. Relations of the same object follow each other.
     pub relations: Vec<Relation>,
     /// What the robot does then.
     pub command: Command,
-    /// How far it is from the state before along the route; `None` where nobody drew or said it.
+    /// Distance from the previous state along the route, or `None` if it was neither drawn nor stated.
     pub after: Option<DrawnMetres>,
 }
 
 impl State {
-    /// The relations of each object: one of each has to hold.
+    /// Returns the relations in groups, one for each object. One relation of each group has to hold.
     pub fn groups(&self) -> impl Iterator<Item = &[Relation]> {
         self.relations.chunk_by(|a, b| a.object == b.object)
     }
@@ -166,14 +166,15 @@ impl State {
 /// A route: its landmarks and its states, in order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Route {
-    /// The names of the landmarks.
+    /// Names of the landmarks.
     pub objects: Vec<String>,
-    /// The states, from start to end.
+    /// States, from start to end.
     pub states: Vec<State>,
 }
 
 impl Route {
-    /// How far each state is from the start along the route, in metres; `None` from where it is not known on.
+    /// Returns the distance of each state from the start along the route. After a state with an unknown distance, all are
+    /// `None`.
     pub fn along(&self) -> Vec<Option<DrawnMetres>> {
         let mut along = Some(DrawnMetres::default());
         let mut add = |state: &State| {
@@ -185,7 +186,8 @@ impl Route {
         self.states.iter().map(&mut add).collect()
     }
 
-    /// The same route with its objects in the order in which states mention them; the others are left out.
+    /// Returns the same route with its objects in the order in which the states mention them. Objects that no state mentions
+    /// are left out.
     pub fn normalized(&self) -> Self {
         let mut order: Vec<usize> = Vec::new();
         for relation in self.states.iter().flat_map(|state| &state.relations) {
@@ -201,11 +203,14 @@ impl Route {
         route
     }
 
-    /// `Ok` where the route can be driven.
+    /// Checks that the route can be driven.
     ///
     /// # Errors
-    /// [`Error::States`]: fewer than two states; a last command that is not the only stop. Between start and end: a
-    /// state with no relation, or with too many; a relation that names no object.
+    /// [`Error::States`] in the following cases:
+    /// - there are fewer than two states;
+    /// - the last command is not a stop, or another command is;
+    /// - a state has too many relations, or one between start and end has none;
+    /// - a relation names no object of the route.
     pub fn check(&self) -> Result<(), Error> {
         let wrong = |expected, found: String| Err(Error::States { expected, found });
         let [_, middle @ .., last] = &self.states[..] else {

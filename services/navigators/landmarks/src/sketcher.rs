@@ -1,4 +1,4 @@
-//! The sketcher for landmarks as a stage: reads the sketch or the words of a mission, checks them, and sends them once.
+//! The sketcher for landmarks as a stage: reads and checks the sketch or the words of a mission, and sends them once.
 
 use serde::Serialize;
 use sketchnav_schemas::mission::Mission;
@@ -14,7 +14,7 @@ use crate::instructions::Instructions;
 use crate::messages::LANDMARK_ROUTE;
 use crate::mission::{Given, LandmarksMission, Method, Parameters};
 
-/// Says the route of a run.
+/// Publishes the route of a run.
 pub struct Sketcher {
     cells: Vec<u8>,
     objects: u32,
@@ -22,10 +22,10 @@ pub struct Sketcher {
     length: DrawnMetres,
 }
 
-/// Reads and checks the route of a mission, by what the robot is.
+/// Reads and checks the route of a mission, given the size of the robot.
 ///
 /// # Errors
-/// [`LandmarksError`] with the file and the place.
+/// [`LandmarksError`] with the file and the place of the fault.
 pub fn understand(
     mission: &Mission,
     robot: &Robot,
@@ -50,10 +50,10 @@ pub fn understand(
 }
 
 impl Sketcher {
-    /// Reads and checks the route.
+    /// Reads and checks the route of a run.
     ///
     /// # Errors
-    /// As [`understand`].
+    /// See [`understand`].
     pub fn new(run: &RunConfig, files: &Files<'_>) -> Result<Self, LandmarksError> {
         let instructions = understand(&run.mission, &run.robot, files)?;
         let wrong = |cause| LandmarksError::Input { file: "landmark_route".into(), cause };
@@ -89,10 +89,10 @@ impl Stage for Sketcher {
     }
 }
 
-/// The canvas of a mission's sketch, where the robot believes to be somewhere in it.
+/// Returns the canvas of a mission's sketch, if the robot locates itself in it, and `None` otherwise.
 ///
 /// # Errors
-/// [`LandmarksError`] where the sketch cannot be read.
+/// [`LandmarksError`] if the sketch cannot be read.
 pub fn canvas(mission: &Mission, files: &Files<'_>) -> Result<Option<Canvas>, LandmarksError> {
     let given = LandmarksMission::of(mission)?;
     let Given::Drawing(file, _) = given.given else { return Ok(None) };

@@ -1,4 +1,4 @@
-//! What is seen, as messages and back.
+//! Conversions between what the robot sees and the messages about it.
 
 use sketchnav_qualitative::hof::Surround;
 use sketchnav_schemas::geometry::Pose;
@@ -10,12 +10,12 @@ use crate::messages::{LandmarkEvent, LandmarkProgress, LandmarkView, MAX_SEEN_OB
 use crate::perception::Seen;
 use crate::route::{DIRECTIONS, Place, Route, State};
 
-/// Codes of places that surround the robot: see [`SeenObject::place`].
+/// Codes of places around the robot: see [`SeenObject::place`].
 const COMPLETELY: u32 = 16;
 const FROM: u32 = 32;
 const OPENING_AT: u32 = 48;
 
-/// The code of a place.
+/// Returns the code of a place.
 pub fn code(place: Place) -> u32 {
     match place {
         Place::Direction(direction) => u32::from(direction),
@@ -25,7 +25,7 @@ pub fn code(place: Place) -> u32 {
     }
 }
 
-/// The place of a code; codes between those of a kind are taken around.
+/// Returns the place of a code. Codes from 17 to 31, which [`code`] never returns, count as all around the robot.
 pub fn place(code: u32) -> Place {
     let direction = code % u32::from(DIRECTIONS);
     match code / u32::from(DIRECTIONS) {
@@ -36,7 +36,7 @@ pub fn place(code: u32) -> Place {
     }
 }
 
-/// Writes what is seen.
+/// Writes the objects seen into a message.
 pub fn write_objects(seen: &[Seen], view: &mut LandmarkView) {
     let seen = &seen[..seen.len().min(MAX_SEEN_OBJECTS)];
     view.object_count = seen.len() as u32;
@@ -47,7 +47,7 @@ pub fn write_objects(seen: &[Seen], view: &mut LandmarkView) {
     }
 }
 
-/// What was seen.
+/// Returns the objects in a message.
 pub fn objects(view: &LandmarkView) -> impl Iterator<Item = Seen> + '_ {
     view.objects().iter().map(|object| Seen {
         place: place(object.place),
@@ -57,13 +57,14 @@ pub fn objects(view: &LandmarkView) -> impl Iterator<Item = Seen> + '_ {
     })
 }
 
-/// The state that a progress is about: the one that was matched, else the one that is waited for.
+/// Returns the state that a message of progress is about: the state that was just matched, if there is one, or else the next
+/// one.
 pub fn state_of<'a>(route: &'a Route, progress: &LandmarkProgress) -> Option<&'a State> {
     let is_matched = progress.event == LandmarkEvent::Matched.code();
     route.states.get((progress.next as usize).saturating_sub(usize::from(is_matched)))
 }
 
-/// The names of the objects that meet that state, each once.
+/// Returns the names of the objects that meet the state of [`state_of`], each once.
 pub fn met<'a>(route: &'a Route, progress: &LandmarkProgress) -> Vec<&'a str> {
     let state = state_of(route, progress);
     let mut names: Vec<&str> = Vec::new();
@@ -75,14 +76,14 @@ pub fn met<'a>(route: &'a Route, progress: &LandmarkProgress) -> Vec<&'a str> {
     names
 }
 
-/// Writes where the robot probably is.
+/// Writes an estimated pose into a message.
 pub fn write_estimate(estimate: &Estimate, view: &mut LandmarkView) {
     let Estimate { at, heading_rad, stretch, spread, fit } = estimate;
     view.in_sketch = PoseM::new(&Pose::<Drawn>::new(at.x, at.y, *heading_rad));
     (view.stretch, view.spread_m, view.fit) = (stretch.0, spread.0, fit.clamp(0.0, 1.0));
 }
 
-/// Where the robot probably is.
+/// Returns the estimated pose in a message.
 pub fn estimate(view: &LandmarkView) -> Estimate {
     let pose = view.in_sketch();
     Estimate {

@@ -1,4 +1,4 @@
-//! Routes as text.
+//! Prints routes in words.
 
 use std::fmt::Write;
 
@@ -7,7 +7,7 @@ use sketchnav_qualitative::hof::Surround;
 use crate::drawn::DrawnMetres;
 use crate::route::{Command, INCH_M, Kind, MOST_M, Place, Range, Relation, Route, State};
 
-/// The words for the directions, from 0 on.
+/// Words for the directions, in order from 0.
 pub(super) const DIRECTION_WORDS: [&str; 16] = [
     "ahead",
     "ahead slightly left",
@@ -27,18 +27,19 @@ pub(super) const DIRECTION_WORDS: [&str; 16] = [
     "ahead slightly right",
 ];
 
-/// Words that a name without quotes cannot have.
+/// Words that must not occur in a name without quotes.
 pub(super) const RESERVED: [&str; 11] =
     ["a", "an", "the", "another", "is", "and", "or", "then", "when", "after", "at"];
 
-/// The route in words: [`super::read()`] gives the same route, with its objects in the order of mention.
+/// Returns the route in words. [`super::read()`] turns the words back into the same route, with its objects in the order in
+/// which they are mentioned.
 ///
 /// # Panics
-/// Where a relation names no object of the route: [`Route::check`].
+/// If a relation names no object of the route, which [`Route::check`] rules out.
 pub fn print(route: &Route) -> String {
     let mut text = String::new();
     for state in &route.states {
-        // Writing to a string does not fail.
+        // Writing to a string cannot fail.
         let _ = writeln!(text, "{}", sentence(route, state));
     }
     text
@@ -78,7 +79,7 @@ fn conditions(route: &Route, state: &State) -> String {
     groups.collect::<Vec<_>>().join(", and ")
 }
 
-/// A name, in quotes where its words alone would be read otherwise.
+/// Returns a name, in quotes if it would not be read back as the same name without them.
 fn quoted(name: &str) -> String {
     let is_plain = |word: &str| {
         !RESERVED.contains(&word)
@@ -118,11 +119,11 @@ fn place(place: Place) -> String {
     }
 }
 
-/// The route as Chronis 2007 prints it (table 4.1): numbered objects, directions as numbers, proximities in inches; a
-/// range is given by its middle.
+/// Returns the route as printed in Chronis 2007 (table 4.1): with numbered objects, directions as numbers, and proximities in
+/// inches. A range is represented by its middle.
 ///
 /// # Panics
-/// As [`print()`].
+/// See [`print()`].
 pub fn table(route: &Route) -> String {
     let mut text = String::new();
     for state in &route.states {
@@ -164,7 +165,7 @@ pub fn table(route: &Route) -> String {
     text
 }
 
-/// The words for a command that are read.
+/// The words of each command that [`super::read()`] accepts.
 pub(super) const COMMANDS: [(&[&str], Command); 6] = [
     (&["move", "forward"], Command::Forward),
     (&["go", "straight"], Command::Forward),

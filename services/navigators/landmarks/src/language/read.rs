@@ -1,4 +1,4 @@
-//! Text as routes: a reader for each rule of the grammar, from sentence down to place.
+//! Reads routes in words, with one method for each rule of the grammar, from the sentence down to the place.
 
 use sketchnav_qualitative::hof::Surround;
 
@@ -8,16 +8,17 @@ use crate::drawn::DrawnMetres;
 use crate::error::Error;
 use crate::route::{Command, DIRECTIONS, INCH_M, Kind, MOST_M, Place, Range, Relation, Route, State};
 
-/// Tolerances of single numbers (Chronis 2007, 4.3.2 and 4.3.3).
+/// Tolerances of proximities and widths that are given as a single number (Chronis 2007, 4.3.2 and 4.3.3).
 const PROXIMITY_TOLERANCE_M: f64 = 22.0 * INCH_M;
 const WIDTH_TOLERANCE: f64 = 30.0;
-/// The widest histogram.
+/// Maximum width of a histogram.
 const MOST_WIDTH: f64 = 180.0;
 
-/// Reads a route.
+/// Reads a route in words.
 ///
 /// # Errors
-/// [`Error::Word`] names the line and the word; [`Error::States`].
+/// - [`Error::Word`] with the line and the word, if the words are not a route;
+/// - [`Error::States`] if the route cannot be driven.
 pub fn read(text: &str) -> Result<Route, Error> {
     let mut reader = Reader { words: Words::of(text)?, objects: Vec::new() };
     let mut states = Vec::new();
@@ -79,7 +80,7 @@ impl Reader {
         Ok(State { kind, relations, command, after })
     }
 
-    /// "at the start" and "at the end" say so; other kinds follow from the rest of the sentence.
+    /// Reads "at the start" or "at the end". If neither is there, the kind follows from the rest of the sentence.
     fn kind(&mut self, is_first: bool) -> Result<Option<Kind>, Error> {
         if !self.words.take("at") {
             return Ok(None);
@@ -105,7 +106,7 @@ impl Reader {
         if kind == Some(Kind::End) {
             return Err(self.words.error("\"stop\"", &["stop"]));
         }
-        // The first word may be right: then the second one is wrong.
+        // If the first word is correct, the second one is wrong, so that one is reported.
         for (first, seconds) in
             [("turn", &["left", "right"][..]), ("move", &["forward"]), ("go", &["straight", "forward"])]
         {
@@ -141,12 +142,12 @@ impl Reader {
         }
     }
 
-    /// Takes a word, after a comma or not.
+    /// Takes a word, with or without a comma in front of it.
     fn joint(&mut self, word: &str) -> bool {
         self.words.take_all(&[",", word]) || self.words.take(word)
     }
 
-    /// An object: anonymous, or known by its name.
+    /// Reads an object, which is either anonymous or known by its name.
     fn subject(&mut self) -> Result<usize, Error> {
         let is_anonymous = ["a", "an"].iter().any(|article| self.words.take_all(&[article, "object", "is"]))
             || self.words.take_all(&["another", "is"])
@@ -184,7 +185,7 @@ impl Reader {
         Ok(name.join(" "))
     }
 
-    /// After "or": ["is"], or the same object again and "is" (Chronis 2007, figure 4.10).
+    /// After "or": ["is"], or the same object again and "is" (Chronis 2007, figure 4.10)
     fn same_subject(&mut self, object: usize) -> Result<(), Error> {
         if self.words.take("is") {
             return Ok(());
@@ -195,7 +196,7 @@ impl Reader {
         Ok(())
     }
 
-    /// ["roughly"] place {[","] qualifier}; roughly is either neighbour, too.
+    /// ["roughly"] place {[","] qualifier}, where "roughly" also allows either neighbour
     fn relations(&mut self, object: usize, relations: &mut Vec<Relation>) -> Result<(), Error> {
         let is_rough = self.words.take("roughly");
         let place = self.place()?;
@@ -265,7 +266,7 @@ impl Reader {
         if !self.words.take("slightly") {
             return Ok(*base);
         }
-        // Towards a neighbour a right angle away.
+        // The second word names a neighbour at a right angle.
         let sides: [(&str, u8); 4] = [("ahead", 0), ("left", 4), ("behind", 8), ("right", 12)];
         let sides = sides.map(|(word, to)| (word, (to + DIRECTIONS - base) % DIRECTIONS));
         let [one, other] =
@@ -274,7 +275,7 @@ impl Reader {
         Ok((base + [1, DIRECTIONS - 1][side]) % DIRECTIONS)
     }
 
-    /// Distance and width, in this order or the other one.
+    /// Reads a distance and a width, in either order.
     fn qualifiers(&mut self) -> Result<(Option<Range>, Option<Range>), Error> {
         let (mut proximity, mut width) = (None, None);
         loop {
@@ -306,7 +307,7 @@ impl Reader {
         Ok(Range::around(low, WIDTH_TOLERANCE))
     }
 
-    /// A number that is not below another one.
+    /// Reads a number that is not below `low`.
     fn at_least(&mut self, low: f64, most: f64) -> Result<f64, Error> {
         let is_below = self.words.peek().parse::<f64>().is_ok_and(|high| high < low);
         if is_below {
@@ -318,7 +319,7 @@ impl Reader {
 
     fn distance(&mut self) -> Result<Range, Error> {
         let range = if self.words.take_all(&["at", "proximity"]) {
-            // Figure 4.10 has inches and does not say so.
+            // The values in figure 4.10 are in inches, although the figure does not say so.
             Range::around(self.words.number(MOST_M)? * self.optional_unit(INCH_M), PROXIMITY_TOLERANCE_M)
         } else if self.words.take("at") {
             let is_least = self.words.expect(&["most", "least", "proximity"])? == 1;
@@ -348,7 +349,7 @@ impl Reader {
         self.unit().unwrap_or(default)
     }
 
-    /// A unit, in metres.
+    /// Reads a unit, and returns its length in metres.
     fn unit(&mut self) -> Result<f64, Error> {
         const UNITS: [(&str, f64); 12] = [
             ("m", 1.0),

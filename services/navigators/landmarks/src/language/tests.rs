@@ -186,7 +186,7 @@ fn state() -> impl Strategy<Value = (Vec<Group>, usize, Option<u16>)> {
     (prop::collection::vec(group, 1..4), 0_usize..3, prop::option::of(any::<u16>()))
 }
 
-/// Names as people write them, and two objects without one.
+/// Names as people write them. An empty one stands for an anonymous object.
 const NAMES: [&str; 7] = ["desk", "trash can", "object #3", "", "is", "Desk, left", "#"];
 
 fn route() -> impl Strategy<Value = Route> {
@@ -202,7 +202,7 @@ fn route() -> impl Strategy<Value = Route> {
             let mut relations: Vec<Relation> = Vec::new();
             for (object, places) in groups {
                 let object = if NAMES[object].is_empty() {
-                    // Nobody can say which one it was: each is another.
+                    // An anonymous object cannot be referred to again, so each mention is a new object.
                     route.objects.push(String::new());
                     route.objects.len() - 1
                 } else {

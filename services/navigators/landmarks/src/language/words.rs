@@ -1,10 +1,10 @@
-//! The words of a text with their places.
+//! Splits a text into words, and keeps their positions for error messages.
 
 use sketchnav_schemas::nearest::nearest;
 
 use crate::error::{Error, WordPlace};
 
-/// A word, a quoted name, or one of `,` `.` `:`.
+/// A word, a quoted name, or one of the marks `,`, `.`, `:` and `;`.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Token {
     pub text: String,
@@ -13,7 +13,7 @@ pub(super) struct Token {
     word: usize,
 }
 
-/// The words of a text, and how far it was read.
+/// The words of a text, and how many of them have been read.
 #[derive(Debug)]
 pub(super) struct Words {
     tokens: Vec<Token>,
@@ -21,7 +21,7 @@ pub(super) struct Words {
 }
 
 impl Words {
-    /// Splits a text. `#` at the begin of a line, or after white space and not before a digit, begins a comment.
+    /// Splits a text into words. A `#` at the start of a word begins a comment, unless a digit follows.
     pub fn of(text: &str) -> Result<Self, Error> {
         let mut tokens = Vec::new();
         for (i, line) in text.lines().enumerate() {
@@ -34,12 +34,13 @@ impl Words {
         self.next == self.tokens.len()
     }
 
-    /// The next word; "" at the end.
+    /// Returns the next word, or "" at the end.
     pub fn peek(&self) -> &str {
         self.peek_at(0)
     }
 
-    /// The word so many after the next one. A quoted one is none of the language's.
+    /// Returns the word `ahead` places after the next one. A quoted name is returned as a quotation mark, since it is never a
+    /// word of the language.
     pub fn peek_at(&self, ahead: usize) -> &str {
         match self.tokens.get(self.next + ahead) {
             Some(token) if !token.is_quoted => &token.text,
@@ -54,26 +55,26 @@ impl Words {
         token
     }
 
-    /// Gives the last word back.
+    /// Steps back by one word.
     pub fn back(&mut self) {
         self.next = self.next.saturating_sub(1);
     }
 
-    /// Takes the next word if it is this one.
+    /// Takes the next word if it equals `word`, and returns whether it did.
     pub fn take(&mut self, word: &str) -> bool {
         let is_it = self.peek() == word;
         self.next += usize::from(is_it);
         is_it
     }
 
-    /// Takes these words if they come next, all of them or none.
+    /// Takes the next words if all of them equal `words`, and returns whether they did. Otherwise, none is taken.
     pub fn take_all(&mut self, words: &[&str]) -> bool {
         let are_they = words.iter().enumerate().all(|(i, word)| self.peek_at(i) == *word);
         self.next += if are_they { words.len() } else { 0 };
         are_they
     }
 
-    /// Takes the next word, which has to be one of these; its place among them.
+    /// Takes the next word, which must be one of `words`, and returns its index in them.
     pub fn expect(&mut self, words: &[&str]) -> Result<usize, Error> {
         match words.iter().position(|word| self.peek() == *word) {
             Some(i) => {
@@ -84,7 +85,7 @@ impl Words {
         }
     }
 
-    /// Takes a number.
+    /// Takes a number from 0 to `most`.
     pub fn number(&mut self, most: f64) -> Result<f64, Error> {
         let found = self.peek().parse::<f64>().ok().filter(|number| (0.0..=most).contains(number));
         let number = found.ok_or_else(|| self.error(&format!("a number from 0 to {most}"), &[]))?;
@@ -92,7 +93,7 @@ impl Words {
         Ok(number)
     }
 
-    /// An error at the next word.
+    /// Returns an error at the next word.
     pub fn error(&self, expected: &str, known: &[&str]) -> Error {
         let (line, place, found) = match (self.tokens.get(self.next), self.tokens.last()) {
             (Some(token), _) => (token.line, WordPlace::Word(token.word), token.text.clone()),
@@ -127,7 +128,7 @@ fn split(line: &str, number: usize, tokens: &mut Vec<Token>) -> Result<(), Error
             };
             push(name, true);
             rest = after;
-            // A mark after a quote belongs to the same word.
+            // Punctuation after a closing quote belongs to the same word.
             let marks = rest.len() - rest.trim_start_matches([',', '.', ':', ';']).len();
             rest[..marks].chars().for_each(|mark| push(mark.encode_utf8(&mut [0; 4]), false));
             rest = rest[marks..].trim_start();

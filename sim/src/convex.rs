@@ -1,20 +1,20 @@
-//! Convex solids, of which furniture and walls are made. Metres, frame `World`.
+//! Convex solids, from which furniture and walls are built. Coordinates are in metres, in frame `World`.
 
 use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};
 pub use sketchnav_schemas::floor_plan::Segment;
 
-/// Corners of the polygon that stands for a disc: the sagitta is half a percent of the radius.
+/// Number of corners of the polygon that approximates a disc. Its sagitta is half a percent of the radius.
 const DISC_CORNERS: u32 = 32;
 
-/// A convex polygon, its corners counter-clockwise.
+/// A convex polygon with its corners in counter-clockwise order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Convex {
     corners: Vec<[f64; 2]>,
 }
 
 impl Convex {
-    /// A box of `size` (length, width) around `center`, its length turned by `yaw_rad`.
+    /// Creates a box of `size` (length, width) around `center`, with its length turned by `yaw_rad`.
     pub fn rectangle(center: [f64; 2], size: [f64; 2], yaw_rad: f64) -> Self {
         let (turn, half) = (Rotation2::new(yaw_rad), Vector2::from(size) / 2.0);
         let signs = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
@@ -22,7 +22,7 @@ impl Convex {
         Self { corners: signs.map(corner).to_vec() }
     }
 
-    /// A disc, as a regular polygon inscribed in it.
+    /// Creates a disc, approximated by an inscribed regular polygon.
     pub fn disc(center: [f64; 2], radius_m: f64) -> Self {
         let corner = |i| {
             let angle = f64::from(i) * std::f64::consts::TAU / f64::from(DISC_CORNERS);
@@ -31,7 +31,7 @@ impl Convex {
         Self { corners: (0..DISC_CORNERS).map(corner).collect() }
     }
 
-    /// A polygon through `corners`, in either direction; `None` if they do not form a convex polygon.
+    /// Creates a polygon through `corners`, given in either direction, or returns `None` if they do not form a convex polygon.
     pub fn polygon(corners: &[[f64; 2]]) -> Option<Self> {
         let mut corners = corners.to_vec();
         if signed_area(&corners) < 0.0 {
@@ -41,24 +41,24 @@ impl Convex {
         polygon.is_convex().then_some(polygon)
     }
 
-    /// The corners, counter-clockwise, metres.
+    /// Returns the corners in counter-clockwise order, in metres.
     pub fn corners(&self) -> &[[f64; 2]] {
         &self.corners
     }
 
-    /// The edges, in order.
+    /// Returns the edges in order.
     pub fn edges(&self) -> impl Iterator<Item = Segment> + Clone + '_ {
         let next = self.corners.iter().cycle().skip(1);
         self.corners.iter().zip(next).map(|(a, b)| [*a, *b])
     }
 
-    /// Whether a place is inside; a place on an edge is not.
+    /// Returns true if a point is inside. A point on an edge is not.
     pub fn contains(&self, place: [f64; 2]) -> bool {
         let to = |a: [f64; 2]| Vector2::from(place) - Vector2::from(a);
         self.edges().all(|[a, b]| (Vector2::from(b) - Vector2::from(a)).perp(&to(a)) > 0.0)
     }
 
-    /// Whether every corner turns left, and all of them together turn once (a star turns more often).
+    /// Returns true if every corner turns left and the corners turn once in all. A star would turn more often.
     fn is_convex(&self) -> bool {
         let after = self.edges().cycle().skip(1);
         let turns: Vec<_> =

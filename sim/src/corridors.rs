@@ -1,124 +1,124 @@
-//! Corridors with markers on their walls: straight ones as in Patil 2019, 5.3, and ones with corners, a junction and
-//! closed ends. A [`Corridor`] makes the floor plan; [`Corridor::drives`] says where robots drive in it.
+//! Corridors with markers on their walls: straight ones as in Patil 2019, 5.3, and ones with corners, a junction and closed
+//! ends. A [`Corridor`] generates the floor plan, and [`Corridor::drives`] lists the drives through it.
 //!
-//! Lengths that the thesis does not give are chosen here: how far walls extend beyond the way, and where markers hang.
+//! Lengths that the thesis does not give are chosen here: how far the walls extend beyond a drive, and where the markers hang.
 //! [`Corridor::published`] derives them from what the thesis says about its own corridor.
 
 use sketchnav_schemas::floor_plan::{FloorPlan, Marker, Wall};
 use sketchnav_schemas::geometry::{Pose, World};
 
-/// Length of the way in a straight corridor, metres (Patil 2019, figure 5.8).
+/// Length of the drive through a straight corridor, in metres (Patil 2019, figure 5.8).
 pub const WAY_M: f64 = 7.0;
-/// How far a straight corridor continues beyond both ends of the way, metres; markers hang there, too.
+/// How far a straight corridor, with its markers, continues beyond both ends of the drive, in metres.
 const BEYOND_M: f64 = 3.0;
-/// From a corridor's beginning to where it turns, metres.
+/// Distance from the beginning of a corridor to its turn, in metres.
 const LEG_M: f64 = 8.0;
-/// From where it turns to the end, metres.
+/// Distance from a corridor's turn to its end, in metres.
 const ARM_M: f64 = 6.0;
-/// From one leg of a U to the other, metres.
+/// Distance between the legs of a U, in metres.
 const APART_M: f64 = 5.0;
-/// From a corridor's end to the start or the goal, metres.
+/// Distance from a corridor's end to the start or the goal, in metres.
 const FROM_END_M: f64 = 1.5;
 const WALL_THICKNESS_M: f64 = 0.1;
-/// From one marker to the next on the same wall, metres.
+/// Distance between neighbouring markers on the same wall, in metres.
 const SPACING_M: f64 = 1.0;
-/// The same in the corridor of the thesis, which does not give it. "At least two markers in the environment at any given point of
-/// time" are its "core assumption" (3.3), and figure 5.1 shows two sets at once. Staggered rows fail because of the distance
-/// between markers (figures 5.2 to 5.7). So this is the largest spacing with which opposite markers are in view everywhere along
-/// the middle (a test).
+/// Distance between neighbouring markers on the same wall in the corridor of the thesis, in metres. The thesis does not give
+/// it. "At least two markers in the environment at any given point of time" are its "core assumption" (3.3), and figure 5.1
+/// shows two sets at once. Staggered rows fail because of the distance between markers (figures 5.2 to 5.7). So this is the
+/// largest spacing with which opposite markers are in view everywhere along the middle, which a test confirms.
 const PUBLISHED_SPACING_M: f64 = 1.2;
-/// Width of the corridor of the thesis, metres. The thesis does not give it.
+/// Width of the corridor of the thesis, in metres. The thesis does not give it, so this is our choice.
 pub const PUBLISHED_WIDTH_M: f64 = 2.0;
 
-/// The course of a corridor.
+/// Shapes of corridors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// Without a turn.
+    /// A straight corridor.
     Straight,
-    /// A turn to the left.
+    /// A corridor with one turn to the left.
     L,
-    /// Two turns to the left.
+    /// A corridor with two turns to the left.
     U,
-    /// It ends at another one, to the left and to the right.
+    /// A corridor that ends at another one, which leads to the left and to the right.
     T,
 }
 
-/// Where the markers of the two walls of a straight corridor hang.
+/// Placement of markers on the two walls of a straight corridor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Placement {
-    /// Opposite each other.
+    /// Each marker is opposite one on the other wall.
     Opposite,
-    /// Each between two of the other wall.
+    /// Each marker is between two on the other wall.
     Staggered,
 }
 
-/// How many markers the two walls have.
+/// Relative number of markers on the two walls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Numbers {
-    /// As many on both.
+    /// Both walls have the same number.
     Equal,
-    /// Every second one of the right wall is missing.
+    /// Every second marker of the right wall is missing.
     Uneven,
     /// The left wall has an additional marker between any two: "more number of markers on one of the walls", so that "there is
     /// always atleast one marker on the opposite wall" (Patil 2019, figures 5.5 to 5.7).
     More,
 }
 
-/// A corridor.
+/// A corridor with markers on its walls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Corridor {
-    /// Its course.
+    /// Shape of the corridor.
     pub shape: Shape,
-    /// From wall to wall, metres: at most 4.
+    /// Distance from wall to wall, in metres, at most 4.
     pub width_m: f64,
-    /// Where markers hang.
+    /// Placement of the markers.
     pub placement: Placement,
-    /// How many there are.
+    /// Relative number of markers on the two walls.
     pub numbers: Numbers,
-    /// From one marker to the next on the same wall, metres; with [`Numbers::More`], on the right wall.
+    /// Distance between neighbouring markers on the same wall, in metres. With [`Numbers::More`], this is the right wall.
     pub spacing_m: f64,
 }
 
-/// A way through a corridor, along its middle.
+/// A drive along the middle of a corridor.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drive {
-    /// In a word or two.
+    /// Name of the drive, a word or two.
     pub name: &'static str,
-    /// Where the robot stands at first.
+    /// Pose at which the robot starts.
     pub start: Pose<World>,
-    /// Where the way ends.
+    /// Position at which the drive ends, in metres.
     pub goal: [f64; 2],
-    /// Its length, metres.
+    /// Length of the drive, in metres.
     pub way_m: f64,
-    /// Which way to turn at each junction.
+    /// Directions to take at the junctions, in order.
     pub turns: &'static [&'static str],
 }
 
 impl Corridor {
-    /// A corridor with opposite markers, as many on both walls.
+    /// Creates a corridor with opposite markers, the same number on both walls.
     pub fn new(shape: Shape, width_m: f64) -> Self {
         let (placement, numbers, spacing_m) = (Placement::Opposite, Numbers::Equal, SPACING_M);
         Self { shape, width_m, placement, numbers, spacing_m }
     }
 
-    /// The corridor of Patil 2019, 5.3: straight, with the markers that its text asks for.
+    /// Creates the corridor of Patil 2019, 5.3, which is straight, with the markers that its text calls for.
     pub fn published(placement: Placement, numbers: Numbers) -> Self {
         let (width_m, spacing_m) = (PUBLISHED_WIDTH_M, PUBLISHED_SPACING_M);
         Self { shape: Shape::Straight, width_m, placement, numbers, spacing_m }
     }
 
-    /// The same corridor with bare walls, for missions that place the markers themselves.
+    /// Returns the floor plan of the corridor with bare walls, for missions that place the markers themselves.
     pub fn bare_plan(&self) -> FloorPlan {
         let name = format!("{} {:.1} m, bare", self.words()[0], self.width_m);
         FloorPlan { name, marker: Vec::new(), ..self.plan() }
     }
 
-    /// The name of the file of [`Corridor::bare_plan`].
+    /// Returns the file name of [`Corridor::bare_plan`].
     pub fn bare_file_name(&self) -> String {
         format!("{}-{:.1}-bare.floor.toml", self.words()[0].to_lowercase(), self.width_m)
     }
 
-    /// The floor with its walls and markers.
+    /// Returns the floor plan of the corridor, with its walls and markers.
     pub fn plan(&self) -> FloorPlan {
         let outline = self.outline();
         FloorPlan {
@@ -132,7 +132,7 @@ impl Corridor {
         }
     }
 
-    /// The corridors that ship in `sim/missions/corridor`.
+    /// Returns the corridors that ship in `sim/missions/corridor`.
     pub fn shipped() -> Vec<Self> {
         let mut all = Vec::new();
         for width_m in [1.6, 2.0, 2.4, 3.0] {
@@ -147,7 +147,7 @@ impl Corridor {
         all
     }
 
-    /// The name of the file of its floor plan: `straight-2.0-staggered-uneven.floor.toml`.
+    /// Returns the file name of the floor plan, such as `straight-2.0-staggered-uneven.floor.toml`.
     pub fn file_name(&self) -> String {
         let words = self.words();
         let arrangement =
@@ -155,13 +155,13 @@ impl Corridor {
         format!("{}-{:.1}{arrangement}.floor.toml", words[0].to_lowercase(), self.width_m)
     }
 
-    /// `straight 2.0 m, staggered, uneven`.
+    /// Returns a name such as `straight 2.0 m, staggered, uneven`.
     pub fn name(&self) -> String {
         let [shape, placement, numbers] = self.words();
         format!("{shape} {:.1} m, {placement}, {numbers}", self.width_m)
     }
 
-    /// Its shape, the placement of its markers, and their numbers.
+    /// Returns the words for the corridor's shape, and for the placement and the numbers of its markers.
     fn words(&self) -> [&'static str; 3] {
         let shape = match self.shape {
             Shape::Straight => "straight",
@@ -181,7 +181,7 @@ impl Corridor {
         [shape, placement, numbers]
     }
 
-    /// The number of the marker nearest to a place.
+    /// Returns the number of the marker nearest to a position, or 0 if there are no markers.
     pub fn marker_beside(&self, place: [f64; 2]) -> u32 {
         let distance = |marker: &Marker| (marker.at[0] - place[0]).hypot(marker.at[1] - place[1]);
         let markers = self.plan().marker;
@@ -189,7 +189,7 @@ impl Corridor {
         nearest.map_or(0, |marker| marker.id)
     }
 
-    /// The ways that robots drive in it: there and back.
+    /// Returns the drives through the corridor, there and back.
     pub fn drives(&self) -> Vec<Drive> {
         let [east, north, west, south] = [0.0_f64, 90.0, 180.0, -90.0].map(f64::to_radians);
         let drive = |name, (x, y, yaw_rad), goal, way_m, turns| Drive {
@@ -214,7 +214,7 @@ impl Corridor {
                 vec![
                     drive("there", (near[0], 0.0, east), far, around_m, &[]),
                     drive("back", (far[0], far[1], south), near, around_m, &[]),
-                    // The robot faces the closed end.
+                    // The robot starts by facing the closed end.
                     drive("out of the dead end", (start_m, 0.0, west), far, corner - start_m + far[1], &[]),
                 ]
             }
@@ -237,7 +237,7 @@ impl Corridor {
         }
     }
 
-    /// The free floor's corners, counter-clockwise.
+    /// Returns the corners of the free floor in counter-clockwise order.
     fn outline(&self) -> Vec<[f64; 2]> {
         let (h, x, end) = (self.width_m / 2.0, LEG_M, ARM_M);
         match self.shape {
@@ -274,7 +274,7 @@ impl Corridor {
         }
     }
 
-    /// Markers along every wall except those that close an end.
+    /// Returns the markers along every wall except those that close an end.
     fn markers(&self, outline: &[[f64; 2]]) -> Vec<Marker> {
         let mut markers = Vec::new();
         for (i, [a, b]) in edges(outline).enumerate() {
@@ -283,10 +283,10 @@ impl Corridor {
                 continue;
             }
             let along = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
-            // Inside is on the left of every edge.
+            // The inside is to the left of every edge.
             let facing_deg = along[0].atan2(-along[1]).to_degrees();
             for at_m in self.places(i, length) {
-                // Rounded to the millimetre, as people would write it.
+                // Rounded to millimetres, as in a file written by hand.
                 let at = [0, 1].map(|axis| ((a[axis] + at_m * along[axis]) * 1e3).round() / 1e3);
                 markers.push(Marker { id: markers.len() as u32 + 1, at, facing_deg });
             }
@@ -294,7 +294,7 @@ impl Corridor {
         markers
     }
 
-    /// Where the markers of wall `i` hang, metres from its first corner.
+    /// Returns the positions of the markers of wall `i`, in metres from its first corner.
     fn places(&self, i: usize, length_m: f64) -> Vec<f64> {
         let is_straight = self.shape == Shape::Straight;
         let is_right = is_straight && i == 0;
@@ -308,7 +308,7 @@ impl Corridor {
         };
         let count = ((length_m - shift) / step - 1e-9).ceil().max(0.0) as usize;
         let places = (0..count).map(|k| shift + k as f64 * step);
-        // In a straight corridor, the markers of both walls are spaced from its beginning.
+        // In a straight corridor, the markers of both walls are spaced from the same end.
         if is_straight && !is_right {
             places.rev().map(|at_m| length_m - at_m).collect()
         } else {
@@ -322,7 +322,7 @@ fn edges(corners: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> {
     corners.iter().zip(next).map(|(a, b)| [*a, *b])
 }
 
-/// The centre line of the walls around a floor with right angles.
+/// Returns the centre line of the walls around a floor whose corners are right angles.
 fn offset(outline: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let outwards: Vec<_> = edges(outline)
         .map(|[a, b]| {

@@ -1,4 +1,5 @@
-//! What stands and walks in a world, ready for physics, laser and pictures. Metres, frame `World`.
+//! What stands and walks in a world, ready for physics, range sensors and pictures. Coordinates are in metres, in frame
+//! `World`.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -10,41 +11,42 @@ use crate::convex::{Convex, Segment};
 use crate::error::{SimError, check, check_within};
 use crate::ros_map::{OccupancyMap, TRANSPARENT};
 
-/// A floor: made by [`crate::floor_plan::describe`] or [`crate::ros_map::OccupancyMap::describe`].
+/// A floor, as made by [`crate::floor_plan::describe`] or [`crate::ros_map::OccupancyMap::describe`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct WorldDescription {
-    /// Name, for people.
+    /// Name of the floor, for people.
     pub name: String,
-    /// The faces of the walls: what the laser sees of them, and what a picture shows.
+    /// Faces of the walls, which the laser sees and pictures show.
     pub outline: Vec<Segment>,
-    /// The walls as solids: what the robot runs into. They may overlap.
+    /// Walls as solids, which the robot collides with. They may overlap.
     pub walls: Vec<Convex>,
-    /// The furniture.
+    /// Furniture.
     pub furniture: Vec<Convex>,
-    /// The people walking around.
+    /// People walking around.
     pub people: Vec<Person>,
-    /// The markers, each with a number of its own.
+    /// Markers, each with a unique number.
     #[serde(default)]
     pub markers: Vec<Marker>,
-    /// The map that it was made of: the walls are solid near its free cells alone.
+    /// The map that the floor was made from, if any. Its walls are solid only near free cells, so the map is needed to look up
+    /// other points.
     #[serde(skip)]
     pub map: Option<OccupancyMap>,
 }
 
-/// How far from a face a marker may be given, metres.
+/// Tolerance for the distance of a marker from a face, in metres.
 const MARKER_SLACK_M: f64 = 0.02;
 
-/// Most steps along an axis in which free floor is looked for in a place.
+/// Maximum number of steps along an axis when free floor is searched for in an area.
 const MOST_STEPS: f64 = 400.0;
 
-/// From where to where something reaches along the axes, metres.
+/// Extent of something along the axes, in metres.
 pub(crate) struct Extent {
     low: [f64; 2],
     high: [f64; 2],
 }
 
 impl Extent {
-    /// The extent of these points; that of no points meets nothing.
+    /// Returns the extent of some points. The extent of no points does not meet any other.
     pub(crate) fn of(points: impl IntoIterator<Item = [f64; 2]>) -> Self {
         let nothing = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
         points.into_iter().fold(nothing, |Self { low, high }, at| Self {
@@ -53,12 +55,12 @@ impl Extent {
         })
     }
 
-    /// Whether the two have a point in common.
+    /// Returns true if the two extents have a point in common.
     pub(crate) fn meets(&self, other: &Self) -> bool {
         (0..2).all(|axis| self.low[axis] <= other.high[axis] && other.low[axis] <= self.high[axis])
     }
 
-    /// What is wrong with something outside walls of this extent.
+    /// Describes the fault of a position outside walls of this extent.
     pub(crate) fn outside(&self) -> String {
         let Self { low: [left, bottom], high: [right, top] } = self;
         format!("outside the walls, which reach from ({left:.2}, {bottom:.2}) to ({right:.2}, {top:.2}) m")
@@ -66,7 +68,7 @@ impl Extent {
 }
 
 impl WorldDescription {
-    /// The extent of the walls.
+    /// Returns the extent of the walls.
     pub(crate) fn extent(&self) -> Extent {
         Extent::of(self.outline.iter().flatten().copied())
     }
@@ -74,7 +76,7 @@ impl WorldDescription {
     /// Checks that the robot starts on free floor.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the place and what is there.
+    /// [`SimError::Value`] with the position, and with what is there instead.
     pub fn check_start(&self, at: [f64; 2]) -> Result<(), SimError> {
         let in_map = self.map.as_ref().filter(|map| map.extent().meets(&Extent::of([at])));
         let (expected, what) = match in_map {
@@ -87,11 +89,11 @@ impl WorldDescription {
         Err(SimError::Value { key: "start.world".into(), expected, found })
     }
 
-    /// Checks that each task's `there` reaches into the walls, and of a map onto free floor: nobody can be at one that does
-    /// not.
+    /// Checks that the `there` of each task overlaps the area within the walls and, on a map, free floor. Otherwise no robot
+    /// could ever get there.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the task, the place, and how far the walls reach, or what is there instead.
+    /// [`SimError::Value`] with the task, the area, and the extent of the walls or what is there instead.
     pub fn check_places(&self, tasks: &[Task]) -> Result<(), SimError> {
         let walls = self.extent();
         for (i, Task { name, there, .. }) in tasks.iter().enumerate() {
@@ -115,10 +117,11 @@ impl WorldDescription {
         Ok(())
     }
 
-    /// Puts `furniture` into the world.
+    /// Adds furniture to the world.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the piece's number and name if it has no shape, two shapes, or an impossible one.
+    /// [`SimError::Value`] with the number and the name of a piece that has no shape, more than one shape, or an impossible
+    /// one.
     pub fn add_furniture(&mut self, furniture: &[Furniture]) -> Result<(), SimError> {
         let count = self.furniture.len() + furniture.len();
         check(count <= bounds::MOST_FURNITURE, "furniture", "at most 2000 pieces", count)?;
@@ -129,11 +132,10 @@ impl WorldDescription {
         Ok(())
     }
 
-    /// Puts `markers` on walls and furniture, which must be added first.
+    /// Adds markers to the world. The walls and furniture that they hang on must be added first.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the marker's number: for one that is inside a wall or hangs in the air, or for a duplicate
-    /// number.
+    /// [`SimError::Value`] with the number of a marker that is inside a wall, is on no face, or has the same number as another.
     pub fn add_markers(&mut self, markers: &[Marker]) -> Result<(), SimError> {
         let count = self.markers.len() + markers.len();
         check(count <= bounds::MOST_MARKERS, "marker", "at most 1000 markers", count)?;
@@ -169,10 +171,10 @@ impl WorldDescription {
         faces.into_iter().any(|face| distance_m(&face, at) <= MARKER_SLACK_M)
     }
 
-    /// Puts `people` into the world.
+    /// Adds people to the world.
     ///
     /// # Errors
-    /// [`SimError::Value`] with the person's number and what was expected.
+    /// [`SimError::Value`] with the number of the person and what was expected.
     pub fn add_people(&mut self, people: &[Person]) -> Result<(), SimError> {
         let count = self.people.len() + people.len();
         check(count <= bounds::MOST_PEOPLE, "person", "at most 100 people", count)?;
@@ -184,7 +186,7 @@ impl WorldDescription {
     }
 }
 
-/// From a place to the nearest point of a face.
+/// Returns the distance from a point to a face, in metres.
 fn distance_m([a, b]: &Segment, at: [f64; 2]) -> f64 {
     let (a, b, at) = (Vector2::from(*a), Vector2::from(*b), Vector2::from(at));
     let along = b - a;
@@ -192,7 +194,7 @@ fn distance_m([a, b]: &Segment, at: [f64; 2]) -> f64 {
     (at - a - along * share).norm()
 }
 
-/// What is all over a place, where no part of it is free.
+/// Returns what covers an area, or `None` if any of its floor is free.
 fn without_floor(map: &OccupancyMap, there: &Place, around: &Extent) -> Option<&'static str> {
     let steps = [0, 1].map(|axis| {
         let length_m = around.high[axis] - around.low[axis];
@@ -212,7 +214,7 @@ fn without_floor(map: &OccupancyMap, there: &Place, around: &Extent) -> Option<&
     found
 }
 
-/// The outermost points of a place.
+/// Returns the outermost points of an area.
 fn outermost(place: &Place) -> Vec<[f64; 2]> {
     let disc = place.center.zip(place.radius_m).into_iter();
     let disc = disc.flat_map(|([x, y], radius)| [[x - radius, y - radius], [x + radius, y + radius]]);
@@ -241,7 +243,7 @@ fn solid(piece: &Furniture, key: &str) -> Result<Convex, SimError> {
     }
 }
 
-/// The keys that give its shape.
+/// Lists the keys that give the shape of a piece, for an error.
 fn shape(piece: &Furniture) -> String {
     let keys = [
         ("polygon", piece.polygon.is_some()),
@@ -263,7 +265,7 @@ fn polygon(corners: &[[f64; 2]], key: String) -> Result<Convex, SimError> {
     })
 }
 
-/// Whether it is at least as long as furniture may be.
+/// Returns true if a polygon has the minimum size of furniture.
 fn is_broad(polygon: &Convex) -> bool {
     let least_m = bounds::FURNITURE_SIZE_M.least;
     polygon.edges().any(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]) >= least_m)

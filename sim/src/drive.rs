@@ -1,5 +1,5 @@
-//! How a drive follows a command: towards the commanded velocity, as fast as its limits allow; and how far wheel slip takes it from
-//! that.
+//! How a drive follows a command: it approaches the commanded velocity as fast as its limits allow, and wheel slip makes the
+//! robot stray from it.
 
 use nalgebra::{Rotation2, Vector2};
 use rand::RngExt;
@@ -9,16 +9,16 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::Twist;
 use sketchnav_schemas::robot::{Drive, Limits, WheelSlip};
 
-/// A velocity in the world's axes.
+/// A velocity in the axes of the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Velocity {
-    /// m/s, frame `World`.
+    /// Linear velocity in m/s, in frame `World`.
     pub linear: Vector2<f64>,
-    /// rad/s, counter-clockwise.
+    /// Turn rate in rad/s, counter-clockwise.
     pub angular: f64,
 }
 
-/// How a robot strays from its commands in a run.
+/// Wheel slip, by which a robot strays from its commands. It is constant during a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Slip {
     distance: f64,
@@ -27,13 +27,13 @@ pub struct Slip {
 }
 
 impl Slip {
-    /// Draws the slip of a run.
+    /// Draws the slip of a run from `stream`.
     pub fn new(slip: &WheelSlip, mut stream: Pcg64Mcg) -> Self {
         let mut of = |deviation: f64| deviation * stream.sample::<f64, _>(StandardNormal);
         Self { distance: of(slip.distance), sideways: of(slip.sideways), yaw_radpm: of(slip.yaw_radpm) }
     }
 
-    /// The motion that results from a command.
+    /// Returns the motion that results from a command.
     pub fn motion(&self, command: &Twist) -> Twist {
         let Twist { vx_mps, vy_mps, yaw_rate_radps } = *command;
         let gets = 1.0 + self.distance;
@@ -45,8 +45,8 @@ impl Slip {
     }
 }
 
-/// The command as far as the robot can obey it. A command that is not finite stops it, and one above its speed is shortened in
-/// its direction. A differential drive does not move sideways.
+/// Returns the part of a command that the robot can obey. A command that is not finite stops the robot. A command above its top
+/// speed is shortened without changing its direction. A differential drive does not move sideways.
 pub fn feasible(command: &Twist, drive: Drive, limits: &Limits) -> Twist {
     let Twist { vx_mps, vy_mps, yaw_rate_radps } = *command;
     if ![vx_mps, vy_mps, yaw_rate_radps].iter().all(|v| v.is_finite()) {
@@ -58,7 +58,7 @@ pub fn feasible(command: &Twist, drive: Drive, limits: &Limits) -> Twist {
     Twist { vx_mps: linear.x, vy_mps: linear.y, yaw_rate_radps: yaw_rate_radps.clamp(-most, most) }
 }
 
-/// The velocity after `dt_s` of following `command` at the heading `yaw_rad`.
+/// Returns the velocity after following `command` for `dt_s` seconds at the heading `yaw_rad`.
 pub fn accelerate(
     now: Velocity,
     yaw_rad: f64,
@@ -71,7 +71,7 @@ pub fn accelerate(
     let turn = Rotation2::new(yaw_rad);
     let mut body = turn.inverse() * now.linear;
     if drive == Drive::Differential {
-        // Wheels do not slip sideways.
+        // The wheels of a differential drive do not slip sideways.
         body.y = 0.0;
     }
     let change = Vector2::new(goal.vx_mps, goal.vy_mps) - body;
@@ -92,7 +92,7 @@ mod tests {
         Twist { vx_mps, vy_mps, yaw_rate_radps }
     }
 
-    /// At 0.1 m/s, a robot that drives a tenth farther, slides a twentieth to the left and turns by 0.2 rad per metre.
+    /// At 0.1 m/s, the robot drives a tenth farther, slides a twentieth to the left and turns by 0.2 rad per metre.
     #[test]
     fn wheels_that_slip_take_the_robot_elsewhere_by_shares_of_its_motion() {
         let slip = Slip { distance: 0.1, sideways: 0.05, yaw_radpm: 0.2 };

@@ -1,4 +1,4 @@
-//! What can be wrong with a world.
+//! Errors in the making of a world.
 
 use std::path::PathBuf;
 
@@ -8,75 +8,75 @@ use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
 
-/// Why a world cannot be made.
+/// Reasons why a world cannot be made.
 #[derive(Debug, thiserror::Error)]
 pub enum SimError {
-    /// An invalid value.
+    /// A value is invalid.
     #[error("{key}: expected {expected}, found {found}")]
     Value {
-        /// The key, or the place in the file.
+        /// The key, or the position in the file.
         key: String,
-        /// What was expected.
+        /// Description of a valid value.
         expected: &'static str,
-        /// What was found.
+        /// The value found.
         found: String,
     },
-    /// Not TOML, an unknown key, or a value of the wrong type.
+    /// The TOML is invalid, a key is unknown, or a value has the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// Not YAML, a missing key, or a value of the wrong type.
+    /// The YAML is invalid, a key is missing, or a value has the wrong type.
     #[error("{0}")]
     Yaml(String),
-    /// Not a picture that can be read.
+    /// The picture cannot be decoded.
     #[error("expected a picture, PGM, PNG or BMP: {0}")]
     Picture(#[from] image::ImageError),
-    /// Dots, or a picture of them.
+    /// Dots, or a picture of them, are invalid.
     #[error("{0}")]
     Dots(#[from] sketchnav_dots::DotsError),
-    /// An invalid robot file.
+    /// A robot file is invalid.
     #[error("{0}")]
     Robot(#[from] RobotError),
-    /// An invalid mission file.
+    /// A mission file is invalid.
     #[error("{0}")]
     Mission(#[from] MissionError),
-    /// A file that cannot be opened or read.
+    /// A file cannot be opened or read.
     #[error("{0}")]
     Read(#[from] std::io::Error),
-    /// The robot does not fit where it is to start.
+    /// The robot does not fit at its start.
     #[error(
         "start at ({x_m:.3}, {y_m:.3}) m: expected {needed_m} m of free floor around it, found a {kind} {distance_m:.3} m away"
     )]
     Start {
-        /// Where it was to start.
+        /// Start of the robot along x, in metres.
         x_m: f64,
-        /// Where it was to start.
+        /// Start of the robot along y, in metres.
         y_m: f64,
-        /// The robot's radius.
+        /// Radius of the robot, in metres.
         needed_m: f64,
-        /// What is in the way.
+        /// Kind of body that is in the way.
         kind: BodyKind,
-        /// Its distance from the robot's centre; 0 if the centre is inside it.
+        /// Distance of this body from the robot's centre, in metres. 0 if the centre is inside the body.
         distance_m: f64,
     },
-    /// One of the above, in a file.
+    /// An error in a file.
     #[error("{}: {what}", path.display())]
     InFile {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The error.
         #[source]
         what: Box<SimError>,
     },
 }
 
 impl SimError {
-    /// The same error, with the file that it was found in.
+    /// Wraps the error with the path of the file that it was found in.
     pub fn in_file(self, path: impl Into<PathBuf>) -> Self {
         Self::InFile { path: path.into(), what: Box::new(self) }
     }
 }
 
-/// `Ok` if `holds`, otherwise an error with what was expected of `key`.
+/// Returns an error with what was expected of `key`, unless `holds` is true.
 pub(crate) fn check(
     holds: bool,
     key: impl Into<String>,
@@ -90,7 +90,7 @@ pub(crate) fn check(
     }
 }
 
-/// `Ok` if all of `values` are within `bound`; the error shows the first that is not.
+/// Returns an error with the first of `values` that is not within `bound`, if there is one.
 pub(crate) fn check_within(key: impl Into<String>, bound: Bound, values: &[f64]) -> Result<(), SimError> {
     let wrong = values.iter().find(|value| !bound.holds(**value));
     wrong.map_or(Ok(()), |value| {
@@ -98,7 +98,7 @@ pub(crate) fn check_within(key: impl Into<String>, bound: Bound, values: &[f64])
     })
 }
 
-/// Checks that a robot's start is within bounds, in any world.
+/// Checks that a robot's start is within the bounds of any world.
 pub(crate) fn check_start(start: &Pose<World>) -> Result<(), SimError> {
     check_within("start", bounds::COORDINATE_M, &[start.x, start.y])?;
     check_within("start heading", bounds::ANGLE_DEG, &[start.yaw_rad.to_degrees()])

@@ -1,4 +1,4 @@
-//! Opens the files of a world and of a robot.
+//! Reads the files of worlds and robots.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -13,19 +13,19 @@ use crate::plane_file::{PlaneDescription, PlaneFile};
 use crate::ros_map::{MapInfo, OccupancyMap};
 use crate::{floor_plan, robots};
 
-/// The world that a mission names, with its files on disk; paths are used as they are.
+/// Reads the world that a mission names from disk. Paths are used as they are.
 ///
 /// # Errors
-/// As [`world_in`].
+/// See [`world_in`].
 pub fn world(source: &WorldSource) -> Result<WorldDescription, SimError> {
     world_in(&Disk, source)
 }
 
-/// The world that a mission names, with its files in a store.
+/// Reads the world that a mission names from a store of files.
 ///
 /// # Errors
-/// [`SimError::InFile`] with the file and what is wrong with it; [`SimError::Value`] for what the
-/// mission itself puts into the world.
+/// - [`SimError::InFile`] with a file and the fault in it;
+/// - [`SimError::Value`] if something that the mission itself adds to the world is invalid.
 pub fn world_in(files: &dyn Files, source: &WorldSource) -> Result<WorldDescription, SimError> {
     let mut world = match (&source.floor_plan, &source.map) {
         (Some(path), None) => floor_plan_in(files, Path::new(path))?,
@@ -42,10 +42,10 @@ pub fn world_in(files: &dyn Files, source: &WorldSource) -> Result<WorldDescript
     Ok(world)
 }
 
-/// A floor plan in the project's own format.
+/// Reads a floor plan in the project's own format.
 ///
 /// # Errors
-/// [`SimError::InFile`].
+/// [`SimError::InFile`] if the file cannot be read or is invalid.
 pub fn floor_plan_file(path: &Path) -> Result<WorldDescription, SimError> {
     floor_plan_in(&Disk, path)
 }
@@ -56,10 +56,10 @@ fn floor_plan_in(files: &dyn Files, path: &Path) -> Result<WorldDescription, Sim
     text.and_then(parse).map_err(|error| error.in_file(path))
 }
 
-/// A map of map_server as walls.
+/// Reads a map in the format of map_server as a world with walls.
 ///
 /// # Errors
-/// As [`occupancy_map`].
+/// See [`occupancy_map`].
 pub fn map_file(path: &Path) -> Result<WorldDescription, SimError> {
     map_in(&Disk, path)
 }
@@ -69,18 +69,18 @@ fn map_in(files: &dyn Files, path: &Path) -> Result<WorldDescription, SimError> 
     occupancy_map_in(files, path)?.describe(&name).map_err(|error| error.in_file(path))
 }
 
-/// A map of map_server: the YAML, and the picture that it names.
+/// Reads a map in the format of map_server: the YAML file and the picture that it names.
 ///
 /// # Errors
-/// [`SimError::InFile`] with the YAML or the picture.
+/// [`SimError::InFile`] with the YAML file or the picture, if one of them cannot be read or is invalid.
 pub fn occupancy_map(path: &Path) -> Result<OccupancyMap, SimError> {
     occupancy_map_in(&Disk, path)
 }
 
-/// The same in a store.
+/// Like [`occupancy_map`], but reads from a store of files.
 ///
 /// # Errors
-/// As [`occupancy_map`].
+/// See [`occupancy_map`].
 pub fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, SimError> {
     let parse = |text: String| MapInfo::parse(&text);
     let yaml = files.read_to_string(path, MAP).map_err(SimError::from);
@@ -98,24 +98,24 @@ pub fn occupancy_map_in(files: &dyn Files, path: &Path) -> Result<OccupancyMap, 
     picture.and_then(decode).map_err(|error| error.in_file(picture_path).in_file(path))
 }
 
-/// The picture that the YAML of a map names, if it is one.
+/// Returns the path of the picture that the YAML file of a map names, or `None` if it is not the file of a map.
 pub fn picture_of(map: &Path) -> Option<PathBuf> {
     let yaml = sketchnav_files::read_to_string(map, MAP).ok()?;
     Some(map.with_file_name(MapInfo::parse(&yaml).ok()?.image))
 }
 
-/// A plane of dots on disk.
+/// Reads a plane of dots from disk.
 ///
 /// # Errors
-/// As [`plane_in`].
+/// See [`plane_in`].
 pub fn plane_file(path: &Path) -> Result<PlaneDescription, SimError> {
     plane_in(&Disk, path)
 }
 
-/// A plane of dots in a store.
+/// Reads a plane of dots from a store of files.
 ///
 /// # Errors
-/// [`SimError::InFile`] with the file, or the picture that it names.
+/// [`SimError::InFile`] with the plane file, or with the picture that it names.
 pub fn plane_in(files: &dyn Files, path: &Path) -> Result<PlaneDescription, SimError> {
     let parse = |text: String| PlaneFile::parse(&text);
     let text = files.read_to_string(path, PLANE).map_err(SimError::from);
@@ -129,10 +129,11 @@ pub fn plane_in(files: &dyn Files, path: &Path) -> Result<PlaneDescription, SimE
     described.map_err(|error| error.in_file(picture_path).in_file(path))
 }
 
-/// The robot of that name, or the one in the file of that path.
+/// Returns the robot with that name, or reads the robot file at that path.
 ///
 /// # Errors
-/// [`SimError::InFile`] with the file and what is wrong with it.
+/// - [`SimError::InFile`] with the file and the fault in it;
+/// - [`SimError::Value`] if no robot has that name.
 pub fn robot(name_or_path: &str) -> Result<Robot, SimError> {
     if let Some(robot) = robots::find(name_or_path)? {
         return Ok(robot);

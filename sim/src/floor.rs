@@ -1,7 +1,7 @@
-//! The floor: physics, people, a robot that follows its drive, and its sensors. It takes a command, moves for an instant and
-//! yields readings. It is the first form of [`Simulation`].
+//! The floor: physics, people, the robot with its drive, and its sensors. Given a command, it advances by one instant and
+//! yields readings. It is one of the two implementations of [`Simulation`].
 //!
-//! It never reads a clock and never sets the pace: the caller of [`Simulation::step`] does.
+//! A floor never reads a clock and never sets the pace, which is up to the caller of [`Simulation::step`].
 
 use nalgebra::Rotation2;
 use serde::{Deserialize, Serialize};
@@ -27,11 +27,11 @@ use crate::sensors::sonar::SonarRing;
 use crate::sensors::{Disc, Scene, Schedule};
 use crate::simulation::{COMMAND_LIMIT_NS, Senses, Simulation};
 
-/// Least physics steps per second.
+/// Minimum number of physics steps per second.
 const PHYSICS_HZ: f64 = 100.0;
 const STOP: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
 
-/// A floor and everything on it; its whole state can be stored and restored with serde.
+/// A floor and everything on it. Its whole state can be stored and restored with serde.
 #[derive(Serialize, Deserialize)]
 pub struct Floor {
     outline: Vec<Segment>,
@@ -42,7 +42,7 @@ pub struct Floor {
     sonar: Option<Sensor<SonarRing>>,
     camera: Option<Sensor<Camera>>,
     odometry: Option<(Schedule, Odometer)>,
-    /// The moments of the last step at which a ranging sensor read, and room for more.
+    /// The moments of the last step at which a ranging sensor took a reading. The vector has room for more than `moment_count`.
     moments: Vec<Moment>,
     moment_count: usize,
     people: Vec<Walker>,
@@ -55,7 +55,7 @@ pub struct Floor {
     substeps: u32,
 }
 
-/// The part of the robot's file that its motion needs.
+/// The parts of the robot's file that determine its motion.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Body {
     radius_m: f64,
@@ -64,7 +64,7 @@ struct Body {
     slip: Option<Slip>,
 }
 
-/// A ranging sensor with its readings since the instant before.
+/// A ranging sensor, with its readings since the previous instant.
 #[derive(Serialize, Deserialize)]
 struct Sensor<S> {
     model: S,
@@ -75,11 +75,11 @@ struct Sensor<S> {
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Reading {
     number: u64,
-    /// Index of the moment at which it was taken.
+    /// Index of the moment at which the reading was taken.
     moment: usize,
 }
 
-/// What a ranging sensor needs to know about the moment at which it reads.
+/// What a ranging sensor needs to know about the moment of a reading.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Moment {
     stamp_ns: u64,
@@ -87,20 +87,20 @@ struct Moment {
     people: Vec<Disc>,
 }
 
-/// The command that the robot follows.
+/// The command that the robot is following.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Held {
-    /// Forward, left, m/s; rad/s.
+    /// Forward and left, in m/s, and turn rate, in rad/s.
     velocity: [f64; 3],
     stamp_ns: u64,
 }
 
-/// What is known about the contact with a body.
+/// State of the contact with a body.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct Touch {
     /// Whether the robot touched the body during the last step.
     now: bool,
-    /// Whether the beginning of the contact has been reported but not its end.
+    /// Whether the beginning of the contact has been reported, but not its end.
     reported: bool,
     place: [f64; 2],
     impulse_ns: f64,
@@ -113,7 +113,7 @@ struct Event {
     touch: Touch,
 }
 
-/// Keys for what only a plane of dots has.
+/// Rejects robots with tables that are only used over a plane of dots.
 fn check_sensors(robot: &Robot) -> Result<(), SimError> {
     for (key, is_there) in [("view", robot.view.is_some()), ("motion_noise", robot.motion_noise.is_some())] {
         let expected = "a robot without that table on a floor: a plane of dots alone has it";
@@ -127,7 +127,7 @@ impl<S> Sensor<S> {
         Self { model, schedule, readings: Vec::with_capacity(capacity) }
     }
 
-    /// Whether the sensor reads after this many physics steps.
+    /// Takes a reading if one is due after this many physics steps, and returns whether it was.
     fn takes(&mut self, physics_steps: u64, moment: usize) -> bool {
         let number = self.schedule.take(physics_steps);
         self.readings.extend(number.map(|number| Reading { number, moment }));
@@ -136,10 +136,12 @@ impl<S> Sensor<S> {
 }
 
 impl Floor {
-    /// A floor on which the robot stands at `start`, at time 0; its sensors have read once.
+    /// Creates a floor with the robot at `start`, at time 0. Its sensors have taken their first readings.
     ///
     /// # Errors
-    /// [`SimError::Start`] if the robot does not fit there; [`SimError::Robot`] for a robot that no file was read for.
+    /// - [`SimError::Start`] if the robot does not fit at its start;
+    /// - [`SimError::Value`] if the start or a table of the robot is invalid;
+    /// - [`SimError::Robot`] if the robot's numbers are out of range, which only happens if they were not read from a file.
     pub fn new(
         description: WorldDescription,
         robot: &Robot,
@@ -208,7 +210,7 @@ impl Floor {
         Ok(floor)
     }
 
-    /// Reads each sensor whose time has come after this many physics steps since the start.
+    /// Takes a reading of each sensor that is due after this many physics steps since the start.
     fn read(&mut self, physics_steps: u64, stamp_ns: u64) {
         let (robot, moment) = (self.robot_pose(), self.moment_count);
         let by_laser = self.laser.as_mut().is_some_and(|laser| laser.takes(physics_steps, moment));
@@ -236,7 +238,7 @@ impl Floor {
         self.odometry.iter_mut().for_each(|(_, odometer)| odometer.clear());
     }
 
-    /// The scene that a ranging sensor saw, and when.
+    /// Returns the scene of a reading, and its time stamp.
     fn scene(&self, reading: &Reading) -> (u64, Scene<'_>) {
         let Moment { stamp_ns, robot, people } = &self.moments[reading.moment];
         (*stamp_ns, Scene { robot: *robot, faces: &self.faces, people })
@@ -271,8 +273,9 @@ impl Floor {
         self.body.slip.map_or(commanded, |slip| slip.motion(&commanded))
     }
 
-    /// A contact begins with the first step that saw it and ends with the first that did not. What comes and goes within a step
-    /// is a single contact. Events beyond what a step can hold wait for the next.
+    /// Collects the contacts that begin or end. A contact begins with the first step in which it is seen, and ends with the
+    /// first in which it is not. Contacts that come and go within a step count as one. Events beyond what a step can hold wait
+    /// for the next one.
     fn collect_events(&mut self) {
         self.events.clear();
         for (body, touch) in self.touches.iter_mut().enumerate() {
@@ -301,29 +304,29 @@ impl Floor {
         }
     }
 
-    /// Where the robot truly is.
+    /// Returns the true pose of the robot.
     pub fn robot_pose(&self) -> Pose<World> {
         pose(&self.physics)
     }
 
-    /// How fast it truly moves, in its own axes.
+    /// Returns the true velocity of the robot, in its own axes.
     pub fn robot_twist(&self) -> Twist {
         let velocity = self.physics.robot_velocity();
         let body = Rotation2::new(-self.robot_pose().yaw_rad) * velocity.linear;
         Twist { vx_mps: body.x, vy_mps: body.y, yaw_rate_radps: velocity.angular }
     }
 
-    /// The faces of the walls, metres, frame `World`.
+    /// Returns the faces of the walls, in metres, in frame `World`.
     pub fn outline(&self) -> &[Segment] {
         &self.outline
     }
 
-    /// The furniture.
+    /// Returns the furniture.
     pub fn furniture(&self) -> &[Convex] {
         &self.furniture
     }
 
-    /// The people walking around: place and radius, metres.
+    /// Returns the people walking around: position and radius, in metres.
     pub fn people(&self) -> impl ExactSizeIterator<Item = Disc> + '_ {
         self.people.iter().map(Walker::disc)
     }
@@ -389,7 +392,7 @@ impl Simulation for Floor {
     }
 }
 
-/// A sensor's readings since the previous instant, oldest first; none if the robot lacks the sensor.
+/// Returns the readings of a sensor since the previous instant, oldest first, or none if the robot lacks the sensor.
 fn readings<S>(sensor: &Option<Sensor<S>>) -> impl Iterator<Item = (&S, &Reading)> {
     sensor
         .iter()
@@ -411,7 +414,8 @@ impl Touch {
     }
 }
 
-/// Physics steps per instant: enough that the robot never moves far within one and that no sensor reads twice.
+/// Returns the number of physics steps per instant. It must be large enough that the robot never moves far within a step, and
+/// that no sensor takes two readings in one.
 fn substeps(robot: &Robot, period_s: f64) -> u32 {
     let by_rate = PHYSICS_HZ * period_s;
     let by_speed = 4.0 * robot.limits.speed_mps * period_s / robot.radius_m;

@@ -1,7 +1,7 @@
 //! Vector floor plans: walls with a thickness along their centre lines, and gaps for doors.
 //!
-//! A wall extends half its thickness beyond its ends, so that walls which meet at a point close the corner. At a door it ends
-//! flush.
+//! A wall extends beyond its ends by half its thickness, so that walls that meet at a point close the corner. At a door, it
+//! ends flush.
 
 use sketchnav_schemas::bounds;
 use sketchnav_schemas::floor_plan::{FloorPlan, Segment, Wall, direction};
@@ -10,7 +10,7 @@ use crate::convex::Convex;
 use crate::description::WorldDescription;
 use crate::error::{SimError, check, check_within};
 
-/// Reads a floor plan (TOML) and builds it.
+/// Reads a floor plan in TOML and builds it.
 ///
 /// # Errors
 /// [`SimError::Toml`] or [`SimError::Value`] with the key and what was expected.
@@ -21,7 +21,8 @@ pub fn parse(text: &str) -> Result<WorldDescription, SimError> {
 /// Builds a floor plan.
 ///
 /// # Errors
-/// [`SimError::Value`]: a wall of one point, a door in no wall, furniture without a shape …
+/// [`SimError::Value`] with the key and what was expected, for example if a wall has only one point, a door is in no wall, or a
+/// piece of furniture has no shape.
 pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
     check_plan(plan)?;
     let mut world = WorldDescription { name: plan.name.clone(), ..Default::default() };
@@ -38,15 +39,15 @@ pub fn describe(plan: &FloorPlan) -> Result<WorldDescription, SimError> {
     Ok(world)
 }
 
-/// The walls' centre lines between the doors, as a person would draw them: metres, frame `World`.
+/// Returns the centre lines of the walls between doors, as a person would draw them, in metres, in frame `World`.
 ///
 /// # Errors
-/// As [`describe`].
+/// See [`describe`].
 pub fn middle_lines(plan: &FloorPlan) -> Result<Vec<Segment>, SimError> {
     check_plan(plan)?;
     let lines: Vec<Segment> = plan.wall.iter().flat_map(Wall::lines).collect();
     check_doors(plan, &lines)?;
-    // Counted before they are made, since there may be millions.
+    // The pieces are counted before they are made, since there may be millions.
     let mut count = 0;
     for line in &lines {
         count += plan.stretches(line, 0.0).len();
@@ -84,7 +85,7 @@ fn check_doors(plan: &FloorPlan, lines: &[Segment]) -> Result<(), SimError> {
     Ok(())
 }
 
-/// What is left of a wall between its doors.
+/// Returns the pieces of a wall between its doors.
 fn pieces(plan: &FloorPlan, line: &Segment) -> Vec<Convex> {
     let (start, along, _) = direction(line);
     let yaw = along.y.atan2(along.x);
@@ -166,7 +167,7 @@ mod tests {
     }
 
     /// In single precision, walls at 1e308 m and furniture at 1e39 m are infinitely far away, and a table of 1e-30 m is a
-    /// point: the physics panicked.
+    /// point. The physics used to panic.
     #[test]
     fn what_is_beyond_any_building_is_refused_by_its_number() {
         let cases = [
@@ -204,12 +205,12 @@ mod tests {
             let error = parse(&plan(extra)).unwrap_err().to_string();
             assert!(error.contains(message), "{error}");
         }
-        // Corners that are the same except for rounding made a wall without a direction.
+        // Corners that differ only by rounding used to make a wall without a direction.
         let near = parse(&plan("[[wall]]\npoints=[[1,1],[1,1.0000000000000002],[1e-200,1e-200],[0,0]]\n"));
         assert!(near.unwrap().outline.as_flattened().as_flattened().iter().all(|v| v.is_finite()));
     }
 
-    /// 200,000 walls and 20,000 pieces of furniture on top of each other kept the physics busy for minutes.
+    /// 200,000 walls and 20,000 pieces of furniture on top of each other used to keep the physics busy for minutes.
     #[test]
     fn more_of_anything_than_a_building_has_is_refused_by_its_count() {
         let cases = [
@@ -255,7 +256,7 @@ mod tests {
 
         use super::*;
 
-        /// Numbers as people write them, and numbers as they occur by mistake.
+        /// Numbers as people write them, and numbers that occur by mistake.
         fn number() -> impl Strategy<Value = f64> {
             prop_oneof![4 => -10.0..10.0_f64, 1 => any::<f64>(), 1 => Just(1e39), 1 => Just(1e-30), 1 => Just(0.0)]
         }

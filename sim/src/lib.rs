@@ -1,15 +1,15 @@
-//! The simulated physical world: a floor with walls, furniture and people, a round robot that drives
-//! on it, and the robot's sensors.
+//! The simulated physical world: a floor with walls, furniture and people, a robot that drives on it, and the robot's sensors.
 //!
-//! Every simulated world is a [`Simulation`]. [`Floor`] is the one with walls and physics, [`DotPlane`] the one of identical
-//! dots; a [`World`] is either, depending on the mission. A simulation uses no clock and no file; the same description, robot,
-//! start, seed and commands give the same bits.
+//! Every simulated world is a [`Simulation`]. [`Floor`] has walls and physics, and [`DotPlane`] is a plane of identical dots. A
+//! [`World`] is either of them, depending on the mission. A simulation reads no clock and no files. The same description,
+//! robot, start, seed and commands give bit-identical results.
 //!
-//! - [`plane`], [`plane_file`]: the plane of dots, and its files;
-//! - [`description`]: what stands where; made by [`floor_plan`] or [`ros_map`].
-//! - [`floor`], [`physics`], [`drive`], [`people`]: how it moves.
+//! - [`plane`], [`plane_file`]: the plane of dots, and its files.
+//! - [`description`]: what stands where, as made by [`floor_plan`] or [`ros_map`].
+//! - [`floor`], [`physics`], [`drive`], [`people`]: how everything moves.
 //! - [`sensors`], [`raycast`]: what the robot measures, and when.
-//! - [`robots`], [`corridors`]: the robots and the corridors that ship. Only [`mission_file`] and [`files`] open files.
+//! - [`robots`], [`corridors`]: the robots and the corridors that ship.
+//! - [`mission_file`], [`files`]: the only modules that open files.
 
 pub mod convex;
 pub mod corridors;

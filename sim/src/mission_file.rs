@@ -1,4 +1,4 @@
-//! Opens a mission file and finds the files that it names.
+//! Reads mission files, and finds the files that they name.
 
 use std::path::Path;
 
@@ -8,10 +8,10 @@ use sketchnav_schemas::robot::Robot;
 use crate::error::SimError;
 use crate::files;
 
-/// Reads a mission and its robot; the mission's paths become absolute.
+/// Reads a mission and its robot. The paths in the mission become absolute.
 ///
 /// # Errors
-/// [`SimError::InFile`] with the mission's file, the key, and what was expected there.
+/// [`SimError::InFile`] with the mission's file, the key, and what was expected.
 pub fn load(path: &Path) -> Result<(Mission, Robot), SimError> {
     read(path).map_err(|error| error.in_file(path))
 }
@@ -60,8 +60,8 @@ mod tests {
         assert!(error.contains("m.toml") && error.contains("world.floor_plan"), "{error}");
     }
 
-    /// Empty files of 8 GB, and text with a list as long as the memory, were read completely and then parsed. Now whatever a
-    /// mission names is refused by its size, with the limit.
+    /// Empty files of 8 GB, and text with a list as long as the memory, were read completely and then parsed. Now, any file
+    /// that a mission names is rejected if it exceeds the size limit, which the error states.
     #[test]
     fn every_file_of_a_mission_has_a_limit() {
         let folder = tempfile::tempdir().unwrap();

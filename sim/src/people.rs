@@ -1,5 +1,5 @@
-//! People: discs that walk along their waypoints, there and back again. They stay a while at each, and wait for a robot that is
-//! in the way.
+//! People: discs that walk along their waypoints, there and back again. They pause at each waypoint, and wait for a robot that
+//! is in their way.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -7,10 +7,10 @@ use sketchnav_schemas::floor_plan::Person;
 
 use crate::sensors::Disc;
 
-/// How near a person lets a robot come before waiting, metres between the two bodies.
+/// Distance between a person and a robot, rim to rim, below which the person waits, in metres.
 const PERSONAL_SPACE_M: f64 = 0.3;
 
-/// A person on the way.
+/// A person who walks around.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Walker {
     person: Person,
@@ -21,23 +21,23 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// A walker at the first waypoint of `person`, who must have at least one, at the beginning of the stay there.
+    /// Creates a walker at the first waypoint of `person`, who must have at least one, at the beginning of the pause there.
     pub fn new(person: &Person) -> Self {
         let at = person.waypoints[0].into();
         Self { at, next: 0, backwards: false, pause_left_s: person.pause_s, person: person.clone() }
     }
 
-    /// Where the person is, metres, frame `World`.
+    /// Returns the position of the person, in metres, in frame `World`.
     pub fn position(&self) -> Vector2<f64> {
         self.at
     }
 
-    /// Place and radius, metres.
+    /// Returns the position and the radius of the person, in metres.
     pub fn disc(&self) -> Disc {
         (self.at.into(), self.person.radius_m)
     }
 
-    /// Walks on for `dt_s`; `robot` is in the way if a step leads nearer to it than a person likes.
+    /// Walks on for `dt_s` seconds, unless the step would bring the person too close to `robot`.
     pub fn step(&mut self, dt_s: f64, robot: Vector2<f64>, robot_radius_m: f64) {
         if self.pause_left_s > 0.0 {
             self.pause_left_s -= dt_s;

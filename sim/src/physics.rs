@@ -1,8 +1,8 @@
-//! The rigid bodies: rapier2d with the robot as a dynamic disc or rectangle, people as kinematic discs, walls and
-//! furniture fixed. The world is seen from above, so there is no gravity.
+//! Rigid-body physics with rapier2d. The robot is a dynamic disc or rectangle, people are kinematic discs, and walls and
+//! furniture are fixed. The world is seen from above, so there is no gravity.
 //!
-//! Contacts are counted by body: the building with all its walls is one, and so is each piece of furniture and each person. A
-//! contact is one to which the solver responds with an impulse.
+//! Contacts are counted per body. The building with all its walls is one body, and so is each piece of furniture and each
+//! person. Only contacts to which the solver responds with an impulse count.
 
 use nalgebra::Vector2;
 use rapier2d::parry::query;
@@ -16,9 +16,9 @@ use crate::description::WorldDescription;
 use crate::drive::Velocity;
 use crate::error::SimError;
 
-/// Friction of bodies that rub along each other.
+/// Coefficient of friction between bodies.
 const FRICTION: f32 = 0.2;
-/// Half the thickness given to what is too thin to have an interior in f32.
+/// Radius given to shapes that are too thin to have an interior in f32, in metres.
 const SLIVER_RADIUS_M: f32 = 5e-4;
 
 /// The bodies of a world.
@@ -31,28 +31,28 @@ pub struct Physics {
     furniture_count: usize,
 }
 
-/// The robot touches a body.
+/// A contact of the robot with a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Touching {
-    /// Which body: 0 the building, then the furniture, then the people.
+    /// Index of the body: 0 for the building, then the furniture, then the people.
     pub body: usize,
-    /// Where, metres, frame `World`.
+    /// Position of the contact, in metres, in frame `World`.
     pub place: Vector2<f64>,
-    /// How hard during the last step, N·s.
+    /// Impulse during the last step, in N·s.
     pub impulse_ns: f64,
 }
 
-/// A pose in rapier's numbers, whose precision is that of the truth.
+/// A pose in the precision of rapier, which defines the truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TruePose {
-    /// Metres, frame `World`.
+    /// Position, in metres, in frame `World`.
     pub at: Vector2<f64>,
-    /// Radians, counter-clockwise.
+    /// Heading, in radians, counter-clockwise.
     pub yaw_rad: f64,
 }
 
 impl Physics {
-    /// Puts everything in its place, with the robot at `start`.
+    /// Creates the bodies of a world, with the robot at `start`.
     ///
     /// # Errors
     /// [`SimError::Start`] if the robot does not fit there.
@@ -65,7 +65,7 @@ impl Physics {
         let mut rapier = PhysicsWorld::new();
         rapier.gravity = Vector::ZERO;
         rapier.integration_parameters.dt = dt_s as f32;
-        // Touches are derived from the contacts, so no contact may be older than its step.
+        // Touches are derived from contacts, so a contact from an earlier step must not be reused.
         rapier.integration_parameters.contact_recycling = false;
         for solid in &world.walls {
             rapier.insert_collider(fixed(solid, 0), None);
@@ -92,46 +92,46 @@ impl Physics {
         Ok(Self { rapier, robot, robot_collider, people, furniture_count })
     }
 
-    /// Number of bodies that can be touched.
+    /// Returns the number of bodies that can be touched.
     pub fn body_count(&self) -> usize {
         1 + self.furniture_count + self.people.len()
     }
 
-    /// The kind of the body with that number.
+    /// Returns the kind of a body, given its index.
     pub fn kind(&self, body: usize) -> BodyKind {
         kind(body, self.furniture_count)
     }
 
-    /// Where the robot is.
+    /// Returns the pose of the robot.
     pub fn robot_pose(&self) -> TruePose {
         let body = &self.rapier.bodies[self.robot];
         TruePose { at: vector2(body.translation()), yaw_rad: f64::from(body.rotation().angle()) }
     }
 
-    /// How fast the robot moves.
+    /// Returns the velocity of the robot.
     pub fn robot_velocity(&self) -> Velocity {
         let body = &self.rapier.bodies[self.robot];
         Velocity { linear: vector2(body.linvel()), angular: f64::from(body.angvel()) }
     }
 
-    /// Gives the robot the velocity that its drive wants, which contacts may reduce.
+    /// Sets the velocity that the robot's drive aims at. Contacts may reduce it.
     pub fn set_robot_velocity(&mut self, velocity: Velocity) {
         let body = &mut self.rapier.bodies[self.robot];
         body.set_linvel(vector(velocity.linear), true);
         body.set_angvel(velocity.angular as f32, true);
     }
 
-    /// Where the person with that number will be at the end of the next step.
+    /// Sets the position that a person will have at the end of the next step.
     pub fn move_person(&mut self, person: usize, to: Vector2<f64>) {
         self.rapier.bodies[self.people[person]].set_next_kinematic_translation(vector(to));
     }
 
-    /// One step of the length given at the start.
+    /// Advances by one step, whose length was given at the start.
     pub fn step(&mut self) {
         self.rapier.step();
     }
 
-    /// What the robot touches after a step.
+    /// Returns what the robot touches after a step.
     pub fn touching(&self) -> impl Iterator<Item = Touching> + '_ {
         let pairs = self.rapier.narrow_phase.contact_pairs_with(self.robot_collider);
         pairs.filter_map(|pair| self.touch(pair))
@@ -190,25 +190,25 @@ fn check_start(
     })
 }
 
-/// Whether the robot's footprint at `start` overlaps something.
+/// Returns true if the robot's footprint at `start` overlaps a collider.
 fn overlaps(robot: &Robot, start: TruePose, collider: &Collider) -> bool {
     let pose = Pose::new(vector(start.at), start.yaw_rad as f32);
     let footprint = of_robot(robot).build();
-    // All shapes here are convex, so there are none that parry cannot compare.
+    // All shapes here are convex, so parry can compare any two.
     query::intersection_test(&pose, footprint.shape(), collider.position(), collider.shape())
         .map_or(true, |found| found.intersecting)
 }
 
 fn fixed(solid: &Convex, body: usize) -> ColliderBuilder {
     let corners: Vec<_> = solid.corners().iter().map(|c| vector((*c).into())).collect();
-    // Corners that coincide in f32 make no edge; what is left may be a sliver without an interior.
+    // Corners that coincide in f32 do not make an edge, and the rest may be a sliver without an interior.
     let shape = SharedShape::convex_polyline(corners.clone())
         .or_else(|| SharedShape::convex_polyline(distinct(&corners)))
         .unwrap_or_else(|| sliver(&corners));
     ColliderBuilder::new(shape).friction(FRICTION).user_data(body as u128)
 }
 
-/// The corners without consecutive duplicates.
+/// Returns the corners without consecutive duplicates.
 fn distinct(corners: &[Vector]) -> Vec<Vector> {
     let mut distinct = corners.to_vec();
     distinct.dedup();
@@ -218,7 +218,7 @@ fn distinct(corners: &[Vector]) -> Vec<Vector> {
     distinct
 }
 
-/// The longest line through it.
+/// Returns a capsule along the longest line through the corners.
 fn sliver(corners: &[Vector]) -> SharedShape {
     let farthest = |from: Vector| {
         let far = corners.iter().max_by(|a, b| (**a - from).length().total_cmp(&(**b - from).length()));
@@ -228,7 +228,7 @@ fn sliver(corners: &[Vector]) -> SharedShape {
     SharedShape::capsule(end, farthest(end), SLIVER_RADIUS_M)
 }
 
-/// The robot's footprint.
+/// Returns the robot's footprint.
 fn of_robot(robot: &Robot) -> ColliderBuilder {
     let shape = match robot.footprint {
         None => SharedShape::ball(robot.radius_m as f32),

@@ -1,8 +1,8 @@
-//! The plane of dots: a helicopter moves over it in x and y and sees a small window (Park and Kender 1995, 3.1). The second
-//! form of [`Simulation`].
+//! The plane of dots: a helicopter moves over it in x and y and sees a small window (Park and Kender 1995, 3.1). It is the
+//! second implementation of [`Simulation`].
 //!
-//! It has no walls, so nothing touches anything. The helicopter follows its commands as fast as its limits allow, and strays:
-//! its position and heading have random errors that grow with the square root of the distance. It has neither odometer nor
+//! The plane has no walls, so nothing touches anything. The helicopter follows its commands as fast as its limits allow, with
+//! random errors in position and heading that grow with the square root of the distance. It has neither an odometer nor a
 //! compass, and never turns on purpose.
 
 use nalgebra::Vector2;
@@ -23,10 +23,10 @@ use crate::sensors::Schedule;
 use crate::sensors::dots::DownCamera;
 use crate::simulation::{COMMAND_LIMIT_NS, Senses, Simulation};
 
-/// Least steps of motion per second.
+/// Minimum number of motion steps per second.
 const MOTION_HZ: f64 = 100.0;
 
-/// A plane of dots and a helicopter over it; its whole state can be stored and restored with serde.
+/// A plane of dots and a helicopter over it. Its whole state can be stored and restored with serde.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct DotPlane {
     dots: Vec<[f64; 2]>,
@@ -34,12 +34,12 @@ pub struct DotPlane {
     noise: MotionNoise,
     stream: Pcg64Mcg,
     camera: Option<(Schedule, DownCamera)>,
-    /// The number of the view of the present instant.
+    /// Number of the view taken at the present instant, if any.
     reading: Option<u64>,
     robot: Pose<World>,
-    /// In the world's axes, m/s.
+    /// Velocity in the world's axes, in m/s.
     velocity: [f64; 2],
-    /// Forward and to the left, m/s, and when it was given.
+    /// The command, forward and to the left, in m/s, and its time stamp.
     command: Option<([f64; 2], u64)>,
     steps: u64,
     period_ns: u64,
@@ -47,10 +47,11 @@ pub struct DotPlane {
 }
 
 impl DotPlane {
-    /// A plane over which the robot hovers at `start`, at time 0; its camera has taken one view.
+    /// Creates a plane with the robot hovering over `start`, at time 0. Its camera has taken one view.
     ///
     /// # Errors
-    /// [`SimError::Value`] if the robot has a sensor that is of no use over a plane; [`SimError::Robot`].
+    /// - [`SimError::Value`] if the start is out of bounds, or the robot has a sensor that is useless over a plane;
+    /// - [`SimError::Robot`] if the robot's numbers are out of range.
     pub fn new(
         description: PlaneDescription,
         robot: &Robot,
@@ -83,12 +84,12 @@ impl DotPlane {
         Ok(plane)
     }
 
-    /// Where the dots are.
+    /// Returns the positions of the dots.
     pub fn dots(&self) -> &[[f64; 2]] {
         &self.dots
     }
 
-    /// Where the robot truly is.
+    /// Returns the true pose of the robot.
     pub fn robot_pose(&self) -> Pose<World> {
         self.robot
     }
@@ -111,7 +112,7 @@ impl DotPlane {
         }
     }
 
-    /// Moves, with random errors.
+    /// Moves the robot along `way`, with random errors.
     fn stray(&mut self, way: Vector2<f64>) {
         let [x, y, turn] = [(); 3].map(|()| self.stream.sample::<f64, _>(StandardNormal));
         let spread = way.norm().sqrt();
@@ -122,7 +123,7 @@ impl DotPlane {
     }
 }
 
-/// Refuses sensors for what a plane of dots does not have.
+/// Rejects robots with sensors for things that a plane of dots does not have.
 fn check_sensors(robot: &Robot) -> Result<(), SimError> {
     for (key, is_there) in [
         ("laser", robot.laser.is_some()),
@@ -141,7 +142,7 @@ impl Simulation for DotPlane {
     fn step(&mut self, command: Option<&VelocityCommand>) {
         if let Some(command) = command {
             let Twist { vx_mps, vy_mps, .. } = command.twist;
-            // A stamp of the future would never grow old.
+            // A stamp in the future would never become too old.
             self.command = Some(([vx_mps, vy_mps], command.header.stamp_ns.min(self.stamp_ns())));
         }
         let dt_ns = self.period_ns / u64::from(self.substeps);

@@ -5,11 +5,11 @@
 //! random = { dots = 100, side_m = 1.0, seed = 4 }   # or clustered, dots or picture
 //! ```
 //!
-//! - `dots = [[x, y], …]`: places, metres;
-//! - `random = { dots, side_m, seed }`: equal probability everywhere on a square;
-//! - `clustered = { dots, side_m, clusters, spread_m, seed }`: normal distances around random centres;
-//! - `picture = { file, pixels_per_m }`: the spots of a picture taken straight from above. The origin is its lower
-//!   left corner, x points to the right, y upwards.
+//! - `dots = [[x, y], …]`: positions in metres;
+//! - `random = { dots, side_m, seed }`: uniformly distributed on a square;
+//! - `clustered = { dots, side_m, clusters, spread_m, seed }`: normally distributed around random centres;
+//! - `picture = { file, pixels_per_m }`: the spots in a picture taken vertically from above. The origin is the lower left
+//!   corner of the picture, with x to the right and y up.
 
 use serde::Deserialize;
 use sketchnav_dots::alike::alike;
@@ -19,12 +19,12 @@ use sketchnav_schemas::bounds;
 
 use crate::error::{SimError, check, check_within};
 
-/// A plane of dots: what a plane file describes.
+/// A plane of dots, as described by a plane file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PlaneDescription {
-    /// Name, for people.
+    /// Name of the plane, for people.
     pub name: String,
-    /// Where the dots are, metres, frame `World`. No two are at the same place.
+    /// Positions of the dots, in metres, in frame `World`. No two are the same.
     pub dots: Vec<[f64; 2]>,
 }
 
@@ -32,7 +32,7 @@ pub struct PlaneDescription {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneFile {
-    /// Name, for people.
+    /// Name of the plane, for people.
     #[serde(default)]
     pub name: String,
     dots: Option<Vec<[f64; 2]>>,
@@ -63,9 +63,9 @@ struct Clustered {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PictureSource {
-    /// Its file, in the folder of the plane's file.
+    /// Name of the picture's file, in the folder of the plane file.
     pub file: String,
-    /// Pixels per metre.
+    /// Scale, in pixels per metre.
     pub pixels_per_m: f64,
 }
 
@@ -73,7 +73,7 @@ impl PlaneFile {
     /// Reads a plane file.
     ///
     /// # Errors
-    /// [`SimError::Toml`]; [`SimError::Value`] if it has no source of dots, or several.
+    /// [`SimError::Toml`] if it is invalid, or [`SimError::Value`] unless it has exactly one source of dots.
     pub fn parse(text: &str) -> Result<Self, SimError> {
         let file: Self = toml::from_str(text)?;
         let sources =
@@ -83,15 +83,16 @@ impl PlaneFile {
         Ok(file)
     }
 
-    /// The picture that it names, if any.
+    /// Returns the picture that the plane file names, if any.
     pub fn picture(&self) -> Option<&PictureSource> {
         self.picture.as_ref()
     }
 
-    /// The plane that it describes; `picture` is the content of the file that it names.
+    /// Returns the plane that the file describes. `picture` is the content of the picture file that it names.
     ///
     /// # Errors
-    /// [`SimError`] with the key: too many dots or none, a number out of its bounds, two dots at the same place.
+    /// [`SimError`] with the key, if there are no dots or too many, a number is out of bounds, or two dots are at the same
+    /// position.
     pub fn describe(&self, picture: &[u8]) -> Result<PlaneDescription, SimError> {
         let dots = self.places(picture)?;
         let most = bounds::MOST_PLANE_DOTS;
@@ -127,7 +128,7 @@ impl PlaneFile {
         if let Some(PictureSource { pixels_per_m, .. }) = self.picture {
             check_within("picture.pixels_per_m", bounds::PICTURE_PXPM, &[pixels_per_m])?;
             let Reading { spots, height, .. } = picture::read(bytes)?;
-            // Frames, letters and dirt are not dots: from straight above, all dots are alike.
+            // Frames, letters and dirt are not dots. Seen vertically from above, all dots look alike.
             let (dots, _) = alike(spots, |_| 1.0);
             let place = |[x, y]: [f64; 2]| [x / pixels_per_m, (f64::from(height) - y) / pixels_per_m];
             return Ok(dots.iter().map(|dot| place(dot.at)).collect());
@@ -171,12 +172,12 @@ mod tests {
                 "clustered = { dots = 10, side_m = 1.0, clusters = 0, spread_m = 0.1, seed = 1 }",
                 "clustered.clusters: expected 1 to 20000 clusters, found 0",
             ),
-            // This many centres did not fit into memory.
+            // This many centres would not fit into memory.
             (
                 "clustered = { dots = 10, side_m = 1.0, clusters = 9000000000000000000, spread_m = 0.1, seed = 1 }",
                 "clustered.clusters: expected 1 to 20000 clusters",
             ),
-            // Without a spread every dot of a centre is at the same place, and drawing again never ended.
+            // Without a spread, all dots of a cluster coincide, and drawing them again never ended.
             (
                 "clustered = { dots = 10, side_m = 1.0, clusters = 1, spread_m = 1e-300, seed = 1 }",
                 "clustered.spread_m: expected 0.001 m to side_m",

@@ -1,22 +1,22 @@
-//! Fields of poles: upright cylinders, all alike, at random places, far from any wall. They are for directions on land (Park
-//! and Kender 1995, 8).
+//! Fields of poles, which are identical upright cylinders at random positions, far from any wall. They are used for directions
+//! on land (Park and Kender 1995, 8).
 
 use rand::RngExt;
 use sketchnav_schemas::floor_plan::{FloorPlan, Furniture, Wall};
 use sketchnav_schemas::seed;
 
-/// Radius of a pole, metres.
+/// Radius of a pole, in metres.
 pub const RADIUS_M: f64 = 0.15;
-/// Side of a field, metres.
+/// Side length of a field, in metres.
 pub const SIDE_M: f64 = 36.0;
-/// Poles of a field.
+/// Number of poles in a field.
 pub const POLES: usize = 100;
-/// The least distance of two poles, metres: a robot passes between them.
+/// Minimum distance between two poles, in metres. A robot can pass between them.
 const APART_M: f64 = 1.6;
-/// From the field to the walls around it, metres: farther than a robot sees.
+/// Distance from the field to the walls around it, in metres. It is greater than a robot's range.
 const AROUND_M: f64 = 15.0;
 
-/// The poles of a field by its number, the one nearest to the south-west corner first.
+/// Returns the poles of the field with this number, the one nearest to the south-west corner first.
 pub fn poles(number: u64) -> Vec<[f64; 2]> {
     let mut rng = seed::stream(number, "poles");
     let mut poles: Vec<[f64; 2]> = Vec::with_capacity(POLES);
@@ -34,7 +34,7 @@ fn to_centimetres(at_m: f64) -> f64 {
     (at_m * 100.0).round() / 100.0
 }
 
-/// Poles as furniture on a floor.
+/// Returns poles as furniture on a floor.
 pub fn furniture(poles: &[[f64; 2]]) -> Vec<Furniture> {
     let stand = |&center: &[f64; 2]| Furniture {
         name: "pole".to_owned(),
@@ -47,7 +47,7 @@ pub fn furniture(poles: &[[f64; 2]]) -> Vec<Furniture> {
     poles.iter().map(stand).collect()
 }
 
-/// A field as a floor, with walls far around it.
+/// Returns the floor plan of a field, with walls far around it.
 pub fn plan(number: u64) -> FloorPlan {
     let (low, high) = (-AROUND_M, SIDE_M + AROUND_M);
     FloorPlan {

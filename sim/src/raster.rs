@@ -1,9 +1,10 @@
-//! Solid cells of a grid as few line segments and few rectangles. Cells, origin lower left, y up.
+//! Turns the solid cells of a grid into few line segments and few rectangles. The unit is the cell, the origin is at the lower
+//! left, and y points up.
 
-/// How deep below its surface a solid has to be filled with rectangles, cells.
+/// How deep a solid has to be filled with rectangles below its surface, in cells.
 const DEPTH: i64 = 2;
 
-/// Which cells are solid, row by row from the bottom up. Beyond the grid everything is solid.
+/// A grid of solid and free cells, row by row from the bottom up. Everything beyond the grid is solid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Raster {
     width: usize,
@@ -11,7 +12,7 @@ pub struct Raster {
     solid: Vec<bool>,
 }
 
-/// A rectangle of cells: from the lower left corner (x0, y0) to the upper right one (x1, y1).
+/// A rectangle of cells, from the lower left corner (x0, y0) to the upper right corner (x1, y1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CellBox {
     /// First column.
@@ -25,23 +26,23 @@ pub struct CellBox {
 }
 
 impl Raster {
-    /// `solid` has `width` × `height` cells; `None` if it has another number of them.
+    /// Creates a grid of `width` × `height` cells, or returns `None` if `solid` has a different number of cells.
     pub fn new(width: usize, height: usize, solid: Vec<bool>) -> Option<Self> {
         (solid.len() == width * height).then_some(Self { width, height, solid })
     }
 
-    /// Columns and rows.
+    /// Returns the number of columns and the number of rows.
     pub fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
 
-    /// Whether the cell in column `x` and row `y` is solid.
+    /// Returns true if the cell in column `x` and row `y` is solid.
     pub fn is_solid(&self, x: i64, y: i64) -> bool {
         let inside = (0..self.width as i64).contains(&x) && (0..self.height as i64).contains(&y);
         !inside || self.solid[y as usize * self.width + x as usize]
     }
 
-    /// The border between solid and free cells, straight runs in one piece: corners in cells.
+    /// Returns the border between solid and free cells. Each straight run is one segment, whose ends are in cells.
     pub fn outline(&self) -> Vec<[[i64; 2]; 2]> {
         let (width, height) = (self.width as i64, self.height as i64);
         let mut segments = Vec::new();
@@ -56,9 +57,10 @@ impl Raster {
         segments
     }
 
-    /// Rectangles, which may overlap. They cover only solid cells, and every solid cell within two cells of a free one,
-    /// including those in the ring of cells around the grid. Each is as large as possible: wide first if the run of cells is
-    /// wider than high, otherwise high first. `None` if there are more than `most`.
+    /// Returns rectangles that cover only solid cells, and every solid cell within two cells of a free one, including those in
+    /// the ring of cells around the grid. The rectangles may overlap. Each is as large as possible: it is grown in width first
+    /// if the run of cells is wider than high, and in height first otherwise. Returns `None` if there would be more than
+    /// `most`.
     pub fn boxes(&self, most: usize) -> Option<Vec<CellBox>> {
         let mut covered = vec![false; (self.width + 2) * (self.height + 2)];
         let index = |x: i64, y: i64| (y + 1) as usize * (self.width + 2) + (x + 1) as usize;
@@ -114,7 +116,7 @@ impl Raster {
     }
 }
 
-/// The stretches [from, to) of 0..`count` on which `holds`.
+/// Returns the stretches [from, to) of 0..`count` on which `holds` is true.
 fn runs(count: i64, holds: impl Fn(i64) -> bool) -> Vec<[i64; 2]> {
     let mut found: Vec<[i64; 2]> = Vec::new();
     for i in (0..count).filter(|&i| holds(i)) {
@@ -150,7 +152,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-        /// Starting from the solid ring outside, every segment crossed changes between solid and free.
+        /// Along a line that starts in the solid ring outside, each segment crossed changes between solid and free.
         #[test]
         fn the_outline_encloses_exactly_the_solid_cells(raster in raster()) {
             let outline = raster.outline();

@@ -1,10 +1,10 @@
-//! What a ray hits first: parry's ray casts against the faces of everything static, in one bounding volume tree, and against
-//! moving discs. Metres, frame `World`.
+//! What a ray hits first: ray casts by parry against the faces of everything static, which are in one bounding volume tree, and
+//! against moving discs. Coordinates are in metres, in frame `World`.
 //!
-//! Rapier's own query pipeline goes through its colliders, solid by solid, and takes two to three times as long for the same
-//! rays (`benches/world.rs` measures both). Although parry computes in single precision, a range is right to two millimetres
-//! even if a ray grazes a wall. [`sweep`] casts a whole scan at once, to the same bits; [`cone`] finds the nearest point in a
-//! cone.
+//! Rapier's own query pipeline goes through its colliders solid by solid and takes two to three times as long for the same rays
+//! (`benches/world.rs` measures both). Although parry computes in single precision, a range is accurate to two millimetres even
+//! if a ray grazes a wall. [`sweep`] casts a whole scan at once, with bit-identical results, and [`cone`] finds the nearest
+//! point in a cone.
 
 pub mod cone;
 pub mod sweep;
@@ -20,10 +20,10 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::convex::Segment;
 
-/// How far faces extend beyond their ends, because parry lets a ray through exactly where two faces meet.
+/// How far faces extend beyond their ends, in metres, because parry lets a ray through exactly where two faces meet.
 const OVERLAP_M: f64 = 2e-5;
 
-/// Side of the square in which faces are near each other, metres.
+/// Side length of the squares in which neighbouring faces are grouped, in metres.
 const BLOCK_M: f64 = 2.0;
 
 /// The faces of everything static.
@@ -31,7 +31,7 @@ const BLOCK_M: f64 = 2.0;
 pub struct Faces {
     segments: Vec<Segment>,
     tree: Polyline,
-    /// The segments again, block by block.
+    /// The segments again, grouped by block.
     pieces: Vec<Piece>,
     blocks: Vec<Block>,
 }
@@ -43,7 +43,7 @@ struct Piece {
     bounds: Aabb,
 }
 
-/// Faces that are near each other, or a long one.
+/// A group of neighbouring faces, or a single long face.
 #[derive(Clone)]
 struct Block {
     bounds: Aabb,
@@ -51,7 +51,7 @@ struct Block {
 }
 
 impl Faces {
-    /// A tree of `segments`.
+    /// Builds the tree of `segments`.
     pub fn new(segments: Vec<Segment>) -> Self {
         let vertices: Vec<_> = segments.iter().flat_map(lengthened).map(vector).collect();
         let lines = vertices.chunks_exact(2).map(|ends| Line::new(ends[0], ends[1]));
@@ -64,14 +64,14 @@ impl Faces {
         Self { tree: Polyline::new(vertices, Some(indices)), segments, pieces, blocks }
     }
 
-    /// How far a ray from `from` goes along `direction` (a unit vector) until it hits a face; `None`
-    /// if there is none within `max_m`.
+    /// Returns how far a ray from `from` along `direction` (a unit vector) goes until it hits a face, or `None` if it hits none
+    /// within `max_m`.
     pub fn cast(&self, from: Vector2<f64>, direction: Vector2<f64>, max_m: f64) -> Option<f64> {
         let ray = Ray::new(vector(from), vector(direction));
         self.tree.cast_local_ray(&ray, max_m as Real, true).map(f64::from)
     }
 
-    /// The faces whose bounding boxes come within `reach_m` of a place, at least.
+    /// Returns at least the faces whose bounding boxes come within `reach_m` of a point.
     fn near(&self, at: Vector2<f64>, reach_m: f64) -> impl Iterator<Item = &Segment> {
         let (at, reach) = (vector(at), reach_m as Real);
         let is_near = move |bounds: &Aabb| distance(bounds, at) <= reach;
@@ -81,7 +81,7 @@ impl Faces {
     }
 }
 
-/// Brings the pieces into the order of their blocks.
+/// Sorts the pieces by block, and returns the blocks.
 fn blocks(pieces: &mut [Piece]) -> Vec<Block> {
     let long = |piece: &Piece| f64::from(piece.line.length()) > BLOCK_M;
     let cell = |v: Real| (f64::from(v) / BLOCK_M).floor() as i64;
@@ -100,7 +100,7 @@ fn blocks(pieces: &mut [Piece]) -> Vec<Block> {
     blocks
 }
 
-/// Only the segments are stored, since the tree follows from them.
+/// Only the segments are stored, because the tree can be rebuilt from them.
 impl Serialize for Faces {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         self.segments.serialize(serializer)
@@ -113,22 +113,22 @@ impl<'de> Deserialize<'de> for Faces {
     }
 }
 
-/// From a place to a box; 0 inside.
+/// Returns the distance from a point to a box, which is 0 inside.
 fn distance(bounds: &Aabb, at: Vector) -> Real {
     let outside = |low: Real, high: Real, v: Real| (low - v).max(v - high).max(0.0);
     let (x, y) = (outside(bounds.mins.x, bounds.maxs.x, at.x), outside(bounds.mins.y, bounds.maxs.y, at.y));
     (x * x + y * y).sqrt()
 }
 
-/// Both ends of a face, moved apart by [`OVERLAP_M`].
+/// Returns both ends of a face, moved apart by [`OVERLAP_M`].
 fn lengthened([a, b]: &Segment) -> [Vector2<f64>; 2] {
     let (a, b) = (Vector2::from(*a), Vector2::from(*b));
     let hair = (b - a).cap_magnitude(OVERLAP_M);
     [a - hair, b + hair]
 }
 
-/// How far the ray goes until it meets a disc; `None` if there is none within `max_m`, 0 if it
-/// starts inside.
+/// Returns how far a ray goes until it hits a disc, or `None` if it does not hit it within `max_m`. The distance is 0 if the
+/// ray starts inside the disc.
 pub fn cast_disc(
     center: Vector2<f64>,
     radius_m: f64,
@@ -164,7 +164,7 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig { cases: 5000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
-        /// Even straight into a corner, where two walls meet at one point.
+        /// This holds even for rays straight into a corner, where two walls meet at one point.
         #[test]
         fn no_ray_slips_out_of_a_closed_room(x in -2.4..2.4, y in -2.4..2.4, corner in 0..4_usize, off in -1e-6..1e-6) {
             let from = Vector2::new(x, y);

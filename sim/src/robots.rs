@@ -2,7 +2,7 @@
 
 use sketchnav_schemas::robot::{Robot, RobotError};
 
-/// Name and file of every robot.
+/// Name and file of each robot.
 const ROBOTS: [(&str, &str); 7] = [
     ("helicopter", include_str!("../robots/helicopter.toml")),
     ("nomad200", include_str!("../robots/nomad200.toml")),
@@ -13,16 +13,16 @@ const ROBOTS: [(&str, &str); 7] = [
     ("youbot-markers", include_str!("../robots/youbot-markers.toml")),
 ];
 
-/// The robot of that name; `None` if there is none.
+/// Returns the robot with that name, or `None` if there is none.
 ///
 /// # Errors
-/// [`RobotError`] if the file that ships is invalid (a test shows that none is).
+/// [`RobotError`] if the file that ships is invalid, which a test rules out.
 pub fn find(name: &str) -> Result<Option<Robot>, RobotError> {
     let file = ROBOTS.iter().find(|(known, _)| *known == name);
     file.map(|(_, text)| Robot::parse(text)).transpose()
 }
 
-/// The names of the robots.
+/// Returns the names of the robots.
 pub fn names() -> impl Iterator<Item = &'static str> {
     ROBOTS.iter().map(|(name, _)| *name)
 }

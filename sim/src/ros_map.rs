@@ -1,11 +1,11 @@
-//! Maps of ROS's map_server: a YAML file next to a picture.
+//! Maps in the format of ROS's map_server: a YAML file next to a picture.
 //!
-//! The occupancy of a cell of grey value v is p = (255 − v)/255, or v/255 if `negate` is set. It is occupied above
-//! `occupied_thresh`, free below `free_thresh`, and unknown in between (mode `trinary`). **Whatever is not free is solid
-//! here**: it is not known whether the robot could drive through an unknown cell, and people draw furniture with grey outlines.
-//! Outside the picture everything is solid. What is drawn so lightly that the map calls it free (the inside of a cupboard, the
-//! thin legs of a chair) stays free, but a grey outline still keeps the robot and the laser out of it. A lower `free_thresh` in
-//! the YAML makes it solid.
+//! The occupancy of a cell with the grey value v is p = (255 − v)/255, or v/255 if `negate` is set. The cell is occupied above
+//! `occupied_thresh`, free below `free_thresh`, and unknown in between (mode `trinary`). **Here, every cell that is not free is
+//! solid**, because it is uncertain whether the robot could drive through an unknown cell, and because people draw furniture
+//! with grey outlines. Everything outside the picture is solid. Whatever is drawn so lightly that the map calls it free (the
+//! inside of a cupboard, the thin legs of a chair) stays free, but a grey outline still keeps the robot and the laser out of
+//! it. To make it solid, lower `free_thresh` in the YAML file.
 
 use std::io::Cursor;
 
@@ -19,29 +19,29 @@ use crate::description::{Extent, WorldDescription};
 use crate::error::{SimError, check, check_within};
 use crate::raster::{CellBox, Raster};
 
-/// What a place is where the picture is transparent.
+/// Describes a position where the picture is transparent.
 pub(crate) const TRANSPARENT: &str = "a transparent part of the map: what is transparent is unknown, and what is unknown is solid; \
     save the picture with a white background";
-/// A map that is turned by less is not turned: over 100 m it would lie a centimetre aside.
+/// Yaw of a map, in radians, below which the map counts as not turned. Over 100 m, it would be off by a centimetre.
 const LEAST_YAW_RAD: f64 = 1e-4;
 
-/// The YAML of a map. Unknown keys are ignored.
+/// The YAML file of a map. Unknown keys are ignored.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct MapInfo {
-    /// Path of the picture, relative to the YAML.
+    /// Path of the picture, relative to the YAML file.
     pub image: String,
     /// Metres per pixel.
     pub resolution: f64,
-    /// Place of the lower left corner of the lower left pixel: x and y in metres, yaw in radians.
+    /// Position of the lower left corner of the lower left pixel: x and y in metres, and yaw in radians.
     pub origin: [f64; 3],
     /// Whether light cells are occupied and dark ones free.
     #[serde(default)]
     pub negate: Negate,
-    /// Above this a cell is occupied.
+    /// Occupancy above which a cell is occupied.
     pub occupied_thresh: f64,
-    /// Below this a cell is free.
+    /// Occupancy below which a cell is free.
     pub free_thresh: f64,
-    /// How pixels are read; only `trinary` is accepted.
+    /// How pixels are interpreted. Only `trinary` is accepted.
     #[serde(default = "trinary")]
     pub mode: String,
 }
@@ -50,7 +50,7 @@ fn trinary() -> String {
     "trinary".into()
 }
 
-/// `negate` as people write it: a number, a word, or either in quotes.
+/// The value of `negate` as people write it: a number, a word, or either in quotes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(try_from = "Written")]
 pub struct Negate(bool);
@@ -87,14 +87,14 @@ impl TryFrom<Written> for Negate {
 #[derive(Debug, Clone, PartialEq)]
 pub struct OccupancyMap {
     raster: Raster,
-    /// The cells where the picture is transparent, as those of the raster; none where it is nowhere.
+    /// Whether the picture is transparent, by cell in the order of the raster. Empty if it is transparent nowhere.
     transparent: Vec<bool>,
     resolution_m: f64,
     origin_m: [f64; 2],
 }
 
 impl MapInfo {
-    /// Reads the YAML.
+    /// Reads the YAML file of a map.
     ///
     /// # Errors
     /// [`SimError::Yaml`], or [`SimError::Value`] with the key and what was expected.
@@ -111,7 +111,7 @@ impl MapInfo {
         check((1e-3..=10.0).contains(&resolution), "resolution", "0.001 to 10 metres per pixel", resolution)?;
         check_within("origin", bounds::COORDINATE_M, &self.origin[..2])?;
         let yaw_rad = wrap_angle(self.origin[2]);
-        // False for NaN, too.
+        // The comparison is also false for NaN.
         let is_straight = yaw_rad.abs() < LEAST_YAW_RAD;
         check(is_straight, "origin", "a yaw of 0 (a turned map is not supported)", self.origin[2])?;
         check(self.mode == "trinary", "mode", "trinary", &self.mode)?;
@@ -129,11 +129,11 @@ impl MapInfo {
 }
 
 impl OccupancyMap {
-    /// Decodes the picture: PGM, PNG or BMP. The mean of red, green and blue counts; where the picture is transparent the cell
-    /// is unknown, and so it is solid.
+    /// Decodes a picture in PGM, PNG or BMP. The value of a pixel is the mean of red, green and blue. Where the picture is
+    /// transparent, the cell is unknown and therefore solid.
     ///
     /// # Errors
-    /// [`SimError::Picture`], or [`SimError::Value`] if the picture has no free cell, or is too large.
+    /// [`SimError::Picture`] if it cannot be decoded, or [`SimError::Value`] if it has no free cell or is too large.
     pub fn decode(info: &MapInfo, picture: &[u8]) -> Result<Self, SimError> {
         let reader = ImageReader::new(Cursor::new(picture)).with_guessed_format()?;
         let decoder = reader.into_decoder()?;
@@ -143,7 +143,7 @@ impl OccupancyMap {
         check(cells <= bounds::MOST_MAP_CELLS, "image", "at most 16000000 pixels", &size)?;
         let image = DynamicImage::from_decoder(decoder)?.to_rgba8();
         let (width, height) = (image.width() as usize, image.height() as usize);
-        // Rows of a picture go down, rows of a map up.
+        // The rows of a picture go down, those of a map go up.
         let pixels = image.rows().rev().flatten();
         let is_free = |pixel: &image::Rgba<u8>| {
             info.is_free(pixel.0[..3].iter().map(|v| f64::from(*v)).sum::<f64>() / 3.0)
@@ -163,19 +163,19 @@ impl OccupancyMap {
         Ok(Self { raster, transparent, resolution_m: info.resolution, origin_m: [x, y] })
     }
 
-    /// The share of its cells where the picture is transparent: they are unknown.
+    /// Returns the share of cells where the picture is transparent, which makes them unknown.
     pub fn transparent_share(&self) -> f64 {
         self.transparent.iter().filter(|clear| **clear).count() as f64 / self.transparent.len().max(1) as f64
     }
 
-    /// Whether the picture is transparent in the cell in column `x` and row `y`.
+    /// Returns true if the picture is transparent in the cell in column `x` and row `y`.
     pub fn is_transparent(&self, x: i64, y: i64) -> bool {
         let (width, height) = self.raster.size();
         let inside = (0..width as i64).contains(&x) && (0..height as i64).contains(&y);
         inside && self.transparent.get(y as usize * width + x as usize).copied().unwrap_or(false)
     }
 
-    /// What is at a place, metres, frame `World`, in words; `None` where it is free.
+    /// Describes what is at a position (in metres, frame `World`), or returns `None` if it is free.
     pub(crate) fn solid_at(&self, at: [f64; 2]) -> Option<&'static str> {
         let [x, y] = [0, 1].map(|axis| ((at[axis] - self.origin_m[axis]) / self.resolution_m).floor() as i64);
         match (self.is_transparent(x, y), self.raster.is_solid(x, y)) {
@@ -185,31 +185,31 @@ impl OccupancyMap {
         }
     }
 
-    /// From where to where the picture reaches.
+    /// Returns the extent of the picture.
     pub(crate) fn extent(&self) -> Extent {
         let (width, height) = self.raster.size();
         Extent::of([self.corner([0, 0]), self.corner([width as i64, height as i64])])
     }
 
-    /// Its cells, row 0 at the bottom.
+    /// Returns the cells of the map, with row 0 at the bottom.
     pub fn raster(&self) -> &Raster {
         &self.raster
     }
 
-    /// Metres per cell.
+    /// Returns the size of a cell, in metres.
     pub fn resolution_m(&self) -> f64 {
         self.resolution_m
     }
 
-    /// Lower left corner of the lower left cell, metres, frame `World`.
+    /// Returns the lower left corner of the lower left cell, in metres, in frame `World`.
     pub fn origin_m(&self) -> [f64; 2] {
         self.origin_m
     }
 
-    /// The map as walls.
+    /// Converts the map to a world with walls.
     ///
     /// # Errors
-    /// [`SimError::Value`] if there are too many, as for a picture of noise.
+    /// [`SimError::Value`] if it would need too many walls, as a picture of noise does.
     pub fn describe(&self, name: &str) -> Result<WorldDescription, SimError> {
         let outline = self.raster.outline().into_iter().map(|segment| segment.map(|p| self.corner(p)));
         let most = bounds::MOST_MAP_SOLIDS;
@@ -239,7 +239,8 @@ impl OccupancyMap {
     }
 }
 
-/// The error for a picture without a free cell, as when people export only the walls on a transparent floor.
+/// Returns the error for a picture without a free cell. People get such a picture when they export only the walls, on a
+/// transparent floor.
 fn without_floor(size: String, transparent: usize) -> SimError {
     let found = match transparent {
         0 => size,
@@ -349,7 +350,7 @@ mod tests {
         }
     }
 
-    /// The robot started inside what is transparent, and went nowhere; a goal there was never reached.
+    /// A robot that started in a transparent part of the map could not move, and a goal there was never reached.
     #[test]
     fn what_lies_in_the_transparent_part_of_a_map_is_refused_with_the_reason() {
         let picture = image::RgbaImage::from_fn(40, 20, |x, y| {
@@ -376,15 +377,15 @@ mod tests {
             time_limit_s: 60.0,
             given: toml::Table::default(),
         };
-        // A place that reaches onto the floor can be come to.
+        // An area that overlaps free floor can be reached.
         assert!(world.check_places(&[task(4.0), task(9.5)]).is_ok());
         let error = told(world.check_places(&[task(4.0), task(14.0)]).unwrap_err());
         assert!(error.contains("there: expected a place that reaches onto free floor, found"), "{error}");
         assert!(error.contains("a transparent part of the map"), "{error}");
     }
 
-    /// A picture of noise is a rectangle every few pixels, each of which the physics holds. One of a billion pixels
-    /// filled the memory before its size was checked.
+    /// A picture of noise turns into a rectangle every few pixels, all of which the physics has to keep. A picture of a billion
+    /// pixels used to fill the memory before its size was checked.
     #[test]
     fn a_picture_that_is_no_floor_is_refused() {
         let info = MapInfo::parse(YAML).unwrap();

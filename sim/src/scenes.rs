@@ -1,9 +1,9 @@
-//! Scenes of objects for routes past landmarks: the two of Chronis 2007, 5.1, and ones that are laid out at random.
+//! Scenes of objects for routes past landmarks: the two scenes of Chronis 2007, 5.1, and randomly generated ones.
 //!
-//! The figures of Chronis 2007 are lost. Scene A is rebuilt from the relations of figure 4.29, scene B from its six
-//! commands. Both are in the pixels of the PDA, 5 inches each. A [`Kind`] and a number give a further scene: yards, streets of
-//! blocks with crossings, halls of pillars and machines. The numbers that are reported on were not looked at before they were
-//! driven. The walls are farther than sonars reach.
+//! The figures of Chronis 2007 are lost. Scene A is reconstructed from the relations of figure 4.29, and scene B from its six
+//! commands. Both are in the pixels of the PDA, which are 5 inches each. A [`Kind`] and a number determine a random scene:
+//! yards, streets of blocks with crossings, halls of pillars and machines. The scenes with the numbers that results are
+//! reported for were not looked at before robots were driven in them. The walls are beyond the range of sonars.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -14,64 +14,65 @@ use sketchnav_schemas::geometry::encloses;
 use sketchnav_schemas::mission::{Place, Start};
 use sketchnav_schemas::seed;
 
-/// A pixel of the PDA, metres.
+/// Size of a pixel of the PDA, in metres.
 const PIXEL_M: f64 = 0.127;
-/// Distance of the walls from the way, metres: sonars of 255 inches do not see them.
+/// Distance of the walls from the route, in metres. It is beyond the range of sonars, which is 255 inches.
 const WALLS_M: f64 = 7.5;
-/// Half the side of a wide place.
+/// Half the side length of the open area, in metres.
 const OPEN_M: f64 = 70.0;
-/// The robot stops within this distance of its goal, metres: 30 inches by its sensors, its radius, and a little more.
+/// The robot stops within this distance of its goal, in metres. It consists of 30 inches measured by its sensors, its radius,
+/// and a margin.
 const THERE_M: f64 = 1.15;
-/// Least distance between the way and an object, and between two objects, metres: a robot can pass with room to spare.
+/// Minimum distance between the route and an object, and between two objects, in metres. A robot can pass with room to spare.
 const BESIDE_WAY_M: f64 = 0.9;
 const BETWEEN_M: f64 = 0.9;
-/// Least distance between the goal and an object, metres.
+/// Minimum distance between the goal and another object, in metres.
 const BESIDE_GOAL_M: f64 = 0.8;
-/// Shorter faces have no marker, metres.
+/// Minimum length of a face with a marker, in metres.
 const LEAST_FACE_M: f64 = 0.2;
-/// Fewest objects of a scene.
+/// Minimum number of objects in a scene.
 const LEAST_OBJECTS: usize = 7;
-/// Lengths of ways, metres.
+/// Range of the lengths of routes, in metres.
 const WAYS_M: std::ops::Range<f64> = 8.0..60.0;
 
-/// A place, metres.
+/// A position, in metres.
 pub type At = [f64; 2];
 
 /// An object with its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Object {
-    /// What people call it.
+    /// Name of the object, as people call it.
     pub name: String,
-    /// Its corners, convex.
+    /// Corners of the object, which form a convex polygon.
     pub outline: Vec<At>,
 }
 
-/// A scene: objects, and a way past them.
+/// A scene: objects, and a route past them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// Name: `a`, `b`, `yard-3`.
+    /// Name of the scene, such as `a`, `b` or `yard-3`.
     pub name: String,
-    /// Its objects.
+    /// Objects of the scene.
     pub objects: Vec<Object>,
-    /// The way that people have in mind, from the origin along x, in steps of some centimetres.
+    /// The route that people have in mind. It begins at the origin along x, and its points are some centimetres apart.
     pub way: Vec<At>,
-    /// The object at which it ends.
+    /// Index of the object at which the route ends.
     pub goal: usize,
 }
 
-/// Scenes that are laid out at random.
+/// Kinds of randomly generated scenes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Sheds, cars, trees and bins along a winding way.
+    /// Sheds, cars, trees and bins along a winding route.
     Yard,
-    /// Blocks in rows; the way turns at crossings.
+    /// Blocks in rows. The route turns at crossings.
     Streets,
-    /// Pillars on a grid, with machines between some.
+    /// Pillars on a grid, with machines between some of them.
     Hall,
 }
 
 impl Kind {
-    /// The word in names.
+    /// Returns the word for the kind that is used in names of scenes.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Yard => "yard",
@@ -88,8 +89,8 @@ fn boxed(name: &str, [x, y]: At, [width, height]: [f64; 2], yaw_rad: f64) -> Obj
     Object { name: name.into(), outline: [[-w, -h], [w, -h], [w, h], [-w, h]].map(corner).to_vec() }
 }
 
-/// A way from its pieces: how far straight on, then an arc to the left (positive) or right with an angle in radians and a
-/// radius. Also returns the heading at its end.
+/// Makes a route from pieces, and returns its points and the heading at its end. Each piece is a distance straight ahead
+/// followed by an arc, whose angle is in radians and positive to the left, and its radius.
 fn way(pieces: &[(f64, f64, f64)]) -> (Vec<At>, f64) {
     const STEP_M: f64 = 0.1;
     let (mut at, mut heading) = ([0.0, 0.0], 0.0_f64);
@@ -113,7 +114,7 @@ fn way(pieces: &[(f64, f64, f64)]) -> (Vec<At>, f64) {
     (points, heading)
 }
 
-/// How far apart two places are.
+/// Returns the distance between two points.
 pub fn distance(a: At, b: At) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
@@ -126,7 +127,7 @@ fn to_segment(at: At, from: At, to: At) -> f64 {
     distance(at, [from[0] + part * dx, from[1] + part * dy])
 }
 
-/// How far a place is from an outline; 0 inside.
+/// Returns the distance from a point to an outline, which is 0 inside.
 pub fn distance_to(outline: &[At], at: At) -> f64 {
     if encloses(outline, at) {
         return 0.0;
@@ -135,7 +136,7 @@ pub fn distance_to(outline: &[At], at: At) -> f64 {
     edges.map(|(a, b)| to_segment(at, *a, *b)).fold(f64::INFINITY, f64::min)
 }
 
-/// How far two outlines are apart, by corners and edges; 0 if one contains a corner of the other.
+/// Returns the distance between two outlines, measured from corners to edges, or 0 if one contains a corner of the other.
 pub fn apart(one: &[At], other: &[At]) -> f64 {
     let corners =
         one.iter().map(|at| distance_to(other, *at)).chain(other.iter().map(|at| distance_to(one, *at)));
@@ -158,7 +159,7 @@ fn of_pixels(name: &str, objects: &[(&str, [f64; 4])], pieces: &[(f64, f64, f64)
 }
 
 impl Scene {
-    /// Eight commands: forward, left, forward, right, forward, right, forward, stop (Chronis 2007, 5.1).
+    /// Scene A with eight commands: forward, left, forward, right, forward, right, forward, stop (Chronis 2007, 5.1).
     pub fn a() -> Self {
         let objects = [
             ("chair", [-9.0, 0.0, 6.0, 6.0]),
@@ -174,7 +175,7 @@ impl Scene {
         of_pixels("a", &objects, &pieces)
     }
 
-    /// Six commands: forward, left, forward, right, forward, stop (Chronis 2007, 5.1).
+    /// Scene B with six commands: forward, left, forward, right, forward, stop (Chronis 2007, 5.1).
     pub fn b() -> Self {
         let objects = [
             ("chair", [-9.0, 0.0, 6.0, 6.0]),
@@ -189,13 +190,13 @@ impl Scene {
         of_pixels("b", &objects, &pieces)
     }
 
-    /// A and B, and ten that are laid out at random: four yards, three of streets, three halls. Results are reported for
-    /// numbers from 1; parameters are chosen on others.
+    /// Returns A and B, followed by ten random scenes: four yards, three of streets and three halls. Results are reported for
+    /// numbers from 1. Parameters are chosen with other numbers.
     pub fn twelve(first: u64) -> Vec<Self> {
         [Self::a(), Self::b()].into_iter().chain(Self::ten(first)).collect()
     }
 
-    /// Ten scenes that are laid out at random: four yards, three of streets, three halls, numbered from `first`.
+    /// Returns ten random scenes, numbered from `first`: four yards, three of streets and three halls.
     pub fn ten(first: u64) -> impl Iterator<Item = Self> {
         let kinds = [(Kind::Yard, 4), (Kind::Streets, 3), (Kind::Hall, 3)];
         kinds
@@ -203,7 +204,7 @@ impl Scene {
             .flat_map(move |(kind, count)| (first..first + count).map(move |i| Self::laid_out(kind, i)))
     }
 
-    /// A wide place with nothing in it, for scenes that are not in a file.
+    /// Returns a large empty area, for scenes that are not in a file.
     pub fn open() -> FloorPlan {
         let points = vec![[-OPEN_M, -OPEN_M], [OPEN_M, -OPEN_M], [OPEN_M, OPEN_M], [-OPEN_M, OPEN_M]];
         FloorPlan {
@@ -217,7 +218,7 @@ impl Scene {
         }
     }
 
-    /// The scene of a number.
+    /// Generates the scene of a kind and a number.
     pub fn laid_out(kind: Kind, number: u64) -> Self {
         let mut rng = seed::stream(number, &format!("scenes/{}", kind.word()));
         loop {
@@ -232,8 +233,8 @@ impl Scene {
         }
     }
 
-    /// Whether there are enough objects, the way is free, neither too short nor too long, does not come near itself, and the
-    /// goal stands apart.
+    /// Returns true if there are enough objects, the route is clear and neither too short nor too long, it does not come near
+    /// itself, and the goal stands apart.
     fn holds(&self) -> bool {
         if self.objects.len() < LEAST_OBJECTS || !WAYS_M.contains(&self.way_m()) {
             return false;
@@ -251,17 +252,18 @@ impl Scene {
         self.objects.iter().all(is_free) && others.all(|(_, object)| is_apart(object)) && !comes_back
     }
 
-    /// How near an outline comes to the way.
+    /// Returns the distance between an outline and the route.
     fn clearance(&self, outline: &[At]) -> f64 {
         self.way.iter().map(|at| distance_to(outline, *at)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Its file's name.
+    /// Returns the file name of the scene.
     pub fn file_name(&self) -> String {
         format!("{}.floor.toml", self.name)
     }
 
-    /// Markers on the objects: one in the middle of each face of at least 0.2 m, numbered 100 · object + face, from 1.
+    /// Returns a marker for the middle of each face of at least 0.2 m. Its number is 100 · object + face, with both counted
+    /// from 1.
     pub fn markers(&self) -> Vec<Marker> {
         let of = |(i, object): (usize, &Object)| {
             let corners = object.outline.clone();
@@ -270,7 +272,7 @@ impl Scene {
                 let [from, to] = [corners[face], corners[(face + 1) % corners.len()]];
                 let at = middle(&[from, to]);
                 let along = [to[0] - from[0], to[1] - from[1]];
-                // Away from the middle, whichever way around the corners run.
+                // The normal must point away from the middle, whichever way around the corners run.
                 let outward = [along[1], -along[0]];
                 let is_away = outward[0] * (at[0] - centre[0]) + outward[1] * (at[1] - centre[1]) > 0.0;
                 let [x, y] = if is_away { outward } else { outward.map(|length| -length) };
@@ -286,7 +288,7 @@ impl Scene {
         self.objects.iter().enumerate().flat_map(of).collect()
     }
 
-    /// The numbers of the markers on each object, by its name.
+    /// Returns the numbers of the markers on each object, by name of the object.
     pub fn marker_numbers(&self) -> impl Iterator<Item = (&str, Vec<u32>)> {
         let markers = self.markers();
         self.objects.iter().enumerate().map(move |(i, object)| {
@@ -295,7 +297,7 @@ impl Scene {
         })
     }
 
-    /// The floor plan.
+    /// Returns the floor plan of the scene.
     pub fn plan(&self) -> FloorPlan {
         let mut low = [f64::INFINITY; 2];
         let mut high = [f64::NEG_INFINITY; 2];
@@ -329,16 +331,16 @@ impl Scene {
         }
     }
 
-    /// Where the robot starts.
+    /// Returns the start of the robot.
     pub fn start(&self) -> Start {
         Start { world: self.way[0], world_heading_deg: 0.0 }
     }
 
-    /// The place around the goal that counts as there.
+    /// Returns the area around the goal in which the robot has arrived.
     pub fn there(&self) -> Place {
         let outline = &self.objects[self.goal].outline;
         let middle = middle(outline);
-        // Corners are moved out along both edges, by the distance to each.
+        // Each corner is moved outwards along both of its edges, by the distance to be added to each side.
         let count = outline.len();
         let corner = |i: usize| {
             let [before, at, after] =
@@ -354,12 +356,12 @@ impl Scene {
         Place { polygon: Some((0..count).map(corner).collect()), center, radius_m: None }
     }
 
-    /// Length of the way, metres.
+    /// Returns the length of the route, in metres.
     pub fn way_m(&self) -> f64 {
         self.way.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
     }
 
-    /// Adds an object if there is room for it; returns whether there is.
+    /// Adds an object if there is room for it. Returns whether there is.
     fn add(&mut self, object: Object) -> bool {
         let has_room = self.clearance(&object.outline) >= BESIDE_WAY_M
             && self.objects.iter().all(|other| apart(&other.outline, &object.outline) >= BETWEEN_M)
@@ -371,7 +373,7 @@ impl Scene {
     }
 }
 
-/// The mean of corners.
+/// Returns the mean of an outline's corners.
 pub fn middle(outline: &[At]) -> At {
     [0, 1].map(|axis| outline.iter().map(|at| at[axis]).sum::<f64>() / outline.len() as f64)
 }
@@ -380,7 +382,7 @@ fn side(rng: &mut Pcg64Mcg) -> f64 {
     if rng.random::<bool>() { 1.0 } else { -1.0 }
 }
 
-/// The goal, of this size across and along, straight ahead of the end of the way.
+/// Makes the goal, with this size across and along, straight ahead of the end of the route.
 fn ahead(name: &str, way: &[At], heading: f64, [across, along]: [f64; 2], gap_m: f64) -> Object {
     let end = way[way.len() - 1];
     let beyond = gap_m + along / 2.0;
@@ -429,7 +431,7 @@ fn streets(rng: &mut Pcg64Mcg) -> Option<Scene> {
     let street = rng.random_range(4.4..5.0);
     let pitch = block + street;
     let radius = 2.4;
-    // From crossing to crossing; the start is half a block before the first one.
+    // The route goes from crossing to crossing. It starts half a block before the first one.
     let mut pieces = Vec::new();
     let mut straight = block / 2.0 + street / 2.0;
     let crossings = rng.random_range(3..=4);
@@ -453,7 +455,7 @@ fn streets(rng: &mut Pcg64Mcg) -> Option<Scene> {
     let (way, heading) = way(&pieces);
     let goal = ahead("kiosk", &way, heading, [1.6, 1.2], 1.3);
     let mut scene = Scene { name: String::new(), objects: vec![goal], way, goal: 0 };
-    // Streets are around the origin: the first crossing is at half a pitch along x.
+    // The grid of streets is around the origin, and the first crossing is at half a pitch along x.
     let mut number = 0;
     for i in -5..=6 {
         for j in -6..=6 {
@@ -485,7 +487,7 @@ fn streets(rng: &mut Pcg64Mcg) -> Option<Scene> {
             scene.objects.push(object);
         }
     }
-    // The goal stands in the street, so blocks next to it are nearer than in other scenes.
+    // The goal stands in the street, so the blocks next to it are nearer than the objects of other scenes.
     (blocks >= 6).then_some(scene)
 }
 
@@ -557,7 +559,7 @@ mod tests {
         assert_ne!(Scene::laid_out(Kind::Yard, 7).way, Scene::laid_out(Kind::Yard, 8).way);
     }
 
-    /// The third hall had six objects: scenes were laid out without the bounds that other code relies on.
+    /// The third hall had only six objects: scenes were generated without the bounds that other code relies on.
     #[test]
     fn scenes_of_any_number_have_objects_and_ways_within_bounds() {
         for kind in [Kind::Yard, Kind::Streets, Kind::Hall] {

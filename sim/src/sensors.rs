@@ -1,5 +1,5 @@
-//! What the robot measures. Each sensor is a module. Its parameters come from the robot file, its noise from a random stream of
-//! its own, and it fills its message. [`Schedule`] says when it reads.
+//! What the robot measures. Each sensor has its own module. Its parameters come from the robot file, its noise comes from its
+//! own random stream, and it fills in its own message. A [`Schedule`] determines when it takes readings.
 
 pub mod camera;
 pub mod dots;
@@ -12,36 +12,37 @@ use sketchnav_schemas::geometry::{Pose, World};
 
 use crate::raycast::Faces;
 
-/// Random numbers from the first of one reading to the first of the next: more than any reading draws. It is odd, so no bits of
-/// the generator's state stay the same from reading to reading.
+/// Number of random numbers set aside for each reading of a sensor, which is more than any reading draws. It is odd, so that no
+/// bits of the generator's state stay the same from one reading to the next.
 const DRAWS_PER_READING: u128 = 1_000_003;
 
-/// A moving disc, such as a person: place and radius in metres.
+/// A moving disc, such as a person: position and radius, in metres.
 pub type Disc = ([f64; 2], f64);
 
-/// The world as a ranging sensor finds it at one moment.
+/// The world at the moment at which a ranging sensor takes a reading.
 pub struct Scene<'a> {
-    /// Where the robot truly is.
+    /// True pose of the robot.
     pub robot: Pose<World>,
     /// Everything static.
     pub faces: &'a Faces,
-    /// The people walking.
+    /// People walking around.
     pub people: &'a [Disc],
 }
 
-/// When a sensor reads. Reading k (from 0) is due k / rate after the start. A sensor no faster than the tick reads at the first
-/// tick at or after that time; a faster one reads at the end of the first physics step at or after it.
+/// When a sensor takes readings. Reading k (from 0) is due at k / rate after the start. A sensor that is no faster than the
+/// tick takes it at the first tick at or after that time. A faster sensor takes it at the end of the first physics step at or
+/// after that time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
-    /// Physics steps from one moment at which the sensor may read to the next.
+    /// Physics steps between two moments at which the sensor may take a reading.
     grain: u64,
-    /// Number of such moments from one reading to the next.
+    /// Number of such moments between two readings.
     spacing: f64,
     taken: u64,
 }
 
 impl Schedule {
-    /// A schedule with `substeps` physics steps per tick.
+    /// Creates a schedule with `substeps` physics steps per tick.
     pub fn new(rate_hz: f64, tick_hz: f64, substeps: u32) -> Self {
         let ticks = tick_hz / rate_hz;
         let (grain, spacing) =
@@ -49,10 +50,10 @@ impl Schedule {
         Self { grain, spacing, taken: 0 }
     }
 
-    /// The number of the reading that is due after this many physics steps since the start, if one is. Each number is returned
-    /// once. To be called after every physics step, and once before the first.
+    /// Returns the number of the reading that is due after this many physics steps since the start, if one is. Each number is
+    /// returned once. It must be called after every physics step, and once before the first.
     pub fn take(&mut self, physics_steps: u64) -> Option<u64> {
-        // What falls short of a whole number only by rounding counts as that number.
+        // A value that falls short of a whole number only because of rounding counts as that number.
         let moments = (self.taken as f64 * self.spacing - 1e-6).ceil();
         (physics_steps >= moments as u64 * self.grain).then(|| {
             self.taken += 1;
@@ -61,7 +62,7 @@ impl Schedule {
     }
 }
 
-/// What a sensor reports for a measured range: +∞ beyond its longest, −∞ below its shortest (REP 117).
+/// Returns what a sensor reports for a measured range: +∞ above its maximum range, −∞ below its minimum (REP 117).
 fn within(range_m: f64, range_min_m: f64, range_max_m: f64) -> f64 {
     if range_m > range_max_m {
         f64::INFINITY
@@ -78,7 +79,7 @@ mod tests {
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
-    /// The physics steps after which each reading is taken, within `ticks` ticks.
+    /// Returns the physics steps after which readings are taken, within `ticks` ticks.
     fn moments(rate_hz: f64, tick_hz: f64, substeps: u32, ticks: u64) -> Vec<u64> {
         let mut schedule = Schedule::new(rate_hz, tick_hz, substeps);
         (0..=ticks * u64::from(substeps)).filter(|step| schedule.take(*step).is_some()).collect()
@@ -90,7 +91,7 @@ mod tests {
         assert_eq!(moments(50.0, 10.0, 10, 1), [0, 2, 4, 6, 8, 10]);
         assert_eq!(moments(4.0, 10.0, 10, 10), [0, 30, 50, 80, 100]);
         assert_eq!(moments(15.0, 10.0, 10, 2), [0, 7, 14, 20]);
-        // period_ns loses a third of a nanosecond per tick, but no reading is lost.
+        // `period_ns` loses a third of a nanosecond per tick, but no reading is lost.
         assert_eq!(moments(1.0, 3.0, 1, 3000).len(), 1001);
     }
 

@@ -1,4 +1,4 @@
-//! The world of a mission, in either form, as its hosts store it. The mission's `[world]` decides which.
+//! The world of a mission in either form, as hosts store it. The table `[world]` of the mission determines the form.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_files::Files;
@@ -22,10 +22,10 @@ pub enum World {
 }
 
 impl World {
-    /// The world that a run describes, before its first instant; its files are in `files`.
+    /// Creates the world that a run describes, before its first instant. Its files are read from `files`.
     ///
     /// # Errors
-    /// [`SimError`] with the file, the key or the place.
+    /// [`SimError`] with the file, the key or the position.
     pub fn of_run(run: &RunConfig, files: &dyn Files) -> Result<Self, SimError> {
         let (source, start) = (&run.mission.world, &run.mission.start);
         let pose = Pose::new(start.world[0], start.world[1], start.world_heading_deg.to_radians());
@@ -41,7 +41,7 @@ impl World {
     }
 }
 
-/// Does the same with either form.
+/// Evaluates the same expression for either form.
 macro_rules! either {
     ($world:expr, $form:ident => $does:expr) => {
         match $world {

@@ -1,30 +1,30 @@
-//! The exact nearest point in a cone: each face is clipped by the cone's two edges, and what is left has one nearest point.
-//! Nothing can hide it, since anything that did would be nearer and in the cone, too.
+//! Finds the exact nearest point in a cone. Each face is clipped at the two edges of the cone, and the rest has one nearest
+//! point. Nothing can hide this point, because anything that hid it would itself be nearer and in the cone.
 
 use nalgebra::{Rotation2, Vector2};
 
 use super::Faces;
 use crate::convex::Segment;
 
-/// A cone seen from its apex.
+/// A cone, given by its apex.
 #[derive(Debug, Clone, Copy)]
 pub struct Cone {
     apex: Vector2<f64>,
-    /// Turns the world so that the cone's axis is along x.
+    /// Rotation of the world that turns the cone's axis into the x axis.
     from_world: Rotation2<f64>,
     half_rad: f64,
-    /// The direction of the upper edge.
+    /// Direction of the upper edge.
     edge: Vector2<f64>,
 }
 
 impl Cone {
-    /// A cone from `apex` (metres, frame `World`) along `axis_rad`, open by `half_rad` (below π/2) to both sides.
+    /// Creates a cone from `apex` (in metres, frame `World`) along `axis_rad`, with the half-angle `half_rad` (below π/2).
     pub fn new(apex: Vector2<f64>, axis_rad: f64, half_rad: f64) -> Self {
         let edge = Vector2::new(half_rad.cos(), half_rad.sin());
         Self { apex, from_world: Rotation2::new(-axis_rad), half_rad, edge }
     }
 
-    /// Distance from the apex to the nearest point of `faces` and `discs` in the cone, metres; +∞ if there is
+    /// Returns the distance from the apex to the nearest point of `faces` and `discs` in the cone, in metres, or +∞ if there is
     /// none within `max_m`.
     pub fn nearest(&self, faces: &Faces, discs: &[([f64; 2], f64)], max_m: f64) -> f64 {
         let of_faces = faces.near(self.apex, max_m).filter_map(|face| self.segment(face));
@@ -37,7 +37,7 @@ impl Cone {
         self.from_world * (point - self.apex)
     }
 
-    /// How far inside the upper and the lower edge a point is.
+    /// Returns how far inside the upper and the lower edge a point is.
     fn inside(&self, p: Vector2<f64>) -> [f64; 2] {
         let (cos, sin) = (self.edge.x, self.edge.y);
         [sin * p.x - cos * p.y, sin * p.x + cos * p.y]
@@ -60,7 +60,8 @@ impl Cone {
         (first <= last).then(|| (a + along * foot.clamp(first, last)).norm())
     }
 
-    /// The nearest point of a disc lies on the ray of the cone that comes nearest to its centre.
+    /// Returns the distance to a disc, if it is in the cone. Its nearest point lies on the ray of the cone that comes nearest
+    /// to its centre.
     fn disc(&self, center: Vector2<f64>, radius_m: f64) -> Option<f64> {
         let to_center = self.local(center);
         let distance_m = to_center.norm();
@@ -85,7 +86,7 @@ mod tests {
 
     const MAX_M: f64 = 6.0;
 
-    /// The least range of a fan of rays.
+    /// Returns the minimum range of a fan of rays.
     fn by_a_fan(faces: &Faces, discs: &[([f64; 2], f64)], at: Vector2<f64>, axis: f64, half: f64) -> f64 {
         let rays = 2000;
         let ray = |i: i32| {
@@ -111,7 +112,7 @@ mod tests {
             half in 0.02..0.7,
         ) {
             let segments: Vec<_> = lines.iter().map(|[a, b, c, d]| [[*a, *b], [*c, *d]]).collect();
-            // The end of a line whose direction is between two rays is seen only by the cone.
+            // If the end of a line lies between two rays, the fan misses it and only the cone sees it.
             let faces = Faces::new(segments);
             let found = Cone::new(Vector2::zeros(), axis, half).nearest(&faces, &discs, MAX_M);
             let inner = by_a_fan(&faces, &discs, Vector2::zeros(), axis, half);

@@ -1,14 +1,15 @@
-//! Many rays from one place, with the same ranges, to the bit, as [`Faces::cast`] ray by ray, but several times as fast.
+//! Casts many rays from one point, with bit-identical results to [`Faces::cast`] for each ray, but several times as fast.
 //!
-//! The tree answers ray by ray what is in the way. A sweep goes the other way around, face by face, the near ones first. It
-//! works out which rays may meet a face and intersects those with it. They are consecutive in memory, so the compiler uses
-//! vector instructions. Faces farther away than the hits of these rays so far are skipped.
+//! The tree finds what is in the way ray by ray. A sweep goes face by face instead, near ones first. For each face it
+//! determines which rays may hit it, and intersects those with it. The rays are consecutive in memory, so the compiler uses
+//! vector instructions. Faces farther away than the hits that these rays already have are skipped.
 //!
-//! **The same bits.** Each intersection is computed as parry computes it. The tree's answer can differ from the least
-//! intersection: it leaves out a face whose bounding box begins behind the best hit so far, and a rounded box may begin behind
-//! its face, or miss the ray. It leaves out no face whose box begins before the second hit. In the rare other cases the tree is
-//! asked. Rays almost along a face, whose intersection parry treats specially, are left to parry. What is skipped would be hit
-//! at least `CLEAR_M` behind the nearest hit. No rounding reaches that far, since a hit is within the ends of its face.
+//! **Bit-identical results.** Each intersection is computed in the same way as by parry. Nevertheless, the tree's result can
+//! differ from the nearest intersection: the tree skips a face whose bounding box begins after the best hit so far, and because
+//! of rounding the box may begin after its own face, or miss the ray. The tree never skips a face whose box begins before the
+//! second hit. In the other cases, which are rare, the sweep asks the tree. Rays that are almost parallel to a face, which
+//! parry treats specially, are left to parry. Anything skipped by the sweep would be hit at least `CLEAR_M` after the nearest
+//! hit, which is beyond the reach of rounding, since a hit is within the ends of its face.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::ops::Range;
@@ -22,28 +23,28 @@ use sketchnav_schemas::message::MAX_BEAMS;
 
 use super::{Block, Faces, Piece, distance, vector};
 
-/// A generous bound on the error of an angle from [`angle`] and single precision together.
+/// Generous bound on the combined error of an angle from [`angle`] and from single precision, in radians.
 const SLACK_RAD: f64 = 2e-3;
-/// Nearer than this, the direction of a face's ends says little in single precision.
+/// Distance below which the directions of a face's ends are unreliable in single precision, in metres.
 const TOUCHING_M: f64 = 0.02;
 
-/// What is this far behind a hit cannot affect it.
+/// Distance after a hit, in metres, beyond which nothing can affect it.
 const CLEAR_M: Real = 0.05;
-/// Number of blocks of faces that are sorted by distance; further ones are taken as they come.
+/// Number of blocks of faces that are sorted by distance. Any more are visited in no particular order.
 const SORTED_BLOCKS: usize = 256;
 
-/// Rays that are intersected at once.
+/// Number of rays that are intersected at once.
 const LANES: usize = 8;
 const _: () = assert!(MAX_BEAMS.is_multiple_of(LANES));
 
-/// Rays from one place at equal angles. Those beyond the count point along x and are not used.
+/// Rays from one point at equal angular distances. Entries beyond `count` point along x and are not used.
 pub struct Rays {
     first_rad: f64,
     increment_rad: f64,
     count: usize,
     x: [Real; MAX_BEAMS],
     y: [Real; MAX_BEAMS],
-    /// Squared lengths, which are not quite 1.
+    /// Squared lengths of the directions, which differ from 1 by rounding.
     squared: [Real; MAX_BEAMS],
 }
 
@@ -54,18 +55,18 @@ struct Hits {
     face: [u32; MAX_BEAMS],
 }
 
-/// A face as seen from the sweep's place, in parry's numbers.
+/// A face as seen from the origin of the sweep, in parry's precision.
 struct Seen<'a> {
     line: &'a Line,
     bounds: &'a Aabb,
     along: Vector,
     squared: Real,
-    /// From the beginning of the line to the sweep's place, and the component of that along the line.
+    /// Vector from the beginning of the line to the origin of the sweep, and its scalar product with `along`.
     back: Vector,
     along_back: Real,
 }
 
-/// Where the lines of a ray and a face meet.
+/// The point at which the lines of a ray and a face meet.
 struct Meeting {
     range: Real,
     share: Real,
@@ -73,8 +74,8 @@ struct Meeting {
 }
 
 impl Rays {
-    /// At most [`MAX_BEAMS`] unit vectors; the first at the angle `first_rad`, the others `increment_rad` (above
-    /// 0) apart, counter-clockwise, not more than once around.
+    /// Creates at most [`MAX_BEAMS`] rays from unit vectors. The first is at the angle `first_rad`, and the others follow
+    /// counter-clockwise, each `increment_rad` (above 0) after the previous one, not more than once around.
     pub fn new(first_rad: f64, increment_rad: f64, directions: impl Iterator<Item = Vector2<f64>>) -> Self {
         let (x, y, squared) = ([1.0; MAX_BEAMS], [0.0; MAX_BEAMS], [1.0; MAX_BEAMS]);
         let mut rays = Self { first_rad, increment_rad, count: 0, x, y, squared };
@@ -85,24 +86,24 @@ impl Rays {
         rays
     }
 
-    /// The direction of ray `i`.
+    /// Returns the direction of ray `i`.
     pub fn direction(&self, i: usize) -> Vector2<f64> {
         Vector2::new(f64::from(self.x[i]), f64::from(self.y[i]))
     }
 
-    /// The rays that may meet what spans `span_rad` counter-clockwise from `from_rad`, and a few more.
+    /// Returns the rays that may hit anything in the span of `span_rad` counter-clockwise from `from_rad`, and a few more.
     pub fn between(&self, from_rad: f64, span_rad: f64) -> [Range<usize>; 3] {
         let margin = 1.0 + SLACK_RAD / self.increment_rad;
         let begin = turn(from_rad - self.first_rad - PI) + PI;
         [-TAU, 0.0, TAU].map(|turn| {
             let first = (begin + turn) / self.increment_rad - margin;
             let last = (begin + turn + span_rad) / self.increment_rad + margin;
-            // A number below 0 becomes 0.
+            // The conversion turns a negative number into 0.
             (first as usize).min(self.count)..((last + 1.0) as usize).min(self.count)
         })
     }
 
-    /// The rays that may meet a disc; all of them if the rays begin in or near it.
+    /// Returns the rays that may hit a disc, which are all rays if their origin is in or near it.
     pub fn towards_disc(&self, to_center: Vector2<f64>, radius_m: f64) -> [Range<usize>; 3] {
         let distance_m = to_center.norm();
         if distance_m < radius_m + TOUCHING_M {
@@ -148,10 +149,10 @@ impl Rays {
 }
 
 impl Faces {
-    /// Writes how far each ray from `from` goes until it hits a face: +∞ if there is none within `max_m`.
+    /// Writes how far each ray from `from` goes until it hits a face, or +∞ if it hits none within `max_m`.
     pub fn sweep(&self, from: Vector2<f64>, rays: &Rays, max_m: f64, ranges_m: &mut [Real]) {
         let (origin, max) = (vector(from), max_m as Real);
-        // The tree leaves out what begins at the reach, as it does what begins at another hit.
+        // The tree skips whatever begins at the maximum range, just as it skips whatever begins after another hit.
         let second = [max; MAX_BEAMS];
         let mut hits = Hits { nearest: [Real::INFINITY; MAX_BEAMS], second, face: [0; MAX_BEAMS] };
         self.near_first(origin, max, |block, away| {
@@ -165,7 +166,7 @@ impl Faces {
         }
     }
 
-    /// The blocks within reach with their distances, the near ones first.
+    /// Visits the blocks within range and their distances, near ones first.
     fn near_first(&self, origin: Vector, max: Real, mut visit: impl FnMut(&Block, Real)) {
         let mut sorted = [(0.0, 0); SORTED_BLOCKS];
         let mut count = 0;
@@ -207,7 +208,7 @@ impl Faces {
         }
     }
 
-    /// The nearest hit if the tree cannot have missed it; otherwise the tree's answer.
+    /// Returns the nearest hit if the tree cannot have missed it, and the tree's result otherwise.
     fn settled(&self, hits: &Hits, i: usize, ray: &Ray, max: Real) -> Real {
         let nearest = hits.nearest[i];
         if nearest == Real::INFINITY {
@@ -228,7 +229,7 @@ impl<'a> Seen<'a> {
         Self { line, bounds, along, squared, back, along_back }
     }
 
-    /// Ericson, *Real-Time Collision Detection* (2005), 5.1.9, in the order of parry's operations.
+    /// Ericson, *Real-Time Collision Detection* (2005), 5.1.9, with the operations in the same order as in parry.
     #[inline(always)]
     fn meeting(&self, x: Real, y: Real, squared: Real) -> Meeting {
         let c = x * self.back.x + y * self.back.y;
@@ -237,12 +238,13 @@ impl<'a> Seen<'a> {
         let denominator = both - b * b;
         let range = (b * self.along_back - c * self.squared) / denominator;
         let share = (b * range + self.along_back) / self.squared;
-        // Everything that parry may take for parallel, or for a point, and more.
+        // This includes everything that parry may take for parallel, or for a point, and more.
         let is_doubtful = denominator <= both * 2e-6 + 4e-7;
         Meeting { range, share, is_doubtful }
     }
 
-    /// Intersects a run of rays, and a few next to it, with the face; returns whether some of them are doubtful and left out.
+    /// Intersects a run of rays, and a few next to it, with the face. Returns true if some of them are doubtful and were left
+    /// out.
     fn meet(&self, rays: &Rays, run: Range<usize>, max: Real, face: u32, hits: &mut Hits) -> bool {
         let lanes = run.start / LANES..run.end.div_ceil(LANES);
         let (x, y) = (&rays.x.as_chunks().0[lanes.clone()], &rays.y.as_chunks().0[lanes.clone()]);
@@ -259,7 +261,8 @@ impl<'a> Seen<'a> {
         is_doubtful
     }
 
-    /// +∞ if there is no hit; written so that the compiler uses vector instructions.
+    /// Returns the ranges of some rays, +∞ for those without a hit, and whether any is doubtful. Written such that the compiler
+    /// uses vector instructions.
     #[inline(always)]
     #[expect(clippy::manual_range_contains, reason = "a branch, which vector instructions do not have")]
     fn ranges(
@@ -303,7 +306,7 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// Puts each ray's range among its two nearest.
+/// Merges the range of each ray into its two nearest.
 #[inline(always)]
 fn put(
     range: &[Real; LANES],
@@ -323,12 +326,12 @@ fn put(
 }
 
 impl Hits {
-    /// Whether something this far away may affect the hits of some rays.
+    /// Returns true if something this far away may affect the hits of some rays in the run.
     fn may_change(&self, run: Range<usize>, away: Real) -> bool {
         if run.is_empty() {
             return false;
         }
-        // The bits of non-negative numbers have the same order as the numbers, and compilers vectorize this.
+        // Non-negative floats have the same order as their bits, and compilers vectorize the comparison of integers.
         let bits = self.nearest[run].iter().fold(0, |most, hit| most.max(hit.to_bits() as i32));
         let farthest = Real::from_bits(bits as u32);
         away <= farthest + CLEAR_M
@@ -343,7 +346,7 @@ impl Hits {
     }
 }
 
-/// The angle of a vector to 1e-5 rad (Abramowitz and Stegun 1964, 4.4.49), several times as fast as `atan2`.
+/// Returns the angle of a vector, accurate to 1e-5 rad (Abramowitz and Stegun 1964, 4.4.49). Several times as fast as `atan2`.
 fn angle(v: Vector2<f64>) -> f64 {
     let (x, y) = (v.x.abs(), v.y.abs());
     let tangent = x.min(y) / x.max(y).max(f64::MIN_POSITIVE);
@@ -355,8 +358,8 @@ fn angle(v: Vector2<f64>) -> f64 {
     if v.y < 0.0 { -half } else { half }
 }
 
-/// The equivalent angle in [−π, π). With the other end included, as in `wrap_angle`, the first bearing of a scan would be its
-/// last.
+/// Returns the equivalent angle in [−π, π). `wrap_angle` includes the other end instead, which would make the first bearing of
+/// a scan its last.
 fn turn(angle_rad: f64) -> f64 {
     // `rem_euclid` takes several times as long.
     angle_rad - TAU * ((angle_rad + PI) / TAU).floor()
@@ -373,7 +376,7 @@ mod tests {
     use proptest::prelude::*;
     use proptest::test_runner::RngSeed;
 
-    /// Boxes along the axes and turned ones, many of whose faces are in line, short faces, and free lines.
+    /// Generates boxes, some of them turned, many of whose faces are in line, as well as short faces and free lines.
     fn faces() -> impl Strategy<Value = Vec<Segment>> {
         let grid = || (-12..12_i32).prop_map(|v| f64::from(v) * 0.5);
         let place = move || (grid(), grid()).prop_map(|(x, y)| [x, y]);
@@ -390,7 +393,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 20_000, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-        /// From anywhere, including on a face or a corner, and along faces.
+        /// The rays start anywhere, including on a face or a corner, and may run along faces.
         #[test]
         fn a_sweep_is_what_the_tree_says_ray_by_ray_to_the_bit(
             faces in faces(),
@@ -415,8 +418,8 @@ mod tests {
         }
     }
 
-    /// The tree leaves out a face whose box begins at the reach, although the face itself is met a hair before it. The sweep
-    /// once reported it.
+    /// The tree skips a face whose box begins at the maximum range, although the face itself is hit slightly before it. The
+    /// sweep once reported that hit.
     #[test]
     fn a_face_at_the_end_of_the_reach_is_left_out_as_the_tree_does() {
         let faces = Faces::new(Convex::rectangle([4.0, 5.0], [0.5, 0.15], 0.0).edges().collect());

@@ -1,10 +1,11 @@
-//! A camera that finds fiducial markers: which ones it sees, and its errors.
+//! A camera that detects fiducial markers: which markers it sees, and with which errors.
 //!
-//! It sees a marker that is within its field of view and range, does not face away too far, and is not hidden by anything.
-//! The errors of distance and facing grow with the distance. All errors in a picture are independent.
+//! It sees a marker that is within its field of view and its range, is not turned away too far, and is not hidden. The errors
+//! of distance and facing grow with the distance. All errors in a picture are independent.
 //!
-//! If the robot's file has no pixels, the error of a slanted marker's distance is greater. With pixels, a marker is only detected
-//! if it appears large enough, and its distance is computed from its upright edges, which no slant shortens.
+//! If the robot's file does not describe the pixels, the distance of a slanted marker has a larger error. If it does, a marker
+//! is only detected if it appears large enough, and its distance is computed from its upright edges, which are not shortened by
+//! the slant.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -22,39 +23,39 @@ use crate::convex::Convex;
 use crate::description::WorldDescription;
 use crate::raycast::{Faces, cast_disc};
 
-/// A line of sight ends this far before a marker, metres, since the marker may be slightly inside its wall.
+/// How far in front of a marker a line of sight ends, in metres. The marker may be slightly inside its wall.
 const BEFORE_M: f64 = 0.025;
 
 /// A camera in a world with markers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
     model: MarkerCamera,
-    /// By their numbers.
+    /// Sorted by number.
     markers: Vec<Marker>,
     stream: Pcg64Mcg,
 }
 
-/// A marker as a camera without errors sees it.
+/// A marker as seen by a camera without errors.
 #[derive(Debug, Clone, Copy)]
 struct Sight {
     distance_m: f64,
-    /// Counter-clockwise from the optical axis.
+    /// Direction of the marker, counter-clockwise from the optical axis.
     bearing_rad: f64,
-    /// Where the marker faces, counter-clockwise from the optical axis.
+    /// Direction that the marker faces, counter-clockwise from the optical axis.
     facing_rad: f64,
     /// Angle between the direction that the marker faces and the line to the camera.
     slant_rad: f64,
 }
 
 impl Camera {
-    /// The camera `model` among `markers`; `stream` is where its noise comes from.
+    /// Creates the camera `model` in a world with `markers`. Its noise comes from `stream`.
     pub fn new(model: &MarkerCamera, markers: &[Marker], stream: Pcg64Mcg) -> Self {
         let mut markers = markers.to_vec();
         markers.sort_by_key(|marker| marker.id);
         Self { model: model.clone(), markers, stream }
     }
 
-    /// The markers that an error-free camera sees from a robot at `robot`, in a world without people.
+    /// Returns the markers that an error-free camera would see from a robot at `robot`, in a world without people.
     pub fn exact_view(model: &MarkerCamera, world: &WorldDescription, robot: Pose<World>) -> Vec<SeenMarker> {
         let exact = MarkerCamera {
             noise_per_m: 0.0,
@@ -76,8 +77,8 @@ impl Camera {
         camera.markers.iter().filter_map(seen).collect()
     }
 
-    /// Writes picture number `number`, except for the header. The same arguments give the same picture. If there are more
-    /// markers than fit into a message, it has those with the smallest numbers.
+    /// Fills in picture number `number`, except for the header. The same arguments give the same picture. If more markers are
+    /// seen than fit into a message, the ones with the smallest numbers are kept.
     pub fn fill(&self, scene: &Scene<'_>, number: u64, view: &mut MarkerView) {
         self.fill_geometry(view);
         let camera = scene.robot.compose(&self.model.mount());
@@ -96,7 +97,7 @@ impl Camera {
         view.marker_count = count as u32;
     }
 
-    /// How the camera sees a marker; `None` if it does not.
+    /// Returns how the camera sees a marker, or `None` if it does not.
     fn sight(&self, scene: &Scene<'_>, camera: &Pose<World>, marker: &Marker) -> Option<Sight> {
         let (from, at) = (camera.position().coords(), Vector2::from(marker.at));
         let (distance_m, facing) = ((at - from).norm(), marker.facing_deg.to_radians());
@@ -115,7 +116,7 @@ impl Camera {
             .then_some(sight)
     }
 
-    /// The marker as measured; `None` if it is missed.
+    /// Returns a marker as measured, or `None` if the camera misses it.
     fn measure(&self, id: u32, sight: &Sight, stream: &mut Pcg64Mcg) -> Option<SeenMarker> {
         let model = &self.model;
         let span_m = model.range_max_m - model.range_min_m;
@@ -151,7 +152,7 @@ impl Camera {
     }
 }
 
-/// Whether the line between two places is free of objects and people.
+/// Returns true if the line between two points is clear of objects and people.
 fn is_open(scene: &Scene<'_>, from: Vector2<f64>, to: Vector2<f64>) -> bool {
     let distance_m = (to - from).norm();
     let direction = (to - from) / distance_m.max(f64::MIN_POSITIVE);
@@ -186,7 +187,7 @@ mod tests {
         }
     }
 
-    /// The walls of a corridor along x, 2 m wide, with an end at x = 4 m.
+    /// Returns the walls of a corridor along x, 2 m wide, with an end at x = 4 m.
     fn corridor() -> Faces {
         Faces::new(vec![[[-1.0, -1.0], [4.0, -1.0]], [[4.0, -1.0], [4.0, 1.0]], [[4.0, 1.0], [-1.0, 1.0]]])
     }
@@ -227,8 +228,9 @@ mod tests {
         assert!(ids(&seen(&facing, &markers, &[])).is_empty());
     }
 
-    /// 640 pixels and 58 degrees give a focal length of 577 pixels, so a marker of 0.2 m covers 115 pixels at a distance of 1 m. It
-    /// needs 16, so it is detected up to 7.2 m away, and up to half of that if it is turned by 60 degrees.
+    /// 640 pixels and 58 degrees give a focal length of 577 pixels, so a marker of 0.2 m covers 115 pixels at a distance of 1
+    /// m. It must cover 16 pixels to be detected, which it does up to 7.2 m away, or half of that if it is turned by 60
+    /// degrees.
     #[test]
     fn how_far_a_marker_is_found_follows_from_its_side_and_the_pixels() {
         let pixels =
@@ -241,8 +243,8 @@ mod tests {
         assert_eq!(ids(&seen(&model, &facing, &[])), [1], "the second one is seen at 60 degrees");
     }
 
-    /// A side of 0.2 m covers 38 pixels at 3 m. An error of a third of a pixel in a corner makes the distance err by 0.9 %, and by
-    /// twice that share at twice the distance.
+    /// A side of 0.2 m covers 38 pixels at 3 m. A corner that is off by a third of a pixel results in a distance error of 0.9
+    /// %, and of twice that at twice the distance.
     #[test]
     fn how_far_a_distance_errs_follows_from_the_pixels() {
         let pixels = Pixels {

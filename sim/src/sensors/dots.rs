@@ -1,6 +1,7 @@
-//! A camera that looks straight down on a plane of dots: which ones it shows, and its errors (Park and Kender 1995, 3.1).
+//! A camera that looks straight down on a plane of dots: which dots it shows, and with which errors (Park and Kender 1995,
+//! 3.1).
 //!
-//! Each dot has an independent error in each view. Some dots are missed, and some are shown that are not there.
+//! Each dot has an independent error in each view. Some dots are missed, and some that are shown do not exist.
 
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -20,13 +21,13 @@ pub struct DownCamera {
 }
 
 impl DownCamera {
-    /// The camera `model`; `stream` is where its noise comes from.
+    /// Creates the camera `model`. Its noise comes from `stream`.
     pub fn new(model: &DotCamera, stream: Pcg64Mcg) -> Self {
         Self { model: model.clone(), stream }
     }
 
-    /// Writes view number `number` from above `robot`, except for the header. The same arguments give the same view. If there
-    /// are more dots than fit into a message, it has those nearest to the centre.
+    /// Fills in view number `number` from above `robot`, except for the header. The same arguments give the same view. If there
+    /// are more dots than fit into a message, the ones nearest to the centre are kept.
     pub fn fill(&self, robot: &Pose<World>, dots: &[[f64; 2]], number: u64, view: &mut DotView) {
         view.side_m = self.model.side_m as f32;
         view.margin_m = self.model.margin_m as f32;
@@ -44,18 +45,18 @@ impl DownCamera {
             let at = [stream.random_range(-half..=half), stream.random_range(-half..=half)];
             keep(&mut seen, &mut count, dot(at));
         }
-        // The order does not reveal which dot is which.
+        // Sorting keeps the order from revealing which dot is which.
         seen[..count].sort_by(|a, b| a.y_m.total_cmp(&b.y_m).then(a.x_m.total_cmp(&b.x_m)));
         view.dots[..count].copy_from_slice(&seen[..count]);
         view.dot_count = count as u32;
     }
 
-    /// Half the side of what the camera sees.
+    /// Returns half the side length of the area that the camera sees, in metres.
     fn half_m(&self) -> f64 {
         self.model.side_m / 2.0 + self.model.margin_m
     }
 
-    /// The dots within the camera's sight, in the window's axes.
+    /// Returns the dots that the camera sees, in the axes of its window.
     fn shown(&self, robot: &Pose<World>, dots: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
         let ((sin, cos), half, [x, y]) = (robot.yaw_rad.sin_cos(), self.half_m(), [robot.x, robot.y]);
         let relative = move |dot: &[f64; 2]| {
@@ -65,7 +66,7 @@ impl DownCamera {
         dots.iter().map(relative).filter(move |at| at.iter().all(|v| v.abs() <= half))
     }
 
-    /// A dot as measured; `None` if it is missed.
+    /// Returns a dot as measured, or `None` if the camera misses it.
     fn measure(&self, at: [f64; 2], stream: &mut Pcg64Mcg) -> Option<SeenDot> {
         let is_missed = stream.random::<f64>() < self.model.miss;
         let noise_m = self.model.noise_m;
@@ -78,7 +79,7 @@ fn dot([x, y]: [f64; 2]) -> SeenDot {
     SeenDot { x_m: x as f32, y_m: y as f32 }
 }
 
-/// Adds a dot, replacing the furthest one if there is no room.
+/// Adds a dot, replacing the farthest one if there is no room.
 fn keep(seen: &mut [SeenDot; MAX_DOTS], count: &mut usize, dot: SeenDot) {
     let far = |dot: &SeenDot| dot.x_m.hypot(dot.y_m);
     if *count < MAX_DOTS {
@@ -91,7 +92,7 @@ fn keep(seen: &mut [SeenDot; MAX_DOTS], count: &mut usize, dot: SeenDot) {
     }
 }
 
-/// A Poisson number, by Knuth's product: the mean is small.
+/// Returns a Poisson-distributed number by Knuth's product of random numbers, which is fast enough for a small mean.
 fn poisson(mean: f64, stream: &mut Pcg64Mcg) -> u32 {
     let (limit, mut product, mut count) = ((-mean).exp(), stream.random::<f64>(), 0);
     while product > limit {

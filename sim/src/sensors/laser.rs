@@ -1,5 +1,5 @@
-//! A planar laser range finder: rays, noise, lost beams. Ranges that are not measurements follow REP 117: +∞ nothing within
-//! reach, −∞ something too near, NaN a beam that got lost.
+//! A planar laser range finder: rays, noise and lost beams. Ranges that are not measurements follow REP 117: +∞ if nothing is
+//! within range, −∞ if something is too near, and NaN if the beam is lost.
 
 use nalgebra::{Rotation2, Vector2};
 use rand::RngExt;
@@ -24,10 +24,10 @@ pub struct Scanner {
 }
 
 impl Scanner {
-    /// The laser `model`; `stream` is where its noise comes from.
+    /// Creates the laser `model`. Its noise comes from `stream`.
     pub fn new(model: &Laser, stream: Pcg64Mcg) -> Self {
         let field = model.field_of_view_deg.to_radians();
-        // All around, the last beam would coincide with the first.
+        // With a full turn, the last beam would coincide with the first.
         let steps = if model.field_of_view_deg >= 360.0 { model.beams } else { model.beams - 1 };
         let increment_rad = field / f64::from(steps);
         let beam = |i| {
@@ -37,7 +37,7 @@ impl Scanner {
         Self { model: model.clone(), beams: (0..model.beams).map(beam).collect(), increment_rad, stream }
     }
 
-    /// Writes scan number `number`, except for the header. The same arguments give the same scan.
+    /// Fills in scan number `number`, except for the header. The same arguments give the same scan.
     pub fn fill(&self, scene: &Scene<'_>, number: u64, scan: &mut LaserScan) {
         self.fill_geometry(scan);
         let (ranges_m, behind) = scan.ranges_m.split_at_mut(self.beams.len());
@@ -55,7 +55,7 @@ impl Scanner {
         let (from, turn) = (sensor.position().coords(), Rotation2::new(sensor.yaw_rad));
         let first_rad = sensor.yaw_rad - self.model.field_of_view_deg.to_radians() / 2.0;
         let rays = Rays::new(first_rad, self.increment_rad, self.beams.iter().map(|beam| turn * beam));
-        // Noise may bring what is just out of range into it.
+        // Noise may bring something that is just out of range into range.
         let reach_m = self.model.range_max_m * 1.25;
         scene.faces.sweep(from, &rays, reach_m, ranges_m);
         for (center, radius_m) in scene.people {
@@ -74,7 +74,7 @@ impl Scanner {
         scan.angle_min_rad = angle_min as f32;
         scan.angle_increment_rad = self.increment_rad as f32;
         scan.angle_max_rad = (angle_min + (beams - 1) as f64 * self.increment_rad) as f32;
-        // All beams are taken at the scan's time: the simulated robot stands still during a sweep.
+        // All beams are taken at the scan's time, since the simulated robot stands still during a sweep.
         scan.time_increment_s = 0.0;
         scan.scan_time_s = scan_time_s as f32;
         scan.range_min_m = self.model.range_min_m as f32;
@@ -82,7 +82,7 @@ impl Scanner {
         scan.beam_count = beams as u32;
     }
 
-    /// What the sensor reports for a true range: Gaussian noise with a constant and a proportional part.
+    /// Returns what the sensor reports for a true range, with Gaussian noise that has a constant and a proportional part.
     fn measure(&self, true_m: f64, stream: &mut Pcg64Mcg) -> f64 {
         let lost = stream.random::<f64>() < self.model.dropout;
         let noise: f64 = stream.sample(StandardNormal);

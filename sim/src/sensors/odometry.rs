@@ -1,11 +1,12 @@
-//! Dead reckoning with errors: the velocity motion model (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.3) with
-//! slips and a drift that is constant during a run.
+//! Dead reckoning with errors: the velocity motion model (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.3),
+//! extended by slips and by a drift that is constant during a run.
 //!
-//! Speed and turn rate of a step of length dt have noise of variance (α₁ v² + α₂ ω²)/dt and (α₃ v² + α₄ ω²)/dt, so the spread
-//! of a path does not depend on the length of the steps. An omnidirectional drive has the same errors in both of its
-//! directions. The model's third noise, a final rotation, is left out, because that of the turn rate takes its place.
+//! Over a step of length dt, the speed and the turn rate have noise of variance (α₁ v² + α₂ ω²)/dt and (α₃ v² + α₄ ω²)/dt,
+//! which makes the spread of a path independent of the length of the steps. An omnidirectional drive has the same errors along
+//! both of its axes. The third noise of the model, a final rotation, is left out, because the noise of the turn rate takes its
+//! place.
 //!
-//! [`DeadReckoning`] counts a motion; [`Odometer`] makes it count from one reading to the next.
+//! [`DeadReckoning`] counts motions, and an [`Odometer`] feeds it the motion from one reading to the next.
 
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -15,7 +16,7 @@ use sketchnav_schemas::geometry::{Base, Odom, Pose, World};
 use sketchnav_schemas::message::{Odometry, PoseM, Twist};
 use sketchnav_schemas::robot::{Drive, OdometryNoise};
 
-/// A robot's count of its own motion.
+/// A robot's own count of its motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DeadReckoning {
     noise: OdometryNoise,
@@ -27,12 +28,12 @@ pub struct DeadReckoning {
     x_m: f64,
     y_m: f64,
     yaw_rad: f64,
-    /// Counted velocity: forward, left, m/s; rad/s.
+    /// Counted velocity: forward and left in m/s, turn rate in rad/s.
     velocity: [f64; 3],
 }
 
 impl DeadReckoning {
-    /// Dead reckoning at the origin of [`Odom`]; draws the run's drift from `stream`.
+    /// Starts dead reckoning at the origin of [`Odom`]. The run's drift is drawn from `stream`.
     pub fn new(noise: &OdometryNoise, drive: Drive, mut stream: Pcg64Mcg) -> Self {
         let distance: f64 = stream.sample(StandardNormal);
         let yaw: f64 = stream.sample(StandardNormal);
@@ -49,7 +50,7 @@ impl DeadReckoning {
         }
     }
 
-    /// Counts a true motion, expressed in the robot's axes before it, that took `dt_s`.
+    /// Counts a true motion, in the robot's axes before the motion, that took `dt_s` seconds.
     pub fn step(&mut self, motion: &Pose<Base>, dt_s: f64) {
         let distance_m = motion.x.hypot(motion.y);
         let (speed, turn_rate) = (distance_m / dt_s, motion.yaw_rad / dt_s);
@@ -72,39 +73,41 @@ impl DeadReckoning {
         (self.x_m, self.y_m, self.yaw_rad) = (pose.x, pose.y, pose.yaw_rad);
     }
 
-    /// A slip: the wheels turn up to twice as far as the robot moves.
+    /// Returns the factor by which a slip increases the counted distance. The wheels turn up to twice as far as the robot
+    /// moves.
     fn slip(&mut self, distance_m: f64) -> f64 {
         let (chance, share) = (self.stream.random::<f64>(), self.stream.random::<f64>());
         if chance < self.noise.slips_per_m * distance_m { 1.0 + share } else { 1.0 }
     }
 
-    /// Where the robot is by its own count.
+    /// Returns the pose of the robot by its own count.
     pub fn pose(&self) -> Pose<Odom> {
         Pose::new(self.x_m, self.y_m, self.yaw_rad)
     }
 }
 
-/// Dead reckoning with its readings since the last instant.
+/// Dead reckoning together with its readings since the last instant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Odometer {
     count: DeadReckoning,
-    /// When and where the last reading was taken.
+    /// Time and true pose of the last reading.
     last_ns: u64,
     last: Pose<World>,
     readings: Vec<Reading>,
 }
 
-/// What the odometry read at a time.
+/// An odometry reading.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
-    /// When, nanoseconds of simulation time.
+    /// Simulation time of the reading, in nanoseconds.
     pub stamp_ns: u64,
     pose: Pose<Odom>,
     velocity: [f64; 3],
 }
 
 impl Odometer {
-    /// An odometer at the start, with its first reading; takes up to `capacity` readings per instant without allocating.
+    /// Creates an odometer at the start, with its first reading. It takes up to `capacity` readings per instant without
+    /// allocating.
     pub fn new(count: DeadReckoning, start: Pose<World>, capacity: usize) -> Self {
         let mut odometer = Self { count, last_ns: 0, last: start, readings: Vec::with_capacity(capacity) };
         odometer.put(0);
@@ -116,14 +119,14 @@ impl Odometer {
         self.readings.clear();
     }
 
-    /// Reads at `stamp_ns`, when the robot truly is at `at`.
+    /// Takes a reading at `stamp_ns`, with the robot's true pose at that time.
     pub fn read(&mut self, stamp_ns: u64, at: Pose<World>) {
         self.count.step(&self.last.motion_to(&at), (stamp_ns - self.last_ns) as f64 / 1e9);
         (self.last_ns, self.last) = (stamp_ns, at);
         self.put(stamp_ns);
     }
 
-    /// The readings since the previous instant, oldest first.
+    /// Returns the readings since the previous instant, oldest first.
     pub fn readings(&self) -> &[Reading] {
         &self.readings
     }
@@ -135,7 +138,7 @@ impl Odometer {
 }
 
 impl Reading {
-    /// Writes the reading, except for the header.
+    /// Fills in the reading, except for the header.
     pub fn fill(&self, odometry: &mut Odometry) {
         let [vx_mps, vy_mps, yaw_rate_radps] = self.velocity;
         odometry.pose = PoseM::new(&self.pose);

@@ -1,6 +1,6 @@
-//! A ring of sonars: the nearest echo in each cone ([`crate::raycast::cone`], exact). Every surface returns an echo, however
-//! oblique; all sonars are read at the same time, and none hears another. Ranges begin at the ring. Out of range follows REP
-//! 117: +∞ nothing within reach, −∞ something too near.
+//! A ring of sonars, each of which reports the nearest echo in its cone (exact, see [`crate::raycast::cone`]). Every surface
+//! returns an echo, however oblique. All sonars are read at the same time, and none hears another. Ranges are measured from the
+//! ring. Ranges that are not measurements follow REP 117: +∞ if nothing is within range, and −∞ if something is too near.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -13,7 +13,7 @@ use sketchnav_schemas::robot::Sonar;
 use super::{DRAWS_PER_READING, Scene, within};
 use crate::raycast::cone::Cone;
 
-/// A ring of sonars that measures.
+/// A ring of sonars, ready to measure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SonarRing {
     model: Sonar,
@@ -21,12 +21,12 @@ pub struct SonarRing {
 }
 
 impl SonarRing {
-    /// The ring `model`; `stream` is where its noise comes from.
+    /// Creates the ring `model`. Its noise comes from `stream`.
     pub fn new(model: &Sonar, stream: Pcg64Mcg) -> Self {
         Self { model: model.clone(), stream }
     }
 
-    /// Writes reading number `number`, except for the header. The same arguments give the same reading.
+    /// Fills in reading number `number`, except for the header. The same arguments give the same reading.
     pub fn fill(&self, scene: &Scene<'_>, number: u64, scan: &mut SonarScan) {
         self.fill_geometry(scan);
         let mut stream = self.stream.clone();
@@ -41,8 +41,8 @@ impl SonarRing {
         scan.ranges_m[count..].fill(0.0);
     }
 
-    /// Distance to the nearest echo of sonar `i`, metres. It is 0 if there is a wall between the robot's centre and the sonar,
-    /// because the robot was pushed into that wall.
+    /// Returns the distance to the nearest echo of sonar `i`, in metres. The distance is 0 if there is a wall between the
+    /// robot's centre and the sonar, which happens if the robot has been pushed into the wall.
     fn echo(&self, scene: &Scene<'_>, i: usize) -> f64 {
         let (robot, ring_m) = (scene.robot, self.model.ring_radius_m);
         let axis_rad = robot.yaw_rad + i as f64 * self.increment_rad();
@@ -50,7 +50,7 @@ impl SonarRing {
         if scene.faces.cast(center, outwards, ring_m).is_some() {
             return 0.0;
         }
-        // Noise may bring what is just out of range into it.
+        // Noise may bring something that is just out of range into range.
         let (apex, reach_m) = (center + outwards * ring_m, self.model.range_max_m * 1.25);
         Cone::new(apex, axis_rad, self.half_opening_rad()).nearest(scene.faces, scene.people, reach_m)
     }

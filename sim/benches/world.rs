@@ -1,5 +1,5 @@
-//! How long the floor takes: an instant of motion, its sensors, and the rays of a scan, cast by the tree of faces, by the sweep
-//! and by rapier's query pipeline.
+//! Measures how long the floor takes for an instant of motion, for its sensors, and for the rays of a scan when they are cast
+//! by the tree of faces, by the sweep and by rapier's query pipeline.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -16,7 +16,7 @@ use support::{Readings, command};
 const BEAMS: u32 = 683;
 const RANGE_M: f64 = 5.6;
 
-/// A corridor of 30 m with ten rooms on each side, a desk in each.
+/// A building with a corridor of 30 m and ten rooms on each side, each with a desk.
 fn building() -> WorldDescription {
     let mut text = String::from("name='offices'\nwall_thickness_m=0.15\n");
     text += "[[wall]]\nclosed=true\npoints=[[0,0],[30,0],[30,12],[0,12]]\n";
@@ -34,7 +34,7 @@ fn building() -> WorldDescription {
     floor_plan::parse(&text).expect("a floor plan that holds")
 }
 
-/// The map of Building 079, if it is at hand.
+/// Returns the map of Building 079, if it is available.
 fn building_079() -> Option<WorldDescription> {
     files::map_file(&needs::data().join("maps/Freiburg79_scan_furnitures.yaml")).ok()
 }

@@ -1,17 +1,17 @@
-//! Takes the picture of a plane of dots as a global camera sees it, aslant, and prints the known points of its calibration.
+//! Renders a plane of dots as a global camera sees it, at a slant, and prints the known points of the camera's calibration.
 //!
 //! ```text
 //! cargo run -p sketchnav-sim --example global_camera -- x.plane.toml x.png
 //! ```
-//! The known points are given to half a pixel, as people read them in a picture. So positions by this calibration have
-//! errors, as those of Park and Kender 1995 (7.1.1).
+//! The known points are given to half a pixel, as people read them off a picture. So positions measured with this calibration
+//! have errors, like those of Park and Kender 1995 (7.1.1).
 
 use sketchnav_dots::camera::{Camera, Known};
 use sketchnav_dots::picture;
 
-/// Columns and rows of the picture.
+/// Width and height of the picture.
 const SIZE: [u32; 2] = [1200, 1000];
-/// The picture's corners of the plane: those nearer to the camera are further apart.
+/// The corners of the plane in the picture. Those nearer to the camera are farther apart.
 const CORNERS: [[f64; 2]; 4] = [[90.0, 940.0], [1110.0, 930.0], [985.0, 85.0], [230.0, 95.0]];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let places = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]];
     let known = CORNERS.into_iter().zip(places).map(|(pixel, place)| Known { pixel, place });
     let camera = Camera::calibrated(&known.collect::<Vec<_>>())?;
-    // Small enough that dots seldom touch: a spot of two is one dot to the map-maker.
+    // Small enough that dots seldom touch, since the map-maker would take two touching dots for one.
     let radius = 0.002 * (x[1] - x[0]).max(y[1] - y[0]);
     picture::draw(SIZE, &camera, &dots, radius).save(&png)?;
     println!("calibration = [");

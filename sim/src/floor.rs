@@ -1,5 +1,5 @@
 //! The floor: physics, people, the robot with its drive, and its sensors. Given a command, it advances by one instant and
-//! yields readings. It is one of the two implementations of [`Simulation`].
+//! yields readings. It is one of the two kinds of [`Simulation`].
 //!
 //! A floor never reads a clock and never sets the pace, which is up to the caller of [`Simulation::step`].
 

@@ -1,5 +1,5 @@
 //! The plane of dots: a helicopter moves over it in x and y and sees a small window (Park and Kender 1995, 3.1). It is the
-//! second implementation of [`Simulation`].
+//! second kind of [`Simulation`].
 //!
 //! The plane has no walls, so nothing touches anything. The helicopter follows its commands as fast as its limits allow, with
 //! random errors in position and heading that grow with the square root of the distance. It has neither an odometer nor a

@@ -13,19 +13,19 @@ thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
 }
 
-/// The system's allocator, counting by thread.
+/// The system allocator, counting allocations per thread.
 struct Counting;
 
-// SAFETY: passes everything on to the system's allocator.
+// SAFETY: every call is passed to the system allocator unchanged.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: the caller's promises are the system allocator's.
+        // SAFETY: as the caller promises.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as above.
+        // SAFETY: as the caller promises.
         unsafe { System.dealloc(pointer, layout) }
     }
 }
@@ -33,15 +33,15 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static COUNTING: Counting = Counting;
 
-/// Furniture, two people, and a robot that is driven into all of it.
+/// A floor with furniture and two people, into which the robot is driven.
 const FLOOR: &str = "name='room'\nwall_thickness_m=0.2\n\
     [[wall]]\nclosed=true\npoints=[[0,0],[6,0],[6,4],[0,4]]\n[[wall]]\npoints=[[3,0],[3,4]]\n\
     [[door]]\nat=[3,2]\nwidth_m=1.0\n[[furniture]]\ncenter=[4.5,1.2]\nradius_m=0.3\n\
     [[person]]\nwaypoints=[[5.2,3.2],[0.6,3.2]]\nspeed_mps=0.8\n\
     [[person]]\nwaypoints=[[0.6,0.6],[2.4,2.4]]\nspeed_mps=0.5\npause_s=1.0\n";
 
-/// rapier 0.36 allocates 3 times per physics step: the list of bodies whose velocity was set, the solver's colours, and its
-/// cursor. It allocates 5 times while something is touched, and frees everything again.
+/// rapier 0.36 allocates 3 times per physics step: for the list of bodies whose velocity was set, for the solver's colours, and
+/// for its cursor. While something is touched, it allocates 5 times. Everything is freed again.
 const MOST_A_PHYSICS_STEP: u64 = 8;
 const PHYSICS_STEPS: u64 = 10;
 
@@ -50,7 +50,7 @@ fn step(floor: &mut Floor) {
     floor.step(Some(&command(floor, 0.5, 0.3 * (phase / 20.0).sin(), 0.7 * (phase / 70.0).cos())));
 }
 
-/// How often `work` allocates.
+/// Returns how often `work` allocates.
 fn allocations(work: impl FnOnce()) -> u64 {
     let before = ALLOCATIONS.get();
     work();

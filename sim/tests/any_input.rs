@@ -1,5 +1,5 @@
-//! Whatever robot or floor is accepted can be simulated: it moves without a panic, and its sensors' messages are valid. `fuzz/`
-//! has the same as targets.
+//! Any robot or floor that is accepted can be simulated: the robot moves without a panic, and its sensors' messages are valid.
+//! `fuzz/` has targets for the same.
 
 use std::convert::Infallible;
 
@@ -15,7 +15,7 @@ use sketchnav_sim::{DotPlane, Floor, Senses, Simulation, floor_plan, robots};
 const ROOM: &str = "name='room'\nwall_thickness_m=0.2\n\
     [[wall]]\nclosed=true\npoints=[[0,0],[40,0],[40,40],[0,40]]\n";
 
-/// The messages that were not valid.
+/// Channels of the messages that were invalid.
 struct Invalid(Vec<&'static str>);
 
 impl Senses for Invalid {
@@ -38,7 +38,7 @@ impl Senses for Invalid {
     }
 }
 
-/// Drives for three instants; returns the channels on which something invalid was sent.
+/// Drives for three instants, and returns the channels on which an invalid message was sent.
 fn drive(mut floor: impl Simulation) -> Vec<&'static str> {
     let mut invalid = Invalid(Vec::new());
     for _ in 0..3 {
@@ -52,7 +52,7 @@ fn drive(mut floor: impl Simulation) -> Vec<&'static str> {
     invalid.0
 }
 
-/// Numbers as they occur by mistake, and those at the limits of what is accepted.
+/// Generates numbers that occur by mistake, and numbers at the limits of what is accepted.
 fn number() -> impl Strategy<Value = f64> {
     const ODD: [f64; 20] = [
         0.0,
@@ -79,7 +79,7 @@ fn number() -> impl Strategy<Value = f64> {
     prop_oneof![3 => (0..ODD.len()).prop_map(|i| ODD[i]), 1 => 0.0..1.0_f64, 1 => any::<f64>()]
 }
 
-/// A file with other numbers after the keys of some of its lines.
+/// Returns a file with different numbers after the keys of some of its lines.
 fn changed(text: &str, changes: &[(prop::sample::Index, f64)]) -> String {
     let mut lines: Vec<_> = text.lines().map(str::to_owned).collect();
     let keyed: Vec<_> = (0..lines.len()).filter(|i| lines[*i].contains("= ")).collect();
@@ -122,7 +122,7 @@ proptest! {
         }
     }
 
-    /// Walls of 1e308 m, furniture at 1e39 m, tables of 1e-30 m: none of them reaches the physics.
+    /// Walls of 1e308 m, furniture at 1e39 m and tables of 1e-30 m never reach the physics.
     #[test]
     fn on_whatever_floor_is_taken_a_robot_moves_and_measures(
         numbers in prop::collection::vec(number(), 14), signs in prop::collection::vec(any::<bool>(), 14),

@@ -1,5 +1,5 @@
-//! The corridors that ship are those that [`sketchnav_sim::corridors`] generates. What the thesis's text demands of its corridor
-//! holds for the camera of `youbot-markers`.
+//! The corridors that ship are those that [`sketchnav_sim::corridors`] generates. With the camera of `youbot-markers`, they
+//! meet the demands that the text of the thesis makes.
 
 use std::path::Path;
 
@@ -32,7 +32,7 @@ fn golden_corridors_are_as_they_are_made() {
     }
 }
 
-/// What `youbot-markers`, looking along a corridor, sees without errors from a place in it.
+/// Returns the markers that an error-free `youbot-markers`, facing along a corridor, sees from a position in it.
 fn seen(corridor: &Corridor, x: f64, y: f64) -> Vec<SeenMarker> {
     let world = floor_plan::parse(&toml::to_string(&corridor.plan()).unwrap()).unwrap();
     let robot = robots::find("youbot-markers").unwrap().unwrap();
@@ -44,8 +44,8 @@ fn sees_a_pair(corridor: &Corridor, x: f64) -> bool {
     [1.0, -1.0].into_iter().all(|side| seen.iter().any(|marker| marker.y_m * side > 0.0))
 }
 
-/// The range of the depth image, 3.5 m, was once taken for the range at which the camera detects markers. By the thresholds of the
-/// thesis, 3, 3.5 and 4 m (3.2.3), no marker was ever far then, and its rules for distances could not steer.
+/// The range of the depth image, 3.5 m, was once taken for the range at which the camera detects markers. With the thresholds
+/// of the thesis, 3, 3.5 and 4 m (3.2.3), no marker was ever far, so its rules for distances could not steer.
 #[test]
 fn a_marker_can_be_far_in_the_published_corridor() {
     let corridor = Corridor::published(Placement::Opposite, Numbers::Equal);
@@ -57,7 +57,7 @@ fn a_marker_can_be_far_in_the_published_corridor() {
     assert!((4.0..4.1).contains(&farthest_m), "{farthest_m}");
 }
 
-/// What determines the spacing of the markers: at least two are in view at any time (Patil 2019, 3.3).
+/// This determines the spacing of the markers: at least two are in view at any time (Patil 2019, 3.3).
 #[test]
 fn opposite_markers_are_in_view_everywhere_along_the_middle_and_ten_centimetres_farther_apart_they_are_not() {
     let corridor = Corridor::published(Placement::Opposite, Numbers::Equal);

@@ -1,4 +1,4 @@
-//! The scenes and fields that ship are those that [`sketchnav_sim::scenes`] and [`sketchnav_sim::poles`] make.
+//! The scenes and fields that ship are those that [`sketchnav_sim::scenes`] and [`sketchnav_sim::poles`] generate.
 
 use std::path::Path;
 

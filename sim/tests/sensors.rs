@@ -1,4 +1,4 @@
-//! Sensors: each robot has some of them, each at its own rate.
+//! Each robot has some of the sensors, each with its own rate.
 
 mod support;
 
@@ -30,7 +30,7 @@ fn floor(robot: &Robot) -> Floor {
     Floor::new(plan(), robot, Pose::new(2.0, 2.0, 0.3), 1).unwrap()
 }
 
-/// A robot's readings within this many instants of a drive, including the first.
+/// Returns the readings of a robot that drives for `steps` instants, including the first.
 fn driven(robot: &Robot, steps: usize) -> Readings {
     let (mut floor, mut readings) = (floor(robot), Readings::with_bytes());
     readings.take(&floor);
@@ -53,7 +53,7 @@ fn odometry_of_50_hz_and_scans_of_10_hz_at_ticks_of_10_hz() {
     assert_eq!(readings.stamps("odometry"), stamps(20, 101));
     assert_eq!(readings.stamps("scan"), stamps(100, 21));
     assert_eq!(readings.stamps("truth"), stamps(100, 21));
-    // One instant: the truth, the people, five times the odometry, the scan.
+    // An instant consists of the truth, the people, five odometry readings, and the scan.
     let channels: Vec<_> = readings.log[4..12].iter().map(|(channel, _)| *channel).collect();
     assert_eq!(
         channels,
@@ -72,7 +72,7 @@ fn a_slow_laser_speaks_at_the_first_tick_at_or_after_its_time() {
     assert_eq!(readings.stamps("odometry"), stamps(100, 11));
 }
 
-/// Two scans between two ticks: each shows the world at its own time, with the walker where the walker was.
+/// With two scans per tick, each shows the world at its own time, with the walker at that time's position.
 #[test]
 fn a_fast_laser_reads_between_the_ticks() {
     let mut slow = robot("robotino");
@@ -81,7 +81,7 @@ fn a_fast_laser_reads_between_the_ticks() {
     (slow.tick_hz, fast.tick_hz) = (Some(10.0), Some(20.0));
     let between_ticks = driven(&slow, 10);
     assert_eq!(between_ticks.stamps("scan"), stamps(50, 21));
-    // At rest, only the walker moves: a world of faster ticks sees the same.
+    // While the robot is at rest, only the walker moves, so a world with faster ticks sees the same.
     let scans = |robot: &Robot, steps: usize| {
         let (mut floor, mut readings) = (floor(robot), Readings::new());
         (0..steps).for_each(|_| floor.step(None));
@@ -106,7 +106,7 @@ fn a_robot_says_only_what_its_sensors_say() {
     assert_eq!(floor(&blind).period_ns(), 100_000_000);
 }
 
-/// The sonar, too, is the same after a restart from a checkpoint, in the middle of a drive.
+/// After a restart from a checkpoint in the middle of a drive, the sonar, too, measures the same.
 #[test]
 fn a_floor_with_a_sonar_ring_stored_and_restored_goes_on_with_the_same_bytes() {
     let mut robot = robot("nomad200");
@@ -130,7 +130,7 @@ fn a_floor_with_a_sonar_ring_stored_and_restored_goes_on_with_the_same_bytes() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, rng_seed: RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-    /// Whatever the rates, there are as many readings as the time allows, in order, and none after its instant.
+    /// At any rate there are as many readings as the time allows, in order, and none is later than its instant.
     #[test]
     fn every_sensor_keeps_its_rate(tick in 2.0..40.0_f64, odometry in 0.5..150.0_f64, sonar in 0.5..60.0_f64) {
         let mut robot = robot("nomad200");
@@ -153,7 +153,7 @@ proptest! {
         }
     }
 
-    /// The ring's ranges are those of a fan of rays in each cone, wherever the robot stands.
+    /// The ranges of the ring equal those of a fan of rays in each cone, wherever the robot stands.
     #[test]
     fn the_ring_hears_the_nearest_of_many_rays(x in 0.4..5.6, y in 0.4..3.6, yaw in -3.1..3.1) {
         let mut robot = robot("nomad200");
@@ -199,7 +199,7 @@ fn the_noise_of_a_sonar_is_a_share_of_its_range() {
     }
     let mean = ranges.iter().sum::<f64>() / 2000.0;
     let spread = (ranges.iter().map(|r| (r - mean).powi(2)).sum::<f64>() / 2000.0).sqrt();
-    // From the ring to the wall: 4 − 0.1 − 0.23 m.
+    // The distance from the ring to the wall is 4 − 0.1 − 0.23 m.
     assert!((mean - 3.67).abs() < 0.006 && (spread - 0.0734).abs() < 0.005, "{mean} {spread}");
 }
 
@@ -220,7 +220,7 @@ fn a_sonar_follows_rep_117_and_sees_through_no_wall_that_it_is_pushed_into() {
     assert_eq!(sonar.ranges()[0], f32::NEG_INFINITY, "{:?}", floor.robot_pose());
 }
 
-/// The camera of a youBot takes three pictures per instant; markers come nearer as it drives.
+/// The camera of a youBot takes three pictures per instant, and markers come nearer as the robot drives.
 #[test]
 fn a_marker_camera_of_30_hz_follows_the_markers_of_a_corridor() {
     let corridor = Corridor::new(Shape::Straight, 2.0);
@@ -240,7 +240,7 @@ fn a_marker_camera_of_30_hz_follows_the_markers_of_a_corridor() {
     let (before, after) = (first.markers(), readings.markers.markers());
     let nearer = |m: &SeenMarker| after.iter().find(|now| now.id == m.id).map(|now| m.x_m - now.x_m);
     let driven: Vec<f32> = before.iter().filter_map(nearer).collect();
-    // Half a second to speed up, half a second at full speed; a slanted marker is off by centimetres.
+    // Half a second of acceleration and half a second at full speed. The distance of a slanted marker is off by centimetres.
     let mean = driven.iter().sum::<f32>() / driven.len() as f32;
     assert!(driven.len() >= 3 && (0.2..0.5).contains(&mean), "{driven:?}");
 }

@@ -1,4 +1,4 @@
-//! The world as a whole: what a navigator can rely on.
+//! The world as a whole, as far as navigators rely on it.
 
 mod support;
 
@@ -16,7 +16,7 @@ fn robotino() -> Robot {
     robots::find("robotino").unwrap().unwrap()
 }
 
-/// A robot without any noise.
+/// Returns a robot without any noise.
 fn perfect() -> Robot {
     let mut robot = robotino();
     let laser = robot.laser.as_mut().unwrap();
@@ -50,7 +50,7 @@ fn odometry(floor: &Floor) -> Odometry {
     Readings::of(floor).odometry
 }
 
-/// Everything that the sensors report, as bytes.
+/// Returns everything that the sensors report, as bytes.
 fn observation(floor: &Floor) -> Vec<u8> {
     let mut readings = Readings::with_bytes();
     readings.take(floor);
@@ -70,7 +70,7 @@ fn the_robot_stops_at_a_wall_and_reports_one_contact() {
         (contact.position_m[0] - 3.9).abs() < 0.01 && (contact.position_m[1] - 2.0).abs() < 0.01,
         "{contact:?}"
     );
-    // 22.5 kg at 0.5 m/s, and the drive's push on top.
+    // 22.5 kg at 0.5 m/s, plus the push of the drive.
     assert!((5.0..16.0).contains(&contact.impulse_ns), "{contact:?}");
     let ends = drive(&mut world, 10, -0.5, 0.0, 0.0);
     assert_eq!(ends.iter().map(|c| c.begins).collect::<Vec<_>>(), [0]);
@@ -146,7 +146,7 @@ fn the_noise_of_the_laser_has_its_mean_and_spread() {
     let laser = robot.laser.as_mut().unwrap();
     (laser.noise_m, laser.noise_per_m) = (0.01, 0.02);
     let mut world = world("", &robot, (2.0, 2.0, 0.0), 3).unwrap();
-    // The beam straight ahead: 1.9 m, so a spread of 0.048 m.
+    // The beam straight ahead measures 1.9 m, so its spread is 0.048 m.
     let mut ranges = Vec::new();
     for _ in 0..2000 {
         ranges.push(f64::from(scan(&world).ranges()[341]));
@@ -181,8 +181,7 @@ fn odometry_without_noise_is_the_way_from_the_start() {
     assert!((odometry.twist.vx_mps - 0.4).abs() < 0.01 && (odometry.twist.yaw_rate_radps - 0.3).abs() < 1e-3);
 }
 
-/// Drift is constant within a run and has the given spread over runs; noise grows with the root of
-/// time.
+/// The drift is constant within a run and has the given spread over runs. The noise grows with the square root of time.
 #[test]
 fn odometry_errs_as_much_as_its_parameters_say() {
     use sketchnav_schemas::geometry::{Base, Pose};
@@ -220,7 +219,7 @@ fn a_stale_command_stops_the_robot_within_its_limits() {
     let mut world = world("", &robot, (0.5, 2.0, 0.0), 1).unwrap();
     drive(&mut world, 10, 0.5, 0.0, 0.0);
     assert!((world.robot_twist().vx_mps - 0.5).abs() < 1e-3);
-    // Half a second in which the last command is in force; its own step was one tenth of it.
+    // The last command stays in force for half a second, of which its own step was one tenth of a second.
     (0..4).for_each(|_| world.step(None));
     assert!((world.robot_twist().vx_mps - 0.5).abs() < 1e-3);
     let mut speed = 0.5;
@@ -268,7 +267,7 @@ fn a_start_where_the_robot_does_not_fit_is_refused_with_the_place() {
     for (x, y, found) in [
         (2.0, 2.0, "found a furniture 0.000 m away"),
         (3.8, 3.0, "found a wall 0.100 m away"),
-        // Robots once drove on out there until their time was over.
+        // Robots outside the walls used to keep driving until their time was up.
         (9.0, 9.0, "found (9, 9) m, outside the walls"),
     ] {
         let error = world(desk, &robotino(), (x, y, 0.0), 1).map(|_| ()).unwrap_err().to_string();
@@ -276,7 +275,7 @@ fn a_start_where_the_robot_does_not_fit_is_refused_with_the_place() {
     }
 }
 
-/// A busy world: furniture, a person, every kind of noise, walls that are hit.
+/// Returns a busy world: furniture, a person, every kind of noise, and walls that are hit.
 fn busy(seed: u64) -> Floor {
     let extra = "[[furniture]]\ncenter=[2.8,1.2]\nradius_m=0.3\n[[person]]\nwaypoints=[[3.2,3.2],[0.6,3.2]]\nspeed_mps=0.8\n";
     world(extra, &robotino(), (1.0, 1.0, 0.3), seed).unwrap()
@@ -311,7 +310,8 @@ fn a_world_stored_and_restored_goes_on_with_the_same_bytes() {
     }
 }
 
-/// The floor of Building 079 with furniture drawn in grey: the robot fits into the corridor but not onto a cupboard's outline.
+/// The floor of Building 079, with furniture drawn in grey: the robot fits into the corridor, but not onto the outline of a
+/// cupboard.
 #[test]
 fn a_real_map_becomes_a_world() {
     let data = needs::data().join("maps");

@@ -1,4 +1,4 @@
-//! What people misremember about doors and rooms: a door elsewhere in its wall, a room left out.
+//! How people misremember doors and rooms: a door moves along its wall, or a room is left out.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -7,38 +7,38 @@ use rand_pcg::Pcg64Mcg;
 use crate::floor::Floor;
 use crate::regions::Regions;
 
-/// At degree 1 a door moves by at most this share of the wall next to it.
+/// Maximum distance that a door moves at degree 1, as a share of the wall next to it.
 const DOOR_SHIFT: f64 = 0.6;
-/// What is left of a wall next to a door.
+/// Minimum length of the wall that remains next to a door, in metres.
 const STUB_M: f64 = 0.3;
-/// A wall that ends closer to a door's side ends at the door.
+/// Maximum distance between the end of a wall and the side of a door for the wall to end at that door, in metres.
 const JAMB_M: f64 = 0.45;
-/// Sine of the angle between a door and its wall, at most.
+/// Maximum sine of the angle between a door and its wall.
 const STRAIGHT: f64 = 0.3;
-/// A room behind a wider opening is not forgotten.
+/// Maximum width of the opening of a room that can be forgotten, in metres.
 const DOOR_M: f64 = 1.6;
-/// Chance at degree 1 that a room that may be forgotten is.
+/// Probability at degree 1 that a room is forgotten, if it is one that can be.
 const FORGET: f64 = 0.05;
-/// A larger share of the floor is not forgotten.
+/// Maximum share of the floor that can be forgotten.
 const FORGETTABLE: f64 = 0.15;
-/// How far from a wall's line the rooms on its sides are looked for.
+/// Distances from a wall's line at which the rooms on its sides are looked for, in metres.
 const BESIDE_M: [f64; 4] = [0.12, 0.2, 0.3, 0.4];
 const STEP_M: f64 = 0.1;
 
-/// A wall's line and which of its ends are the sides of doors.
+/// The line of a wall, and which of its ends are sides of doors.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Wall {
     pub points: Vec<Vector2<f64>>,
     pub jambs: [bool; 2],
 }
 
-/// A wall's end: its index, and 0 for the first point or 1 for the last.
+/// An end of a wall: the index of the wall, and 0 for its first point or 1 for its last.
 pub(crate) type WallEnd = (usize, usize);
 
-/// The walls as they are remembered.
+/// The walls as a person remembers them.
 pub(crate) struct Memory {
     pub walls: Vec<Wall>,
-    /// The two walls' ends at each door that has them.
+    /// The ends of two walls at each door between such ends.
     pub doors: Vec<[WallEnd; 2]>,
     /// Indices of the regions that were left out.
     pub forgotten: Vec<usize>,
@@ -49,7 +49,7 @@ impl Wall {
         if end == 0 { self.points[0] } else { self.points[self.points.len() - 1] }
     }
 
-    /// The direction of the piece at an end.
+    /// Returns the direction of the wall's piece at an end.
     fn direction(&self, end: usize) -> Vector2<f64> {
         let last = self.points.len() - 1;
         let piece = if end == 0 {
@@ -60,13 +60,13 @@ impl Wall {
         piece / piece.norm().max(1e-9)
     }
 
-    /// Along the line.
+    /// Returns the length of the line, in metres.
     pub fn length(&self) -> f64 {
         self.points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
     }
 }
 
-/// Remembers a floor at a degree.
+/// Remembers a floor, with errors according to `degree`.
 pub(crate) fn remember(floor: &Floor, degree: f64, rng: &mut Pcg64Mcg) -> Memory {
     let wall = |points: &Vec<Vector2<f64>>| Wall { points: points.clone(), jambs: [false; 2] };
     let mut walls: Vec<Wall> = floor.walls.iter().map(wall).collect();
@@ -95,7 +95,7 @@ pub(crate) fn remember(floor: &Floor, degree: f64, rng: &mut Pcg64Mcg) -> Memory
     memory
 }
 
-/// The ends of walls at the two sides of an opening; `None` if it is not a gap between two ends.
+/// Returns the ends of walls at the two sides of an opening, or `None` if the opening is not a gap between two ends.
 fn door_ends(walls: &[Wall], jambs: [Vector2<f64>; 2]) -> Option<[WallEnd; 2]> {
     let nearest = |jamb: Vector2<f64>| {
         let ends = (0..walls.len()).flat_map(|wall| [(wall, 0), (wall, 1)]);
@@ -106,14 +106,14 @@ fn door_ends(walls: &[Wall], jambs: [Vector2<f64>; 2]) -> Option<[WallEnd; 2]> {
     (ends[0] != ends[1]).then_some(ends)
 }
 
-/// Whether an opening is a gap in a straight wall: a door.
+/// Returns true if an opening is a gap in a straight wall, which makes it a door.
 fn is_in_line(walls: &[Wall], ends: [WallEnd; 2]) -> bool {
     let [a, b] = ends.map(|(wall, end)| walls[wall].end(end));
     let across = |(wall, end): WallEnd| walls[wall].direction(end).perp(&(b - a)).abs();
     ends.into_iter().all(|end| across(end) < STRAIGHT * (b - a).norm())
 }
 
-/// Moves both sides of a door along its wall, by a share (−1 to 1) of the room that the wall leaves.
+/// Moves both sides of a door along its wall, by a share (−1 to 1) of the length available.
 fn shift_door(walls: &mut [Wall], regions: &Regions, ends: [WallEnd; 2], rooms: [usize; 2], share: f64) {
     let [shorter, longer] = if share < 0.0 { ends } else { [ends[1], ends[0]] };
     let free_m = stretch_between(&walls[shorter.0], shorter.1, regions, rooms) - STUB_M;
@@ -129,7 +129,7 @@ fn shift_door(walls: &mut [Wall], regions: &Regions, ends: [WallEnd; 2], rooms: 
     points[last] += moved;
 }
 
-/// How far from its end a wall has the two rooms on its sides.
+/// Returns the length, from an end of a wall, over which the wall has the two rooms on its sides.
 fn stretch_between(wall: &Wall, end: usize, regions: &Regions, rooms: [usize; 2]) -> f64 {
     let mut steps = samples(&wall.points);
     if end == 1 {
@@ -144,7 +144,7 @@ fn stretch_between(wall: &Wall, end: usize, regions: &Regions, rooms: [usize; 2]
     (count as f64 * STEP_M).min(wall.length() - STEP_M)
 }
 
-/// Places along a line with the direction there, a step apart.
+/// Returns points along a line, a step apart, with the direction of the line there.
 fn samples(points: &[Vector2<f64>]) -> Vec<(Vector2<f64>, Vector2<f64>)> {
     let piece = |pair: &[Vector2<f64>]| {
         let (from, way) = (pair[0], pair[1] - pair[0]);
@@ -155,13 +155,13 @@ fn samples(points: &[Vector2<f64>]) -> Vec<(Vector2<f64>, Vector2<f64>)> {
     points.windows(2).flat_map(piece).collect()
 }
 
-/// The regions left and right of a wall.
+/// Returns the regions to the left and to the right of a wall.
 fn sides(regions: &Regions, at: Vector2<f64>, along: Vector2<f64>) -> [Option<usize>; 2] {
     let left = Vector2::new(-along.y, along.x);
     [left, -left].map(|side| BESIDE_M.into_iter().find_map(|far| regions.at(at + side * far)))
 }
 
-/// Removes a length from a line's end, but leaves at least a tenth of its last piece.
+/// Shortens a line at one end. At least a tenth of its last piece remains.
 pub(crate) fn shorten(points: &mut Vec<Vector2<f64>>, end: usize, by: f64) {
     if end == 0 {
         points.reverse();
@@ -182,8 +182,8 @@ pub(crate) fn shorten(points: &mut Vec<Vector2<f64>>, end: usize, by: f64) {
     }
 }
 
-/// Small rooms with a single neighbour, behind doors, each by chance. If the walls have no ends (the outline of something
-/// massive) an opening is a door too.
+/// Chooses the rooms to forget. These are small rooms with a single neighbour and only doors as openings, each chosen by
+/// chance. If the walls have no ends (as with the outline of something massive), every narrow opening counts as a door.
 fn forget(floor: &Floor, in_line: &[bool], degree: f64, rng: &mut Pcg64Mcg) -> Vec<usize> {
     let massive = !in_line.contains(&true);
     let is_door = |k: usize| {
@@ -210,7 +210,7 @@ fn forget(floor: &Floor, in_line: &[bool], degree: f64, rng: &mut Pcg64Mcg) -> V
 }
 
 impl Memory {
-    /// Removes walls that only surround forgotten rooms, and turns the doors to them into walls.
+    /// Removes the walls that only surround forgotten rooms, and turns the doors to them into walls.
     fn close(&mut self, floor: &Floor, closed: Vec<[Vector2<f64>; 2]>) {
         if self.forgotten.is_empty() {
             return;
@@ -232,7 +232,7 @@ impl Memory {
     }
 }
 
-/// The pieces of a wall that border on a region that is not forgotten.
+/// Returns the pieces of a wall that border on a remembered region, or on no region at all.
 fn seen(wall: &Wall, regions: &Regions, forgotten: &[usize]) -> Vec<Wall> {
     let kept = |(at, along): &(Vector2<f64>, Vector2<f64>)| {
         let sides = sides(regions, *at, *along);

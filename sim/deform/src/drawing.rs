@@ -1,4 +1,4 @@
-//! A floor as a person might draw it, and the correspondence between its places and those of the drawing.
+//! A floor as a person might draw it, and the correspondence between points of the floor and of the drawing.
 
 use nalgebra::Vector2;
 use rand::RngExt;
@@ -15,29 +15,29 @@ use crate::hand::{self, Stroke};
 use crate::measure::Deformation;
 use crate::warp::Warp;
 
-/// Largest degree: beyond it nothing resembles anything.
+/// Maximum degree. Beyond it, a drawing no longer resembles the floor.
 pub const MOST_DEGREE: f64 = 3.0;
-/// Longest side of what is drawn, and the empty paper around it.
+/// Longer side of the drawing, and margin around it, in pixels.
 const SIDE_PX: f64 = 1200.0;
 const MARGIN_PX: f64 = 60.0;
-/// The pen, and its range at degree 1.
+/// Width of the pen, and its range at degree 1, in pixels.
 const PEN_PX: f64 = 4.0;
 const PENS_PX: [f64; 2] = [3.0, 6.0];
-/// Distance of the points of a wall between which the map may bend it.
+/// Distance between the points of a wall between which the map may bend it, in metres.
 const BEND_M: f64 = 0.5;
 
 /// A synthetic drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DeformedDrawing {
-    /// Width and height of the canvas.
+    /// Width and height of the canvas, in pixels.
     pub canvas_px: [u32; 2],
-    /// The strokes.
+    /// Strokes of the pen.
     pub strokes: Vec<Stroke>,
-    /// Indices of the regions that were left out; [`DeformedDrawing::to_sketch`] has no places for them.
+    /// Indices of the regions that were left out. [`DeformedDrawing::to_sketch`] returns `None` for points in them.
     pub forgotten: Vec<usize>,
-    /// The deformation, measured over [`Floor::places`]; `None` if these are too few.
+    /// Deformation measured over [`Floor::places`], or `None` if there are too few of them.
     pub deformation: Option<Deformation>,
-    /// The same, as annotators would have marked it, for comparison with [`PEOPLE`](crate::PEOPLE).
+    /// Deformation as annotators would have marked it, for comparison with [`PEOPLE`](crate::PEOPLE).
     pub as_annotated: Option<Deformation>,
     floor: Floor,
     warp: Warp,
@@ -45,11 +45,11 @@ pub struct DeformedDrawing {
     offset: Vector2<f64>,
 }
 
-/// Draws a floor: at degree 0 its walls are traced faithfully, at degree 1 deformed as people deform what they draw, at 0.5
-/// half as much. The same floor, degree and seed give the same drawing to the bit.
+/// Draws a floor. At degree 0 the walls are traced faithfully, at degree 1 they are deformed as much as in people's drawings,
+/// and at degree 0.5 half as much. The same floor, degree and seed give a bit-identical drawing.
 ///
 /// # Errors
-/// [`DeformError::Degree`].
+/// [`DeformError::Degree`] if the degree is out of range.
 pub fn deform(floor: &Floor, degree: f64, mission_seed: u64) -> Result<DeformedDrawing, DeformError> {
     if !(0.0..=MOST_DEGREE).contains(&degree) {
         return Err(DeformError::Degree { most: MOST_DEGREE, found: degree });
@@ -65,7 +65,7 @@ pub fn deform(floor: &Floor, degree: f64, mission_seed: u64) -> Result<DeformedD
 }
 
 impl DeformedDrawing {
-    /// The canvas around the mapped walls, nothing drawn on it yet.
+    /// Creates a canvas around the mapped walls, without any strokes.
     fn unfolded(floor: &Floor, memory: &Memory, degree: f64, mission_seed: u64) -> Self {
         let warp = Warp::draw(floor, degree, mission_seed);
         let points = || memory.walls.iter().flat_map(|wall| finer(&wall.points)).map(|p| warp.apply(p));
@@ -103,13 +103,14 @@ impl DeformedDrawing {
         self.warp.apply(place) * self.px_per_m + self.offset
     }
 
-    /// Where a place of the floor lies in the drawing; `None` in walls, outside, and in forgotten rooms.
+    /// Returns the point of the drawing that corresponds to a point of the floor, or `None` in walls, outside, and in forgotten
+    /// rooms.
     pub fn to_sketch(&self, place: &Point<World>) -> Option<Point<Sketch>> {
         let region = self.floor.region_at(place)?;
         (!self.forgotten.contains(&region)).then(|| self.mapped(place.coords()).into())
     }
 
-    /// A pose, as a person standing there would mark it: the heading turns with the drawing.
+    /// Returns a pose as a person standing there would mark it, with its heading turned like the drawing around it.
     pub fn pose_to_sketch(&self, pose: &Pose<World>) -> Option<Pose<Sketch>> {
         const AHEAD_M: f64 = 0.1;
         let at = self.to_sketch(&pose.position())?;
@@ -118,12 +119,12 @@ impl DeformedDrawing {
         Some(Pose::new(at.x, at.y, wrap_angle(way.y.atan2(way.x))))
     }
 
-    /// A place of the drawing in image pixels: column and row, row 0 at the top.
+    /// Converts a point of the drawing to image pixels: column and row, with row 0 at the top.
     pub fn to_image(&self, point: &Point<Sketch>) -> [f64; 2] {
         [point.x, f64::from(self.canvas_px[1]) - point.y]
     }
 
-    /// The drawing as a strokes file.
+    /// Returns the drawing as a strokes file.
     pub fn strokes_json(&self) -> String {
         let stroke = |stroke: &Stroke| {
             let points: Vec<_> = stroke.points.iter().map(|p| self.to_image(p).map(tenth)).collect();
@@ -133,7 +134,7 @@ impl DeformedDrawing {
         json!({ "canvas": self.canvas_px, "strokes": strokes }).to_string()
     }
 
-    /// The drawing as SVG.
+    /// Returns the drawing as SVG.
     pub fn svg(&self) -> String {
         let [width, height] = self.canvas_px;
         let line = |stroke: &Stroke| {
@@ -147,10 +148,10 @@ impl DeformedDrawing {
         )
     }
 
-    /// The drawing as PNG.
+    /// Returns the drawing as PNG.
     ///
     /// # Errors
-    /// [`DeformError::Picture`].
+    /// [`DeformError::Picture`] if the drawing cannot be painted or encoded.
     pub fn png(&self) -> Result<Vec<u8>, DeformError> {
         let wrong = |error: &dyn std::fmt::Display| DeformError::Picture(error.to_string());
         let tree = Tree::from_str(&self.svg(), &Options::default()).map_err(|error| wrong(&error))?;
@@ -166,7 +167,7 @@ fn tenth(value: f64) -> f64 {
     (10.0 * value).round() / 10.0
 }
 
-/// The line with points close enough to bend between them.
+/// Adds points to a line, so that it can bend between them.
 fn finer(points: &[Vector2<f64>]) -> Vec<Vector2<f64>> {
     let pieces = points.windows(2).flat_map(|pair| {
         let count = ((pair[1] - pair[0]).norm() / BEND_M).ceil().max(1.0) as usize;

@@ -1,43 +1,43 @@
-//! What can be wrong with a floor that is to be drawn.
+//! Errors in drawing a floor.
 
 use std::path::PathBuf;
 
 use sketchnav_sim::SimError;
 
-/// Why there is no drawing.
+/// Reasons why a floor cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum DeformError {
     /// The floor plan or the map is invalid.
     #[error(transparent)]
     World(#[from] SimError),
-    /// A file that is not a map.
+    /// The file is neither a floor plan nor a map.
     #[error("{}: expected a floor plan (.toml) or a map of map_server (.yaml)", path.display())]
     Kind {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
     },
-    /// A floor that is too large.
+    /// The floor is too large.
     #[error("{name}: expected a floor of at most 40000 m², found {:.0} m x {:.0} m", found_m[0], found_m[1])]
     TooLarge {
-        /// The floor's name.
+        /// Name of the floor.
         name: String,
-        /// Its length and width.
+        /// Length and width of the floor, in metres.
         found_m: [f64; 2],
     },
-    /// No room in it.
+    /// The floor has no enclosed room.
     #[error("{name}: found no enclosed room of at least {least_m2} m²")]
     NoRegions {
-        /// The floor's name.
+        /// Name of the floor.
         name: String,
-        /// Smallest area that counts.
+        /// Minimum area of a room, in square metres.
         least_m2: f64,
     },
-    /// An invalid degree.
+    /// The degree is out of range.
     #[error("degree: expected a number from 0 to {most}, found {found}")]
     Degree {
-        /// Largest degree.
+        /// Maximum degree.
         most: f64,
-        /// What was asked for.
+        /// Degree requested.
         found: f64,
     },
     /// The drawing cannot be painted.

@@ -1,4 +1,4 @@
-//! Opens the floors that are to be drawn.
+//! Reads the files of floors that are to be drawn.
 
 use std::path::Path;
 
@@ -7,10 +7,10 @@ use sketchnav_sim::{SimError, files};
 use crate::error::DeformError;
 use crate::floor::Floor;
 
-/// A floor plan in the project's own format (TOML), or a map of map_server (YAML).
+/// Reads a floor plan in the project's own format (TOML), or a map in the format of map_server (YAML).
 ///
 /// # Errors
-/// [`DeformError`] with the file and what is wrong with it.
+/// [`DeformError`] with the file and the fault in it.
 pub fn floor(path: &Path) -> Result<Floor, DeformError> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("toml") => {

@@ -1,5 +1,5 @@
-//! A floor as a person would draw it: the centre lines of its walls between the doors, its rooms and the openings between them.
-//! Furniture is not part of it.
+//! A floor as a person would draw it: the centre lines of its walls between doors, its rooms, and the openings between them.
+//! Furniture is left out.
 
 use nalgebra::Vector2;
 use sketchnav_schemas::floor_plan::FloorPlan;
@@ -11,15 +11,15 @@ use crate::grid::Solid;
 use crate::regions::{Doorway, LEAST_AREA_M2, Region, Regions};
 use crate::trace;
 
-/// People who marked corresponding places in a floor and a drawing marked about this many.
+/// Minimum number of places, which is about the number that people marked in a floor and a drawing of it.
 const LEAST_PLACES: usize = 7;
-/// How far a place in a hall is from its walls at least.
+/// Minimum distance from the walls of a place in a hall, in metres.
 const PLACE_CLEARANCE_M: f64 = 0.6;
 
-/// A floor: what a drawing of it shows. Metres, frame `World`.
+/// The contents of a drawing of a floor. Coordinates are in metres, in frame `World`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Floor {
-    /// Name, for people.
+    /// Name of the floor, for people.
     pub name: String,
     pub(crate) walls: Vec<Vec<Vector2<f64>>>,
     pub(crate) regions: Regions,
@@ -30,19 +30,21 @@ pub struct Floor {
 /// A piece of furniture, which drawings do not show.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Furnishing {
-    /// Its name, if the floor has one.
+    /// Name of the piece, if the floor has one, and empty otherwise.
     pub name: String,
-    /// Its middle.
+    /// Centre of the piece.
     pub center: Point<World>,
-    /// How far it reaches along x and y.
+    /// Extent of the piece along x and y, in metres.
     pub size_m: [f64; 2],
 }
 
 impl Floor {
-    /// The floor of a plan.
+    /// Creates the floor of a floor plan.
     ///
     /// # Errors
-    /// [`DeformError::World`] if the plan is invalid, [`DeformError::NoRegions`].
+    /// - [`DeformError::World`] if the plan is invalid;
+    /// - [`DeformError::TooLarge`] if the walls extend too far;
+    /// - [`DeformError::NoRegions`] if it has no enclosed room.
     pub fn of_plan(plan: &FloorPlan) -> Result<Self, DeformError> {
         let world = sketchnav_sim::floor_plan::describe(plan)?;
         let regions = Regions::of(&Solid::of_walls(&world)?);
@@ -55,11 +57,11 @@ impl Floor {
         Self::checked(plan.name.clone(), walls, regions, furniture)
     }
 
-    /// The floor of a map. Anything free-standing within a room that is smaller than two metres is taken for furniture and left
-    /// out.
+    /// Creates the floor of a map. Anything free-standing within a room that is smaller than two metres is taken for furniture
+    /// and left out.
     ///
     /// # Errors
-    /// [`DeformError::NoRegions`].
+    /// [`DeformError::NoRegions`] if the map has no enclosed room.
     pub fn of_map(map: &OccupancyMap, name: &str) -> Result<Self, DeformError> {
         let mut solid = Solid::of_map(map);
         let furnished = Regions::of(&solid);
@@ -89,28 +91,28 @@ impl Floor {
         Ok(Self { name, walls, regions, places, furniture })
     }
 
-    /// Its rooms, corridors and the parts of its halls.
+    /// Returns the rooms, the corridors, and the parts of halls.
     pub fn regions(&self) -> &[Region] {
         &self.regions.list
     }
 
-    /// What is left out of drawings: the furniture of a plan, or what was taken for furniture in a map.
+    /// Returns what drawings leave out: the furniture of a plan, or whatever was taken for furniture in a map.
     pub fn furniture(&self) -> &[Furnishing] {
         &self.furniture
     }
 
-    /// The openings between the regions.
+    /// Returns the openings between the regions.
     pub fn doorways(&self) -> &[Doorway] {
         &self.regions.doorways
     }
 
-    /// The index of the region at a place; `None` in walls and outside.
+    /// Returns the index of the region at a point, or `None` in walls and outside.
     pub fn region_at(&self, place: &Point<World>) -> Option<usize> {
         self.regions.at(place.coords())
     }
 
-    /// Places that a person would mark on the floor and in a drawing: the centres of the regions and, if these are few, the
-    /// places farthest from all others, until there are seven.
+    /// Returns the places that a person would mark on the floor and in a drawing. These are the centres of the regions and, if
+    /// there are few, the points farthest from all others, until there are seven.
     pub fn places(&self) -> &[Point<World>] {
         &self.places
     }
@@ -143,7 +145,7 @@ fn places(regions: &Regions) -> Vec<Point<World>> {
     places
 }
 
-/// Cells well away from walls.
+/// Returns the centres of the cells that are well away from walls.
 fn open_places(regions: &Regions) -> Vec<Point<World>> {
     let grid = &regions.grid;
     let closed: Vec<bool> = (0..grid.len()).map(|i| regions.at_cell(i).is_none()).collect();

@@ -1,4 +1,4 @@
-//! Cells over a floor, and which place is in which cell. Metres, frame `World`; rows from the bottom up.
+//! A grid of cells over a floor. Coordinates are in metres, in frame `World`, and rows go from the bottom up.
 
 use image::{GrayImage, Luma};
 use imageproc::distance_transform::euclidean_squared_distance_transform;
@@ -10,12 +10,12 @@ use sketchnav_sim::ros_map::OccupancyMap;
 
 use crate::error::DeformError;
 
-/// Side of a cell of a floor plan.
+/// Side length of a cell of a floor plan, in metres.
 const PLAN_CELL_M: f64 = 0.05;
-/// What is left free around a floor plan, so that its outside is one region.
+/// Width of the free margin around a floor plan, in metres. It joins the outside into one region.
 const PLAN_RIM_M: f64 = 1.0;
 
-/// The position of the cells.
+/// Size and position of a grid.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Grid {
     pub width: usize,
@@ -29,7 +29,7 @@ impl Grid {
         self.width * self.height
     }
 
-    /// The cell at a place, `None` outside.
+    /// Returns the index of the cell at a point, or `None` outside the grid.
     pub fn index(&self, place: Vector2<f64>) -> Option<usize> {
         let cell = (place - self.origin) / self.cell_m;
         let within = cell.x >= 0.0 && cell.y >= 0.0;
@@ -37,13 +37,13 @@ impl Grid {
         (within && x < self.width && y < self.height).then_some(y * self.width + x)
     }
 
-    /// The middle of a cell.
+    /// Returns the middle of a cell.
     pub fn middle(&self, i: usize) -> Vector2<f64> {
         let cell = Vector2::new((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
         self.origin + cell * self.cell_m
     }
 
-    /// The up to eight cells around a cell.
+    /// Returns the cells around a cell, of which there are up to eight.
     pub fn around(&self, i: usize) -> impl Iterator<Item = usize> {
         const STEPS: [(i64, i64); 8] = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
         let (width, height) = (self.width as i64, self.height as i64);
@@ -54,13 +54,13 @@ impl Grid {
         })
     }
 
-    /// Whether a cell is at the rim.
+    /// Returns true if a cell is at the rim of the grid.
     pub fn at_rim(&self, i: usize) -> bool {
         let (x, y) = (i % self.width, i / self.width);
         x == 0 || y == 0 || x + 1 == self.width || y + 1 == self.height
     }
 
-    /// Distance of each cell to the nearest of `cells`, metres.
+    /// Returns the distance from each cell to the nearest of `cells`, in metres.
     pub fn distances_m(&self, cells: &[bool]) -> Vec<f64> {
         let mask = GrayImage::from_fn(self.width as u32, self.height as u32, |x, y| {
             Luma([if cells[y as usize * self.width + x as usize] { 255 } else { 0 }])
@@ -70,14 +70,14 @@ impl Grid {
     }
 }
 
-/// Which cells of a floor are solid.
+/// The solid cells of a floor.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Solid {
     pub grid: Grid,
     pub cells: Vec<bool>,
 }
 
-/// The lower left and the upper right corner of the box around some corners.
+/// Returns the lower left and the upper right corner of the box around some points.
 fn extent<'a>(corners: impl Iterator<Item = &'a [f64; 2]> + Clone) -> [Vector2<f64>; 2] {
     let corners = corners.map(|corner| Vector2::from(*corner));
     let low = corners.clone().fold(Vector2::repeat(f64::INFINITY), |low, c| low.inf(&c));
@@ -85,10 +85,10 @@ fn extent<'a>(corners: impl Iterator<Item = &'a [f64; 2]> + Clone) -> [Vector2<f
 }
 
 impl Solid {
-    /// The walls of a world, without its furniture.
+    /// Fills the cells covered by the walls of a world, without its furniture.
     ///
     /// # Errors
-    /// [`DeformError::TooLarge`] if they reach too far for a grid.
+    /// [`DeformError::TooLarge`] if the walls extend too far for a grid.
     pub fn of_walls(world: &WorldDescription) -> Result<Self, DeformError> {
         let [low, high] = extent(world.walls.iter().flat_map(|wall| wall.corners()));
         let low = low.add_scalar(-PLAN_RIM_M);
@@ -104,7 +104,7 @@ impl Solid {
         Ok(solid)
     }
 
-    /// The solid cells of a map, and a ring of solid cells around them.
+    /// Takes over the solid cells of a map, with a ring of solid cells around them.
     pub fn of_map(map: &OccupancyMap) -> Self {
         let (raster, cell_m) = (map.raster(), map.resolution_m());
         let (width, height) = (raster.size().0 + 2, raster.size().1 + 2);
@@ -134,7 +134,7 @@ impl Solid {
 mod tests {
     use super::*;
 
-    /// A floor of 20 km by 20 km has 160 thousand million cells.
+    /// A floor of 20 km by 20 km would have 160 billion cells.
     #[test]
     fn a_floor_that_reaches_too_far_for_a_grid_is_refused() {
         let wall = |side: f64| Convex::rectangle([0.0, 0.0], [side, side], 0.0);

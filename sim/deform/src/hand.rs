@@ -1,4 +1,4 @@
-//! The pen in a hand: lines that wobble, and run past corners or end short of them.
+//! Lines drawn by hand, which wobble and run past corners or end short of them.
 
 use std::f64::consts::TAU;
 
@@ -10,21 +10,22 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 
 use crate::doors::{Wall, WallEnd, shorten};
 
-/// Distance of the points of a stroke.
+/// Distance between the points of a stroke, in pixels.
 const STEP_PX: f64 = 8.0;
-/// Wobbles at degree 1: root mean square amplitude and range of wave lengths.
+/// Wobbles at degree 1: root mean square amplitude, and range of wavelengths, in pixels.
 const WOBBLES: [(f64, [f64; 2]); 3] = [(1.6, [300.0, 700.0]), (0.9, [90.0, 200.0]), (0.3, [25.0, 50.0])];
-/// How far a stroke runs past a corner (below 0: ends short of it) at degree 1, pen widths.
+/// How far a stroke runs past a corner at degree 1 (negative if it ends short of it): mean and standard deviation, in pen
+/// widths.
 const PAST_CORNER: (f64, f64) = (0.2, 0.5);
-/// No gap at a corner is wider: a person would see it and close it.
+/// Maximum gap at a corner, in pen widths. A person would notice a wider one and close it.
 const GAP_PENS: f64 = 0.6;
 /// Share of corners drawn without lifting the pen at degree 1.
 const ROUND_CORNER: f64 = 0.4;
-/// A line that turns less has no corner, radians.
+/// Minimum angle of a corner in a line, in radians.
 const CORNER_RAD: f64 = 0.6;
-/// A door is drawn wider than this, pen widths; otherwise it would not be one.
+/// Minimum width of a door, in pen widths. A narrower one would not be recognized as a door.
 const DOOR_PENS: f64 = 3.5;
-/// Share of a wall that is left next to a door that is pulled open.
+/// Minimum share that remains of a wall when the door next to it is widened.
 const STUB: f64 = 0.3;
 /// Spread of the pen's width from stroke to stroke at degree 1.
 const PRESSURE: f64 = 0.1;
@@ -32,13 +33,13 @@ const PRESSURE: f64 = 0.1;
 /// A stroke of the pen, in the drawing's frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stroke {
-    /// Its line, pixels.
+    /// Points of the stroke, in pixels.
     pub points: Vec<Point<Sketch>>,
-    /// Its width, pixels.
+    /// Width of the stroke, in pixels.
     pub width_px: f64,
 }
 
-/// Pulls the sides of narrow doors apart; `walls` in pixels.
+/// Widens narrow doors. `walls` are in pixels.
 pub(crate) fn widen_doors(walls: &mut [Wall], doors: &[[WallEnd; 2]], pen_px: f64) {
     for [a, b] in doors {
         let [p, q] = [a, b].map(|&(wall, end)| end_of(&walls[wall], end));
@@ -59,7 +60,7 @@ fn end_of(wall: &Wall, end: usize) -> Vector2<f64> {
     if end == 0 { wall.points[0] } else { wall.points[wall.points.len() - 1] }
 }
 
-/// Draws a wall, in pixels, with one stroke or more.
+/// Draws a wall, given in pixels, with one or more strokes.
 pub(crate) fn draw(wall: &Wall, degree: f64, pen_px: f64, rng: &mut Pcg64Mcg) -> Vec<Stroke> {
     if degree == 0.0 {
         let points = wall.points.iter().map(|p| Point::from(*p)).collect();
@@ -78,7 +79,7 @@ pub(crate) fn draw(wall: &Wall, degree: f64, pen_px: f64, rng: &mut Pcg64Mcg) ->
     lines.into_iter().map(stroke).collect()
 }
 
-/// The pen is lifted at most corners.
+/// Splits a wall at its corners, at most of which the pen is lifted.
 fn at_corners(points: &[Vector2<f64>], degree: f64, rng: &mut Pcg64Mcg) -> Vec<Vec<Vector2<f64>>> {
     let mut lines = vec![vec![points[0]]];
     for i in 1..points.len() {
@@ -110,7 +111,7 @@ fn past_corners(line: &mut [Vector2<f64>], at_door: [bool; 2], degree: f64, pen_
     }
 }
 
-/// The line, point by point, displaced by a few slow waves that fade at its ends.
+/// Returns the points of a line displaced by a few slow waves, which fade at its ends.
 fn wobbled(line: &[Vector2<f64>], degree: f64, rng: &mut Pcg64Mcg) -> Vec<Point<Sketch>> {
     let waves = WOBBLES.map(|(amplitude, [shortest, longest])| {
         let length = rng.random_range(shortest..longest);

@@ -1,13 +1,13 @@
-//! Drawings of a floor as people deform what they draw: out of proportion, doors shifted, a room left
-//! out, no furniture, strokes of a pen.
+//! Drawings of a floor with the deformations that people make: out of proportion, doors shifted, a room left out, no furniture,
+//! and strokes of a pen.
 //!
 //! ```text
 //! floor plan, map ─floor, regions, trace→ Floor
 //! Floor + degree + seed ─doors, warp, hand→ DeformedDrawing ─measure→ Deformation
 //! ```
 //!
-//! Degree 0 traces the walls; degree 1 deforms as people do ([`PEOPLE`]), 0.5 half as much. Except for [`files`], nothing here
-//! opens a file or reads a clock; the same floor, degree and seed give the same drawing.
+//! Degree 0 traces the walls, degree 1 deforms as much as people do ([`PEOPLE`]), and degree 0.5 half as much. Nothing here
+//! opens a file, except for [`files`], or reads a clock. The same floor, degree and seed give the same drawing.
 
 mod doors;
 mod drawing;

@@ -1,7 +1,7 @@
-//! How much a drawing differs from the floor that it shows, over corresponding places.
+//! Measures how much a drawing deviates from the floor that it shows, given corresponding places.
 //!
-//! Source of the four figures: the matched places of the drawings of Mielle et al. (*Using sketch-maps
-//! for robot navigation*, 2016), which people annotated.
+//! The figures for people are based on the matched places of the drawings of Mielle et al. (*Using sketch-maps for robot
+//! navigation*, 2016), which people annotated.
 
 use nalgebra::{DMatrix, Matrix2, Vector2};
 use rand::Rng;
@@ -10,20 +10,21 @@ use rand_distr::{Distribution, StandardNormal};
 use serde::Serialize;
 use sketchnav_schemas::geometry::{Point, Sketch, World};
 
-/// How many places, the nearest ones, a local scale is measured to from each place.
+/// Number of nearest places to which a local scale is measured from each place.
 const NEIGHBOURS: usize = 2;
-/// With fewer places an affine map cannot be told from its residual.
+/// Minimum number of places. With fewer, an affine map always fits without a residual.
 const LEAST_PLACES: usize = 4;
 
-/// Places of an annotated drawing.
+/// Number of places in an annotated drawing.
 const ANNOTATED: usize = 7;
-/// How far an annotator's mark is from the place, root mean square, as a share of the places' extent. The marks of two
+/// Root mean square distance of an annotator's mark from the place, as a share of the extent of the places. The marks of two
 /// annotators for the same region are 0.21 of it apart (37 pairs).
 const MARK_SCATTER: f64 = 0.15;
 
-/// What people do, as [`Deformation::as_annotated`] measures it: the means over the seven annotated drawings that have at least
-/// six matched places. They include the annotators' scatter. Depending on which of an annotator's several marks for one place
-/// is taken, the first figure is 0.31 to 0.36 and the fourth 0.41 to 0.51. `tests/people.rs` compares them.
+/// The deformations of people's drawings, as [`Deformation::as_annotated`] measures them. These are means over the seven
+/// annotated drawings that have at least six matched places, and include the scatter of the annotators. Depending on which of
+/// an annotator's several marks for one place is used, the first figure is 0.31 to 0.36 and the fourth 0.41 to 0.51.
+/// `tests/people.rs` compares synthetic drawings with these figures.
 pub const PEOPLE: Deformation = Deformation {
     places: 7,
     similarity_residual: 0.34,
@@ -39,24 +40,25 @@ pub const PEOPLE: Deformation = Deformation {
 pub struct Deformation {
     /// Number of corresponding places.
     pub places: usize,
-    /// The residual of the best similarity (translation, rotation, scale), root mean square, as a share of the places' root
-    /// mean square distance from their centre in the drawing.
+    /// Root mean square residual of the best similarity (translation, rotation, scale), as a share of the root mean square
+    /// distance of the places from their centre in the drawing.
     pub similarity_residual: f64,
-    /// The same for the best affine map.
+    /// Root mean square residual of the best affine map, as the same share.
     pub affine_residual: f64,
     /// Ratio of the two scales of the best affine map, 1 or more.
     pub anisotropy: f64,
-    /// Standard deviation of the logarithm of the local scale: pixels per metre between a place and each of the two nearest.
+    /// Standard deviation of the logarithm of the local scale, which is in pixels per metre between a place and each of the two
+    /// nearest places.
     pub log_scale_sd: f64,
-    /// 5 % of the local scales are below this share of their geometric mean.
+    /// 5th percentile of the local scales, as a share of their geometric mean.
     pub scale_p05: f64,
-    /// 95 % of the local scales are below this share of their geometric mean.
+    /// 95th percentile of the local scales, as a share of their geometric mean.
     pub scale_p95: f64,
 }
 
 impl Deformation {
-    /// Measures corresponding places as annotators would: seven of them, well spread, each marked somewhere
-    /// near in the drawing. For comparison with [`PEOPLE`].
+    /// Measures corresponding places as annotators would: seven places, well spread, each marked somewhere near it in the
+    /// drawing. This makes the result comparable with [`PEOPLE`].
     pub fn as_annotated(pairs: &[(Point<World>, Point<Sketch>)], rng: &mut impl Rng) -> Option<Self> {
         let mut marked = well_spread(pairs, rng);
         let extent: f64 =
@@ -69,7 +71,7 @@ impl Deformation {
         Self::measure(&marked)
     }
 
-    /// Measures corresponding places; `None` for fewer than four, or if they lie on a line.
+    /// Measures corresponding places. Returns `None` if there are fewer than four, or if they lie on a line.
     pub fn measure(pairs: &[(Point<World>, Point<Sketch>)]) -> Option<Self> {
         if pairs.len() < LEAST_PLACES {
             return None;
@@ -91,7 +93,7 @@ impl Deformation {
     }
 }
 
-/// Seven of the places: one by chance, then always the one farthest from those chosen.
+/// Chooses seven of the places: one by chance, and then always the one farthest from those chosen.
 fn well_spread(
     pairs: &[(Point<World>, Point<Sketch>)],
     rng: &mut impl Rng,
@@ -112,7 +114,7 @@ fn centered(places: impl Iterator<Item = Vector2<f64>>) -> Vec<Vector2<f64>> {
     places.into_iter().map(|p| p - middle).collect()
 }
 
-/// The turn and scale that best map `from` to `to`: least squares of a complex number.
+/// Returns the rotation and scale that best map `from` to `to`, by least squares over a complex number.
 fn similarity(from: &[Vector2<f64>], to: &[Vector2<f64>]) -> Matrix2<f64> {
     let pairs = || from.iter().zip(to);
     let along: f64 = pairs().map(|(f, t)| f.dot(t)).sum();
@@ -121,7 +123,7 @@ fn similarity(from: &[Vector2<f64>], to: &[Vector2<f64>]) -> Matrix2<f64> {
     Matrix2::new(along, -across, across, along) / extent
 }
 
-/// The linear map that best maps `from` to `to`.
+/// Returns the linear map that best maps `from` to `to`, or `None` if `from` lies on a line.
 fn affine(from: &[Vector2<f64>], to: &[Vector2<f64>]) -> Option<Matrix2<f64>> {
     let outer = |a: &[Vector2<f64>], b: &[Vector2<f64>]| {
         a.iter().zip(b).map(|(a, b)| a * b.transpose()).sum::<Matrix2<f64>>()
@@ -135,7 +137,7 @@ fn residual(from: &[Vector2<f64>], to: &[Vector2<f64>], map: &Matrix2<f64>) -> f
     (left / extent).sqrt()
 }
 
-/// Logarithms of the scale between near places, about their mean, in order.
+/// Returns the sorted logarithms of the scale between neighbouring places, relative to their mean.
 fn log_scales(world: &[Vector2<f64>], sketch: &[Vector2<f64>]) -> Vec<f64> {
     let apart = DMatrix::from_fn(world.len(), world.len(), |i, k| (world[i] - world[k]).norm());
     let mut logs = Vec::new();
@@ -152,7 +154,7 @@ fn log_scales(world: &[Vector2<f64>], sketch: &[Vector2<f64>]) -> Vec<f64> {
     logs
 }
 
-/// A percentile of sorted values, interpolated between neighbours.
+/// Returns a percentile of sorted values, interpolated between neighbours.
 fn percentile(sorted: &[f64], share: f64) -> f64 {
     let at = share * (sorted.len() - 1) as f64;
     let (low, part) = (at.floor() as usize, at.fract());
@@ -180,7 +182,7 @@ mod tests {
         assert!((found.anisotropy - 1.0).abs() < 1e-9);
     }
 
-    /// Stretched twofold along x: the best similarity has scale (2 Sx + Sy)/(Sx + Sy) by hand.
+    /// For a drawing stretched twofold along x, the best similarity has the scale 10 (2 Sx + Sy)/(Sx + Sy), computed by hand.
     #[test]
     fn a_stretched_drawing_is_affine() {
         let found = drawn(|x, y| [20.0 * x, 10.0 * y]);

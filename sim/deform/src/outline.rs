@@ -1,9 +1,9 @@
-//! The outline of a set of cells as one polygon. Metres, frame `World`.
+//! Outlines of sets of cells as polygons. Coordinates are in metres, in frame `World`.
 
 use crate::grid::Grid;
 
-/// Walks around the set from its lowest cell, with the cells on the left, until it is back. Holes in the set and separate
-/// pieces are not in the outline. Empty if the set is.
+/// Returns the outline of a set by walking around it from its lowest cell, with its cells on the left, back to the start. Holes
+/// in the set and separate pieces are not part of the outline. Returns an empty outline for an empty set.
 pub(crate) fn polygon(grid: &Grid, belongs: impl Fn(usize) -> bool) -> Vec<[f64; 2]> {
     let Some(first) = (0..grid.len()).find(|&i| belongs(i)) else { return Vec::new() };
     let inside = |x: i64, y: i64| {
@@ -28,11 +28,12 @@ pub(crate) fn polygon(grid: &Grid, belongs: impl Fn(usize) -> bool) -> Vec<[f64;
     corners.into_iter().map(place).collect()
 }
 
-/// Where to go from a corner that was reached by `step`: right if a cell is there, otherwise straight on, otherwise left.
+/// Returns the next step from a corner that was reached by `step`: to the right if a cell is there, otherwise straight on if
+/// possible, otherwise to the left.
 fn turn(at: [i64; 2], step: [i64; 2], inside: &impl Fn(i64, i64) -> bool) -> [i64; 2] {
     let right = [step[1], -step[0]];
     let left = [-step[1], step[0]];
-    // The cell to the left of the edge that begins at `at` and goes by `edge`.
+    // The cell to the left of an edge that begins at `at`, given its direction.
     let cell = |edge: [i64; 2]| match edge {
         [1, 0] => inside(at[0], at[1]),
         [0, 1] => inside(at[0] - 1, at[1]),
@@ -42,8 +43,8 @@ fn turn(at: [i64; 2], step: [i64; 2], inside: &impl Fn(i64, i64) -> bool) -> [i6
     [left, step, right].into_iter().rfind(|&edge| edge_is_border(cell, edge)).unwrap_or(left)
 }
 
-/// Whether an edge has a cell of the set on its left and none on its right. The cell on its right is the one to the left of the
-/// edge that results from turning right.
+/// Returns true if an edge has a cell of the set on its left and none on its right. The cell on its right is the one to the
+/// left of the edge that results from turning right.
 fn edge_is_border(cell: impl Fn([i64; 2]) -> bool, edge: [i64; 2]) -> bool {
     cell(edge) && !cell([edge[1], -edge[0]])
 }

@@ -1,7 +1,7 @@
-//! The rooms of a floor and the openings between them, found by the watersheds of the distance to the walls. If free space
-//! narrows between two wide places, there is an opening.
+//! Finds the rooms of a floor and the openings between them, by the watersheds of the distance to the walls. There is an
+//! opening wherever free space narrows between two wider areas.
 //!
-//! Rooms that are joined to the rest only by a slit, and the outside, do not count.
+//! The outside does not count as a room, nor does anything joined to the rest only by a slit.
 
 use nalgebra::Vector2;
 use sketchnav_schemas::geometry::{Point, World};
@@ -9,44 +9,44 @@ use sketchnav_schemas::geometry::{Point, World};
 use crate::grid::{Grid, Solid};
 use crate::outline;
 
-/// An opening is narrower than this share of the narrower of the two places that it joins.
+/// Maximum width of an opening, as a share of the narrower of the two areas that it joins.
 const NARROWING: f64 = 0.7;
-/// An opening wider than twice this does not count.
+/// Half the maximum width of an opening, in metres.
 const WIDEST_M: f64 = 1.0;
-/// Half the width of the narrowest opening that can be passed.
+/// Half the minimum width of an opening that can be passed, in metres.
 const NARROWEST_M: f64 = 0.25;
-/// Smallest region, m².
+/// Minimum area of a region, in square metres.
 pub(crate) const LEAST_AREA_M2: f64 = 2.0;
-/// The label where there is no region.
+/// Label of cells that belong to no region.
 const NOWHERE: u32 = 0;
 
-/// A room, a corridor, or a part of a hall. Metres, frame `World`.
+/// A room, a corridor, or a part of a hall. Coordinates are in metres, in frame `World`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
-    /// The place that is farthest from the walls.
+    /// Point of the region that is farthest from the walls.
     pub center: Point<World>,
-    /// How far that is.
+    /// Distance of the centre from the walls, in metres.
     pub clearance_m: f64,
-    /// Free area.
+    /// Free area of the region, in square metres.
     pub area_m2: f64,
-    /// Its outline, a simple polygon along the cells.
+    /// Outline of the region, a simple polygon along the cells.
     pub polygon: Vec<[f64; 2]>,
 }
 
 /// An opening between two regions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doorway {
-    /// Indices of the regions that it joins.
+    /// Indices of the regions that the opening joins.
     pub regions: [usize; 2],
-    /// Its two sides, metres.
+    /// The two sides of the opening, in metres.
     pub jambs: [Point<World>; 2],
 }
 
-/// Which cell belongs to which region.
+/// The regions of a floor, and the region of each cell.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Regions {
     pub grid: Grid,
-    /// The region's index plus 1; 0 if there is none.
+    /// Index of each cell's region plus 1, or 0 if it belongs to none.
     labels: Vec<u32>,
     pub list: Vec<Region>,
     pub doorways: Vec<Doorway>,
@@ -68,24 +68,24 @@ impl Regions {
         Self { grid: solid.grid.clone(), labels, list, doorways }
     }
 
-    /// The region at a place.
+    /// Returns the region at a point.
     pub fn at(&self, place: Vector2<f64>) -> Option<usize> {
         self.grid.index(place).and_then(|i| self.at_cell(i))
     }
 
-    /// The region of a cell.
+    /// Returns the region of a cell.
     pub fn at_cell(&self, i: usize) -> Option<usize> {
         (self.labels[i] as usize).checked_sub(1)
     }
 }
 
-/// A saddle between two basins, and how far it is from the walls.
+/// A saddle between two basins, with its distance from the walls.
 struct Saddle {
     depth_m: f64,
     basins: [u32; 2],
 }
 
-/// Watersheds, as sets that are joined: label 0 is nowhere.
+/// Watersheds as a union-find structure. Label 0 stands for no basin.
 struct Basins {
     labels: Vec<u32>,
     parent: Vec<u32>,
@@ -95,7 +95,7 @@ struct Basins {
 }
 
 impl Basins {
-    /// Floods from the widest places down to the walls.
+    /// Floods the floor from the widest areas down to the walls.
     fn flood(grid: &Grid, depth_m: &[f64]) -> Self {
         let mut order: Vec<usize> = (0..grid.len()).filter(|&i| depth_m[i] > 0.0).collect();
         order.sort_by(|&a, &b| depth_m[b].total_cmp(&depth_m[a]).then(a.cmp(&b)));
@@ -133,7 +133,7 @@ impl Basins {
         label
     }
 
-    /// Handles two basins that touch at a depth: either they are one, or there is an opening.
+    /// Handles two basins that touch at a depth. They are either merged, or joined by an opening.
     fn meet(&mut self, a: u32, b: u32, depth_m: f64) {
         let (a, b) = (self.find(a), self.find(b));
         if a == b || a == NOWHERE {
@@ -164,7 +164,7 @@ impl Basins {
         label
     }
 
-    /// Merges what is too small for a room with the region behind its widest opening.
+    /// Merges a basin that is too small for a room with the one at the other side of its widest opening.
     fn merge_small(&mut self, grid: &Grid) {
         let least = (LEAST_AREA_M2 / grid.cell_m.powi(2)) as usize;
         let mut saddles = std::mem::take(&mut self.saddles);
@@ -178,7 +178,7 @@ impl Basins {
         self.saddles = saddles;
     }
 
-    /// The largest set of regions that openings join, none of which reaches the rim.
+    /// Returns the largest set of regions that are joined by openings, none of which reaches the rim.
     fn kept(&self, solid: &Solid) -> Vec<u32> {
         let least = (LEAST_AREA_M2 / solid.grid.cell_m.powi(2)) as usize;
         let mut outside = vec![false; self.parent.len()];
@@ -199,7 +199,7 @@ impl Basins {
         sets.into_iter().max_by_key(area).unwrap_or_default()
     }
 
-    /// What is joined to a region by passable openings, in the order of the labels.
+    /// Returns the regions joined to a region by passable openings, in the order of their labels.
     fn joined(&self, from: u32, inside: &impl Fn(u32) -> bool) -> Vec<u32> {
         let mut set = vec![from];
         loop {
@@ -235,7 +235,7 @@ fn region(grid: &Grid, labels: &[u32], depth_m: &[f64], index: usize) -> Region 
     }
 }
 
-/// Where cells of two regions touch, in connected pieces.
+/// Finds the openings, which are the connected sets of cells where two regions touch.
 fn doorways(grid: &Grid, labels: &[u32]) -> Vec<Doorway> {
     let mut seen = vec![false; labels.len()];
     let mut found = Vec::new();
@@ -256,7 +256,7 @@ fn doorways(grid: &Grid, labels: &[u32]) -> Vec<Doorway> {
     found
 }
 
-/// The two regions that touch at a cell, the lower label first.
+/// Returns the labels of the two regions that touch at a cell, the lower label first.
 fn pair(grid: &Grid, labels: &[u32], i: usize) -> Option<[u32; 2]> {
     let own = labels[i];
     let other = grid.around(i).map(|k| labels[k]).find(|&label| label != NOWHERE && label != own);

@@ -1,11 +1,12 @@
-//! Sketches of scenes of objects, as people deform them. They are out of scale; objects are shifted, turned, too
-//! large, too small, or forgotten. The route is redrawn past the objects as they are drawn, bent and smoothed.
+//! Sketches of scenes of objects, with the deformations that people make. The sketches are out of scale, and objects are
+//! shifted, turned, too large, too small, or forgotten. The route is redrawn past the objects as they are drawn, bent and
+//! smoothed.
 //!
-//! Degree 0 traces the scene; at degree 1 objects are some 0.5 m out of place; other degrees are in proportion. A drawing in
-//! which outlines meet or the route enters one is drawn again, because no person draws that on purpose. After some attempts all
-//! shifts become smaller. The same scene, degree and seed give the same sketch.
+//! Degree 0 traces the scene. At degree 1 objects are about 0.5 m out of place, and other degrees are in proportion. A drawing
+//! in which outlines meet, or the route enters one, is drawn again, because nobody draws that on purpose. After several
+//! attempts, all shifts become smaller. The same scene, degree and seed give the same sketch.
 //!
-//! [`hasty`] draws like a person in a hurry, who cuts corners; [`SceneSketch::on_a_pda`] writes whole pixels of a PDA.
+//! [`hasty`] draws like a person in a hurry, who cuts corners, and [`SceneSketch::on_a_pda`] writes whole pixels of a PDA.
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -14,45 +15,45 @@ use serde_json::json;
 use sketchnav_schemas::seed;
 use sketchnav_sim::scenes::{At, Scene, apart, distance, distance_to, middle};
 
-/// Standard deviations at degree 1: of the logarithms of the overall scale, the overall aspect, and an object's size and
-/// aspect; and of an object's place (metres) and heading (radians).
+/// Standard deviations at degree 1: of the logarithms of the overall scale, the overall aspect, and the size and aspect of an
+/// object, and of the position (in metres) and the heading (in radians) of an object.
 const SCALE: f64 = 0.12;
 const ASPECT: f64 = 0.08;
 const SIZE: f64 = 0.2;
 const OBJECT_ASPECT: f64 = 0.12;
 const SHIFT_M: f64 = 0.35;
 const TURN_RAD: f64 = 0.2;
-/// How likely an object is forgotten, and how many are drawn at least.
+/// Probability that an object is forgotten, and minimum number of objects that are drawn.
 const FORGOTTEN: f64 = 0.12;
 const LEAST_OBJECTS: usize = 4;
-/// How far the route wanders, metres; and over how much of it corners are smoothed.
+/// How far the route strays, and length over which its corners are smoothed, in metres.
 const BEND_M: f64 = 0.2;
 const SMOOTH_M: f64 = 0.8;
-/// Over what length of the route people in a hurry smooth corners: the median, metres, and the standard deviation of the
+/// Length over which people in a hurry smooth the corners of a route: its median, in metres, and the standard deviation of its
 /// logarithm.
 const HASTE_M: f64 = 1.5;
 const HASTE_SPREAD: f64 = 0.8;
-/// Pixels of a PDA's side, and metres a pixel: 5 inches (Chronis 2007, 4.3.2).
+/// Width of a PDA's screen, in pixels, and size of a pixel, in metres: 5 inches (Chronis 2007, 4.3.2).
 const PDA_PX: f64 = 160.0;
 const PDA_PIXEL_M: f64 = 0.127;
-/// How far a pen trembles, metres.
+/// Standard deviation of a trembling pen, in metres.
 const TREMBLE_M: f64 = 0.015;
-/// Outlines are drawn at least this far apart, and the route at least this far from them, metres.
+/// Minimum distance between outlines, and between the route and outlines, in metres.
 const BETWEEN_M: f64 = 0.2;
 const BESIDE_ROUTE_M: f64 = 0.3;
-/// After this many attempts shifts become smaller.
+/// Number of attempts after which shifts become smaller.
 const ATTEMPTS: usize = 20;
-/// Pixels of the file's canvas per metre.
+/// Scale of the file's canvas, in pixels per metre.
 const PIXELS_PER_M: f64 = 50.0;
-/// Room around what is drawn, metres.
+/// Margin around the drawing, in metres.
 const RIM_M: f64 = 1.0;
 
 /// A sketch of a scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneSketch {
-    /// The drawn objects: their places in the scene, and their outlines, metres.
+    /// The drawn objects: their indices in the scene, and their outlines, in metres.
     pub objects: Vec<(usize, Vec<At>)>,
-    /// The drawn route, metres.
+    /// The drawn route, in metres.
     pub route: Vec<At>,
     names: Vec<String>,
     tremble_m: f64,
@@ -69,18 +70,18 @@ pub fn sketch(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     drawn(scene, &Hand { degree, smooth_m: SMOOTH_M * degree }, mission_seed, &mut rng)
 }
 
-/// Draws a scene like a person who is in more or less of a hurry and cuts corners accordingly. If much is cut, two turns
-/// to the same side become one.
+/// Draws a scene like a person in more or less of a hurry, who cuts corners accordingly. If much is cut, two turns to the same
+/// side merge into one.
 pub fn hasty(scene: &Scene, degree: f64, mission_seed: u64) -> SceneSketch {
     let mut rng = seed::stream(mission_seed, "deform/hasty scene");
     let smooth_m = HASTE_M * (HASTE_SPREAD * normal(&mut rng)).exp();
     drawn(scene, &Hand { degree, smooth_m }, mission_seed, &mut rng)
 }
 
-/// How a person draws.
+/// The manner in which a person draws.
 struct Hand {
     degree: f64,
-    /// Over how much of the route corners are smoothed.
+    /// Length of the route over which corners are smoothed, in metres.
     smooth_m: f64,
 }
 
@@ -131,7 +132,7 @@ fn attempt(scene: &Scene, hand: &Hand, shifts: f64, rng: &mut Pcg64Mcg) -> Scene
     SceneSketch { objects: drawn, route, names, tremble_m: 0.0, seed: 0 }
 }
 
-/// The way, moved along with the objects next to it, bent and smoothed.
+/// Draws the route of a scene: moved along with the objects next to it, bent and smoothed.
 fn route(
     scene: &Scene,
     whole: &impl Fn(At) -> At,
@@ -169,7 +170,7 @@ fn route(
         .collect();
     let half = (smooth_m / 0.1 / 2.0) as usize;
     let mean = |i: usize| {
-        // Ends stay in place.
+        // The ends of the route stay in place.
         let half = half.min(i).min(bent.len() - 1 - i);
         middle(&bent[i - half..=i + half])
     };
@@ -185,7 +186,7 @@ impl SceneSketch {
         })
     }
 
-    /// How far objects are from where the best similarity puts them, metres: RMS of the drawn ones.
+    /// Returns the root mean square distance, in metres, of the drawn objects from where the best similarity puts them.
     pub fn shift_m(&self, scene: &Scene) -> f64 {
         let pairs: Vec<_> = self
             .objects
@@ -194,7 +195,7 @@ impl SceneSketch {
             .collect();
         let centre = |of: fn(&(At, At)) -> At| middle(&pairs.iter().map(of).collect::<Vec<_>>());
         let [from, to] = [centre(|pair| pair.0), centre(|pair| pair.1)];
-        // The similarity in the plane of complex numbers: the least squares of to ≈ factor · from.
+        // The similarity as a complex number, which is the least-squares solution of to ≈ factor · from.
         let (mut re, mut im, mut squares) = (0.0, 0.0, 0.0);
         let off = |at: At, middle: At| [at[0] - middle[0], at[1] - middle[1]];
         for (a, b) in &pairs {
@@ -211,7 +212,8 @@ impl SceneSketch {
         (left.sum::<f64>() / pairs.len() as f64).sqrt()
     }
 
-    /// What the longer side of the file's canvas stands for, metres, if the sketch has the scene's scale.
+    /// Returns the length, in metres, that the longer side of the file's canvas stands for, if the sketch is at the scale of
+    /// the scene.
     pub fn canvas_m(&self) -> f64 {
         let [low, high] = self.bounds();
         (high[0] - low[0]).max(high[1] - low[1])
@@ -224,8 +226,8 @@ impl SceneSketch {
         [low, high]
     }
 
-    /// The sketch as the file of a PDA: strokes in whole pixels, centred on the screen, at the drawing's own scale. `None` if
-    /// it is larger than the screen.
+    /// Returns the sketch as the file of a PDA: strokes in whole pixels, centred on the screen, at the drawing's own scale.
+    /// Returns `None` if the sketch is larger than the screen.
     pub fn on_a_pda(&self) -> Option<String> {
         let points = || self.route.iter().chain(self.objects.iter().flat_map(|(_, outline)| outline));
         let ends = [0, 1].map(|axis| {
@@ -249,7 +251,7 @@ impl SceneSketch {
         Some(json!({ "canvas": [PDA_PX, PDA_PX], "strokes": strokes, "labels": labels }).to_string())
     }
 
-    /// The sketch as a file of strokes, by an unsteady hand, with labels.
+    /// Returns the sketch as a file of strokes, drawn by an unsteady hand, with labels.
     pub fn file(&self) -> String {
         let mut rng = seed::stream(self.seed, "deform/scene pen");
         let [low, high] = self.bounds();
@@ -273,13 +275,13 @@ impl SceneSketch {
     }
 }
 
-/// A stroke as JSON, without repeated points.
+/// Returns a stroke as JSON, without repeated points.
 fn stroke(mut points: Vec<[i32; 2]>) -> serde_json::Value {
     points.dedup();
     json!({ "points": points })
 }
 
-/// The line with points at least every 0.15 m.
+/// Returns the line with points at most 0.15 m apart.
 fn dense(line: &[At]) -> Vec<At> {
     const STEP_M: f64 = 0.15;
     let mut points = Vec::new();

@@ -1,5 +1,5 @@
-//! The walls of a raster as lines: the solid cells within a wall's thickness of a room, thinned to a
-//! line, followed, and straightened.
+//! Traces the walls of a raster as lines. The solid cells within a wall's thickness of a room are thinned to a line, which is
+//! followed and straightened.
 //!
 //! Thinning: Zhang and Suen, *A fast parallel algorithm for thinning digital patterns*, 1984.
 //! Straightening: Douglas and Peucker, 1973.
@@ -9,31 +9,31 @@ use nalgebra::Vector2;
 use crate::grid::{Grid, Solid};
 use crate::regions::Regions;
 
-/// How deep behind a room's border a wall is looked for; what is solid beyond belongs to no line.
+/// Depth, from the border of a room, to which solid cells count as wall, in metres. Cells beyond it are not drawn.
 const DEPTH_M: f64 = 0.15;
-/// A shorter side line is an artefact of thinning, not of the wall; a shorter separate line is a speck.
+/// Minimum length of a line, in metres. A shorter side line is an artefact of thinning, and a shorter separate line is a speck.
 const SPUR_M: f64 = 0.4;
-/// Part of a room that is narrower than twice this is a slit between two faces of a wall: one line is drawn.
+/// Half the maximum width of a slit between two faces of a wall, in metres. A slit is drawn as one line.
 const SLIT_M: f64 = 0.13;
-/// How far a straightened line may deviate from the cells, and at least how many cells.
+/// Maximum deviation of a straightened line from the cells, in metres, and its minimum, in cells.
 const STRAIGHT_M: f64 = 0.1;
 const STRAIGHT_CELLS: f64 = 1.2;
-/// Thinning rounds corners off by this many cells.
+/// Number of cells by which thinning rounds corners off.
 const ROUND_CELLS: usize = 3;
-/// A piece that slants by less is straight.
+/// Minimum slant of a line, in cells. A piece that slants by less is straight.
 const SLANT_CELLS: f64 = 2.0;
-/// Two pieces meet within this many cells of the corner between them.
+/// Maximum distance between a corner and the point where the two pieces next to it meet, in cells.
 const MEET_CELLS: f64 = 4.0;
-/// Something solid that is smaller in both directions, and stands within a single region, is furniture.
+/// Maximum size of furniture, in metres: anything solid that is smaller in both directions and stands within a single region.
 const FURNITURE_M: f64 = 2.0;
 
-/// The centre lines of the walls around the regions.
+/// Returns the centre lines of the walls around the regions.
 pub(crate) fn walls(solid: &Solid, regions: &Regions) -> Vec<Vec<Vector2<f64>>> {
     let grid = &solid.grid;
     let rooms = without_slits(grid, (0..grid.len()).map(|i| regions.at_cell(i).is_some()).collect());
     let far_m = grid.distances_m(&rooms);
     let depth_m = DEPTH_M.max(1.5 * grid.cell_m);
-    // A pocket within a wall is wall.
+    // A pocket within a wall is part of the wall.
     let near = |i: usize| !rooms[i] && far_m[i] <= depth_m;
     let mut ink: Vec<bool> = (0..grid.len()).map(near).collect();
     thin(grid, &mut ink);
@@ -46,7 +46,7 @@ pub(crate) fn walls(solid: &Solid, regions: &Regions) -> Vec<Vec<Vector2<f64>>> 
         .collect()
 }
 
-/// The cells of all discs that fit into the rooms.
+/// Returns the cells of all discs that fit into the rooms.
 fn without_slits(grid: &Grid, rooms: Vec<bool>) -> Vec<bool> {
     let outside: Vec<bool> = rooms.iter().map(|room| !room).collect();
     let wide: Vec<bool> = grid.distances_m(&outside).into_iter().map(|depth_m| depth_m > SLIT_M).collect();
@@ -55,7 +55,7 @@ fn without_slits(grid: &Grid, rooms: Vec<bool>) -> Vec<bool> {
     rooms.into_iter().zip(far_m).map(|(room, far_m)| room && far_m <= reach_m).collect()
 }
 
-/// Clears furniture from rooms; returns the cells of each piece.
+/// Clears furniture from rooms, and returns the cells of each piece.
 pub(crate) fn remove_furniture(solid: &mut Solid, regions: &Regions) -> Vec<Vec<usize>> {
     let grid = solid.grid.clone();
     let mut removed = Vec::new();
@@ -93,7 +93,7 @@ fn is_furniture(grid: &Grid, piece: &[usize], regions: &Regions) -> bool {
     (high - low).max() < FURNITURE_M && first.is_some() && around.all(|region| Some(region) == first)
 }
 
-/// Peels the cells until lines are left, alternately from the two sides.
+/// Peels off cells, alternately from two sides, until only lines are left.
 fn thin(grid: &Grid, ink: &mut [bool]) {
     loop {
         let mut peeled = 0;
@@ -109,7 +109,7 @@ fn thin(grid: &Grid, ink: &mut [bool]) {
     }
 }
 
-/// The conditions of Zhang and Suen; neighbours in turn from the cell above.
+/// Returns true if a cell meets the conditions of Zhang and Suen for removal. The neighbours go around from the cell above.
 fn may_go(grid: &Grid, ink: &[bool], i: usize, second: bool) -> bool {
     if grid.at_rim(i) {
         return true;
@@ -123,7 +123,7 @@ fn may_go(grid: &Grid, ink: &[bool], i: usize, second: bool) -> bool {
     (2..=6).contains(&neighbours) && steps == 1 && side
 }
 
-/// Follows the lines; short ones with a free end are removed, and what is left is followed again.
+/// Follows the lines, removes short ones with a free end, and follows the rest again.
 fn without_spurs(grid: &Grid, ink: &mut [bool], shortest: usize) -> Vec<Vec<usize>> {
     let is_spur = |chain: &Chain| chain.ends.contains(&End::Free) && chain.ends.contains(&End::Branch);
     for chain in chains(grid, ink) {
@@ -138,20 +138,20 @@ fn without_spurs(grid: &Grid, ink: &mut [bool], shortest: usize) -> Vec<Vec<usiz
     lines.map(|chain| chain.cells).collect()
 }
 
-/// How a line ends.
+/// Kinds of ends of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum End {
     Free,
     Branch,
 }
 
-/// A line of cells between two ends, or around.
+/// A line of cells between two ends, or a closed one.
 struct Chain {
     cells: Vec<usize>,
     ends: [End; 2],
 }
 
-/// Neighbours along the line; a diagonal one counts only if it cannot be reached by a side.
+/// Returns the neighbours along the line. A diagonal neighbour counts only if it cannot be reached across a side.
 fn links(grid: &Grid, ink: &[bool], i: usize) -> Vec<usize> {
     let w = grid.width as i64;
     let on = |step: i64| ink.get((i as i64 + step) as usize).copied().unwrap_or(false);
@@ -183,7 +183,7 @@ fn chains(grid: &Grid, ink: &[bool]) -> Vec<Chain> {
     found
 }
 
-/// From `begin` over `next` to the next branch or end, or back to `begin`.
+/// Follows a line from `begin` through `next` to the next branch or end, or back to `begin`.
 fn follow(grid: &Grid, ink: &[bool], begin: usize, next: usize, used: &mut [bool]) -> Chain {
     let end = |i: usize| if links(grid, ink, i).len() == 1 { End::Free } else { End::Branch };
     let (mut cells, mut at) = (vec![begin], next);
@@ -200,8 +200,8 @@ fn follow(grid: &Grid, ink: &[bool], begin: usize, next: usize, used: &mut [bool
     }
 }
 
-/// The line with corners where the straight pieces between them meet. Thinning rounds corners off by a cell: if its cells were
-/// the corners, a straight wall would be drawn slanted by that much.
+/// Returns the line with its corners where the straight pieces between them meet. Thinning rounds corners off by a cell. If the
+/// corner cells themselves were used, a straight wall would be drawn slanted by that much.
 fn fitted(line: &[Vector2<f64>], slack: f64, cell_m: f64) -> Vec<Vector2<f64>> {
     let corners = corners(line, slack);
     let pieces: Vec<_> =
@@ -218,15 +218,15 @@ fn fitted(line: &[Vector2<f64>], slack: f64, cell_m: f64) -> Vec<Vector2<f64>> {
     corners.iter().enumerate().map(corner).collect()
 }
 
-/// A straight piece of a wall: a place on it and its direction.
+/// A straight piece of a wall: a point on it, and its direction.
 struct Piece {
     at: Vector2<f64>,
     along: Vector2<f64>,
 }
 
 impl Piece {
-    /// The line of least squares through cells, those near the ends left out. A raster cannot tell a slant of a cell or
-    /// two from none.
+    /// Fits a line to cells by least squares, leaving out the cells near the ends. In a raster, a slant of a cell or two cannot
+    /// be distinguished from none.
     fn through(cells: &[Vector2<f64>], cell_m: f64) -> Self {
         let inner = if cells.len() > 4 * ROUND_CELLS {
             &cells[ROUND_CELLS..cells.len() - ROUND_CELLS]
@@ -254,12 +254,12 @@ impl Piece {
         Self { at: Vector2::new(middle(0), middle(1)), along }
     }
 
-    /// The nearest place on it.
+    /// Returns the nearest point on the piece.
     fn foot(&self, place: Vector2<f64>) -> Vector2<f64> {
         self.at + self.along * self.along.dot(&(place - self.at))
     }
 
-    /// Where it meets another one, near a place; halfway between both if they meet elsewhere.
+    /// Returns where the piece meets another one near a point, or the point halfway between both if they do not meet near it.
     fn meets(&self, other: &Self, near: Vector2<f64>, within: f64) -> Vector2<f64> {
         let across = self.along.perp(&other.along);
         let meeting = self.at + self.along * ((other.at - self.at).perp(&other.along) / across);
@@ -268,7 +268,8 @@ impl Piece {
     }
 }
 
-/// The indices of the corners of a line, including its ends: no place is farther than `slack` from the line through them.
+/// Returns the indices of the corners of a line, including its ends. No point of the line is farther than `slack` from the line
+/// through the corners.
 fn corners(line: &[Vector2<f64>], slack: f64) -> Vec<usize> {
     let end = line.len() - 1;
     let (first, last) = (line[0], line[end]);
@@ -294,7 +295,8 @@ mod tests {
 
     use crate::{Floor, deform};
 
-    /// Two rooms, together 12 m x 8 m, with walls `thick` cells of 5 cm thick and a door between them.
+    /// Makes a floor of two rooms, 12 m x 8 m in total, with a door between them and walls that are `thick` cells of 5 cm
+    /// thick.
     fn rooms(thick: usize) -> Floor {
         const SIZE: [usize; 2] = [280, 200];
         let wall = |x: usize, y: usize| {
@@ -313,7 +315,8 @@ mod tests {
         Floor::of_map(&map, "rooms").unwrap()
     }
 
-    /// A straight wall of a map was drawn slanted by 5 px of 1320, because its corner was a cell that thinning had rounded off.
+    /// A straight wall of a map used to be drawn slanted by 5 px of 1320, because its corner was a cell that thinning had
+    /// rounded off.
     #[test]
     fn straight_walls_are_drawn_straight_at_degree_0() {
         for thick in 2..=6 {
@@ -324,8 +327,8 @@ mod tests {
                 assert!(dx.min(dy) < 0.01, "{thick} cells: from {:?} to {:?}", pair[0], pair[1]);
                 length_px += dx + dy;
             }
-            // Once around the rooms and once between them without the door, as if 12 m were 1200 px. For a thicker wall between
-            // rooms both faces are drawn.
+            // The length is once around the rooms, and once between them without the door, at 1200 px for 12 m. Both faces of a
+            // thicker wall between rooms are drawn.
             let is_one_line = thick <= 4;
             assert!(!is_one_line || (4600.0..4850.0).contains(&length_px), "{thick} cells: {length_px}");
         }

@@ -1,10 +1,10 @@
-//! Where people put what: the map from the floor to the drawing.
+//! Where people draw things: the map from the floor to the drawing.
 //!
 //! People draw rectangles as rectangles, in the right order but out of proportion. The map is therefore monotone along each of
-//! the two wall directions, and the logarithm of its local scale wanders from patch to patch and from one part of the floor to
+//! the two wall directions, while the logarithm of its local scale varies from patch to patch and from one part of the floor to
 //! another. In addition, rows of rooms are shifted against each other, mostly where few walls run across (in the corridors), so
-//! that walls stay roughly straight. One end is drawn larger than the other, and the whole is turned and sheared a little. The
-//! map is one to one: what would fold is shifted less.
+//! that walls stay roughly straight. One end is drawn larger than the other, and the whole is slightly turned and sheared. The
+//! map is one-to-one, since shifts that would fold it are reduced.
 
 use nalgebra::{Matrix2, Rotation2, Vector2};
 use rand::RngExt;
@@ -14,37 +14,40 @@ use sketchnav_schemas::seed;
 
 use crate::floor::Floor;
 
-/// Standard deviations at degree 1, found by trying until the drawings had people's figures (`tests/people.rs`).
+/// Standard deviations at degree 1, tuned until the drawings had the same figures as people's (`tests/people.rs`).
 const LOG_SCALE: f64 = 0.25;
 const LOG_SCALE_OF_PARTS: f64 = 1.1;
 const LOG_ANISOTROPY: f64 = 0.62;
-/// The same for the shifts, as a share of the floor's extent.
+/// Standard deviations of the shifts, as a share of the floor's extent, and of the taper, the shear and the rotation, at degree
+/// 1.
 const SHIFT: f64 = 0.5;
 const TAPER: f64 = 0.2;
 const SHEAR: f64 = 0.05;
 const TURN_RAD: f64 = 0.03;
-/// No room is drawn smaller or larger than this, logarithm at degree 1: people keep room for a door.
+/// Maximum deviation of the logarithm of the scale at degree 1. People leave enough space for a door, and do not draw any room
+/// too small or too large.
 const FARTHEST: f64 = 1.1;
-/// Size of patches with one scale, and of patches that shift together.
+/// Range of sizes of patches with one scale, in metres. Patches that shift together have the size [`SHIFT_PATCH_M`].
 const PATCH_M: [f64; 2] = [2.5, 6.0];
-/// Parts of the floor that are drawn larger or smaller than others, shares of its length.
+/// Range of sizes of the parts of the floor that are drawn larger or smaller than others, as shares of its length.
 const PARTS: [f64; 2] = [0.3, 0.6];
 const SHIFT_PATCH_M: f64 = 8.0;
-/// Step of the tables.
+/// Step of the tables, in metres.
 const STEP_M: f64 = 0.1;
-/// The least that is left of a scale where parts are shifted against each other.
+/// Minimum share of the scale that remains where parts are shifted against each other.
 const LEAST_STRETCH: f64 = 0.3;
-/// Room around the walls that is mapped too.
+/// Margin around the walls that is mapped as well, in metres.
 const RIM_M: f64 = 1.0;
 
-/// Maps the floor (metres) to a drawing of no particular size; [`Warp::apply`] is in metres of the mean scale.
+/// A map from the floor, in metres, to a drawing of no particular size. The result of [`Warp::apply`] is in metres at the mean
+/// scale.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Warp {
-    /// Rotation from the world's axes to the walls'.
+    /// Rotation from the axes of the world to those of the walls.
     turn: Rotation2<f64>,
     middle: Vector2<f64>,
     axes: [Axis; 2],
-    /// Part of the shifts that is left.
+    /// Factor by which the shifts are reduced.
     shift: f64,
     linear: Matrix2<f64>,
 }
@@ -53,14 +56,14 @@ pub(crate) struct Warp {
 #[derive(Debug, Clone, PartialEq)]
 struct Axis {
     low: f64,
-    /// Place in the drawing at each step.
+    /// Position in the drawing at each step.
     places: Vec<f64>,
-    /// Shifts, by patches along and bands across.
+    /// Shifts, by patch along the axis and band across it.
     shifts: Vec<Vec<f64>>,
-    /// Band at each step across, in patches.
+    /// Band at each step across the axis, in patches.
     bands: Vec<f64>,
     across_low: f64,
-    /// The share by which one side is drawn larger than the middle.
+    /// Share by which one side is drawn larger than the middle.
     taper: f64,
 }
 
@@ -84,17 +87,17 @@ impl Warp {
         warp
     }
 
-    /// Where a place of the world comes to lie; the mean scale is 1.
+    /// Maps a point of the world, with a mean scale of 1.
     pub fn apply(&self, place: Vector2<f64>) -> Vector2<f64> {
         self.linear * self.along_walls(self.turn * place - self.middle)
     }
 
-    /// Along the walls' axes, from the floor's middle.
+    /// Maps a point along the axes of the walls, from the middle of the floor.
     fn along_walls(&self, p: Vector2<f64>) -> Vector2<f64> {
         Vector2::new(self.axes[0].at(p.x, p.y, self.shift), self.axes[1].at(p.y, p.x, self.shift))
     }
 
-    /// Whether no place is folded over another: everywhere some stretch is left in both directions.
+    /// Returns true if no point is folded over another, that is, if a minimum stretch remains everywhere in both directions.
     fn is_one_to_one(&self, low: Vector2<f64>, high: Vector2<f64>) -> bool {
         if self.shift == 0.0 {
             return true;
@@ -141,7 +144,7 @@ impl Axis {
         self.place(step) * taper + share * self.shift(along, across)
     }
 
-    /// The place at a step; beyond the table, as at its end.
+    /// Returns the position at a step. Beyond the table, it is extrapolated from the end.
     fn place(&self, step: f64) -> f64 {
         let last = self.places.len() - 2;
         let i = (step.max(0.0) as usize).min(last);
@@ -164,7 +167,7 @@ impl Axis {
     }
 }
 
-/// Where each step along an axis comes to lie, about the middle, the mean scale 1.
+/// Returns the position of each step along an axis, relative to the middle, with a mean scale of 1.
 fn places(count: usize, half: f64, degree: f64, rng: &mut Pcg64Mcg) -> Vec<f64> {
     let farthest = FARTHEST * degree;
     let patches = logs(count, PATCH_M, LOG_SCALE * degree, rng);
@@ -186,7 +189,7 @@ fn places(count: usize, half: f64, degree: f64, rng: &mut Pcg64Mcg) -> Vec<f64> 
     places.into_iter().map(|place| place * scale - half).collect()
 }
 
-/// Logarithms of the scale, step by step, equal within stretches of random length.
+/// Returns the logarithm of the scale at each step, constant within stretches of random length.
 fn logs(count: usize, stretch_m: [f64; 2], deviation: f64, rng: &mut Pcg64Mcg) -> Vec<f64> {
     let mut logs = Vec::with_capacity(count);
     while logs.len() < count {
@@ -197,8 +200,8 @@ fn logs(count: usize, stretch_m: [f64; 2], deviation: f64, rng: &mut Pcg64Mcg) -
     logs
 }
 
-/// The position across the floor at each step, in patches. Steps are short where many walls run along, so that shifts change
-/// where few walls do.
+/// Returns the position across the floor at each step, in patches. Steps are short where many walls run along the axis, so that
+/// shifts change where there are few walls.
 fn bands(walls: &[Vec<Vector2<f64>>], across: usize, low: f64, count: usize) -> Vec<f64> {
     let running = |i: usize| {
         let at = low + (i as f64 + 0.5) * STEP_M;
@@ -228,7 +231,7 @@ fn normal(rng: &mut Pcg64Mcg) -> f64 {
     StandardNormal.sample(rng)
 }
 
-/// The direction of most of the walls, modulo a right angle.
+/// Returns the direction of most walls, modulo a right angle.
 fn wall_direction(walls: &[Vec<Vector2<f64>>]) -> f64 {
     let pieces = walls.iter().flat_map(|wall| wall.windows(2)).map(|pair| pair[1] - pair[0]);
     let sum: Vector2<f64> = pieces

@@ -1,4 +1,4 @@
-//! Drawings at degree 1 are deformed as people deform, at degree 0 not at all, and the sketcher reads them.
+//! At degree 1, drawings are deformed as much as people's, and at degree 0 not at all. The sketcher can read them.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ fn floor(name: &str) -> Floor {
     files::floor(&missions.join(format!("{name}/{name}.floor.toml"))).expect("a floor that ships")
 }
 
-/// Means over many seeds.
+/// Returns means over many seeds.
 fn means(floor: &Floor, degree: f64, figures: fn(&DeformedDrawing) -> Option<Deformation>) -> [f64; 4] {
     let mut sum = [0.0; 4];
     for seed in 1..=SEEDS {
@@ -38,14 +38,14 @@ fn assert_like_people(floor: &Floor, tolerance: f64) {
     }
 }
 
-/// A floor with the shape of the one that people drew. In a long building with narrow rooms, the scatter of the marks outweighs
-/// the drawing.
+/// A floor with the shape of the one that people drew. In a long building with narrow rooms, the scatter of the marks would
+/// outweigh the deformation.
 #[test]
 fn degree_1_has_peoples_statistics() {
     assert_like_people(&floor("laboratory"), 0.2);
 }
 
-/// The actual floor that they drew.
+/// The actual floor that people drew.
 #[test]
 fn degree_1_has_peoples_statistics_on_their_own_floor() {
     let Some(path) = data("sketches/kth/world.yaml") else { return };
@@ -60,7 +60,7 @@ fn half_a_degree_is_half_of_it_and_more_is_more() {
             [0.5, 1.0, 1.5].map(|degree| means(&floor, degree, |drawing| drawing.deformation));
         for i in 0..4 {
             assert!(half[i] < one[i] && one[i] < more[i], "{half:?} {one:?} {more:?}");
-            // For the anisotropy, the logarithm is halved.
+            // For the anisotropy, the logarithm is proportional to the degree.
             let (half, one) = if i == 2 { (half[i].ln(), one[i].ln()) } else { (half[i], one[i]) };
             assert!((0.38..0.62).contains(&(half / one)), "{i}: {half} of {one}");
         }
@@ -96,7 +96,7 @@ fn a_degree_that_is_none_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Nothing is folded over or mirrored: three near places keep their sense of rotation.
+    /// Nothing is folded over or mirrored: three neighbouring points keep their orientation.
     #[test]
     fn no_drawing_folds(degree in 0.0..MOST_DEGREE, seed in 0_u64..1 << 32) {
         const NEAR_M: f64 = 0.3;
@@ -113,7 +113,7 @@ proptest! {
     }
 }
 
-/// Every region that was not forgotten can be reached in the drawing, as the sketcher understands it.
+/// Checks that every region that was not forgotten can be reached in the drawing, as the sketcher reads it.
 fn all_is_reachable(floor: &Floor, degree: f64, seed: u64) -> Result<(), String> {
     let drawing = deform(floor, degree, seed).map_err(|error| error.to_string())?;
     let options = Options::default();
@@ -153,7 +153,7 @@ fn the_svg_shows_what_the_strokes_say() {
     assert!(drawing.png().expect("a picture").starts_with(b"\x89PNG"));
 }
 
-/// A file that is not part of the repository.
+/// Returns the path of a file that is not part of the repository, if it is available.
 fn data(name: &str) -> Option<PathBuf> {
     let path = needs::data().join(name);
     if !path.is_file() {

@@ -1,4 +1,4 @@
-//! The newest readings of a simulation, each in a place of its own.
+//! The latest readings of a simulation, sorted by channel.
 
 #![allow(dead_code)] // each test uses a part
 
@@ -13,7 +13,7 @@ use sketchnav_schemas::message::{
 use sketchnav_schemas::ros2::Ros2;
 use sketchnav_sim::{Senses, Simulation};
 
-/// What was read last, how often, and when.
+/// The latest readings, and a log of all readings.
 pub struct Readings {
     pub scan: Box<LaserScan>,
     pub sonar: SonarScan,
@@ -23,22 +23,22 @@ pub struct Readings {
     pub people: People,
     pub markers: MarkerView,
     pub view: Box<DotView>,
-    /// Name of the channel and stamp of each reading, in order.
+    /// Channel name and time stamp of each reading, in order.
     pub log: Vec<(&'static str, u64)>,
-    /// The bytes of all of them except the headers' numbers, if they are kept.
+    /// Bytes of all readings except the numbers in their headers, if they are kept.
     pub bytes: Option<Vec<u8>>,
     pub contacts: Vec<Contact>,
 }
 
 impl Readings {
-    /// The current readings of a simulation.
+    /// Returns the current readings of a simulation.
     pub fn of(simulation: &impl Simulation) -> Self {
         let mut readings = Self::new();
         readings.take(simulation);
         readings
     }
 
-    /// Room for as many readings as a test takes without allocating.
+    /// Reserves memory for as many readings as a test takes, so that taking them does not allocate.
     pub fn new() -> Self {
         Self {
             scan: bytemuck::zeroed_box(),
@@ -55,7 +55,7 @@ impl Readings {
         }
     }
 
-    /// The same, with the bytes of all readings.
+    /// Like [`Readings::new`], but keeps the bytes of all readings.
     pub fn with_bytes() -> Self {
         Self { bytes: Some(Vec::new()), ..Self::new() }
     }
@@ -65,7 +65,7 @@ impl Readings {
         let Ok(()) = simulation.sense(self);
     }
 
-    /// The stamps of all readings of a channel so far.
+    /// Returns the time stamps of all readings of a channel so far.
     pub fn stamps(&self, channel: &str) -> Vec<u64> {
         self.log.iter().filter(|(name, _)| *name == channel).map(|(_, stamp_ns)| *stamp_ns).collect()
     }
@@ -97,7 +97,7 @@ impl Senses for Readings {
     }
 }
 
-/// A command of the present instant.
+/// Returns a command stamped with the present instant.
 pub fn command(
     simulation: &impl Simulation,
     vx_mps: f64,

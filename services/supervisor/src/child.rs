@@ -24,32 +24,33 @@ use crate::restarts::{End, Restarts};
 use crate::watchdog::{Alarm, Watchdog};
 use crate::{Death, Error, Result};
 
-/// How often to ask whether waiting has become urgent: a signal may reach a thread other than the waiting one.
+/// Interval of checks whether waiting has become urgent, since a signal may be delivered to a thread other than the waiting
+/// one.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// `F_SETSIG` of `fcntl.h` (Linux), which the libc crate lacks: selects a signal other than SIGIO.
+/// `F_SETSIG` of `fcntl.h` (Linux), which the libc crate lacks. It selects a signal other than SIGIO.
 const F_SETSIG: libc::c_int = 10;
-/// How much of the end of a log an error shows, bytes.
+/// How much of the end of a log is shown in an error, in bytes and in lines.
 const LAST_BYTES: u64 = 2000;
 const LAST_LINES: usize = 12;
-/// How much room a log keeps for the last words of its process, bytes: a page of shared memory.
+/// Space that a log reserves for the last words of its process, in bytes: one page of shared memory.
 const RESERVED_BYTES: i64 = 4096;
 
-/// How a process is started.
+/// How to start a process.
 #[derive(Debug)]
 pub struct ProcessLine {
-    /// The process.
+    /// The process to start.
     pub process: Process,
-    /// Its command line. The supervisor sets its input, output, process group and parent-death signal.
+    /// Command line of the process. The supervisor sets its input, output, process group and parent-death signal.
     pub command: Command,
-    /// Whether it resumes from where it was when it is restarted, so that its death is survived.
+    /// Whether a restarted process resumes from where it was, so that the system survives its death.
     pub resumes: bool,
 }
 
 impl ProcessLine {
-    /// This same program as `serve PROCESS --system NAME`.
+    /// Returns the line that starts this same program as `serve PROCESS --system NAME`.
     ///
     /// # Errors
-    /// If the program's own path is unknown.
+    /// [`Error::Spawn`] if the path of this program is unknown.
     pub fn serve(process: Process, system: &str) -> Result<Self> {
         let program = std::env::current_exe().map_err(|source| Error::Spawn {
             process,
@@ -70,19 +71,19 @@ pub(crate) struct Child {
     child: StdChild,
     born: Instant,
     log: PathBuf,
-    /// How and when it ended, if it has.
+    /// How and when the process ended, if it has.
     ended: Option<(ExitStatus, Instant)>,
     restarts: Restarts,
-    /// When it is due to be restarted, if it is.
+    /// When the process is to be restarted, if it is dead and not given up.
     due: Option<Instant>,
-    /// When it died and its progress at that time, until its successor gets further.
+    /// When the process died, and its progress at that time. Cleared when its successor makes new progress.
     mourned: Option<(Instant, u32)>,
     watchdog: Watchdog,
     stopped_limit: Duration,
 }
 
 impl Child {
-    /// `stopped_limit`: how long it may be stopped before it is killed.
+    /// Starts a process. `stopped_limit` is how long it may be stopped before it is killed.
     pub(crate) fn spawn(mut line: ProcessLine, log: PathBuf, stopped_limit: Duration) -> Result<Self> {
         let process = line.process;
         prepare(&mut line)?;
@@ -97,7 +98,7 @@ impl Child {
         self.child.id()
     }
 
-    /// How and when it ended, if it has.
+    /// Returns how and when the process ended, if it has.
     pub(crate) fn ended(&mut self) -> Result<Option<(ExitStatus, Instant)>> {
         if self.ended.is_none() {
             let status = self.child.try_wait().map_err(self.waiting())?;
@@ -106,22 +107,23 @@ impl Child {
         Ok(self.ended)
     }
 
-    /// Whether it resumes from where it was when it is restarted.
+    /// Returns true if the process resumes from where it was when it is restarted.
     pub(crate) fn resumes(&self) -> bool {
         self.line.resumes
     }
 
-    /// Whether it is dead and due to be restarted.
+    /// Returns true if the process is dead and to be restarted.
     pub(crate) fn is_due(&self) -> bool {
         self.due.is_some()
     }
 
-    /// How often it was restarted, and after which pause.
+    /// Returns how often the process has been restarted, and after which pause.
     pub(crate) fn restarts(&self) -> &Restarts {
         &self.restarts
     }
 
-    /// Schedules a restart after its death; false if it is given up. `progress`: its progress across all restarts.
+    /// Schedules a restart after a death. Returns false if the process is given up. `progress` is its progress across all
+    /// restarts.
     pub(crate) fn schedule(&mut self, status: ExitStatus, progress: u32) -> bool {
         let now = Instant::now();
         self.mourned.get_or_insert((now, progress));
@@ -143,7 +145,7 @@ impl Child {
         }
     }
 
-    /// Restarts it if it is due; returns whether it did.
+    /// Restarts the process if that is due. Returns whether it did.
     pub(crate) fn start_if_due(&mut self, signs_of_life: u32) -> Result<bool> {
         let is_due = self.due.is_some_and(|due| due <= Instant::now());
         if is_due {
@@ -154,39 +156,39 @@ impl Child {
         Ok(is_due)
     }
 
-    /// The time from its death until it made new progress, returned once when that happens.
+    /// Returns the time from the death of the process until it made new progress. It is returned once, when that happens.
     pub(crate) fn recovery(&mut self, progress: u32) -> Option<Duration> {
         let (died, _) = self.mourned.take_if(|(_, before)| *before != progress)?;
         Some(died.elapsed())
     }
 
-    /// Checks whether it shows signs of life.
+    /// Checks whether the process shows signs of life.
     pub(crate) fn watch(&mut self, signs_of_life: u32) -> Alarm {
         let pid = self.child.id();
         self.watchdog.look(signs_of_life, Instant::now(), || ProcessState::of(pid))
     }
 
-    /// Tolerates its slowness from now on, because it is being starved.
+    /// Tolerates slowness of the process from now on, because it is being starved.
     pub(crate) fn bear(&mut self, starvation: Starvation) {
         self.watchdog.bear(starvation, Instant::now());
     }
 
-    /// Whether it is being starved.
+    /// Returns true if the process is being starved.
     pub(crate) fn is_starved(&self) -> bool {
         self.watchdog.is_starved(Instant::now())
     }
 
-    /// Whether it was responsive at the last check.
+    /// Returns true if the process was responsive at the last check.
     pub(crate) fn is_responsive(&self) -> bool {
         self.watchdog.is_quiet()
     }
 
-    /// Whether it is being killed, or was killed, because it hangs.
+    /// Returns true if the process is being killed, or was killed, because it hangs.
     pub(crate) fn hung(&self) -> bool {
         self.watchdog.hangs()
     }
 
-    /// A description of its end.
+    /// Describes the death of the process.
     pub(crate) fn death(&self, status: ExitStatus) -> Death {
         let (pid, hung) = (self.child.id(), self.hung());
         Death { process: self.process, pid, status, hung, last_lines: last_lines(&self.log) }
@@ -194,14 +196,13 @@ impl Child {
 
     pub(crate) fn signal(&mut self, signal: Signal) -> Result<()> {
         if self.ended()?.is_none() {
-            // Not waited for yet, so the id is still its own.
+            // The process has not been waited for yet, so the process id still belongs to it.
             let _ = kill(Pid::from_raw(self.child.id() as i32), signal);
         }
         Ok(())
     }
 
-    /// Waits for its end. Returns whether it ended before `limit`, and before a signal that arrived meanwhile made
-    /// `is_urgent` return true.
+    /// Waits for the process to end. Returns true if it ended before `limit`, and before a signal made `is_urgent` return true.
     pub(crate) fn wait_until(&mut self, limit: Instant, is_urgent: impl Fn() -> bool) -> Result<bool> {
         if self.ended()?.is_some() {
             return Ok(true);
@@ -223,7 +224,7 @@ impl Child {
         }
     }
 
-    /// Kills it and waits for its end.
+    /// Kills the process and waits for it to end.
     pub(crate) fn kill(&mut self) -> Result<()> {
         self.signal(Signal::SIGKILL)?;
         let status = self.child.wait().map_err(self.waiting())?;
@@ -237,34 +238,34 @@ impl Child {
     }
 }
 
-/// Sets everything that is the same each time it is started.
+/// Sets everything that is the same for each start of the process.
 fn prepare(line: &mut ProcessLine) -> Result<()> {
     let (supervisor, process) = (getpid(), line.process);
-    // The recorder may still close its file; the others have nothing to save.
+    // The recorder may still close its file, while the other processes have nothing to save.
     let is_recorder = process == Process::Recorder;
     let last = if is_recorder { Signal::SIGTERM } else { Signal::SIGKILL };
     let lifeline = is_recorder.then(|| pipe2(OFlag::O_CLOEXEC)).transpose();
     let lifeline = lifeline.map_err(|error| Error::Wait { process, source: error.into() })?;
     line.command.stdin(Stdio::null()).process_group(0);
     let term = SigSet::from(Signal::SIGTERM);
-    // SAFETY: between fork and exec the closure only makes a few system calls.
+    // SAFETY: between fork and exec, the closure only makes a few system calls.
     unsafe {
         line.command.pre_exec(move || {
-            // Blocked until the process has joined the system and listens.
+            // SIGTERM stays blocked until the process has joined the system and listens.
             term.thread_block()?;
             set_pdeathsig(last)?;
             if let Some((end, _)) = &lifeline {
                 wake_at_hang_up(end)?;
             }
-            // The supervisor may have died before the line above.
+            // The supervisor may have died before the parent-death signal was set.
             if getppid() == supervisor { Ok(()) } else { Err(Errno::ESRCH.into()) }
         });
     }
     Ok(())
 }
 
-/// Has SIGCONT sent to this process when the other end of the pipe closes, as it does when the supervisor dies.
-/// Otherwise a process that is stopped at that moment would not notice that it is asked to end.
+/// Makes the kernel send SIGCONT to this process when the other end of the pipe closes, as it does when the supervisor dies.
+/// Otherwise, a process that is stopped at that moment would not notice that it has been asked to end.
 fn wake_at_hang_up(end: &OwnedFd) -> io::Result<()> {
     let settings = [
         (libc::F_SETFD, 0),
@@ -273,7 +274,7 @@ fn wake_at_hang_up(end: &OwnedFd) -> io::Result<()> {
         (libc::F_SETFL, libc::O_ASYNC),
     ];
     for (command, value) in settings {
-        // SAFETY: settings of a descriptor that is ours; no pointers.
+        // SAFETY: this changes settings of our own descriptor, without pointers.
         Errno::result(unsafe { libc::fcntl(end.as_raw_fd(), command, value) })?;
     }
     Ok(())
@@ -292,15 +293,15 @@ fn spawn(line: &mut ProcessLine, log: &Path) -> Result<StdChild> {
     })
 }
 
-/// Sets room aside beyond the end of a log, which is often in shared memory itself: a process that dies because that is full
-/// can still say so. Where there is no room, or the file system reserves none, the process starts without.
+/// Reserves space after the end of a log. Logs are often in shared memory themselves, so this lets a process that dies of full
+/// shared memory still say so. If there is no space, or the file system cannot reserve any, the process starts without it.
 fn reserve(log: &File) {
     if let Ok(length) = log.metadata().map(|found| found.len()) {
         let _ = fallocate(log, FallocateFlags::FALLOC_FL_KEEP_SIZE, length as i64, RESERVED_BYTES);
     }
 }
 
-/// The last lines of a log; empty if it cannot be read.
+/// Returns the last lines of a log, or an empty string if it cannot be read.
 fn last_lines(log: &Path) -> String {
     let text = last_bytes(log).unwrap_or_default();
     let text = String::from_utf8_lossy(&text);
@@ -323,7 +324,7 @@ mod tests {
 
     use super::*;
 
-    /// A process that had died of full shared memory "printed nothing", because its log lay there.
+    /// A process that had died of full shared memory was said to have "printed nothing", because its log was in that memory.
     #[test]
     fn a_log_keeps_room_for_last_words() {
         let folder = tempfile::tempdir_in("/dev/shm").unwrap();

@@ -7,13 +7,13 @@ use nix::sys::signal::Signal;
 use sketchnav_schemas::codes::Process;
 use std::os::unix::process::ExitStatusExt;
 
-/// Exit code of a process that was given bad input.
+/// Exit code of a process that received bad input.
 const BAD_INPUT: i32 = 2;
 /// Exit code of a recorder whose recording is incomplete because its files could not be
 /// written, and of a run with such a recording.
 pub const INCOMPLETE: u8 = 4;
 
-/// What went wrong while a system ran.
+/// Errors of a running system.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -26,9 +26,9 @@ pub enum Error {
          ulimit -f unlimited"
     )]
     FileLimit {
-        /// What the largest channels take, MiB.
+        /// Size of the largest channel's file, in MiB.
         needed_mib: u64,
-        /// The limit of this process, MiB.
+        /// Limit of this process, in MiB.
         found_mib: u64,
     },
     /// A process could not be started.
@@ -36,9 +36,9 @@ pub enum Error {
     Spawn {
         /// The process.
         process: Process,
-        /// The program.
+        /// Path of the program.
         program: String,
-        /// Why not.
+        /// Why it could not be started.
         source: std::io::Error,
     },
     /// A process could not be waited for.
@@ -46,7 +46,7 @@ pub enum Error {
     Wait {
         /// The process.
         process: Process,
-        /// Why not.
+        /// Why waiting failed.
         source: std::io::Error,
     },
     /// A process died before the mission ended, or failed when it ended.
@@ -55,17 +55,17 @@ pub enum Error {
     /// A process died after each restart without making progress in between.
     #[error("{0}\nit was restarted {1} times and died each time before it made progress: given up")]
     GivenUp(Death, u64),
-    /// The processes of a lockstep make no more progress.
+    /// The processes of a lockstep no longer make progress.
     #[error(
         "the mission is stuck: every process has waited for another one for {seconds} s; the last answered tick \
          is {tick}{rejected}"
     )]
     Stalled {
-        /// For how long, seconds.
+        /// Time without progress, in seconds.
         seconds: u64,
-        /// The tick of the last status.
+        /// Tick of the last status.
         tick: u64,
-        /// Which processes have rejected messages, in words.
+        /// Describes which processes have rejected messages.
         rejected: String,
     },
     /// Processes had to be killed because they did not end when asked to.
@@ -74,34 +74,34 @@ pub enum Error {
 }
 
 impl Error {
-    /// Whether a process was given bad input (its exit code is 2), which the user can correct.
+    /// Returns true if a process received bad input (exit code 2), which the user can correct.
     pub fn is_bad_input(&self) -> bool {
         matches!(self, Self::Died(death) if is_bad_input(death.status))
     }
 }
 
-/// Whether a process with this status was given bad input, so that it would die of it again.
+/// Returns true if a process with this status received bad input, which would make it fail again.
 pub(crate) fn is_bad_input(status: ExitStatus) -> bool {
     status.code() == Some(BAD_INPUT)
 }
 
-/// Whether a recorder with this status has written what it could.
+/// Returns true if a recorder with this status has written as much as it could.
 pub(crate) fn is_incomplete(status: ExitStatus) -> bool {
     status.code() == Some(INCOMPLETE.into())
 }
 
-/// How a process died.
+/// The death of a process.
 #[derive(Debug, Clone)]
 pub struct Death {
-    /// The process.
+    /// The process that died.
     pub process: Process,
-    /// Its process id.
+    /// Process id of the process.
     pub pid: u32,
-    /// How it ended.
+    /// How the process ended.
     pub status: ExitStatus,
-    /// Whether the supervisor killed it because it showed no signs of life.
+    /// Whether the supervisor killed the process because it showed no signs of life.
     pub hung: bool,
-    /// The last lines of its output.
+    /// The last lines of the process's output.
     pub last_lines: String,
 }
 
@@ -136,7 +136,7 @@ impl Display for Death {
 mod tests {
     use super::*;
 
-    /// The user saw a SIGKILL, and looked for its sender.
+    /// A user saw only a SIGKILL, and went looking for its sender.
     #[test]
     fn a_process_that_was_ended_for_its_silence_is_named_with_that_reason() {
         let (process, status) = (Process::Planner, ExitStatus::from_raw(9));

@@ -14,24 +14,24 @@ use crate::{Death, Result};
 /// The recorder could not write its files for some time, or until the end.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct RecordingFailure {
-    /// The last reason that the recorder gave.
+    /// The last reason given by the recorder.
     pub words: String,
-    /// The number of messages that it knows to be missing.
+    /// Number of messages that the recorder knows to be missing.
     pub missing: u64,
 }
 
-/// The supervisor's end of the channel, and the notices of other processes and tools.
+/// The supervisor's writer of `faults`, and the notices of other processes and tools.
 pub(crate) struct Faults {
-    /// `None` if the channel is ceded.
+    /// Writer of the channel, or `None` if the channel is ceded.
     writer: Option<Writer<Fault>>,
     notices: Notices,
-    /// The header of the mission's last status.
+    /// Header of the mission's last status.
     now: Header,
     recording_stands: bool,
     recording_failure: Option<RecordingFailure>,
-    /// Orders that tools have asked for, in turn.
+    /// Orders requested by tools, oldest first.
     orders: Vec<Ordered>,
-    /// Processes that are starved from now on, by process id.
+    /// Processes whose starvation has begun, by process id.
     starved: Vec<(u32, Starvation)>,
 }
 
@@ -51,17 +51,17 @@ impl Faults {
         })
     }
 
-    /// Reports from here on are dated to the status with this header.
+    /// Stamps reports from now on with the header of the mission's last status.
     pub(crate) fn is_now(&mut self, header: Header) {
         self.now = header;
     }
 
-    /// Whether the recorder is waiting for room on its disk.
+    /// Returns true if the recorder is waiting for space on its disk.
     pub(crate) fn recording_stands(&self) -> bool {
         self.recording_stands
     }
 
-    /// What the recorder reported about files that it could not write, if it has.
+    /// Returns what the recorder reported about files that it could not write, if it has.
     pub(crate) fn take_recording_failure(&mut self) -> Option<RecordingFailure> {
         self.recording_failure.take()
     }
@@ -92,17 +92,17 @@ impl Faults {
         }
     }
 
-    /// The orders that tools have asked for since the last call.
+    /// Returns the orders that tools have requested since the last call.
     pub(crate) fn take_orders(&mut self) -> Vec<Ordered> {
         std::mem::take(&mut self.orders)
     }
 
-    /// The processes that are starved since the last call, by process id.
+    /// Returns the processes, by process id, whose starvation has begun since the last call.
     pub(crate) fn take_starved(&mut self) -> Vec<(u32, Starvation)> {
         std::mem::take(&mut self.starved)
     }
 
-    /// Publishes a report; `fill` completes it.
+    /// Publishes a report, which `fill` completes.
     pub(crate) fn tell(
         &mut self,
         kind: FaultKind,

@@ -1,4 +1,4 @@
-//! Owns the processes of a system. It creates and holds all channels, starts the processes, and restarts those that
+//! Owns the processes of a system. The supervisor creates and holds all channels, starts the processes, and restarts those that
 //! die. At the end it takes everything down, so that no process, no shared memory and no folder is left.
 //!
 //! ```text
@@ -7,15 +7,15 @@
 //! shut_down: every service ends → the recorder drains its channels, closes its file and ends
 //!            → channels and system are removed
 //! ```
-//! The processes have their own process groups, so a terminal's Ctrl-C reaches only the supervisor. If the supervisor
-//! is killed, the kernel ends them (`PR_SET_PDEATHSIG`), and the next system that starts removes what is left.
+//! Each process has its own process group, so Ctrl-C in a terminal reaches only the supervisor. If the supervisor is killed,
+//! the kernel ends the processes (`PR_SET_PDEATHSIG`), and the next system that starts removes whatever is left.
 //!
-//! A process that dies is restarted and resumes from its checkpoint. If it keeps dying without making progress, the
-//! pauses between restarts grow until it is given up and the mission ends. A process that was given bad input ends the
-//! mission at once. A process that is stopped or hangs is reported as unresponsive, and killed if that lasts. Kills,
-//! deaths, restarts, recoveries and unresponsive processes are all reported on `faults`.
+//! A process that dies is restarted and resumes from its checkpoint. If it keeps dying without making progress, the pauses
+//! between restarts grow, until it is given up and the mission ends. A process that received bad input ends the mission at
+//! once. A process that is stopped or hangs is reported as unresponsive, and killed if it stays that way. Kills, deaths,
+//! restarts, recoveries and unresponsive processes are all reported on `faults`.
 //!
-//! The supervisor never looks into what the services compute.
+//! The supervisor knows nothing about what the services compute.
 
 // `say!` prints, and escapes what could steer a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]

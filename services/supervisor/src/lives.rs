@@ -1,5 +1,5 @@
-//! Looks after a process across restarts: restarts it when it dies, kills it when it is unresponsive for too long, and
-//! reports both on `faults`.
+//! Looks after a process across restarts. It restarts the process when it dies, kills it when it is unresponsive for too long,
+//! and reports both on `faults`.
 
 use std::time::Duration;
 
@@ -14,10 +14,10 @@ use crate::faults::Faults;
 use crate::watchdog::Alarm;
 use crate::{Death, Error, Result};
 
-/// How long to spend on clearing what a killed process left in shared memory.
+/// Maximum time spent on clearing what a killed process left in shared memory.
 pub(crate) const CLEARING: Duration = Duration::from_millis(500);
 
-/// Looks after a process that can resume. Returns its death if it is a new one that the system survives.
+/// Looks after a process that can resume. If it has just died and the system survives that, returns its death.
 pub(crate) fn look_after(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<Death>> {
     start_if_due(child, node, faults)?;
     if let Some(took) = child.recovery(node.progress(child.process)) {
@@ -33,7 +33,7 @@ pub(crate) fn look_after(child: &mut Child, node: &Node, faults: &mut Faults) ->
     Ok(death)
 }
 
-/// Restarts it if it is due.
+/// Restarts a process if that is due.
 pub(crate) fn start_if_due(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<()> {
     if !child.start_if_due(node.signs_of_life(child.process))? {
         return Ok(());
@@ -45,7 +45,7 @@ pub(crate) fn start_if_due(child: &mut Child, node: &Node, faults: &mut Faults) 
     })
 }
 
-/// Schedules its restart, at once or later.
+/// Schedules the restart of a process that has died, now or after a pause.
 fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<Death>> {
     let Some((status, _)) = child.ended()?.filter(|_| child.resumes() && !child.is_due()) else {
         return Ok(None);
@@ -55,7 +55,7 @@ fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<
     }
     let death = child.death(status);
     faults.died(&death)?;
-    // Only now are its places as writer and reader free for its successor.
+    // Only now can its successor take over its places as a writer and a reader.
     node.clear_dead(CLEARING);
     if !child.schedule(status, node.progress(child.process)) {
         let words =

@@ -1,33 +1,34 @@
-//! When to restart a process that has died: at once, then after growing pauses, and finally not at all.
+//! When to restart a process that has died: first at once, then after growing pauses, and finally not at all.
 //!
-//! What counts is progress. A process that is killed over and over but sends something new in between is restarted each
-//! time. One that dies of the same message each time is given up eventually, and so is one that hangs.
+//! The decision depends on progress. A process that is killed over and over, but sends something new in between, is restarted
+//! each time. A process that dies of the same message each time is eventually given up, and so is one that hangs.
 
 use std::time::Duration;
 
-/// The pause before the second attempt in a row; it doubles with each further one.
+/// Pause before the second attempt in a row. It doubles with each further attempt.
 const FIRST_PAUSE: Duration = Duration::from_millis(50);
-/// Attempts in a row; their pauses add up to some six seconds.
+/// Maximum number of attempts in a row. Their pauses add up to about six seconds.
 const ATTEMPTS: u32 = 8;
 
-/// A process that lived this long, did not hang and was killed from outside was healthy and had nothing to send.
+/// A process that ran for this long without hanging, and was then killed from outside, was healthy and just had nothing to
+/// send.
 const PEACEFUL: Duration = Duration::from_secs(10);
 
-/// How a life ended.
+/// Ways in which a life of a process ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum End {
-    /// It hung and was killed for that.
+    /// The process hung and was killed for that.
     Hung,
-    /// It ended by itself, with an error, a panic or a crash.
+    /// The process failed by itself, with an error, a panic or a crash.
     Failed,
-    /// Another process killed it.
+    /// The process was killed by another process.
     Killed {
-        /// The length of its life.
+        /// How long the process had been running.
         after: Duration,
     },
 }
 
-/// The restarts of one process.
+/// Restarts of one process.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Restarts {
     in_a_row: u32,
@@ -37,8 +38,8 @@ pub(crate) struct Restarts {
 }
 
 impl Restarts {
-    /// Counts a death. `progress` is the process's progress across all restarts. Returns how long to wait before it is
-    /// restarted; `None` if it is given up.
+    /// Counts a death, given the progress of the process across all restarts. Returns the pause before the process is
+    /// restarted, or `None` if it is given up.
     pub(crate) fn pause_after_death(&mut self, end: End, progress: u32) -> Option<Duration> {
         let got_on = self.progress.replace(progress) != Some(progress);
         let was_good = match end {
@@ -60,17 +61,17 @@ impl Restarts {
         Some(self.pause)
     }
 
-    /// The number of the current attempt in a row without progress.
+    /// Returns the number of the current attempt in a row without progress.
     pub(crate) fn attempt(&self) -> u32 {
         self.in_a_row
     }
 
-    /// The pause before the last attempt.
+    /// Returns the pause before the last attempt.
     pub(crate) fn pause(&self) -> Duration {
         self.pause
     }
 
-    /// How often it was restarted.
+    /// Returns how often the process has been restarted.
     pub(crate) fn total(&self) -> u64 {
         self.total
     }
@@ -104,8 +105,8 @@ mod tests {
         assert_eq!(restarts.pause_after_death(KILLED, 1000), Some(Duration::ZERO));
     }
 
-    /// A life of ten seconds used to count as healthy, while a process that hangs is killed only after thirty. One that
-    /// hung in the same drawing each time was restarted forever.
+    /// A life of ten seconds used to count as healthy, but a hanging process is killed only after thirty. So a process that
+    /// hung at the same drawing each time was restarted forever.
     #[test]
     fn who_hangs_each_time_is_given_up_whatever_it_has_sent_before() {
         let mut restarts = Restarts::default();
@@ -130,7 +131,7 @@ mod tests {
         assert_eq!(restarts.pause_after_death(End::Hung, 5), Some(FIRST_PAUSE));
     }
 
-    /// A sketcher sends its sketch once and then waits; killing it every minute must not end the mission. One that
+    /// A sketcher sends its sketch once and then waits, so killing it every minute must not end the mission. A sketcher that
     /// crashes every minute before it has sent anything must end it.
     #[test]
     fn who_waits_in_peace_and_is_killed_is_started_again_for_ever() {

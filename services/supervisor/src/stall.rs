@@ -1,14 +1,14 @@
 //! Detects a lockstep in which every process waits for another one, so that nothing will ever happen again.
 //!
-//! Only a defect leads to that, for example a message that its reader rejects. Without this check the mission would
-//! wait forever in silence. Time in which the supervisor itself did not run does not count.
+//! This is always due to a defect, for example a message that its reader rejects. Without this check, the mission would
+//! silently wait forever. Time in which the supervisor itself did not run does not count.
 
 use std::time::{Duration, Instant};
 
-/// The most time that counts between two checks.
+/// Maximum time that counts between two checks.
 const MOST_AT_ONCE: Duration = Duration::from_millis(100);
 
-/// How long no process has made progress.
+/// Measures for how long no process has made progress.
 #[derive(Debug, Clone)]
 pub(crate) struct Stall {
     limit: Duration,
@@ -23,8 +23,8 @@ impl Stall {
         Self { limit, looked: now, progress: 0, stands: Duration::ZERO }
     }
 
-    /// Checks the sum of all processes' progress. `everybody_waits`: whether all of them run, and none computes or is
-    /// about to be restarted. Returns how long the lockstep has been stuck, if that is too long.
+    /// Checks the sum of the progress of all processes. `everybody_waits` is true if all of them are running, and none is
+    /// computing or about to be restarted. Returns how long the lockstep has been stuck, if that is too long.
     pub(crate) fn look(&mut self, now: Instant, progress: u64, everybody_waits: bool) -> Option<Duration> {
         let since = now.saturating_duration_since(std::mem::replace(&mut self.looked, now));
         let goes_on = std::mem::replace(&mut self.progress, progress) != progress;
@@ -41,7 +41,7 @@ mod tests {
     const LIMIT: Duration = Duration::from_secs(30);
     const LOOK: Duration = Duration::from_millis(50);
 
-    /// The first of `looks` checks, 50 ms apart, at which the lockstep counts as stuck.
+    /// Returns the first of `looks` checks, 50 ms apart, at which the lockstep counts as stuck.
     fn stands_after(looks: u32, progress: impl Fn(u32) -> u64, waits: impl Fn(u32) -> bool) -> Option<u32> {
         let now = Instant::now();
         let mut stall = Stall::begin(LIMIT, now);

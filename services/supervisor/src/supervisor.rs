@@ -21,18 +21,18 @@ use crate::lives::{CLEARING, look_after, start_if_due};
 use crate::stall::Stall;
 use crate::{Death, Error, Result};
 
-/// How often the supervisor looks at its channels and children. In that time a lockstep world, which waits for the
-/// recorder, sends no more statuses than their channel holds.
+/// Interval at which the supervisor checks its channels and children. It is short enough that a lockstep world, which waits for
+/// the recorder, cannot send more statuses in the meantime than their channel holds.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
-/// How long after a process's successful end that end counts as too early: it may be due to a last
-/// command whose status is still on its way.
+/// Time after the successful end of a process within which the mission may still end properly, since the status for the last
+/// command may be on its way.
 const EARLY_END: Duration = Duration::from_secs(2);
-/// Room for the largest file of a channel, with any number of readers; 103 MiB were measured for a sketch.
+/// Maximum size of a channel's file, with any number of readers. For a sketch, 103 MiB were measured.
 const LARGEST_FILE_MIB: u64 = 256;
 /// A signal that arrives this long after the shutdown began means that the user does not want to wait.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// How long the recorder may take to connect to its writers before they are ended.
+/// Maximum time for the recorder to connect to its writers before they are ended.
 const MEETING: Duration = Duration::from_secs(2);
 
 /// Time limits for processes and for a lockstep.
@@ -40,7 +40,7 @@ const MEETING: Duration = Duration::from_secs(2);
 pub struct Grace {
     /// How long world, sketcher, localizer and planner may take to end.
     pub services: Duration,
-    /// How long the recorder may take to write what is left and to close its file.
+    /// How long the recorder may take to write what is left and close its file.
     pub recorder: Duration,
     /// How long a process may be stopped (SIGSTOP) during the mission before it is killed and restarted.
     pub stopped: Duration,
@@ -59,30 +59,30 @@ impl Default for Grace {
     }
 }
 
-/// The supervisor's channels that a player of a recording writes in its place, through [`Supervisor::node`].
+/// The channels of the supervisor that a player of a recording writes instead, through [`Supervisor::node`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ceded {
-    /// The orders; the supervisor then gives none.
+    /// Whether orders are ceded. If so, the supervisor gives none.
     pub mission: bool,
-    /// The faults; the supervisor then reports none.
+    /// Whether fault reports are ceded. If so, the supervisor publishes none.
     pub faults: bool,
 }
 
 /// The state of the mission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
-    /// It is running.
+    /// The mission is running.
     Running,
-    /// The planner has ended it, finished or aborted, and no pad can continue it.
+    /// The planner has ended the mission, finished or aborted, and no pad can continue it.
     Ended,
-    /// SIGINT, SIGTERM or SIGHUP asks the supervisor to end.
+    /// A SIGINT, SIGTERM or SIGHUP has asked the supervisor to end.
     Interrupted,
 }
 
-/// A running system. If dropped, it is shut down as by [`Supervisor::shut_down`].
+/// A running system. Dropping it shuts it down like [`Supervisor::shut_down`].
 ///
-/// It must be started from a thread that lives as long as the system: when that thread ends, the kernel ends the
-/// processes that it has started.
+/// It must be started from a thread that lives as long as the system, because the kernel ends the processes started by a thread
+/// when that thread ends.
 pub struct Supervisor {
     grace: Grace,
     children: Vec<Child>,
@@ -93,17 +93,17 @@ pub struct Supervisor {
     pad: Pad,
     status: Option<MissionStatus>,
     ended_tasks: BTreeMap<u32, MissionStatus>,
-    /// By process and process id.
+    /// Health reports by process and process id.
     health: BTreeMap<(u32, u32), Health>,
     survived: Vec<Death>,
     outstanding_faults: Vec<(usize, PlannedFault)>,
     recording_failure: Option<RecordingFailure>,
-    /// Present if the processes are paced only by each other.
+    /// Detects a stuck lockstep. `None` unless the processes are paced only by each other.
     stall: Option<Stall>,
 }
 
 struct Ports {
-    /// `None` if it is ceded.
+    /// Writer of orders, or `None` if they are ceded.
     mission: Option<Writer<MissionCommand>>,
     status: Reader<MissionStatus>,
     health: Reader<Health>,
@@ -111,30 +111,30 @@ struct Ports {
 }
 
 impl Supervisor {
-    /// Creates the system `run.system`, starts its processes and orders the mission to start, unless people do that
-    /// from the pad. First clears what dead systems left.
+    /// Creates the system `run.system`, starts its processes, and orders the mission to start unless people do that from the
+    /// pad. First, it clears what dead systems have left behind.
     ///
     /// # Errors
-    /// If the system is running already, or a process cannot be started; nothing of it is left then.
+    /// If the system is running already, or if a process cannot be started. In either case, nothing of the new system is left.
     pub fn start(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         let mut supervisor = Self::start_without_order(run, lines, grace)?;
         supervisor.order_start()?;
         Ok(supervisor)
     }
 
-    /// As [`Supervisor::start`], but the mission waits for [`Supervisor::order_start`].
+    /// Like [`Supervisor::start`], but the mission waits for [`Supervisor::order_start`].
     ///
     /// # Errors
-    /// As [`Supervisor::start`].
+    /// See [`Supervisor::start`].
     pub fn start_without_order(run: &RunConfig, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         check_limits()?;
         Self::begin(System::create(run)?, lines, grace, Ceded::default())
     }
 
-    /// As [`Supervisor::start`], for a player that may also write the `ceded` channels of the supervisor.
+    /// Like [`Supervisor::start`], but for a player that may also write the `ceded` channels of the supervisor.
     ///
     /// # Errors
-    /// As [`Supervisor::start`].
+    /// See [`Supervisor::start`].
     pub fn start_for_player(
         run: &RunConfig,
         lines: Vec<ProcessLine>,
@@ -147,10 +147,10 @@ impl Supervisor {
         Ok(supervisor)
     }
 
-    /// Continues a dead system that was taken over: its processes resume from where they were.
+    /// Continues a dead system that was taken over. Its processes resume from where they were.
     ///
     /// # Errors
-    /// As [`Supervisor::start`]; the system is then cleared.
+    /// See [`Supervisor::start`]. The system is cleared if that happens.
     pub fn resume(system: System, lines: Vec<ProcessLine>, grace: Grace) -> Result<Self> {
         let mut supervisor = Self::begin(system, lines, grace, Ceded::default())?;
         supervisor.order_start()?;
@@ -180,12 +180,12 @@ impl Supervisor {
         Ok(supervisor)
     }
 
-    /// Orders the mission to start, unless that has been done or people do it from the pad.
+    /// Orders the mission to start, unless that has already been done, or people do it from the pad.
     ///
     /// # Errors
     /// If the order cannot be sent.
     pub fn order_start(&mut self) -> Result<()> {
-        // If an earlier supervisor has given orders, they were sent again when this one started.
+        // If an earlier supervisor gave orders, they were sent again when this one started.
         let mission = self.ports.as_ref().and_then(|ports| ports.mission.as_ref());
         let is_ordered = mission.is_none_or(|mission| mission.last_sent().is_some());
         if is_ordered || self.pad.draws() {
@@ -194,11 +194,12 @@ impl Supervisor {
         self.order(Ordered::new(Order::Start, 0))
     }
 
-    /// Watches messages and processes until `timeout` has passed or the mission no longer runs.
+    /// Watches messages and processes until `timeout` has passed or the mission is no longer running.
     ///
     /// # Errors
-    /// [`Error::Died`] if a process ended before the mission did and cannot resume; [`Error::GivenUp`] if one kept
-    /// dying without progress.
+    /// - [`Error::Died`] if a process that cannot resume ended before the mission did;
+    /// - [`Error::GivenUp`] if a process kept dying without progress;
+    /// - [`Error::Stalled`] if the processes of a lockstep no longer make progress.
     pub fn poll(&mut self, timeout: Duration) -> Result<Progress> {
         let end = Instant::now() + timeout;
         loop {
@@ -219,12 +220,12 @@ impl Supervisor {
         }
     }
 
-    /// Its node, for a player that writes in its place; `None` after shutdown.
+    /// Returns the supervisor's node, through which a player writes the ceded channels, or `None` after shutdown.
     pub fn node(&self) -> Option<&Node> {
         self.node.as_ref()
     }
 
-    /// Sends an order to the navigator, unless the orders are ceded.
+    /// Sends an order to the navigator, unless orders are ceded.
     pub fn order(&mut self, ordered: Ordered) -> Result<()> {
         if let Some(mission) = self.ports.as_mut().and_then(|ports| ports.mission.as_mut()) {
             let stamp_ns = self.status.map_or(0, |status| status.header.stamp_ns);
@@ -237,51 +238,55 @@ impl Supervisor {
         Ok(())
     }
 
-    /// The planner's last status of the mission.
+    /// Returns the planner's last status of the mission.
     pub fn status(&self) -> Option<&MissionStatus> {
         self.status.as_ref()
     }
 
-    /// The last status of every task that has ended, in order, for display. The supervisor only looks now and then;
-    /// only the recording is certain to have every status.
+    /// Returns the last status of each task that has ended, in order, for display. The supervisor only looks now and then, so a
+    /// status may be missing. Only the recording is sure to contain every status.
     pub fn ended_tasks(&self) -> impl Iterator<Item = &MissionStatus> {
         self.ended_tasks.values()
     }
 
-    /// The planned faults that had not happened when the system was shut down, with their numbers, from 1. Empty before.
+    /// Returns the planned faults that had not happened when the system was shut down, with their numbers from 1. Empty before
+    /// shutdown.
     pub fn outstanding_faults(&self) -> &[(usize, PlannedFault)] {
         &self.outstanding_faults
     }
 
-    /// What the recorder reported about files that it could not write, available after shutdown. If its disk had room
-    /// again in time, nothing needs to be missing.
+    /// Returns what the recorder reported about files that it could not write. Available after shutdown. If its disk had space
+    /// again in time, the recording may still be complete.
     pub fn recording_failure(&self) -> Option<&RecordingFailure> {
         self.recording_failure.as_ref()
     }
 
-    /// The last health report of `process`, with its counts summed over all its restarts.
+    /// Returns the last health report of `process`, with its counts summed over all restarts.
     pub fn health(&self, process: Process) -> Option<Health> {
         let lives = self.health.range((process.code(), 0)..=(process.code(), u32::MAX));
         lives.map(|(_, health)| *health).reduce(sum)
     }
 
-    /// The deaths that the system has survived, in order.
+    /// Returns the deaths that the system has survived, in order.
     pub fn survived(&self) -> &[Death] {
         &self.survived
     }
 
-    /// How often `process` was restarted.
+    /// Returns how often `process` has been restarted.
     pub fn restarts(&self, process: Process) -> u64 {
         self.survived.iter().filter(|death| death.process == process).count() as u64
     }
 
-    /// Ends the services, then the recorder, which by then has everything that was sent; then removes the channels and
-    /// the system. Everything is removed even if a step fails. What the supervisor has received can still be queried; a
-    /// second call does nothing. An incomplete recording is not an error; see [`Supervisor::recording_failure`]. A
-    /// further SIGINT, SIGTERM or SIGHUP, at least a second after the shutdown began, kills what has not ended yet.
+    /// Ends the services, and then the recorder, which by then has received everything that was sent. Finally, the channels and
+    /// the system are removed, even if an earlier step fails.
+    ///
+    /// Everything that the supervisor has received can still be queried. A second call does nothing. An incomplete recording is
+    /// not an error; see [`Supervisor::recording_failure`]. A further SIGINT, SIGTERM or SIGHUP, at least a second after the
+    /// shutdown began, kills the processes that have not ended yet.
     ///
     /// # Errors
-    /// [`Error::Died`] if a process failed when it ended; [`Error::Killed`] if one did not end.
+    /// - [`Error::Died`] if a process failed while it was ending;
+    /// - [`Error::Killed`] if a process did not end.
     pub fn shut_down(&mut self) -> Result<()> {
         let met = self.await_recorder();
         let services = self.end_children(|process| process != Process::Recorder, self.grace.services);
@@ -293,7 +298,7 @@ impl Supervisor {
             node.clear_dead(CLEARING);
         }
         (self.ports, self.channels, self.node) = (None, None, None);
-        // The files that record it are removed with the system.
+        // The files from which this is read are removed with the system.
         let outstanding = self.system.as_ref().map_or(Ok(Vec::new()), |system| system.outstanding_faults());
         let outstanding = outstanding.map(|found| self.outstanding_faults = found);
         let removed = self.system.take().and_then(Rc::into_inner).map_or(Ok(()), System::remove);
@@ -301,8 +306,8 @@ impl Supervisor {
         met.and(services).and(recorder).and(received).and(removed)
     }
 
-    /// Notes what the recorder reported about its files. A recorder that ended because they
-    /// are incomplete has done what it could.
+    /// Stores what the recorder reported about its files. A recorder that ended because they are incomplete has done what it
+    /// could.
     fn hear_of_the_recording(&mut self, ended: Result<()>) -> Result<()> {
         if let Some(ports) = &mut self.ports {
             self.recording_failure = ports.faults.take_recording_failure();
@@ -317,8 +322,8 @@ impl Supervisor {
         }
     }
 
-    /// Waits until the recorder has connected, as its first report shows. A mission of a few instants may end before
-    /// that, and what its processes have sent would be lost with them.
+    /// Waits until the recorder has connected, as its first health report shows. A mission of a few instants may end before
+    /// that, and then everything sent would be lost together with the processes that sent it.
     fn await_recorder(&mut self) -> Result<()> {
         let (begun, asked) = (Instant::now(), self.end_requests());
         loop {
@@ -394,7 +399,7 @@ impl Supervisor {
         Ok(())
     }
 
-    /// Gives the orders that tools have asked for.
+    /// Sends the orders that tools have requested.
     fn pass_on_orders(&mut self) -> Result<()> {
         let orders = self.ports.as_mut().map(|ports| ports.faults.take_orders()).unwrap_or_default();
         orders.into_iter().try_for_each(|ordered| self.order(ordered))
@@ -408,13 +413,14 @@ impl Supervisor {
         }
     }
 
-    /// Restarts processes that died and can resume.
+    /// Restarts processes that have died and can resume.
     fn check_children(&mut self) -> Result<()> {
         let (Some(node), Some(ports)) = (&self.node, &mut self.ports) else { return Ok(()) };
         for child in &mut self.children {
             self.survived.extend(look_after(child, node, &mut ports.faults)?);
             let Some((status, when)) = child.ended()? else { continue };
-            // One that is due is already being handled; one that died since the line above is handled at the next check.
+            // A process that is due is already being handled. One that has died since the line above is handled at the next
+            // check.
             let is_final = !child.resumes() || is_bad_input(status);
             let is_early = !status.success() || child.process == Process::Recorder;
             if is_final && (is_early || when.elapsed() > EARLY_END) {
@@ -426,9 +432,10 @@ impl Supervisor {
         Ok(())
     }
 
+    /// Checks that the lockstep is not stuck. While a recorder waits because its disk is full, the check is suspended.
+    ///
     /// # Errors
-    /// [`Error::Stalled`] if all processes have been waiting for each other for too long. A recorder whose disk is full
-    /// is waited for.
+    /// [`Error::Stalled`] if all processes have been waiting for each other for too long.
     fn check_stall(&mut self) -> Result<()> {
         let (Some(stall), Some(node), Some(ports)) = (&mut self.stall, &self.node, &self.ports) else {
             return Ok(());
@@ -483,7 +490,7 @@ impl Supervisor {
         self.node.as_ref().map_or(0, Node::end_requests)
     }
 
-    /// Asks the processes of a kind to end, kills those that do not, and waits for all.
+    /// Asks some of the processes to end, kills those that do not, and waits for all of them.
     fn end_children(&mut self, kind: impl Fn(Process) -> bool, grace: Duration) -> Result<()> {
         let (begun, asked) = (Instant::now(), self.end_requests());
         let limit = begun + grace;
@@ -491,7 +498,7 @@ impl Supervisor {
         let mut killed = Vec::new();
         let mut children: Vec<_> = self.children.iter_mut().filter(|child| kind(child.process)).collect();
         for child in &mut children {
-            // What a recorder missed by ending too early is recorded nowhere.
+            // Anything that a recorder missed by ending too early is not recorded anywhere.
             if child.process == Process::Recorder
                 && !child.resumes()
                 && let Some((status, _)) = child.ended()?
@@ -499,7 +506,7 @@ impl Supervisor {
                 result = result.and(Err(Error::Died(child.death(status))));
             }
             result = result.and(child.signal(Signal::SIGTERM));
-            // A stopped process receives it only when it is continued.
+            // A stopped process receives SIGTERM only when it is continued.
             result = result.and(child.signal(Signal::SIGCONT));
         }
         let node = self.node.as_ref();
@@ -524,18 +531,19 @@ fn check_limits() -> Result<()> {
     Ok(provide_files()?)
 }
 
-/// Checks whether files may be as large as the largest in shared memory; a later error would only name a channel.
+/// Checks that files may be as large as the largest file in shared memory. Without this check, a later error would only name a
+/// channel.
 ///
 /// # Errors
-/// [`Error::FileLimit`].
+/// [`Error::FileLimit`] if the limit on file sizes is too low.
 pub fn check_file_limit() -> Result<()> {
-    // If the limit cannot be queried, there is none to report.
+    // A limit that cannot be queried cannot be reported either.
     let found_mib = getrlimit(Resource::RLIMIT_FSIZE).map_or(u64::MAX, |(soft, _)| soft) >> 20;
     let needed_mib = LARGEST_FILE_MIB;
     if found_mib < needed_mib { Err(Error::FileLimit { needed_mib, found_mib }) } else { Ok(()) }
 }
 
-/// Merges the health of two lives of a process, with the later one as the current state.
+/// Merges the health of two lives of a process. The later life provides the current state.
 fn sum(earlier: Health, later: Health) -> Health {
     Health {
         steps: earlier.steps + later.steps,
@@ -549,7 +557,7 @@ fn sum(earlier: Health, later: Health) -> Health {
 
 impl Drop for Supervisor {
     fn drop(&mut self) {
-        // To see the result, call `shut_down`.
+        // The result is ignored here. Call `shut_down` to see it.
         let _ = self.shut_down();
     }
 }

@@ -1,57 +1,58 @@
 //! Watches whether a process shows signs of life.
 //!
-//! Every process looks up from its work at least every quarter of a second. One that does not is stopped (SIGSTOP),
-//! hangs, or takes long over something; the kernel reports whether it is stopped or computing. Time in which the
-//! supervisor itself did not run does not count, since the processes may not have run either. While a plan starves the
-//! process, only its share of the time counts, and a stop counts as part of the starvation.
-//! Afterwards the count starts again from zero.
+//! Every process gives a heartbeat at least every quarter of a second. A process that does not is stopped (SIGSTOP), hangs, or
+//! takes long over something. The kernel reports whether it is stopped or computing. Time in which the supervisor itself did
+//! not run does not count, since the processes may not have run either. While a plan starves the process, only its share of the
+//! time counts, and a stop counts as part of the starvation. Afterwards, the count starts again from zero.
 
 use std::time::{Duration, Instant};
 
 use sketchnav_runtime::ProcessState;
 use sketchnav_schemas::fault_plan::Starvation;
 
-/// A stopped process without a heartbeat for this long has missed its deadline, and is reported.
+/// Time without a heartbeat after which a stopped process is reported.
 const DEADLINE: Duration = Duration::from_secs(1);
-/// A process that seems to compute is reported later, because drawings are read in one step.
+/// Time without a heartbeat after which a process that seems to compute is reported. It is longer because drawings are read in
+/// one step.
 const BUSY_DEADLINE: Duration = Duration::from_secs(5);
-/// A process that seems to compute is killed only after this long: the drawing may be large, or the machine loaded.
+/// Time without a heartbeat after which a process that seems to compute is killed. The drawing may be large, or the machine
+/// loaded.
 const BUSY_LIMIT: Duration = Duration::from_secs(30);
-/// The most time that counts between two checks of the supervisor.
+/// Maximum time that counts between two checks by the supervisor.
 const MOST_AT_ONCE: Duration = Duration::from_millis(100);
 
-/// How long a process has been unresponsive.
+/// Measures how long a process has been unresponsive.
 #[derive(Debug, Clone)]
 pub(crate) struct Watchdog {
     signs: u32,
     looked: Instant,
     unresponsive: Duration,
     is_told: bool,
-    /// How long it may be stopped before it is killed.
+    /// How long the process may be stopped before it is killed.
     stopped_limit: Duration,
-    /// The share of the time in which it may run, and until when; `None` if it is not starved.
+    /// Share of the time in which the process may run, and until when, or `None` if it is not starved.
     starved: Option<(f64, Instant)>,
-    /// It was condemned to be killed; until it is gone, there is nothing more to report.
+    /// Whether the process is to be killed. Until it is gone, there is nothing more to report.
     is_condemned: bool,
-    /// It was condemned because it hangs, and not because it had been stopped from outside.
+    /// Whether it is to be killed because it hangs, and not because it was stopped from outside.
     hangs: bool,
 }
 
-/// The action to take.
+/// The action to take after a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Alarm {
-    /// Nothing.
+    /// Do nothing.
     Nothing,
-    /// It has missed its deadline, which is to be reported. Returned once.
+    /// Report that the process has missed its deadline. Returned once.
     Missed(Duration),
-    /// It has been unresponsive for too long and is to be killed. Returned once.
+    /// Kill the process, since it has been unresponsive for too long. Returned once.
     Kill(Duration),
-    /// It shows signs of life again.
+    /// Report that the process shows signs of life again.
     Over(Duration),
 }
 
 impl Watchdog {
-    /// Begins with a process that was just started.
+    /// Starts watching a process that has just been started.
     pub(crate) fn begin(signs: u32, now: Instant, stopped_limit: Duration) -> Self {
         let unresponsive = Duration::ZERO;
         let (is_told, is_condemned, hangs) = (false, false, false);
@@ -59,22 +60,22 @@ impl Watchdog {
         Self { signs, looked: now, unresponsive, is_told, stopped_limit, starved, is_condemned, hangs }
     }
 
-    /// Tolerates the slowness of a process that a plan starves from now on.
+    /// Tolerates slowness of a process that a plan starves from now on.
     pub(crate) fn bear(&mut self, Starvation { share, duration_ms }: Starvation, now: Instant) {
         self.starved = Some((share, now + Duration::from_millis(duration_ms)));
     }
 
-    /// Whether a plan starves it at that time.
+    /// Returns true if a plan starves the process at that time.
     pub(crate) fn is_starved(&self, now: Instant) -> bool {
         self.starved.is_some_and(|(_, until)| now < until)
     }
 
-    /// Whether it was condemned because it hangs. One that was stopped from outside does not hang.
+    /// Returns true if the process is to be killed because it hangs. A process that was stopped from outside does not hang.
     pub(crate) fn hangs(&self) -> bool {
         self.hangs
     }
 
-    /// Whether nothing was wrong at the last check.
+    /// Returns true if nothing was wrong at the last check.
     pub(crate) fn is_quiet(&self) -> bool {
         self.unresponsive < DEADLINE
     }
@@ -128,7 +129,7 @@ mod tests {
     const LOOK: Duration = Duration::from_millis(4);
     const LIMIT: Duration = Duration::from_secs(3);
 
-    /// Checks every four milliseconds until there is an alarm; returns it and leaves its time in `now`.
+    /// Checks every four milliseconds until there is an alarm, and returns it. `now` is then its time.
     fn next(watchdog: &mut Watchdog, now: &mut Instant, state: ProcessState) -> Alarm {
         loop {
             *now += LOOK;
@@ -150,7 +151,7 @@ mod tests {
         }
     }
 
-    /// A process was once killed, and reported, at every check until the kernel had removed it.
+    /// A process used to be killed, and reported, at every check until the kernel had removed it.
     #[test]
     fn who_is_to_be_killed_is_told_of_once() {
         let mut now = Instant::now();
@@ -183,7 +184,8 @@ mod tests {
         assert_eq!(watchdog.unresponsive, Duration::ZERO);
     }
 
-    /// A tenth of the processor for fifty seconds amounts to five seconds: long for a stopped process, not for a busy one.
+    /// A tenth of the processor for fifty seconds amounts to five seconds, which is long for a stopped process, but not for a
+    /// busy one.
     #[test]
     fn who_is_starved_is_not_blamed_for_it_and_afterwards_is_again() {
         let mut now = Instant::now();

@@ -1,7 +1,7 @@
 //! Whole systems of small processes: how they end, and that nothing is left of them.
 //!
-//! A test starts this same binary again as a supervisor, which starts it again as world, planner and recorder. Each
-//! test has a root of its own.
+//! A test starts this same binary again as a supervisor, which starts it again as world, planner and recorder. Each test has
+//! its own root.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -21,12 +21,12 @@ use sketchnav_supervisor::{Grace, ProcessLine, Progress, Supervisor};
 
 const STEPS: u64 = 1000;
 const LONG: Duration = Duration::from_secs(600);
-/// Longest that anything may take before it counts as hanging.
+/// Maximum time that anything may take before it counts as hanging.
 const LIMIT: Duration = Duration::from_secs(180);
 const ROLE: &str = "TEST_ROLE";
 const SYSTEM: &str = "TEST_SYSTEM";
-/// `finish`, `endless`, or a process and what it does: `planner-exits`, `world-dies`, `world-stays` (for eight seconds' grace),
-/// `world-stays-long`, `sketcher-stopped` (by the test), `planner-waits`.
+/// The plot: `finish`, `endless`, or a process and what it does: `planner-exits`, `world-dies`, `world-stays` (for a grace of
+/// eight seconds), `world-stays-long`, `sketcher-stopped` (by the test), `planner-waits`.
 const PLOT: &str = "TEST_PLOT";
 const NOTES: &str = "TEST_NOTES";
 
@@ -60,7 +60,7 @@ fn node(process: Process) -> Node {
     Node::join(System::open(&variable(SYSTEM)).unwrap(), process).unwrap()
 }
 
-/// Prints what happens, one event per line.
+/// Acts as the supervisor, and prints what happens, one event per line.
 fn supervisor() {
     sketchnav_navigators::register(&[]).unwrap();
     let mut run: RunConfig = serde_json::from_str(include_str!("../../runtime/tests/run.json")).unwrap();
@@ -90,10 +90,10 @@ fn supervisor() {
     println!("\n> down {result:?}, world {steps} steps, tasks {}", tasks.join(" "));
 }
 
-/// In lockstep: a scan, then the command for it, never far ahead of the recorder.
+/// Acts as a world in lockstep: sends a scan and waits for the command for it, never far ahead of the recorder.
 fn world() {
     if variable(PLOT).starts_with("world-stays") {
-        // When asked to end, it does not listen.
+        // It ignores the request to end.
         // SAFETY: ignoring a signal touches no memory.
         unsafe { nix::sys::signal::signal(Signal::SIGTERM, nix::sys::signal::SigHandler::SigIgn) }.unwrap();
         let node = Node::join(System::open(&variable(SYSTEM)).unwrap(), Process::Observer).unwrap();
@@ -179,7 +179,7 @@ fn planner() {
     }
 }
 
-/// Sends its route once; the planner may join later.
+/// Acts as a sketcher that sends its route once. The planner may join later.
 fn sketcher() {
     let node = node(Process::Sketcher);
     let mut routes = node.writer(ROUTE).unwrap();
@@ -187,7 +187,7 @@ fn sketcher() {
     while node.wait(LONG) != Wake::Terminate {}
 }
 
-/// Notes what it has received once it has received everything.
+/// Acts as the recorder, and notes what it has received once it has received everything.
 fn recorder() {
     let node = node(Process::Recorder);
     let mut scans = node.reader(SCAN).unwrap();
@@ -209,7 +209,7 @@ fn recorder() {
         while health.receive().unwrap().is_some() {
             counts[2] += 1;
         }
-        // Only now, when every channel has been emptied, since the world goes on at once.
+        // Not before every channel has been emptied, since the world continues at once.
         if std::mem::replace(&mut told, last) != last {
             recorded.send(|message| message.header.source_seq = last).unwrap();
         }
@@ -219,7 +219,7 @@ fn recorder() {
 
 // ---------------------------------------------------------------------------------------- the stage
 
-/// A root of systems that only this test uses, and its supervisor.
+/// A root of systems that only this test uses, and the name of its system.
 struct Stage {
     root: tempfile::TempDir,
     system: String,
@@ -232,7 +232,7 @@ struct Play {
 
 impl Stage {
     fn new(system: &str) -> Self {
-        // No other name in shared memory may look like that of a test that runs at the same time.
+        // No other name in shared memory may look like that of a test running at the same time.
         let system = format!("{system}-{}", std::process::id());
         Self { root: tempfile::tempdir_in("/dev/shm").unwrap(), system }
     }
@@ -258,7 +258,7 @@ impl Stage {
         self.root.path().join("sketchnav").join(&self.system)
     }
 
-    /// The process ids of the system's processes.
+    /// Returns the process ids of the system's processes.
     fn pids(&self) -> Vec<i32> {
         let files = fs::read_dir(self.folder().join("processes")).into_iter().flatten();
         files.filter_map(|file| pid_in(&file.ok()?.path())).collect()
@@ -299,7 +299,7 @@ impl Drop for Play {
     }
 }
 
-/// The process id of a lock file's holder, which is its first word.
+/// Returns the process id of a lock file's holder, which is the first word of the file.
 fn pid_in(lock: &Path) -> Option<i32> {
     fs::read_to_string(lock).ok()?.split_whitespace().next()?.parse().ok()
 }
@@ -310,7 +310,7 @@ fn gone(pid: i32) {
     wait_until(&format!("process {pid} has ended"), || !lives());
 }
 
-/// Leaves the processors to the processes that are waited for.
+/// Waits for a condition, leaving the processors to the processes that it depends on.
 fn wait_until(what: &str, is_so: impl Fn() -> bool) {
     let began = Instant::now();
     while !is_so() {
@@ -360,8 +360,8 @@ fn a_process_that_is_killed_is_named() {
     stage.nothing_is_left();
 }
 
-/// The world waited for a command that never came, the planner for a scan that it could accept,
-/// and so both once stood still in silence.
+/// The world waited for a command that never came, and the planner for a scan that it could accept, so both used to stand still
+/// in silence.
 #[test]
 fn a_lockstep_that_stands_still_is_told_and_ended() {
     let stage = Stage::new("waits");
@@ -388,8 +388,8 @@ fn a_process_that_does_not_listen_is_killed() {
     stage.nothing_is_left();
 }
 
-/// A process that was stopped when the mission ended once did not notice that it was asked to end. It was killed for
-/// that, and the run counted as a failure though everything was there.
+/// A process that was stopped when the mission ended did not notice that it was asked to end. It was killed for that, and the
+/// run counted as a failure although nothing was missing.
 #[test]
 fn a_stopped_process_ends_with_the_others() {
     let stage = Stage::new("stopped");
@@ -404,7 +404,7 @@ fn a_stopped_process_ends_with_the_others() {
     stage.nothing_is_left();
 }
 
-/// A process that did not end once held the terminal for its whole grace period, however often the user asked.
+/// A process that did not end used to hold the terminal for its whole grace period, however often the user asked.
 #[test]
 fn whoever_asks_again_does_not_wait() {
     let stage = Stage::new("again");
@@ -451,7 +451,7 @@ fn a_killed_supervisor_takes_its_processes_along() {
     let pids = stage.pids();
     play.signal(Signal::SIGKILL);
     pids.into_iter().for_each(gone);
-    // The next system that starts sweeps, here one of the same name.
+    // The next system that starts cleans up. Here it has the same name.
     let mut next = stage.play("finish");
     assert_eq!((next.line(), next.line()), ("started".into(), "Ended".into()));
     next.line();

@@ -1,8 +1,8 @@
-//! The simulated world as a process: passes messages between a [`Simulation`] and the channels, and decides when the
-//! next instant is due. A real robot's driver does the same with real sensors.
+//! The simulated world as a process. It passes messages between a [`Simulation`] and the channels, and decides when the next
+//! instant is due. The driver of a real robot does the same with real sensors.
 //!
-//! Its checkpoint holds the whole world before its sensors are read. Their readings follow from it, so a successor
-//! sends the same readings again and continues.
+//! The checkpoint contains the whole world before its sensors are read. Since the readings follow from the world, a restarted
+//! process sends the same readings again and continues.
 
 // `say!` prints, and escapes what could steer a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
@@ -22,29 +22,30 @@ use sketchnav_schemas::ros2::Ros2;
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_sim::{Senses, Simulation, World};
 
-/// How long to sleep at most before looking for new messages.
+/// Maximum time between two checks for new messages.
 const LOOK_UP: Duration = Duration::from_millis(20);
-/// How often to look for the first answer, and how long to wait for it.
+/// Interval of checks for the first answer, and maximum time to wait for it.
 const LOOK_SOON: Duration = Duration::from_millis(2);
 const PATIENCE: Duration = Duration::from_secs(10);
-/// The format of [`Positions`] and [`World`].
+/// Format version of [`Positions`] and [`World`] in a checkpoint.
 const CHECKPOINT: &str = "world 5";
 
-/// The world's positions in its channels before its sensors are read: the last number that was sent, or the number
-/// before the message to be received next.
+/// The world's positions in its channels before its sensors are read. For a channel that it writes, this is the number of the
+/// last message sent; for a channel that it reads, the number before the next message to be received.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Positions {
     tick: u64,
-    /// The channels of an instant, in the order of the table, padded with zeros.
+    /// Positions in the channels of readings, in the order of the table, padded with zeros.
     readings: [u64; MAX_CHANNELS],
     command: u64,
     recorded: u64,
 }
 
-/// Runs the world of the node's system until the process is asked to end. `files` provides the files that its mission names.
+/// Runs the world of the node's system until the process is asked to end. `files` provides the files that the mission names.
 ///
 /// # Errors
-/// [`sketchnav_sim::SimError`] if the mission's world or start is impossible; the runtime's errors.
+/// - [`sketchnav_sim::SimError`] if the mission's world or start is impossible;
+/// - any error of the runtime.
 pub fn run(node: &Node, files: &dyn Files) -> anyhow::Result<()> {
     let run = node.run_config()?;
     let mut shell = Shell::open(node, &run, files)?;
@@ -54,7 +55,7 @@ pub fn run(node: &Node, files: &dyn Files) -> anyhow::Result<()> {
     }
 }
 
-/// The world from the newest checkpoint, or a new one.
+/// Restores the world from the newest checkpoint, or creates a new one if there has been no checkpoint.
 fn resume(
     run: &RunConfig,
     files: &dyn Files,
@@ -80,9 +81,9 @@ struct Shell<'a, S> {
     health: HealthReporter,
     checkpoints: Checkpoints<(Positions, S)>,
     pace: Pace,
-    /// The newest command.
+    /// The latest command.
     held: Option<VelocityCommand>,
-    /// The newest tick that is safe in the file; beyond all ticks if nothing is recorded.
+    /// The latest tick that has safely been written to a file, or a number above any tick if nothing is recorded.
     recorded_tick: u64,
 }
 
@@ -119,7 +120,7 @@ impl<S: Simulation> Shell<'_, S> {
         self.recorded.resume_after(positions.recorded);
     }
 
-    /// Positions from which the current command and the recorder's last acknowledgement are received again.
+    /// Returns the positions from which the current command and the recorder's last acknowledgement are received again.
     fn positions(&self) -> Positions {
         Positions {
             tick: self.tick.last_seq(),
@@ -129,8 +130,8 @@ impl<S: Simulation> Shell<'_, S> {
         }
     }
 
-    /// Takes one step per command: the next step when the command that this tick caused has arrived
-    /// and the recorder is not too far behind.
+    /// Takes one step per command. The next step is due when the command caused by this tick has arrived and the recorder is
+    /// not too far behind.
     fn lockstep(&mut self) -> anyhow::Result<()> {
         self.observe()?;
         loop {
@@ -152,14 +153,14 @@ impl<S: Simulation> Shell<'_, S> {
         answered && tick < self.recorded_tick + LOCKSTEP_WINDOW
     }
 
-    /// In lockstep each command is for its own step, even if those of several steps have arrived, because a world that
+    /// In lockstep, each command is for its own step, even if commands for several steps have arrived, because a world that
     /// resumes from a checkpoint repeats the steps since then.
     fn has_its_command(&self) -> bool {
         let tick = self.tick.last_seq();
         self.pace == Pace::Lockstep && self.held.is_some_and(|command| command.header.source_seq >= tick)
     }
 
-    /// Takes each step when it is due, with whatever command there is, until the last one.
+    /// Takes each step when it is due, with whatever command has arrived, until the last one.
     fn real_time(&mut self, speed: f64) -> anyhow::Result<()> {
         self.observe()?;
         self.await_navigators()?;
@@ -179,8 +180,8 @@ impl<S: Simulation> Shell<'_, S> {
         }
     }
 
-    /// Starts the time when the first tick is answered, so that a stage that is still reading the drawing misses
-    /// nothing, however fast time passes. Without navigators it starts nevertheless.
+    /// Starts the clock when the first tick has been answered, so that a stage that is still reading the drawing misses
+    /// nothing, however fast the time passes. If no answer comes, as without navigators, the clock starts anyway.
     fn await_navigators(&mut self) -> anyhow::Result<()> {
         let began = Instant::now();
         while self.held.is_none() && began.elapsed() < PATIENCE && self.node.nap(LOOK_SOON) != Wake::Terminate
@@ -209,7 +210,7 @@ impl<S: Simulation> Shell<'_, S> {
         let positions = self.positions();
         match self.pace {
             Pace::Lockstep => self.checkpoints.after_step(|| (positions, &self.world))?,
-            // Which command had arrived by then is chance, so no step can be repeated.
+            // Which command had arrived by then is a matter of chance, so a step cannot be repeated.
             Pace::RealTime { .. } => self.checkpoints.write(&(positions, &self.world))?,
         }
         self.observe()?;
@@ -217,7 +218,7 @@ impl<S: Simulation> Shell<'_, S> {
         Ok(())
     }
 
-    /// Sends the sensors' current readings and then the tick, which names them and wakes the readers.
+    /// Sends the current sensor readings, and then the tick, which lists the readings and wakes the readers.
     fn observe(&mut self) -> anyhow::Result<()> {
         let (stamp_ns, source_seq) = (self.world.stamp_ns(), self.tick.last_seq() + 1);
         self.voices.source_seq = source_seq;
@@ -234,10 +235,10 @@ impl<S: Simulation> Shell<'_, S> {
     }
 }
 
-/// The writers of everything that a world sends before the tick.
+/// Writers of everything that a world sends before the tick.
 struct Voices {
     writers: Vec<RawWriter>,
-    /// The tick of the instant.
+    /// Number of the instant's tick.
     source_seq: u64,
 }
 

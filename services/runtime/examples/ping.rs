@@ -1,6 +1,6 @@
-//! Measures the cost of a hop: the world sends a scan, and the planner answers with a command, in two processes, as in
-//! lockstep. Prints the time of a hop (half a round trip) and how much of `/dev/shm` the system uses. For comparison,
-//! in the same run and with the same payloads: plain iceoryx2 with a WaitSet, and a Unix socket.
+//! Measures the cost of a hop between two processes: the world sends a scan and the planner answers with a command, as in
+//! lockstep. Prints the time of a hop (half a round trip) and how much of `/dev/shm` the system uses. For comparison, the same
+//! payloads are then sent through plain iceoryx2 with a WaitSet, and through a Unix socket.
 //!
 //! `cargo run --release -p sketchnav-runtime --example ping`
 
@@ -25,7 +25,7 @@ use sketchnav_schemas::message::{LaserScan, VelocityCommand};
 const ROUNDS: usize = 20_000;
 const WARM_UP: usize = 1_000;
 const LIMIT: Duration = Duration::from_secs(5);
-/// Lengths of the comparisons' messages, there and back, bytes.
+/// Sizes of the messages in the comparisons, there and back, in bytes.
 const THERE: usize = size_of::<LaserScan>();
 const BACK: usize = size_of::<VelocityCommand>();
 
@@ -40,14 +40,14 @@ fn main() -> Fallible {
         [system] => answer(system),
         _ => {
             measure()?;
-            // In a process of its own, because a system's settings are global to a process.
+            // This needs a process of its own, because a system's settings are global to a process.
             other(&["waitset"])?.wait()?;
             measure_socket()
         }
     }
 }
 
-/// The answering process.
+/// Starts the answering process.
 fn other(arguments: &[&str]) -> Fallible<Child> {
     Ok(Command::new(std::env::current_exe()?).args(arguments).spawn()?)
 }
@@ -74,7 +74,7 @@ fn measure() -> Fallible {
     result
 }
 
-/// The world's part.
+/// Acts as the world.
 fn send(system: &str, planner: &mut Child) -> Fallible {
     let node = Node::join(System::open(system)?, Process::World)?;
     let mut scans = node.writer(SCAN)?;
@@ -98,7 +98,7 @@ fn send(system: &str, planner: &mut Child) -> Fallible {
     Ok(())
 }
 
-/// The planner's part.
+/// Acts as the planner.
 fn answer(system: &str) -> Fallible {
     let node = Node::join(System::open(system)?, Process::Planner)?;
     let mut scans = node.reader(SCAN)?;
@@ -111,7 +111,7 @@ fn answer(system: &str) -> Fallible {
     Ok(())
 }
 
-/// The memory that the system's files use, not the size to which they could grow.
+/// Returns the memory that the system's files use, as opposed to the size to which they may grow.
 fn shared_memory_kib(system: &str) -> std::io::Result<u64> {
     use std::os::unix::fs::MetadataExt;
     let mark = format!("sketchnav_{system}_");
@@ -197,7 +197,7 @@ fn measure_waitset() -> Fallible {
     let waitset = WaitSetBuilder::new().create::<ipc::Service>()?;
     let _guard = waitset.attach_notification(&raw.listener)?;
     let (bytes, mut hops) = ([1; THERE], Vec::with_capacity(ROUNDS));
-    // The other process must be there before the first message, with its events too, which it opens last.
+    // The other process must have joined before the first message, including its events, which it opens last.
     while raw.notifier.notify()? == 0 || raw.service.dynamic_config().number_of_subscribers() == 0 {}
     for _ in 0..ROUNDS {
         let began = Instant::now();

@@ -8,29 +8,29 @@ thread_local! {
     static HANDLES: Cell<u64> = const { Cell::new(0) };
 }
 
-/// The system allocator, counting per thread how often it was asked for memory.
-/// A binary installs it: `#[global_allocator] static A: CountingAllocator = CountingAllocator;`
+/// The system allocator, counting per thread how often memory was requested. A binary installs it with `#[global_allocator]
+/// static A: CountingAllocator = CountingAllocator;`
 #[derive(Debug, Clone, Copy, Default)]
 pub struct CountingAllocator;
 
-/// Allocations and reallocations of this thread so far, [`loan_handles_of_this_thread`] excluded. Always 0 if the
-/// binary has not installed [`CountingAllocator`].
+/// Returns the number of allocations and reallocations of this thread so far, excluding [`loan_handles_of_this_thread`]. Always
+/// 0 if the binary has not installed [`CountingAllocator`].
 pub fn allocations_of_this_thread() -> u64 {
     COUNT.try_with(Cell::get).unwrap_or(0)
 }
 
-/// The allocations that iceoryx2 itself made for loans. Version 0.10 keeps a small handle of each loaned sample on the
-/// heap until the sample is sent, and offers no way around it: one handle per message, whatever its size. They are
-/// counted separately so that a service's own steps can be held to zero allocations.
+/// Returns the number of allocations that iceoryx2 itself has made for loans of this thread. Version 0.10 keeps a small handle
+/// of each loaned sample on the heap until the sample is sent, and offers no way around it: one handle per message, whatever
+/// its size. These allocations are counted separately so that a service's own steps can be held to zero.
 pub fn loan_handles_of_this_thread() -> u64 {
     HANDLES.try_with(Cell::get).unwrap_or(0)
 }
 
-/// Runs `take_loan`, which allocates a loan's handle, and counts that allocation as one.
+/// Runs `take_loan` and counts its allocations as loan handles.
 pub(crate) fn loan_handle<R>(take_loan: impl FnOnce() -> R) -> R {
     let before = allocations_of_this_thread();
     let loan = take_loan();
-    // A thread that is ending no longer has counters, nor loans.
+    // A thread that is ending no longer has counters, but it takes no more loans either.
     let _ = COUNT.try_with(|count| {
         let made = count.replace(before) - before;
         HANDLES.try_with(|handles| handles.set(handles.get() + made))
@@ -39,7 +39,7 @@ pub(crate) fn loan_handle<R>(take_loan: impl FnOnce() -> R) -> R {
 }
 
 fn count() {
-    // A thread that is ending no longer has a counter, nor steps.
+    // A thread that is ending no longer has a counter, but it makes no more steps either.
     let _ = COUNT.try_with(|count| count.set(count.get() + 1));
 }
 

@@ -21,7 +21,7 @@ use sketchnav_schemas::codes::Process;
 
 use crate::{Error, Result};
 
-/// Size of the page, bytes.
+/// Size of the page, in bytes.
 pub(crate) const PAGE: usize = 4096;
 /// One slot per process, indexed by its code.
 const SLOTS: usize = 16;
@@ -35,18 +35,18 @@ const _: () = {
     }
 };
 
-/// One process's words, on a cache line of their own.
+/// The words of one process, on their own cache line.
 #[repr(C, align(64))]
 struct Slot {
-    /// How often the bell was rung.
+    /// Number of times that the bell was rung.
     bell: AtomicU32,
     /// Non-zero while the process sleeps or is about to.
     sleeping: AtomicU32,
-    /// How many readers have joined the process's channels.
+    /// Number of readers that have joined the process's channels.
     joined: AtomicU32,
-    /// How much new work the process has done.
+    /// Amount of new work that the process has done.
     progress: AtomicU32,
-    /// How often the process has looked up from its work.
+    /// Number of heartbeats of the process.
     beats: AtomicU32,
 }
 
@@ -76,12 +76,12 @@ impl Bells {
         Ok(Self { slots: unsafe { page.cast::<[Slot; SLOTS]>().as_ref() } })
     }
 
-    /// The word that the process sleeps on.
+    /// Returns the word that the process sleeps on.
     pub(crate) fn word(&self, process: Process) -> &'static AtomicU32 {
         &self.slot(process).bell
     }
 
-    /// The count of the process's bell.
+    /// Returns the count of the process's bell.
     pub(crate) fn rings(&self, process: Process) -> u32 {
         self.slot(process).bell.load(SeqCst)
     }
@@ -90,7 +90,7 @@ impl Bells {
     pub(crate) fn ring(&self, process: Process) {
         let slot = self.slot(process);
         slot.bell.fetch_add(1, SeqCst);
-        // The sleeper announces itself before it looks at the bell for the last time, so at least one side sees the other.
+        // The sleeper announces itself before it checks the bell for the last time, so at least one side sees the other.
         if slot.sleeping.load(SeqCst) != 0 {
             wake(&slot.bell);
         }
@@ -102,7 +102,7 @@ impl Bells {
         self.ring(writer);
     }
 
-    /// How many readers have joined the process's channels.
+    /// Returns how many readers have joined the process's channels.
     pub(crate) fn readers_joined(&self, process: Process) -> u32 {
         self.slot(process).joined.load(SeqCst)
     }
@@ -112,7 +112,7 @@ impl Bells {
         self.slot(process).progress.fetch_add(1, SeqCst);
     }
 
-    /// How much new work the process and its predecessors have done.
+    /// Returns how much new work the process and its predecessors have done.
     pub(crate) fn progress(&self, process: Process) -> u32 {
         self.slot(process).progress.load(SeqCst)
     }
@@ -122,14 +122,13 @@ impl Bells {
         self.slot(process).beats.fetch_add(1, SeqCst);
     }
 
-    /// A number that changes as long as the process or its successor does anything.
+    /// Returns a number that changes whenever the process or its successor does anything.
     pub(crate) fn signs_of_life(&self, process: Process) -> u32 {
         let slot = self.slot(process);
         slot.beats.load(SeqCst).wrapping_add(slot.progress.load(SeqCst))
     }
 
-    /// Sleeps until the count of the process's bell differs from `seen`, and returns
-    /// the new count, or `None` after `timeout`.
+    /// Sleeps until the count of the process's bell differs from `seen`. Returns the new count, or `None` after `timeout`.
     pub(crate) fn wait(&self, process: Process, seen: u32, timeout: Duration) -> Option<u32> {
         let slot = self.slot(process);
         slot.sleeping.store(1, SeqCst);
@@ -143,8 +142,8 @@ impl Bells {
     }
 }
 
-/// Sleeps until `word` no longer holds `value` or the timeout has passed; returns whether it changed. A signal that is
-/// handled elsewhere (SIGCONT, say) does not end the sleep.
+/// Sleeps until `word` no longer holds `value`, or until the timeout has passed. Returns true if the word has changed. A signal
+/// that is handled elsewhere (such as SIGCONT) does not end the sleep.
 pub(crate) fn sleep_until_changed(word: &AtomicU32, value: u32, timeout: Duration) -> bool {
     if word.load(SeqCst) != value {
         return true;
@@ -189,7 +188,7 @@ mod tests {
         (folder, bells)
     }
 
-    /// An observer that joined while the system was being created was once ended by SIGBUS.
+    /// An observer that joined while the system was being created used to be killed by SIGBUS.
     #[test]
     fn a_page_that_is_not_there_yet_is_an_error() {
         let folder = tempfile::tempdir().unwrap();

@@ -20,21 +20,22 @@ use sketchnav_schemas::codes::Process;
 use crate::node::Node;
 use crate::{Error, Result};
 
-/// Observers that may read a channel at the same time. They get the places that are left over; those of the table's
-/// readers and of the recorder are reserved.
+/// Maximum number of observers that may read a channel at the same time. They share the places that are left; those of the
+/// table's readers and of the recorder are reserved.
 const MAX_OBSERVERS: usize = 5;
-/// Places for observers that join at the same moment.
+/// Number of places for observers that join at the same moment.
 const SPARE: usize = 2;
-/// Writers of a channel that has many.
+/// Maximum number of writers of a channel with many writers.
 const MAX_WRITERS: usize = 16;
-/// How long an observer spends clearing up after dead ones.
+/// Maximum time that an observer spends clearing up after dead ones.
 const CLEARING: Duration = Duration::from_millis(500);
-/// Processes that may have a channel open at the same time.
+/// Maximum number of processes that may have a channel open at the same time.
 const MAX_NODES: usize = 32;
-/// Samples that a reader may hold at the same time. A message with cells is large, and no reader holds an old one.
+/// Maximum number of samples that a reader may hold at the same time. It is smaller for messages with cells, which are large
+/// and of which no reader keeps an old one.
 const MAX_HELD: usize = 8;
 const MAX_HELD_WITH_CELLS: usize = 2;
-/// The attribute that names a channel's message type.
+/// Name of the attribute that identifies a channel's message type.
 const MESSAGE: &str = "message";
 
 /// An open channel.
@@ -46,7 +47,7 @@ pub struct Channels {
 }
 
 impl Channels {
-    /// Creates all channels of the run's kind of navigator. Only the supervisor does so, before it starts the processes.
+    /// Creates all channels of the run's kind of navigator. Only the supervisor does this, before it starts the processes.
     ///
     /// # Errors
     /// [`Error::SharedMemory`] if a channel cannot be created or exists already.
@@ -77,10 +78,10 @@ fn message_type(spec: &ChannelSpec) -> Result<(AttributeKey, AttributeValue)> {
     Ok((key, value))
 }
 
-/// Opens the reading end of a channel. Observers must leave the pipeline's places free.
+/// Opens the reading end of a channel. Observers must leave the places of the pipeline free.
 ///
 /// # Errors
-/// [`Error::TooManyObservers`].
+/// [`Error::TooManyObservers`] if there are already as many observers as allowed.
 pub(crate) fn subscribe(
     node: &Node,
     spec: &'static ChannelSpec,
@@ -88,7 +89,7 @@ pub(crate) fn subscribe(
     let service = open(node, spec)?;
     let reading = || format!("reading channel {:?}", spec.name);
     if node.process() == Process::Observer && observers(&service) >= MAX_OBSERVERS {
-        // A killed observer keeps its place until it is cleared.
+        // A killed observer keeps its place until it has been cleared.
         node.clear_dead(CLEARING);
         if observers(&service) >= MAX_OBSERVERS {
             let system = node.system().name().into();
@@ -135,7 +136,7 @@ fn builder(node: &Node, spec: &ChannelSpec) -> Result<ChannelBuilder> {
     Ok(builder.user_header::<u64>())
 }
 
-/// Safe overflow stays on: without it, one stopped reader would block the writer for seconds.
+/// Safe overflow stays on. Without it, a single stopped reader would block the writer for seconds.
 fn with_limits(builder: ChannelBuilder, spec: &ChannelSpec) -> ChannelBuilder {
     builder
         .enable_safe_overflow(true)
@@ -167,7 +168,7 @@ fn open_error(node: &Node, spec: &'static ChannelSpec, error: PublishSubscribeOp
     }
 }
 
-/// The type name of the message as given by the channel's creator.
+/// Returns the type name of the message, as given by the channel's creator.
 fn found_type(node: &Node, spec: &ChannelSpec) -> Option<String> {
     let name = service_name(spec).ok()?;
     let pattern = iceoryx2::service::messaging_pattern::MessagingPattern::PublishSubscribe;

@@ -4,9 +4,9 @@
 //! any moment leaves the other slot intact. Of two good slots, the one with the larger number counts. A slot that is
 //! damaged or of another version is rejected and reported.
 //!
-//! A checkpoint need not be recent, because a core is deterministic: from an older state and the inputs since then, the
-//! successor computes the very same outputs. The writers' histories hold several times [`CHECKPOINT_EVERY`] steps, so
-//! that even the older slot is good enough.
+//! A checkpoint need not be recent, because a stage is deterministic: from an older state and the inputs since then, the
+//! successor computes the very same outputs. The writers' histories cover several times [`CHECKPOINT_EVERY`] steps, so even the
+//! older slot is good enough.
 //!
 //! Writing allocates nothing, unless the state has outgrown its slot.
 
@@ -25,23 +25,23 @@ use crate::node::Node;
 use crate::system::System;
 use crate::{Error, Result};
 
-/// A process that is driven by scans writes a checkpoint after this many steps.
+/// Number of steps after which a process driven by ticks writes a checkpoint.
 pub const CHECKPOINT_EVERY: u32 = 16;
-/// Length of a slot's header, words.
+/// Length of a slot's header, in words.
 const HEAD: usize = 4;
 /// Indices of the header's words. The state's length is in bytes.
 const VERSION: usize = 0;
 const NUMBER: usize = 1;
 const LENGTH: usize = 2;
 const CHECKSUM: usize = 3;
-/// Offset of the number in a slot's file, bytes.
+/// Offset of the number in a slot's file, in bytes.
 pub(crate) const NUMBER_AT: u64 = (NUMBER * WORD) as u64;
-/// Offset of the state in a slot's file, bytes.
+/// Offset of the state in a slot's file, in bytes.
 pub(crate) const STATE_AT: u64 = (HEAD * WORD) as u64;
-/// Room for a small state, words; a slot grows as needed.
+/// Initial length of a slot for the state, in words. A slot grows as needed.
 const FIRST_LENGTH: usize = 1 << 13;
-/// Size of the buffer in which a state is written before it is copied to a slot, words. It fits the state of a planner
-/// that remembers as many obstacles as it may; for a larger state the buffer grows once.
+/// Initial size, in words, of the buffer in which a state is written before it is copied to a slot. The state of a planner that
+/// remembers as many obstacles as it may fits in. For a larger state, the buffer grows once.
 const FIRST_ROOM: usize = 1 << 15;
 
 /// The two slots of a process, for a state that is written as a `T` or as a view of one.
@@ -50,20 +50,20 @@ pub struct Checkpoints<T> {
     slots: [Mapping; 2],
     /// The buffer in which the state is written before it is copied into its slot.
     room: Vec<u64>,
-    /// The slot to be written next: never the newest good one.
+    /// Index of the slot to be written next, which is never the newest good one.
     next: usize,
     number: u64,
-    /// Steps since the last checkpoint.
+    /// Number of steps since the last checkpoint.
     steps: u32,
     state: PhantomData<fn() -> T>,
 }
 
-/// What a predecessor left.
+/// What a predecessor has left in its slots.
 #[derive(Debug)]
 pub struct Found<T> {
-    /// The newest good checkpoint; `None` if there is none.
+    /// The newest good checkpoint, or `None` if there is none.
     pub state: Option<T>,
-    /// Why slots were rejected.
+    /// Reasons why slots were rejected.
     pub refused: Vec<Error>,
 }
 
@@ -75,13 +75,14 @@ impl<T> Found<T> {
         }
     }
 
-    /// Whether there were checkpoints of which none can be used: the process starts again and has lost its state.
+    /// Returns true if there were checkpoints but none can be used. In this case the process has lost its state and starts from
+    /// scratch.
     pub fn is_lost(&self) -> bool {
         self.state.is_none() && !self.refused.is_empty()
     }
 }
 
-/// The files of a process's slots.
+/// Returns the paths of a process's slots.
 pub(crate) fn slots(system: &System, process: Process) -> Result<[PathBuf; 2]> {
     let name = |slot| format!("checkpoint_{process}_{slot}");
     let [first, second] = [0, 1].map(|slot| system.shared_memory(&name(slot)));
@@ -89,11 +90,11 @@ pub(crate) fn slots(system: &System, process: Process) -> Result<[PathBuf; 2]> {
 }
 
 impl<T: DeserializeOwned> Checkpoints<T> {
-    /// Opens the slots of the node's process and reads what its predecessor left. `version` names the format of the
-    /// state and must change with it.
+    /// Opens the slots of the node's process and reads what its predecessor left. `version` names the format of the state and
+    /// must change with it.
     ///
     /// # Errors
-    /// [`Error::File`] if shared memory is full or cannot be reached.
+    /// [`Error::File`] if shared memory is full or inaccessible.
     pub fn open(node: &Node, version: &str) -> Result<(Self, Found<T>)> {
         Self::open_with(node, version, |bytes| postcard::from_bytes(bytes))
     }
@@ -105,7 +106,7 @@ impl<T: DeserializeOwned> Checkpoints<T> {
 }
 
 impl<T> Checkpoints<T> {
-    /// As [`Checkpoints::open`], with `parse` reading the state.
+    /// Like [`Checkpoints::open`], but reads the state with `parse`.
     pub(crate) fn open_with(
         node: &Node,
         version: &str,
@@ -148,7 +149,7 @@ impl<T> Checkpoints<T> {
         head
     }
 
-    /// The state in a slot; `None` if it is empty, or was being written when the process was killed.
+    /// Returns the state in a slot, or `None` if the slot is empty or was being written when the process was killed.
     fn read_slot(&self, slot: usize, parse: impl Fn(&[u8]) -> postcard::Result<T>) -> Result<Option<T>> {
         let [version, number, length, found] = self.head(slot);
         if number == 0 {
@@ -176,15 +177,15 @@ impl<T> Checkpoints<T> {
         Error::BadCheckpoint { path: self.slots[slot].path().into(), why }
     }
 
-    /// Marks the newest checkpoint as unusable and returns the reason as an error. A successor then finds the other
-    /// slot, or nothing usable.
+    /// Marks the newest checkpoint as unusable, and returns the reason as an error. A successor then finds the other slot, or
+    /// nothing usable.
     pub(crate) fn refuse_newest(&mut self, why: &str) -> Error {
         let newest = 1 - self.next;
         self.slots[newest].words()[VERSION].store(0, SeqCst);
         self.refusal(newest, why.to_owned())
     }
 
-    /// Counts a step; returns whether a checkpoint is due, which is the case after every [`CHECKPOINT_EVERY`] steps.
+    /// Counts a step. Returns true if a checkpoint is due, which is the case after every [`CHECKPOINT_EVERY`] steps.
     pub(crate) fn is_due_after_step(&mut self) -> bool {
         self.steps += 1;
         self.steps >= CHECKPOINT_EVERY
@@ -193,21 +194,21 @@ impl<T> Checkpoints<T> {
     /// Counts a step, and writes a checkpoint after every [`CHECKPOINT_EVERY`] steps.
     ///
     /// # Errors
-    /// As [`Checkpoints::write`].
+    /// See [`Checkpoints::write`].
     pub fn after_step<S: Serialize>(&mut self, state: impl FnOnce() -> S) -> Result<()> {
         if self.is_due_after_step() { self.write(&state()) } else { Ok(()) }
     }
 
-    /// Writes a checkpoint; `state` must serialize as a `T` does.
+    /// Writes a checkpoint. `state` must serialize in the same way as a `T`.
     ///
     /// # Errors
-    /// [`Error::File`] if the state has outgrown its slot and shared memory is full. The previous content is kept.
+    /// [`Error::File`] if the state has outgrown its slot and shared memory is full. The previous content is kept in this case.
     pub fn write(&mut self, state: &impl Serialize) -> Result<()> {
         self.write_with(|room| Ok(postcard::to_slice(state, room)?.len()))
     }
 
-    /// As [`Checkpoints::write`], with `save` writing the state to the beginning of the given buffer and returning its
-    /// length in bytes. If the buffer is too small, `save` is called again with a larger one.
+    /// Like [`Checkpoints::write`], but `save` writes the state to the beginning of the given buffer and returns its length in
+    /// bytes. If the buffer is too small, `save` is called again with a larger one.
     pub(crate) fn write_with(
         &mut self,
         save: impl FnMut(&mut [u8]) -> postcard::Result<usize>,
@@ -230,7 +231,7 @@ impl<T> Checkpoints<T> {
         Ok(())
     }
 
-    /// Has `save` write the state to [`Self::room`]; returns its length in bytes.
+    /// Makes `save` write the state to [`Self::room`], and returns its length in bytes.
     fn fill(&mut self, mut save: impl FnMut(&mut [u8]) -> postcard::Result<usize>) -> Result<usize> {
         loop {
             match save(bytemuck::cast_slice_mut(&mut self.room)) {
@@ -272,7 +273,7 @@ mod tests {
             Checkpoints::open_at([self.slot(0), self.slot(1)], version).unwrap()
         }
 
-        /// Writes the states 1 to `count`, the last of them in slot `(count + 1) % 2`.
+        /// Writes the states 1 to `count`, the last of them to slot `(count + 1) % 2`.
         fn write(&self, count: u64) {
             let (mut checkpoints, _) = self.open("test 1");
             (1..=count).for_each(|i| checkpoints.write(&state(i)).unwrap());
@@ -313,7 +314,7 @@ mod tests {
         let place = Place::new();
         place.write(4);
         let (checkpoints, _) = place.open("test 1");
-        // As far as `write` gets before its last line but one.
+        // This is as far as `write` gets before its last line but one.
         checkpoints.slots[0].words()[NUMBER].store(0, SeqCst);
         checkpoints.slots[0].write(HEAD, &[5; 3]);
         let (mut successor, found) = place.open("test 1");
@@ -336,7 +337,7 @@ mod tests {
         }
     }
 
-    /// A state that its stage rejected once ended the process for good, and the mission with it.
+    /// A state that its stage rejected used to end the process for good, and the mission with it.
     #[test]
     fn what_a_stage_refuses_is_refused_to_its_successor_too() {
         let place = Place::new();

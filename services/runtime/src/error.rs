@@ -6,110 +6,110 @@ use sketchnav_schemas::codes::Process;
 
 use crate::limits;
 
-/// What went wrong: what was expected, what was found, and where.
+/// An error of the runtime. Its message says where it occurred, what was expected and what was found.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A name that no system can have.
+    /// The name is not valid for a system.
     #[error("system name {found:?}: expected 1 to {max} characters of a-z, 0-9 and '-', the first no '-'")]
     BadName {
-        /// The name.
+        /// The invalid name.
         found: String,
-        /// The maximum length, characters.
+        /// Maximum length of a name, in characters.
         max: usize,
     },
-    /// A folder and a name that together make paths too long for iceoryx2.
+    /// The folder and the name together make paths too long for iceoryx2.
     #[error(
         "{}: too long by {excess} characters for a system called {name:?}; set XDG_RUNTIME_DIR to a shorter \
          folder, or choose a name that is shorter by half of that",
         root.display()
     )]
     PathTooLong {
-        /// The folder of all systems.
+        /// Folder of all systems.
         root: PathBuf,
-        /// The system.
+        /// Name of the system.
         name: String,
-        /// By how many characters the path is too long.
+        /// Number of characters by which the path is too long.
         excess: usize,
     },
-    /// The folder of all systems does not belong to this user only.
+    /// Other users can access the folder of all systems, or it belongs to another user.
     #[error(
         "{}: expected a folder owned by user {uid} and closed to all others (mode 0700, no link), found {found}; \
          remove it or set XDG_RUNTIME_DIR",
         path.display()
     )]
     ForeignRoot {
-        /// The folder.
+        /// Path of the folder.
         path: PathBuf,
-        /// This user.
+        /// Id of this user.
         uid: u32,
         /// What was found there.
         found: String,
     },
-    /// Another user has put a file or a link among those of a system.
+    /// Another user has put a file or a link among the files of a system.
     #[error("{}: expected a regular file owned by user {uid}, found {found}; remove it", path.display())]
     ForeignFile {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// This user.
+        /// Id of this user.
         uid: u32,
         /// What was found there.
         found: String,
     },
-    /// Another process is starting, joining or clearing a system, and does not finish.
+    /// Another process is starting, joining or clearing a system and does not finish.
     #[error(
         "{}: expected the lock within {seconds} s, found it held by {holder}, which starts, joins or clears a system; \
          continue it if it is stopped (kill -CONT), or end it, and try again",
         path.display()
     )]
     Guarded {
-        /// The lock's file.
+        /// Path of the lock file.
         path: PathBuf,
-        /// The holder, in words.
+        /// Description of the holder.
         holder: String,
-        /// How long the lock was waited for, seconds.
+        /// Time waited for the lock, in seconds.
         seconds: u64,
     },
-    /// A process of a dead system does not end, or cannot be reached from here.
+    /// A leftover process of a dead system won't end, or cannot be reached from here.
     #[error(
         "{}: expected the process of a dead system to end within {seconds} s, found the file held by {holder}; end that \
          process where it runs, and try again",
         path.display()
     )]
     StillHeld {
-        /// The process's lock file.
+        /// Path of the process's lock file.
         path: PathBuf,
-        /// The holder, in words.
+        /// Description of the holder.
         holder: String,
-        /// How long the process was waited for, seconds.
+        /// Time waited for the process, in seconds.
         seconds: f64,
     },
-    /// A system of this name is running already.
+    /// A system with this name is already running.
     #[error("system {name:?} is running already (supervisor {pid}); choose another name or end that one")]
     AlreadyRunning {
-        /// The system.
+        /// Name of the system.
         name: String,
-        /// Its supervisor's process id, as its file says.
+        /// Process id of its supervisor, according to the lock file.
         pid: String,
     },
-    /// No system of this name is running.
+    /// No system with this name is running.
     #[error(
         "system {name:?} is not running (running: {running}); `sketchnav run` starts one, `sketchnav ps` lists them"
     )]
     NotRunning {
-        /// The system.
+        /// Name of the system.
         name: String,
-        /// The running systems.
+        /// Names of the running systems.
         running: String,
     },
-    /// The folder belongs to no dead system.
+    /// The folder does not belong to a dead system.
     #[error(
         "{}: expected the folder of a run whose supervisor was killed, found nothing to resume. A system \
          that ended by itself leaves nothing; starting another system clears what a killed one left",
         folder.display()
     )]
     NothingToResume {
-        /// The folder.
+        /// Path of the folder.
         folder: PathBuf,
     },
     /// Shared memory is full.
@@ -118,19 +118,19 @@ pub enum Error {
          or enlarge it (docker: --shm-size)"
     )]
     NoRoom {
-        /// What a system needs, MiB.
+        /// Space that a system needs, in MiB.
         needed_mib: u64,
-        /// What is free, MiB.
+        /// Free space, in MiB.
         found_mib: u64,
     },
-    /// The limit on open files of a process is too low.
+    /// The limit on a process's open files is too low.
     #[error(
         "expected a limit of {needed} open files or more for a process, found {found}: ulimit -n {needed}"
     )]
     FewFiles {
-        /// What a process of a system needs.
+        /// Number of files that a process of a system needs.
         needed: u64,
-        /// The hard limit of this process.
+        /// Hard limit of this process.
         found: u64,
     },
     /// The limit on the stack of the first thread is too low.
@@ -138,19 +138,19 @@ pub enum Error {
         "expected a limit of {needed_kib} KiB or more on the stack, found {found_kib} KiB: ulimit -s {needed_kib}"
     )]
     SmallStack {
-        /// What a program needs.
+        /// Stack that a program needs, in KiB.
         needed_kib: u64,
-        /// The hard limit of this process.
+        /// Hard limit of this process, in KiB.
         found_kib: u64,
     },
-    /// A process of a system is started a second time.
+    /// A process of a system was started a second time.
     #[error("{process} of system {system:?} is already running as process {pid}; end that one first")]
     ProcessRunsAlready {
         /// The process.
         process: Process,
-        /// The system.
+        /// Name of the system.
         system: String,
-        /// The process id of the first one, as its file says.
+        /// Process id of the first one, according to its lock file.
         pid: String,
     },
     /// The table of channels does not allow this access.
@@ -160,19 +160,19 @@ pub enum Error {
         process: Process,
         /// `read` or `write`.
         verb: &'static str,
-        /// The channel.
+        /// Name of the channel.
         channel: &'static str,
-        /// The processes that may.
+        /// The processes that have this access.
         allowed: String,
     },
-    /// The channel already has its writer.
+    /// The channel already has a writer.
     #[error("channel {channel:?} of system {system:?} takes one writer and has one already: {owner}")]
     SecondWriter {
-        /// The channel.
+        /// Name of the channel.
         channel: &'static str,
-        /// The system.
+        /// Name of the system.
         system: String,
-        /// The current writer.
+        /// Description of the current writer.
         owner: String,
     },
     /// The channel has the maximum number of observers.
@@ -181,11 +181,11 @@ pub enum Error {
          (echo, hz, top) and try again"
     )]
     TooManyObservers {
-        /// The channel.
+        /// Name of the channel.
         channel: &'static str,
-        /// The system.
+        /// Name of the system.
         system: String,
-        /// The maximum.
+        /// Maximum number of observers.
         max: usize,
     },
     /// Two builds disagree about the layout of a message.
@@ -193,39 +193,39 @@ pub enum Error {
         "channel {channel:?} of system {system:?} carries {found}, this program expects {expected}: run the same build in the whole system"
     )]
     Mismatch {
-        /// The channel.
+        /// Name of the channel.
         channel: &'static str,
-        /// The system.
+        /// Name of the system.
         system: String,
-        /// The type name of this program.
+        /// Type name in this program.
         expected: String,
-        /// The type name of the channel's creator.
+        /// Type name given by the channel's creator.
         found: String,
     },
-    /// Cells longer than the channel allows.
+    /// The cells are longer than the channel allows.
     #[error("channel {channel:?}: expected at most {max} bytes of cells after a message, found {found}")]
     SliceTooLong {
-        /// The channel.
+        /// Name of the channel.
         channel: &'static str,
-        /// The longest slice, bytes.
+        /// Maximum length, in bytes.
         max: usize,
-        /// The requested length, bytes.
+        /// Requested length, in bytes.
         found: usize,
     },
     /// An operation on a file or folder of the system failed.
     #[error("{}: {doing}: {source}", path.display())]
     File {
-        /// The file or folder.
+        /// Path of the file or folder.
         path: PathBuf,
-        /// What was being done to it.
+        /// The operation that failed.
         doing: &'static str,
         /// Why it failed.
         source: std::io::Error,
     },
-    /// `run.json` cannot be read.
+    /// `run.json` cannot be parsed.
     #[error("{}: expected the description of a run: {source}", path.display())]
     RunConfig {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
         /// Why it cannot be parsed.
         source: serde_json::Error,
@@ -233,17 +233,17 @@ pub enum Error {
     /// A signal could not be sent.
     #[error("{process}: sending process {pid} a signal: {source}")]
     Signal {
-        /// The receiver.
+        /// The receiving process.
         process: Process,
-        /// Its process id.
+        /// Process id of the receiver.
         pid: u32,
         /// Why sending failed.
         source: std::io::Error,
     },
-    /// A checkpoint that cannot be used.
+    /// A checkpoint is unusable.
     #[error("{}: checkpoint refused: {why}", path.display())]
     BadCheckpoint {
-        /// The slot.
+        /// Path of the slot.
         path: PathBuf,
         /// What was expected and what was found.
         why: String,
@@ -251,38 +251,38 @@ pub enum Error {
     /// iceoryx2 reported an error.
     #[error("{what}: {cause}")]
     SharedMemory {
-        /// What was being done, to which channel.
+        /// The operation that failed, and its channel.
         what: String,
-        /// iceoryx2's error.
+        /// Explanation of iceoryx2's error.
         cause: String,
     },
 }
 
 impl Error {
-    /// Whether choosing another name for the system would help.
+    /// Returns true if choosing another name for the system would help.
     pub fn is_about_the_name(&self) -> bool {
         matches!(self, Self::BadName { .. } | Self::PathTooLong { .. } | Self::AlreadyRunning { .. })
     }
 
-    /// Whether the system to resume is missing or already running.
+    /// Returns true if the system to resume is missing or already running.
     pub fn is_about_what_to_resume(&self) -> bool {
         matches!(self, Self::NothingToResume { .. } | Self::AlreadyRunning { .. })
     }
 
-    /// For `map_err` on a file operation.
+    /// Returns a closure for `map_err` on a file operation.
     pub(crate) fn file(path: impl Into<PathBuf>, doing: &'static str) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.into();
         move |source| Self::File { path, doing, source }
     }
 
-    /// For `map_err` on an operation of iceoryx2.
+    /// Returns a closure for `map_err` on an operation of iceoryx2.
     pub(crate) fn shared_memory<E: std::fmt::Debug>(what: impl Into<String>) -> impl FnOnce(E) -> Self {
         let what = what.into();
         move |cause| Self::SharedMemory { what, cause: explained(&format!("{cause:?}")) }
     }
 }
 
-/// What iceoryx2's name for an error means to people, and what they can do about it.
+/// Explains iceoryx2's name for an error to people, and what they can do about it.
 fn explained(cause: &str) -> String {
     if let Some(limit) = limits::files_are_used_up() {
         return format!(
@@ -322,7 +322,7 @@ mod tests {
 
     use super::explained;
 
-    /// A user once saw nothing but `ExceedsMaxSupportedSubscribers` when eight observers had taken all places.
+    /// A user saw nothing but `ExceedsMaxSupportedSubscribers` when eight observers had taken all places.
     #[test]
     fn what_the_shared_memory_library_says_is_explained() {
         let said = [

@@ -1,9 +1,9 @@
-//! Files in shared memory whose maker was killed while it was creating them.
+//! Files in shared memory whose maker was killed while creating them.
 //!
-//! iceoryx2 0.10 creates a file that its owner may write and no process may read, gives it its size, fills it, and only
-//! then makes it readable. A process that is killed in between leaves a file that will never be finished. Any other
-//! process that needs it, whether a living writer or the supervisor clearing up after the dead, is denied access; as
-//! root, and if the file is still empty, it waits forever. So such a file is removed once no process has it open.
+//! iceoryx2 0.10 creates a file that its owner may write and no process may read, sets its size, fills it, and only then makes
+//! it readable. A process that is killed in between leaves a file that will never be finished. Any other process that needs the
+//! file, whether a living writer or the supervisor clearing up after the dead, is denied access. As root, and if the file is
+//! still empty, that process waits forever. So such a file is removed once no process has it open.
 
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
@@ -17,27 +17,29 @@ use crate::names::Names;
 use crate::shared::{self, Seen};
 use crate::{Error, Result, System, signals};
 
-/// How often the supervisor looks for such files, besides whatever else it is waiting for.
+/// Interval at which the supervisor looks for such files, whatever else it is waiting for.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// Mode of an unfinished file: its owner may write it, and nothing else.
+/// Mode of an unfinished file, which only its owner may write and no one may read.
 const UNFINISHED: u32 = 0o200;
 const PERMISSIONS: u32 = 0o777;
 
-/// Creating one takes microseconds. (A maker in another container cannot be asked what it has open.)
+/// Time after which an unfinished file counts as abandoned. Creating one takes microseconds. (There is no way to find out what
+/// a maker in another container has open.)
 const MAKING: Duration = Duration::from_millis(100);
-/// The supervisor asks for complaints several times a second; one that has not asked for this long hangs in shared memory.
+/// Time without a request for complaints after which the supervisor must be hanging in shared memory. Normally, it asks several
+/// times a second.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// Whether the file was not finished by its maker.
+/// Returns true if the file's maker has not finished it.
 pub(crate) fn is_unfinished(file: &Metadata) -> bool {
     file.mode() & PERMISSIONS == UNFINISHED
 }
 
-/// For how long each file has been seen unfinished.
+/// How long each file has been seen unfinished.
 #[derive(Debug)]
 pub(crate) struct Ages {
     patience: Duration,
-    /// When each was first seen, by device and inode.
+    /// When each file was first seen, by device and inode.
     seen: BTreeMap<(u64, u64), Instant>,
 }
 
@@ -48,12 +50,12 @@ impl Default for Ages {
 }
 
 impl Ages {
-    /// A file counts as abandoned when it has been unfinished for `patience`.
+    /// Sets how long a file must have been unfinished to count as abandoned.
     pub(crate) fn with_patience(patience: Duration) -> Self {
         Self { patience, seen: BTreeMap::new() }
     }
 
-    /// The files of `seen` that have been unfinished for too long. Must be called repeatedly.
+    /// Returns the files among `seen` that have been unfinished for too long. Must be called repeatedly.
     pub(crate) fn unfinished(&mut self, seen: &[Seen]) -> Vec<Seen> {
         let now = Instant::now();
         let unfinished: Vec<_> = seen.iter().filter(|(_, file)| is_unfinished(file)).cloned().collect();
@@ -64,15 +66,15 @@ impl Ages {
     }
 }
 
-/// Whether the process `pid` has the file open, as its maker does from the first moment on.
+/// Returns true if the process `pid` has the file open, as its maker does from the beginning.
 pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
     let opened = fs::read_dir(format!("/proc/{pid}/fd")).into_iter().flatten().flatten();
     let mut opened = opened.filter_map(|entry| fs::metadata(entry.path()).ok());
     opened.any(|other| (other.dev(), other.ino()) == (file.dev(), file.ino()))
 }
 
-/// Watches a system's files for its own lifetime: removes those that will never be
-/// finished, and reports those of other users.
+/// Watches the files of a system for its own lifetime. It removes files that will never be finished, and reports files of other
+/// users.
 pub(crate) struct Sweeper {
     stop: mpsc::Sender<()>,
     complaint: Arc<Mutex<Complaint>>,
@@ -105,7 +107,7 @@ impl Complaint {
         }
     }
 
-    /// The error, if it has been pending for longer than `patience`.
+    /// Returns the error if it has been pending for longer than `patience`.
     fn overdue(&mut self, patience: Duration) -> Option<Error> {
         let is_overdue = matches!(self, Self::Waits(since, _) if since.elapsed() > patience);
         is_overdue.then(|| self.take()).flatten()
@@ -116,7 +118,7 @@ impl Sweeper {
     /// Starts watching.
     ///
     /// # Errors
-    /// If the system's folder is gone.
+    /// [`Error::File`] if the system's folder is gone.
     pub(crate) fn start(system: System) -> Result<Self> {
         let mut names = system.shared()?.names();
         let (stop, stopped) = mpsc::channel();
@@ -138,25 +140,25 @@ impl Sweeper {
         Ok(Self { stop, complaint, thread: Some(thread) })
     }
 
-    /// The first foreign file that was found; returned once.
+    /// Returns the first foreign file found, as an error. It is returned once.
     pub(crate) fn complaint(&self) -> Option<Error> {
         self.complaint.lock().ok()?.take()
     }
 }
 
-/// Ends the supervisor's process once it no longer asks. If another user has created a file under a name that iceoryx2
-/// 0.10 needs, it waits forever for that file to be finished. When the supervisor is
-/// gone, the kernel ends the other processes.
+/// Ends the supervisor's process when it no longer asks for complaints. If another user has created a file under a name that
+/// iceoryx2 0.10 needs, iceoryx2 waits forever for that file to be finished, so the supervisor hangs. Once it is gone, the
+/// kernel ends the other processes.
 fn end_for_good(system: &System, error: &Error) -> ! {
     system.abandon();
     sketchnav_schemas::say!("{error}");
     std::process::exit(signals::FAILED)
 }
 
-/// Looks at each file once. A file that cannot be removed or made private now is tried again the next time.
+/// Checks each file once. A file that cannot be removed or made private now is tried again the next time.
 ///
 /// # Errors
-/// [`Error::ForeignFile`].
+/// [`Error::ForeignFile`] if a file belongs to another user.
 fn look(system: &System, names: &mut Names, ages: &mut Ages) -> Result<()> {
     let seen = names.look(Instant::now())?;
     let _ = system.clear_half_made(&seen, ages);

@@ -56,7 +56,7 @@ impl HealthReporter {
         })
     }
 
-    /// Counts a step that ends now, with its duration and its heap allocations.
+    /// Ends a step, and counts its duration and its heap allocations.
     pub fn end(&mut self, step: Step) {
         let took = step.began.elapsed();
         self.steps += 1;
@@ -65,7 +65,7 @@ impl HealthReporter {
         self.allocations += allocations_of_this_thread() - step.allocations;
     }
 
-    /// Publishes if a second has passed since the last message. `stamp_ns`: simulation time, ns.
+    /// Publishes if a second has passed since the last message. `stamp_ns` is the simulation time in nanoseconds.
     pub fn report_if_due(&mut self, stamp_ns: u64) -> Result<()> {
         match self.reported {
             Some(reported) if reported.elapsed() < PERIOD => Ok(()),
@@ -73,7 +73,7 @@ impl HealthReporter {
         }
     }
 
-    /// Publishes now; a process also does so last of all. `stamp_ns`: simulation time, ns.
+    /// Publishes now. A process also does this when it ends. `stamp_ns` is the simulation time in nanoseconds.
     pub fn report(&mut self, stamp_ns: u64) -> Result<()> {
         self.reported = Some(Instant::now());
         let longest_step = std::mem::take(&mut self.longest_step);

@@ -1,13 +1,13 @@
 //! The last messages of a channel, kept for its writer's successor.
 //!
-//! In iceoryx2 0.10, a dead writer's samples and its history die with it. So a writer stores each message here before
-//! it sends it, and its successor sends the stored messages again. Readers recognize by its number a message that they
-//! already have, and drop it; a reader that joins late finds a history. A kill at any moment leaves at most one
-//! unreadable entry: the one being written, whose message no reader has.
+//! In iceoryx2 0.10, a dead writer's samples and its history die with it. Therefore a writer stores each message here before it
+//! sends it, and its successor sends the stored messages again. Readers recognize a message that they already have by its
+//! number and drop it, while a reader that joins late finds a history. A kill at any moment leaves at most one unreadable
+//! entry: the one being written, whose message no reader has.
 //!
-//! Readers of the channel never look here, with one exception: a recorder that continues after its predecessor's death,
-//! because the writer that could send the missed messages again may be dead or have ended. Each entry also stores when
-//! its message was sent, by the clock. The message itself contains nothing on which two runs would disagree.
+//! Readers of the channel never look here, with one exception: a recorder that continues after its predecessor's death, because
+//! the writer that could send the missed messages again may have ended or died. Each entry also stores when its message was
+//! sent according to the clock. The message itself contains nothing that would differ between two runs.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering::SeqCst, fence};
@@ -21,17 +21,18 @@ use crate::Result;
 use crate::mapping::{Mapping, WORD};
 use crate::node::Node;
 
-/// The format of the entries; entries of another format are ignored.
+/// Format version of the entries. Entries of another version are ignored.
 const ENTRIES: u64 = 2;
-/// Words before an entry's message: its number, and the time at which it was sent.
+/// Number of words before an entry's message: its number, and the time at which it was sent.
 const BEFORE: usize = 2;
 
-/// As many messages as the channel's history holds, each preceded by its number (0 if the entry is empty) and its time.
-/// Of a message with cells only the header is stored; its writer's successor computes it again.
+/// The stored messages of a channel, as many as the channel's history holds. Each is preceded by its number (0 if the entry is
+/// empty) and the time at which it was sent. For a message with cells, only the header is stored, since a successor computes
+/// the message again.
 pub(crate) struct History {
     mapping: Mapping,
     capacity: u64,
-    /// What is stored of a message, words.
+    /// Number of words that are stored of each message.
     length: usize,
     last_seq: u64,
 }
@@ -55,17 +56,18 @@ impl History {
         Ok(history)
     }
 
-    /// The number of the newest message in the file, the writer's latest included.
+    /// Returns the number of the newest message in the file, including those that a living writer has stored since it was
+    /// opened.
     fn newest(&self) -> u64 {
         (0..self.capacity).map(|i| self.number(i).load(SeqCst)).max().unwrap_or(0)
     }
 
-    /// The number of the newest message; 0 if there is none.
+    /// Returns the number of the newest message, or 0 if there is none.
     pub(crate) fn last_seq(&self) -> u64 {
         self.last_seq
     }
 
-    /// Stores the given words of a message that has its number.
+    /// Stores as many words of a message as an entry holds. The message must already have its number.
     pub(crate) fn keep(&mut self, message: &[u64]) {
         let seq = erased::header(bytemuck::cast_slice(message)).seq;
         let index = self.index(seq);
@@ -79,8 +81,8 @@ impl History {
         self.last_seq = seq;
     }
 
-    /// Calls `take` with a copy of each message after `seq`, oldest first. The writer may be at work; an entry that it
-    /// writes at the same moment is skipped.
+    /// Calls `take` with a copy of each message after `seq`, oldest first. This is safe while the writer is at work: an entry
+    /// that is being written at the same moment is skipped.
     pub(crate) fn for_each_after(&self, seq: u64, mut take: impl FnMut(&[u64])) {
         let first = self.last_seq.saturating_sub(self.capacity).max(seq) + 1;
         let mut copy = vec![0; self.length];
@@ -91,13 +93,13 @@ impl History {
         }
     }
 
-    /// A copy of the newest message, or of its header if it has cells.
+    /// Returns a copy of the newest message, or of its header if it has cells.
     pub(crate) fn last(&self) -> Option<Vec<u64>> {
         let mut copy = vec![0; self.length];
         self.read(self.last_seq, &mut copy).then_some(copy)
     }
 
-    /// Copies the message `seq`; returns whether it was there both before and after the copy.
+    /// Copies the message `seq`. Returns true if it was there both before and after copying.
     fn read(&self, seq: u64, into: &mut [u64]) -> bool {
         let index = self.index(seq);
         let is_there = || seq > 0 && self.number(index).load(SeqCst) == seq;
@@ -117,24 +119,26 @@ impl History {
         self.word(index, 0)
     }
 
-    /// The index of an entry's first word.
+    /// Returns the index of an entry's first word.
     fn entry(&self, index: u64) -> usize {
         index as usize * (BEFORE + self.length)
     }
 
-    /// An entry's words: its number, its time, then the message, which begins with the three words of its header.
+    /// Returns a word of an entry, which consists of the number, the time, and the message. The message begins with the three
+    /// words of its header.
     fn word(&self, index: u64, word: usize) -> &AtomicU64 {
         &self.mapping.words()[self.entry(index) + word]
     }
 }
 
-/// Monotonic time of this boot, common to all processes, nanoseconds; 0 if there is no such clock.
+/// Returns the monotonic time since boot, common to all processes, in nanoseconds, or 0 if there is no such clock.
 fn monotonic_ns() -> u64 {
     let now = clock_gettime(ClockId::CLOCK_MONOTONIC);
     now.map_or(0, |now| now.tv_sec() as u64 * 1_000_000_000 + now.tv_nsec() as u64)
 }
 
-/// When the messages of a channel were sent, as far back as its history goes. Usable while the writer is at work.
+/// The times at which the messages of a channel were sent, as far back as its history goes. It can be used while the writer is
+/// at work.
 pub struct SendTimes(History);
 
 /// A message that was sent.
@@ -142,7 +146,7 @@ pub struct SendTimes(History);
 pub struct Sent {
     /// The message's number, time and cause.
     pub header: Header,
-    /// When it was sent, by the clock that all processes of the machine share, nanoseconds.
+    /// Time at which the message was sent, in nanoseconds of the clock that all processes of the machine share.
     pub at_ns: u64,
 }
 
@@ -155,12 +159,12 @@ impl SendTimes {
         Ok(Self(History::open(node, spec)?))
     }
 
-    /// The number of the newest message; 0 before the first.
+    /// Returns the number of the newest message, or 0 before the first.
     pub fn newest(&self) -> u64 {
         self.0.newest()
     }
 
-    /// The message `seq`; `None` if it is no longer stored or not yet sent.
+    /// Returns the message `seq`, or `None` if it is no longer stored or has not been sent yet.
     pub fn of(&self, seq: u64) -> Option<Sent> {
         let index = self.0.index(seq);
         let is_there = || seq > 0 && self.0.number(index).load(SeqCst) == seq;
@@ -172,7 +176,7 @@ impl SendTimes {
         is_there().then_some(Sent { header: Header { seq, stamp_ns, source_seq }, at_ns })
     }
 
-    /// The newest message that the tick `source_seq` caused.
+    /// Returns the newest message caused by the tick `source_seq`.
     pub fn caused_by(&self, source_seq: u64) -> Option<Sent> {
         let newest = self.newest();
         let oldest = newest.saturating_sub(self.0.capacity) + 1;
@@ -244,7 +248,7 @@ mod tests {
         assert_eq!((times.caused_by(50), times.caused_by(55)), (Some(sent[2]), None));
     }
 
-    /// A kill between the lines of `keep`: the oldest message is gone, and the new one is not there.
+    /// After a kill between the lines of `keep`, the oldest message is gone, and the new one is not there.
     #[test]
     fn a_message_that_was_being_noted_is_not_there() {
         let folder = tempfile::tempdir().unwrap();

@@ -1,14 +1,14 @@
 //! Runs a stage of a navigator as a process: its channels, steps, checkpoints and health.
 //!
-//! The table of channels says what the process reads and writes. Instructions and requests are heard as they arrive,
-//! and each request is heard after the instructions that were sent before it. Instants are processed one after the
-//! other, each with all the readings that its tick names.
+//! The table of channels determines what the process reads and writes. Instructions and requests are heard as they arrive, and
+//! each request is heard after the instructions that were sent before it. Instants are processed one after the other, each with
+//! all the readings that its tick lists.
 //!
-//! After a kill the successor resumes from the last checkpoint. It hears the instructions that are in force, takes its
-//! inputs since then from the channels' histories, and sends only what was not sent yet.
+//! After a kill, the successor resumes from the last checkpoint. It hears the instructions that are in force, takes its inputs
+//! since the checkpoint from the channels' histories, and sends only what has not been sent yet.
 //!
-//! A checkpoint is written every few steps, before and after each request, and after instructions. The moment at which
-//! a person's request arrives is chance, so a step after it cannot be computed again from a state before it.
+//! A checkpoint is written every few steps, before and after each request, and after instructions. The moment at which a
+//! person's request arrives is a matter of chance, so a step after the request cannot be computed again from a state before it.
 
 mod inputs;
 mod outputs;
@@ -23,10 +23,10 @@ use self::inputs::Inputs;
 use self::outputs::Outputs;
 use crate::{Checkpoints, Error, Found, HealthReporter, Node, RawSample, Step, Wake};
 
-/// Longest sleep between two looks at the channels.
+/// Maximum sleep between two checks of the channels.
 const NAP: Duration = Duration::from_millis(250);
 
-/// Why a process that hosts a stage ended before it was asked to.
+/// Reasons why a process that hosts a stage ended before it was asked to.
 #[derive(Debug, thiserror::Error)]
 pub enum HostError {
     /// Shared memory, a channel or a checkpoint failed.
@@ -38,7 +38,7 @@ pub enum HostError {
 }
 
 impl From<StageError> for HostError {
-    /// A stage passes on the errors of its outbox: a failure of shared memory is not the stage's fault.
+    /// Unwraps an error of the outbox, which a stage passes on, because a failure of shared memory is not the stage's fault.
     fn from(error: StageError) -> Self {
         error.downcast().map_or_else(Self::Stage, |error| Self::Runtime(*error))
     }
@@ -47,7 +47,7 @@ impl From<StageError> for HostError {
 /// Runs `stage` as the node's process until the process is asked to end.
 ///
 /// # Errors
-/// [`HostError`].
+/// [`HostError::Stage`] if the stage failed, and [`HostError::Runtime`] otherwise.
 pub fn host(node: &Node, stage: &mut dyn Hosted) -> Result<(), HostError> {
     let kind = node.run_config()?.mission.navigator_kind().to_owned();
     let health = HealthReporter::new(node)?;
@@ -73,19 +73,19 @@ pub fn host(node: &Node, stage: &mut dyn Hosted) -> Result<(), HostError> {
     Ok(host.health.report(host.stamp_ns)?)
 }
 
-/// What a checkpoint holds before the stage's own state.
+/// The part of a checkpoint that precedes the stage's own state.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Head {
     inputs: inputs::Positions,
     outputs: outputs::Positions,
-    /// The outputs' positions before the stage last spoke; a successor has it speak once more.
+    /// Positions of the outputs before the stage last spoke. A successor makes it speak once more.
     spoken_from: outputs::Positions,
-    /// How often hearing the next request was begun without being completed.
+    /// How often the stage began to hear the next request without completing it.
     attempts: u32,
     stamp_ns: u64,
 }
 
-/// A borrowed [`Head`], for writing.
+/// Borrowed counterpart of [`Head`], from which a checkpoint is written.
 #[derive(Serialize)]
 struct HeadView<'a> {
     inputs: &'a inputs::Positions,
@@ -95,7 +95,7 @@ struct HeadView<'a> {
     stamp_ns: u64,
 }
 
-/// A checkpoint that was read.
+/// A checkpoint as read back.
 struct Saved {
     head: Head,
     stage: Vec<u8>,
@@ -113,13 +113,13 @@ struct Host<'a> {
     outputs: Outputs,
     health: HealthReporter,
     checkpoints: Checkpoints<Saved>,
-    /// The outputs' positions before the stage last spoke.
+    /// Positions of the outputs before the stage last spoke.
     spoken_from: outputs::Positions,
-    /// How often a predecessor heard the next request and died.
+    /// How often a predecessor has died while hearing the next request.
     attempts: u32,
-    /// Time of the last instant.
+    /// Simulation time of the last instant, in nanoseconds.
     stamp_ns: u64,
-    /// The last tick that a predecessor answered.
+    /// Number of the last tick that a predecessor answered.
     answered: u64,
 }
 
@@ -157,9 +157,9 @@ impl Host<'_> {
         Ok(())
     }
 
-    /// Hears what has arrived. Before each request come the instructions, because the request may refer to what was
-    /// drawn before it. A request waits until everything that a predecessor answered is
-    /// computed again, because it was made later.
+    /// Hears everything that has arrived. The instructions come before each request, because the request may refer to what was
+    /// drawn before it. A request waits until everything that a predecessor has answered is computed again, because the request
+    /// was made later.
     fn hear_all(&mut self) -> Result<(), HostError> {
         loop {
             if self.hear_instructions()? {
@@ -174,7 +174,7 @@ impl Host<'_> {
         }
     }
 
-    /// Hears the instructions that have arrived; returns whether there were any.
+    /// Hears the instructions that have arrived. Returns true if there were any.
     fn hear_instructions(&mut self) -> Result<bool, HostError> {
         let mut is_new = false;
         while let Some((spec, sample)) = self.inputs.next_instruction()? {
@@ -185,7 +185,7 @@ impl Host<'_> {
         Ok(is_new)
     }
 
-    /// Counts how often a request has killed the process, so that the stage can refuse it.
+    /// Hears a request, and counts how often it has killed the process, so that the stage can refuse it.
     fn hear_request(&mut self, index: usize, request: &RawSample) -> Result<(), HostError> {
         let step = Step::begin();
         let header = *request.header();
@@ -197,7 +197,7 @@ impl Host<'_> {
         self.inputs.take_request(index, header.stamp_ns, header.seq);
         self.spoken_from.clone_from(self.outputs.positions());
         self.attempts = 0;
-        // Before the answer is sent: a sender that has the answer may forget the request.
+        // This must come before the answer is sent, because a sender that has the answer may forget the request.
         self.write_checkpoint()?;
         self.speak(header.stamp_ns, header.seq, false)?;
         self.health.end(step);
@@ -219,7 +219,7 @@ impl Host<'_> {
         })?)
     }
 
-    /// Continues from where the predecessor stood; false if the process is asked to end first.
+    /// Continues from where the predecessor stopped. Returns false if the process is asked to end first.
     fn resume(&mut self, kind: &str, found: Found<Saved>) -> Result<bool, HostError> {
         let is_lost = found.is_lost();
         let head = found.state.as_ref().map(|saved| saved.head.clone());
@@ -246,13 +246,15 @@ impl Host<'_> {
         Ok(true)
     }
 
-    /// A state that the stage rejects is hidden from the successor, which then resumes from an older one or starts again.
+    /// Loads a state into the stage. A state that the stage rejects is hidden from the successor, which then resumes from an
+    /// older one or starts from scratch.
     fn load(&mut self, state: &[u8]) -> Result<(), HostError> {
         let loaded = self.stage.load(state);
         Ok(loaded.map_err(|error| self.checkpoints.refuse_newest(&error.to_string()))?)
     }
 
-    /// Hears the instructions that the state depends on, or newer ones; false if the process is asked to end first.
+    /// Hears instructions until those that the state depends on, or newer ones, have arrived. Returns false if the process is
+    /// asked to end first.
     fn await_instructions(&mut self, awaited: &inputs::Positions) -> Result<bool, HostError> {
         loop {
             self.hear_instructions()?;
@@ -266,14 +268,14 @@ impl Host<'_> {
         }
     }
 
-    /// The last tick that a predecessor answered; 0 if there is none.
+    /// Returns the number of the last tick that a predecessor answered, or 0 if there is none.
     fn last_answered(&self, kind: &str) -> u64 {
         let last_word = channels::last_word_of(self.node.process(), kind);
         last_word.and_then(|spec| self.outputs.last_sent(spec)).map_or(0, |header| header.source_seq)
     }
 
-    /// No checkpoint can be used: the stage starts again after what its predecessor sent. Earlier requests of people
-    /// are outdated by now, and must not make the robot drive off.
+    /// Starts from scratch after what the predecessor sent, because no checkpoint can be used. Earlier requests from people are
+    /// outdated by now, and must not make the robot drive off.
     fn start_over(&mut self, kind: &str) -> Result<(), HostError> {
         self.outputs.resume_after_history();
         let (process, answered) = (self.node.process(), self.last_answered(kind));

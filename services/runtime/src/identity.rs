@@ -1,8 +1,8 @@
-//! Identifies the process that a lock file names, so that no other is mistaken for it.
+//! Identifies the process that a lock file names, so that no other process is mistaken for it.
 //!
-//! A process id alone identifies nothing: the kernel reuses it, and in another PID namespace it means another process,
-//! while containers may share the folders of systems. So a lock file also holds the process's start time, its PID
-//! namespace and the boot of the machine. Signals are sent through a pidfd, which never refers to another process.
+//! A process id alone is not enough. The kernel reuses ids, and the same id means another process in another PID namespace,
+//! while containers may share the folders of systems. So a lock file also contains the process's start time, its PID namespace
+//! and the boot id of the machine. Signals are sent through a pidfd, which never refers to another process.
 
 use std::fmt::{Display, Formatter};
 use std::fs;
@@ -17,16 +17,16 @@ use nix::unistd::Pid;
 
 use crate::watch::{ProcessState, stat_field};
 
-/// A process, identified even after its id is reused.
+/// Identity of a process, which stays unique even after the process id is reused.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identity {
-    /// Its id in its own PID namespace.
+    /// Process id in the process's own PID namespace.
     pub(crate) pid: u32,
-    /// Its start time, clock ticks since the boot.
+    /// Start time of the process, in clock ticks since boot.
     started: u64,
-    /// The inode of its PID namespace.
+    /// Inode of the process's PID namespace.
     namespace: u64,
-    /// The boot of the machine.
+    /// Boot id of the machine.
     boot: String,
 }
 
@@ -34,12 +34,12 @@ pub(crate) struct Identity {
 #[derive(Debug)]
 pub(crate) struct Handle {
     pid: Pid,
-    /// `None` if the kernel has no pidfd (before Linux 5.3).
+    /// Descriptor of the process, or `None` if the kernel has no pidfd (before Linux 5.3).
     pidfd: Option<OwnedFd>,
 }
 
 impl Identity {
-    /// The identity of this process.
+    /// Returns the identity of this process.
     pub(crate) fn own() -> io::Result<Self> {
         let pid = std::process::id();
         let started = started(pid).ok_or_else(|| io::Error::other("/proc/self/stat has no start time"))?;
@@ -48,7 +48,7 @@ impl Identity {
         Ok(Self { pid, started, namespace, boot })
     }
 
-    /// The identity in the text of a lock file.
+    /// Parses the identity in the text of a lock file.
     pub(crate) fn parse(text: &str) -> Option<Self> {
         let mut words = text.split_whitespace();
         let pid = words.next()?.parse().ok()?;
@@ -56,10 +56,10 @@ impl Identity {
         Some(Self { pid, started: started.ok()?, namespace: namespace.ok()?, boot: words.next()?.into() })
     }
 
-    /// A handle for sending it signals, if it is a living process that this one can reach.
+    /// Returns a handle for sending signals to the process, if it is alive and can be reached from this process.
     ///
     /// # Errors
-    /// Why it cannot be reached, in words.
+    /// A description of why it cannot be reached.
     pub(crate) fn handle(&self) -> Result<Handle, String> {
         let own =
             Self::own().map_err(|error| format!("{self}; this process does not know itself: {error}"))?;
@@ -72,8 +72,8 @@ impl Identity {
                 self.pid, self.namespace
             ));
         }
-        // The order matters: the start time is read after the descriptor is opened, so
-        // it belongs to the descriptor's process.
+        // The order matters: the start time is read after the descriptor has been opened, so it belongs to the descriptor's
+        // process.
         let pid =
             Pid::from_raw(i32::try_from(self.pid).map_err(|_| format!("{self}, which is not a process id"))?);
         let pidfd = match pidfd(self.pid) {
@@ -94,13 +94,13 @@ impl Display for Identity {
     }
 }
 
-/// The text that [`Identity::parse`] reads.
+/// Returns the text that [`Identity::parse`] reads.
 pub(crate) fn text(identity: &Identity) -> String {
     let Identity { pid, started, namespace, boot } = identity;
     format!("{pid} {started} {namespace} {boot}")
 }
 
-/// The holder of a lock file for an error message: its id, and what it does.
+/// Describes the holder of a lock file for an error message: its process id and its state.
 pub(crate) fn described(text: &str) -> String {
     let Some(identity) = Identity::parse(text) else { return "an unidentified process".into() };
     match identity.handle() {
@@ -115,13 +115,13 @@ impl Handle {
         let Some(pidfd) = &self.pidfd else { return Ok(kill(self.pid, signal)?) };
         let (pidfd, number, null) =
             (pidfd.as_raw_fd(), signal as libc::c_int, std::ptr::null::<libc::siginfo_t>());
-        // SAFETY: a system call whose one pointer may be null.
+        // SAFETY: a system call whose only pointer may be null.
         Errno::result(unsafe { libc::syscall(libc::SYS_pidfd_send_signal, pidfd, number, null, 0) })?;
         Ok(())
     }
 }
 
-/// A descriptor of the process that currently has this id; it becomes readable when the process ends.
+/// Returns a descriptor of the process that currently has this id. The descriptor becomes readable when the process ends.
 ///
 /// # Errors
 /// `ESRCH` if there is no such process, `ENOSYS` before Linux 5.3.
@@ -132,7 +132,8 @@ pub fn pidfd(pid: u32) -> nix::Result<OwnedFd> {
     Ok(unsafe { OwnedFd::from_raw_fd(fd as i32) })
 }
 
-/// Start time of the process that currently has this id, clock ticks since the boot: field 22 of proc_pid_stat(5).
+/// Returns the start time of the process that currently has this id, in clock ticks since boot. This is field 22 of
+/// proc_pid_stat(5).
 fn started(pid: u32) -> Option<u64> {
     stat_field(pid, 22)?.parse().ok()
 }
@@ -143,7 +144,7 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// A process that waits to be ended, and its identity.
+    /// Returns a process that sleeps until it is killed, and its identity.
     pub(crate) fn sleeper() -> (Child, Identity) {
         let child = Command::new("sleep").arg("1000").spawn().unwrap();
         let identity = Identity::of_child(child.id());
@@ -156,7 +157,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// What other processes with the same id would have written.
+    /// Returns the identities of other processes with the same id.
     pub(crate) fn imposters(identity: &Identity) -> [Identity; 3] {
         [
             Identity { started: identity.started - 1, ..identity.clone() },

@@ -1,7 +1,7 @@
-//! Process limits (getrlimit(2)) that a system needs to be higher than some shells set them.
+//! Process limits (getrlimit(2)) that some shells set lower than a system needs.
 //!
-//! A soft limit is raised if the hard one allows it, and children inherit it. If it does not, the process reports that
-//! when it starts, rather than failing at whatever first hits the limit.
+//! A soft limit is raised as far as the hard limit allows, and children inherit it. If the hard limit is too low, the process
+//! reports that when it starts, instead of failing later at whatever first hits the limit.
 
 use std::fs;
 
@@ -10,37 +10,37 @@ use nix::sys::resource::{Resource, getrlimit, setrlimit};
 
 use crate::{Error, Result};
 
-/// Files that a process has open: twice as many as the demo's supervisor.
+/// Number of files that a process may need to have open: twice as many as the supervisor of the demo.
 pub const NEEDED_FILES: u64 = 256;
 /// The usual soft limit on open files.
 const USUAL_FILES: u64 = 1024;
-/// The stack of a process's first thread, bytes: several times what its deepest calls take. (Other threads have their
+/// Stack of a process's first thread, in bytes. This is several times what its deepest calls need. (Other threads have their
 /// own stacks, regardless of the limit.)
 const NEEDED_STACK: u64 = 2 << 20;
-/// The usual soft limit on the stack, bytes.
+/// The usual soft limit on the stack, in bytes.
 const USUAL_STACK: u64 = 8 << 20;
-/// Files that a call may have had open when it failed, and that are closed by the time its error is explained.
+/// Number of files that a failed call may have had open, but which are closed by the time its error is explained.
 const CLOSED_AGAIN: usize = 8;
 
-/// Ensures that this process may have as many files open as a process of a system needs.
+/// Ensures that this process may open as many files as a process of a system needs.
 ///
 /// # Errors
-/// [`Error::FewFiles`].
+/// [`Error::FewFiles`] if the hard limit is too low.
 pub fn provide_files() -> Result<()> {
     let found = |found| Error::FewFiles { needed: NEEDED_FILES, found };
     provide(Resource::RLIMIT_NOFILE, NEEDED_FILES, USUAL_FILES).map_err(found)
 }
 
-/// Ensures that the first thread's stack is large enough. To be called before anything else.
+/// Ensures that the first thread's stack is large enough. Must be called before anything else.
 ///
 /// # Errors
-/// [`Error::SmallStack`].
+/// [`Error::SmallStack`] if the hard limit is too low.
 pub fn provide_stack() -> Result<()> {
     let found = |found| Error::SmallStack { needed_kib: NEEDED_STACK >> 10, found_kib: found >> 10 };
     provide(Resource::RLIMIT_STACK, NEEDED_STACK, USUAL_STACK).map_err(found)
 }
 
-/// The limit on open files, if this process has used it up or nearly so.
+/// Returns the limit on open files if this process has (almost) used it up.
 pub(crate) fn files_are_used_up() -> Option<u64> {
     let (soft, _) = getrlimit(Resource::RLIMIT_NOFILE).ok()?;
     let is_used_up = match fs::read_dir("/proc/self/fd") {
@@ -51,7 +51,7 @@ pub(crate) fn files_are_used_up() -> Option<u64> {
 }
 
 fn provide(resource: Resource, needed: u64, usual: u64) -> Result<(), u64> {
-    // If the limit cannot be queried, there is none to report.
+    // A limit that cannot be queried cannot be reported either.
     let Ok((soft, hard)) = getrlimit(resource) else { return Ok(()) };
     match raised(soft, hard, needed, usual)? {
         Some(limit) => setrlimit(resource, limit, hard).map_err(|_| soft),
@@ -59,10 +59,10 @@ fn provide(resource: Resource, needed: u64, usual: u64) -> Result<(), u64> {
     }
 }
 
-/// The soft limit to set, if the current one is too low.
+/// Returns the soft limit to set, or `None` if the current one is high enough.
 ///
 /// # Errors
-/// The hard limit, if it is too low as well.
+/// The hard limit, if it is too low.
 fn raised(soft: u64, hard: u64, needed: u64, usual: u64) -> Result<Option<u64>, u64> {
     match (soft >= needed, hard >= needed) {
         (true, _) => Ok(None),
@@ -75,7 +75,7 @@ fn raised(soft: u64, hard: u64, needed: u64, usual: u64) -> Result<Option<u64>, 
 mod tests {
     use super::*;
 
-    /// `ulimit -n 64` blamed `/dev/shm`, and `ulimit -s 64` overflowed the stack.
+    /// `ulimit -n 64` led to an error that blamed `/dev/shm`, and `ulimit -s 64` to a stack overflow.
     #[test]
     fn a_limit_is_raised_as_far_as_it_may_be_or_named() {
         const NO: u64 = u64::MAX;

@@ -1,4 +1,4 @@
-//! A file locked by a living process; the kernel releases the lock the moment the process dies.
+//! A file lock held by a living process. The kernel releases the lock the moment the process dies.
 //!
 //! These are open-file-description locks (`F_OFD_SETLK`). Unlike `flock`, they can be queried without being taken.
 //! Unlike POSIX locks, they do not vanish when the process closes another descriptor of the file.
@@ -15,17 +15,17 @@ use nix::libc;
 
 use crate::identity::{self, Identity};
 
-/// How often to try a lock that another process holds.
+/// Interval of attempts to take a lock that another process holds.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
-/// A lock, held for the lifetime of this value; the file remains.
+/// A lock, held for the lifetime of this value. The file is not removed.
 #[derive(Debug)]
 pub(crate) struct Lock {
     file: File,
 }
 
 impl Lock {
-    /// Takes the lock of the file, creating the file if it is missing; `None` if another process holds the lock.
+    /// Takes the lock of the file, creating the file if it is missing. Returns `None` if another process holds the lock.
     pub(crate) fn try_take(path: &Path) -> io::Result<Option<Self>> {
         match Self::of(open(path)?) {
             Ok(lock) => Ok(Some(lock)),
@@ -46,7 +46,7 @@ impl Lock {
         }
     }
 
-    /// As [`Lock::try_take`], and writes this process's identity into the file.
+    /// Like [`Lock::try_take`], but also writes this process's identity into the file.
     pub(crate) fn try_take_as_this_process(path: &Path) -> io::Result<Option<Self>> {
         let Some(mut lock) = Self::try_take(path)? else { return Ok(None) };
         lock.file.set_len(0)?;
@@ -54,7 +54,8 @@ impl Lock {
         Ok(Some(lock))
     }
 
-    /// The same, waiting up to `limit` for the holder to release it; `None` if it does not.
+    /// Like [`Lock::try_take_as_this_process`], but waits up to `limit` for the holder to release the lock. Returns `None` if
+    /// it does not.
     pub(crate) fn take_within(path: &Path, limit: Duration) -> io::Result<Option<Self>> {
         let end = Instant::now() + limit;
         loop {
@@ -67,7 +68,7 @@ impl Lock {
     }
 }
 
-/// Waits until no process holds the lock of the file; returns whether that happened within `limit`.
+/// Waits until no process holds the lock of the file. Returns true if that happened within `limit`.
 pub(crate) fn is_free_within(path: &Path, limit: Duration) -> io::Result<bool> {
     let end = Instant::now() + limit;
     while is_held(path)? {
@@ -79,7 +80,7 @@ pub(crate) fn is_free_within(path: &Path, limit: Duration) -> io::Result<bool> {
     Ok(true)
 }
 
-/// Whether the lock of the file is held; never if the file is missing.
+/// Returns true if the lock of the file is held. If the file is missing, it is not held.
 pub(crate) fn is_held(path: &Path) -> io::Result<bool> {
     let file = match OpenOptions::new().read(true).write(true).custom_flags(libc::O_NOFOLLOW).open(path) {
         Ok(file) => file,
@@ -91,12 +92,12 @@ pub(crate) fn is_held(path: &Path) -> io::Result<bool> {
     Ok(lock.l_type != libc::F_UNLCK as libc::c_short)
 }
 
-/// The process that a lock file names; `None` if it names none.
+/// Returns the process that a lock file names, or `None` if it names none.
 pub(crate) fn owner(path: &Path) -> Option<Identity> {
     Identity::parse(&text(path))
 }
 
-/// The holder of a lock file, in words.
+/// Describes the holder of a lock file.
 pub(crate) fn holder(path: &Path) -> String {
     identity::described(&text(path))
 }

@@ -1,9 +1,9 @@
-//! A file in shared memory that one process writes and that its successor and others read. It survives a kill.
+//! A file in shared memory that one process writes, and that its successor and others read. It survives a kill.
 //!
-//! It is an array of atomic words. Another process may write it at any moment, so there is no plain reference into it;
-//! words are copied in and out. The owner marks what belongs together by numbers that it writes first and last.
+//! The file is an array of atomic words. Another process may write to it at any moment, so there are no plain references into
+//! it, and words are copied in and out. The owner marks words that belong together with numbers that it writes first and last.
 //!
-//! Its memory is reserved when it is created, so that a full `/dev/shm` is an error then and not a signal later.
+//! The memory is reserved when the file is created, so that a full `/dev/shm` is an error at that point and not a signal later.
 
 use std::fs::File;
 use std::io::ErrorKind;
@@ -17,10 +17,10 @@ use nix::sys::mman::{MapFlags, ProtFlags, mmap, munmap};
 
 use crate::{Error, Result, shared};
 
-/// Length of a word, bytes.
+/// Length of a word, in bytes.
 pub(crate) const WORD: usize = size_of::<u64>();
 
-/// A mapped file, all zero if it was created by this mapping.
+/// A mapped file. It is all zero if this mapping has created it.
 pub(crate) struct Mapping {
     path: PathBuf,
     file: File,
@@ -46,7 +46,7 @@ impl Mapping {
         Ok(Self { path: path.into(), file, start, length })
     }
 
-    /// Makes the file at least `length` words long; its content is kept.
+    /// Makes the file at least `length` words long. Its content is kept.
     pub(crate) fn grow(&mut self, length: usize) -> Result<()> {
         if length > self.length {
             let start = map(&self.file, &self.path, length)?;
@@ -60,28 +60,28 @@ impl Mapping {
         &self.path
     }
 
-    /// The words of the file.
+    /// Returns the words of the file.
     pub(crate) fn words(&self) -> &[AtomicU64] {
         // SAFETY: `length` words are mapped for the lifetime of `self`, from the beginning of a page. Every process
         // that maps the file accesses it only through atomic words.
         unsafe { std::slice::from_raw_parts(self.start.as_ptr(), self.length) }
     }
 
-    /// Copies the words from index `first` on, as many as `into` has.
+    /// Copies words into `into`, starting at index `first`.
     pub(crate) fn read(&self, first: usize, into: &mut [u64]) {
         let words = &self.words()[first..first + into.len()];
         into.iter_mut().zip(words).for_each(|(into, word)| *into = word.load(Relaxed));
     }
 
-    /// Copies `from` to the words from index `first` on.
+    /// Copies `from` into the file, starting at index `first`.
     pub(crate) fn write(&self, first: usize, from: &[u64]) {
         let words = &self.words()[first..first + from.len()];
         words.iter().zip(from).for_each(|(word, from)| word.store(*from, Relaxed));
     }
 
     fn unmap(&mut self) {
-        // SAFETY: the mapping is ours, and no reference into it outlives the borrow of `self`. It
-        // cannot fail for a mapping that exists.
+        // SAFETY: the mapping is ours, and no reference into it outlives the borrow of `self`. Unmapping an existing mapping
+        // cannot fail.
         let _ = unsafe { munmap(self.start.cast(), self.length * WORD) };
     }
 }
@@ -92,7 +92,7 @@ impl Drop for Mapping {
     }
 }
 
-/// Reserves the memory for that many words and maps it; returns a page-aligned address.
+/// Reserves memory for `length` words and maps it. Returns a page-aligned address.
 fn map(file: &File, path: &Path, length: usize) -> Result<NonNull<AtomicU64>> {
     let bytes = length * WORD;
     let reserved = posix_fallocate(file, 0, bytes as nix::libc::off_t);

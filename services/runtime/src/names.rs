@@ -1,9 +1,9 @@
 //! The names of a system's files in shared memory, kept up to date without reading the folder over and over.
 //!
-//! `/dev/shm` belongs to all users, and another user may have put any number of files there. So the folder is read
-//! once. After that the kernel reports new names (inotify), and those of other systems are dropped without a look at
-//! the files. The folder is read again only if the kernel cannot report or has dropped reports because there were too
-//! many, at most every [`READ_EVERY`].
+//! `/dev/shm` belongs to all users, and another user may have put any number of files there. So the folder is read only once.
+//! After that, the kernel reports new names (inotify), and the names of other systems are dropped without looking at the files.
+//! The folder is read again only if the kernel cannot report names, or has dropped reports because there were too many, and
+//! then at most every [`READ_EVERY`].
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -15,16 +15,16 @@ use nix::sys::inotify::{AddWatchFlags, InitFlags, Inotify, InotifyEvent};
 use crate::Result;
 use crate::shared::{Seen, look, names_that};
 
-/// How often the folder is read if reports are missing: 200,000 names take some 50 ms.
+/// Interval at which the folder is read while reports are missing. Reading 200,000 names takes about 50 ms.
 const READ_EVERY: Duration = Duration::from_secs(2);
-/// Reads of reports per look: more than the kernel queues. What is still left comes with the next look.
+/// Maximum number of reads of reports per look, which is more than the kernel queues. Any rest is read at the next look.
 const READS: usize = 1024;
 
 /// The names in a folder that begin with a prefix.
 pub(crate) struct Names {
     folder: PathBuf,
     prefix: String,
-    /// `None` if the kernel cannot report.
+    /// Source of reports, or `None` if the kernel cannot report names.
     reports: Option<Inotify>,
     known: BTreeSet<PathBuf>,
     /// When the folder was last read.
@@ -34,7 +34,7 @@ pub(crate) struct Names {
 }
 
 impl Names {
-    /// The names in `folder` that begin with `prefix`.
+    /// Watches the names in `folder` that begin with `prefix`.
     pub(crate) fn new(folder: &Path, prefix: &str) -> Self {
         Self::with_reports(folder, prefix, reports(folder).ok())
     }
@@ -44,10 +44,10 @@ impl Names {
         Self { folder: folder.into(), prefix: prefix.into(), reports, known, read_at: None, is_behind: true }
     }
 
-    /// The files that exist now, ordered by name.
+    /// Returns the files that exist now, ordered by name.
     ///
     /// # Errors
-    /// If the folder cannot be read.
+    /// [`Error::File`](crate::Error::File) if the folder cannot be read.
     pub(crate) fn look(&mut self, now: Instant) -> Result<Vec<Seen>> {
         self.take_reports();
         let is_due = self.read_at.is_none_or(|at| now.saturating_duration_since(at) >= READ_EVERY);
@@ -84,7 +84,7 @@ impl Names {
     }
 }
 
-/// The kernel reports each new name; that a file is gone is noticed when it is looked at.
+/// Makes the kernel report new names. Removed files need no report, because they are noticed when they are looked at.
 fn reports(folder: &Path) -> nix::Result<Inotify> {
     let reports = Inotify::init(InitFlags::IN_NONBLOCK | InitFlags::IN_CLOEXEC)?;
     reports.add_watch(folder, AddWatchFlags::IN_CREATE | AddWatchFlags::IN_MOVED_TO)?;
@@ -106,7 +106,8 @@ mod tests {
         seen.iter().filter_map(|(path, _)| path.file_name()?.to_str()).collect()
     }
 
-    /// 200,000 files of another user once raised a running supervisor from 4 to 83 % of a core: it read the folder twice in 50 ms.
+    /// 200,000 files of another user raised the load of a running supervisor from 4 to 83 % of a core, because it read the
+    /// folder twice in 50 ms.
     #[test]
     fn names_of_others_cost_nothing_once_the_folder_was_read() {
         let folder = tempfile::tempdir().unwrap();
@@ -147,7 +148,7 @@ mod tests {
         }
     }
 
-    /// The kernel queues only so many reports and drops the rest.
+    /// The kernel only queues a limited number of reports and drops the rest.
     #[test]
     fn names_whose_reports_were_dropped_are_found_by_reading() {
         let most: usize =

@@ -21,14 +21,14 @@ use crate::system::System;
 use crate::writer::{RawWriter, Writer};
 use crate::{Error, Result, limits, signals};
 
-/// Why a wait ended.
+/// Reasons why a wait ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wake {
-    /// A message may have arrived: look at every reader. (May be a false alarm.)
+    /// A message may have arrived, so every reader should be checked. (This may be a false alarm.)
     Message,
     /// The timeout has passed.
     Timeout,
-    /// SIGTERM, SIGINT or SIGHUP asks the process to end; every later wait reports it too.
+    /// A SIGTERM, SIGINT or SIGHUP has asked the process to end. Every later wait reports this, too.
     Terminate,
 }
 
@@ -40,13 +40,13 @@ pub struct Waker {
 }
 
 impl Waker {
-    /// Ends the node's wait with [`Wake::Message`], or its next one if it is awake.
+    /// Ends the node's wait with [`Wake::Message`], or the next wait if the node is awake.
     pub fn wake(&self) {
         self.bells.ring(self.process);
     }
 }
 
-/// A process in a system: opens channels and waits for messages. One per process, for use by one thread.
+/// A process in a system. It opens channels and waits for messages. Each process has one, for use by one thread.
 pub struct Node {
     writers: RefCell<Vec<OwnWriter>>,
     inner: SharedMemoryNode<ipc::Service>,
@@ -56,18 +56,19 @@ pub struct Node {
     seen_ring: Cell<u32>,
     seen_joined: Cell<u32>,
     counters: Rc<Counters>,
-    /// Shows that this process lives, and keeps a second one of its kind out.
+    /// Shows that this process is alive, and keeps out a second one of its kind.
     _presence: Option<Lock>,
-    /// The supervisor's. It is dropped last: the other fields may have to wait for files that it removes.
+    /// Sweeper of the supervisor. It is dropped last, because the other fields may have to wait for files that it removes.
     sweeper: Option<Sweeper>,
 }
 
-/// What a process counts across all its readers.
+/// Counts of a process across all its readers.
 #[derive(Debug, Default)]
 pub(crate) struct Counters {
     pub(crate) lost: Cell<u64>,
     pub(crate) refused: Cell<u64>,
-    /// Channels and fields whose invalid messages were reported: each only once, since there may be thousands.
+    /// Channels and fields of which an invalid message has been reported. Each pair is only reported once, since there may be
+    /// thousands of messages.
     reported: RefCell<Vec<(&'static str, &'static str)>>,
 }
 
@@ -79,7 +80,7 @@ impl Counters {
         self.refused.set(self.refused.get() + 1);
     }
 
-    /// Counts an invalid message. The first one of each channel and field is reported with the reason.
+    /// Counts an invalid message. The first one of each channel and field is reported with its fault.
     pub(crate) fn count_invalid(&self, channel: &'static str, seq: u64, why: &Invalid) {
         self.count_refused();
         let kind = (channel, why.field);
@@ -91,39 +92,40 @@ impl Counters {
     }
 }
 
-/// A writer of this node, notified when a reader joins.
+/// A writer of this node, which is notified when a reader joins.
 struct OwnWriter {
     port: Weak<dyn UpdateConnections>,
-    /// The number of its last message.
+    /// Number of the writer's last message.
     numbers: Rc<Cell<u64>>,
     spec: &'static ChannelSpec,
 }
 
 impl Node {
-    /// Joins the system as `process`; a process does this first. From here on SIGTERM, SIGINT
-    /// and SIGHUP end it through [`Node::wait`].
+    /// Joins the system as `process`. A process must do this before anything else. From now on, SIGTERM, SIGINT and SIGHUP end
+    /// it through [`Node::wait`].
     ///
     /// # Errors
-    /// [`Error::ProcessRunsAlready`] if the system has such a process already; [`Error::FewFiles`].
+    /// - [`Error::ProcessRunsAlready`] if the system already has this process;
+    /// - [`Error::FewFiles`] if this process may not open enough files.
     pub fn join(system: impl Into<Rc<System>>, process: Process) -> Result<Self> {
         let system = system.into();
-        // An observer opens only a few channels, and may manage with fewer files.
+        // An observer opens only a few channels, and may get by with fewer files.
         limits::provide_files()
             .or_else(|error| if process == Process::Observer { Ok(()) } else { Err(error) })?;
-        // An observer may join at any time, even while the system is being cleared. Either it is in before that and is
-        // asked to end, or it is too late and finds no system.
+        // An observer may join at any time, even while the system is being cleared. Either it joins before that and is asked to
+        // end, or it is too late and finds no system.
         let _guard = (process == Process::Observer).then(|| system.hold()).transpose()?;
         let bells = Bells::map(&system.bells())?;
-        // Before others can see this process: once seen, it may be asked to end.
+        // This must happen before other processes can see this one, because then it may be asked to end.
         signals::install(bells.word(process));
         let presence = system.enter(process)?;
         let sweeper = (process == Process::Supervisor).then(|| Sweeper::start(system.view())).transpose()?;
         let inner = shared_memory_node(&system, process).or_else(|error| {
-            // A foreign file in the way is named first.
+            // If a foreign file is the cause, the error should name it.
             system.shared()?.check()?;
             Err(error)
         })?;
-        // A link among the files is named before any file is opened.
+        // A link among the files must be reported before any file is opened.
         system.shared()?.check()?;
         system.shared()?.keep_others_out()?;
         Ok(Self {
@@ -140,7 +142,7 @@ impl Node {
         })
     }
 
-    /// The system.
+    /// Returns the system.
     pub fn system(&self) -> &System {
         &self.system
     }
@@ -149,12 +151,12 @@ impl Node {
         Rc::clone(&self.system)
     }
 
-    /// Which process this is.
+    /// Returns which process of the system this is.
     pub fn process(&self) -> Process {
         self.process
     }
 
-    /// The run that the supervisor gave every process.
+    /// Returns the run that the supervisor gave to every process.
     pub fn run_config(&self) -> Result<RunConfig> {
         self.system.run_config()
     }
@@ -162,12 +164,14 @@ impl Node {
     /// Opens a channel for writing.
     ///
     /// # Errors
-    /// [`Error::Forbidden`], [`Error::SecondWriter`], [`Error::Mismatch`].
+    /// - [`Error::Forbidden`] if the process may not write the channel;
+    /// - [`Error::SecondWriter`] if the channel already has a writer;
+    /// - [`Error::Mismatch`] if another build has created the channel with a different message.
     pub fn writer<T: Message>(&self, channel: Channel<T>) -> Result<Writer<T>> {
         Ok(Writer::new(self.raw_writer(channel.spec)?))
     }
 
-    /// Opens a channel for writing, whatever its message type. Errors as [`Node::writer`].
+    /// Opens a channel for writing, whatever its message type. The errors are those of [`Node::writer`].
     pub fn raw_writer(&self, spec: &'static ChannelSpec) -> Result<RawWriter> {
         self.check_write(spec)?;
         let writer = RawWriter::open(self, spec)?;
@@ -177,15 +181,16 @@ impl Node {
         Ok(writer)
     }
 
-    /// Opens a channel for reading. Messages of its history come first.
+    /// Opens a channel for reading. Messages of its history are received first.
     ///
     /// # Errors
-    /// [`Error::Forbidden`] (`truth` for a navigator), [`Error::Mismatch`].
+    /// - [`Error::Forbidden`] if the process may not read the channel (such as `truth` for a navigator);
+    /// - [`Error::Mismatch`] if another build has created the channel with a different message.
     pub fn reader<T: Message>(&self, channel: Channel<T>) -> Result<Reader<T>> {
         Ok(Reader::new(self.raw_reader(channel.spec)?))
     }
 
-    /// Opens a channel for reading, whatever its message type. Errors as [`Node::reader`].
+    /// Opens a channel for reading, whatever its message type. The errors are those of [`Node::reader`].
     pub fn raw_reader(&self, spec: &'static ChannelSpec) -> Result<RawReader> {
         self.check_read(spec)?;
         let reader = RawReader::open(self, spec)?;
@@ -194,8 +199,8 @@ impl Node {
         Ok(reader)
     }
 
-    /// Names in a tick the newest message of each sensor that this node writes. The tick is sent last in an instant,
-    /// after this call, since its readers wait for the messages that it names.
+    /// Lists in a tick the newest message of each sensor that this node writes. The tick must be the last message of an
+    /// instant, sent after this call, since its readers wait for the messages that it lists.
     pub fn name_readings(&self, tick: &mut Tick) {
         for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {
             let writers = self.writers.borrow();
@@ -204,12 +209,12 @@ impl Node {
         }
     }
 
-    /// Sleeps until a message arrives on a channel that this process reads, `timeout` has passed, or the process is
-    /// asked to end. A message that arrived since the last wait ends it at once.
+    /// Sleeps until a message arrives on a channel that this process reads, `timeout` has passed, or the process is asked to
+    /// end. If a message has arrived since the last wait, it returns at once.
     ///
-    /// Messages do not wake the recorder and observers; they wait a few milliseconds and look.
+    /// Messages do not wake the recorder and observers, which have to check their channels every few milliseconds.
     pub fn wait(&self, timeout: Duration) -> Wake {
-        // A request from before is in `seen_ring` already; a later one rings the bell again.
+        // A request from before this line is already in `seen_ring`. A later one rings the bell again.
         if signals::end_requested() {
             return Wake::Terminate;
         }
@@ -225,36 +230,36 @@ impl Node {
                 Wake::Message
             }
             None => {
-                // Serves readers that do not know the bells.
+                // This serves readers that do not use the bells.
                 self.refresh_writers();
                 Wake::Timeout
             }
         }
     }
 
-    /// Sleeps until `timeout` has passed or the process is asked to end, whatever messages arrive.
+    /// Sleeps until `timeout` has passed or the process is asked to end. Messages do not wake it.
     pub fn nap(&self, timeout: Duration) -> Wake {
         self.serve_new_readers();
         self.bells.beat(self.process);
         if sleep_until_changed(signals::word(), 0, timeout) { Wake::Terminate } else { Wake::Timeout }
     }
 
-    /// A handle that ends this node's wait from another thread of the process.
+    /// Returns a handle that ends this node's wait from another thread of the process.
     pub fn waker(&self) -> Waker {
         Waker { bells: self.bells, process: self.process }
     }
 
-    /// Whether SIGTERM, SIGINT or SIGHUP has asked the process to end.
+    /// Returns true if a SIGTERM, SIGINT or SIGHUP has asked the process to end.
     pub fn end_requested(&self) -> bool {
         signals::end_requested()
     }
 
-    /// How many such signals have arrived: a second one means that the sender does not want to wait.
+    /// Returns how many signals have asked the process to end. A second one means that the sender does not want to wait.
     pub fn end_requests(&self) -> u32 {
         signals::requests()
     }
 
-    /// Messages that all readers of this process have lost so far.
+    /// Returns how many messages the readers of this process have lost so far.
     pub fn lost_messages(&self) -> u64 {
         self.counters.lost.get()
     }
@@ -264,38 +269,38 @@ impl Node {
         self.counters.count_refused();
     }
 
-    /// Counts an invalid message; the first one of each channel and field is reported in the process's log.
+    /// Counts an invalid message. The first one of each channel and field is reported in the process's log.
     pub(crate) fn count_invalid(&self, channel: &'static str, seq: u64, why: &Invalid) {
         self.counters.count_invalid(channel, seq, why);
     }
 
-    /// Clears what dead processes of the system left in shared memory: their samples, and their places as writer or
-    /// reader. The supervisor calls it after it has waited for a dead child.
+    /// Clears what dead processes of the system have left in shared memory: their samples, and their places as writers or
+    /// readers. The supervisor calls this after it has waited for a dead child.
     pub fn clear_dead(&self, timeout: Duration) {
         self.inner.blocking_cleanup_dead_nodes(timeout);
     }
 
-    /// Checks that all files of the system in shared memory are this user's. The supervisor calls it repeatedly.
+    /// Checks that all files of the system in shared memory belong to this user. The supervisor calls this repeatedly.
     ///
     /// # Errors
-    /// [`Error::ForeignFile`] for the first foreign file, once.
+    /// [`Error::ForeignFile`] for the first foreign file, returned once.
     pub fn check_shared_memory(&self) -> Result<()> {
         self.sweeper.as_ref().and_then(Sweeper::complaint).map_or(Ok(()), Err)
     }
 
-    /// Counts something that no process before this one has done: whether a process that keeps dying is restarted
-    /// depends on its progress. Every new message counts automatically.
+    /// Counts something that no process before this one has done. Whether a process that keeps dying is restarted depends on
+    /// its progress. Every new message is counted automatically.
     pub fn note_progress(&self) {
         self.bells.note_progress(self.process);
     }
 
-    /// How much new work `process` and its predecessors have done; the count continues across restarts.
+    /// Returns how much new work `process` and its predecessors have done. The count continues across restarts.
     pub fn progress(&self, process: Process) -> u32 {
         self.bells.progress(process)
     }
 
-    /// A number that changes as long as `process` does anything. A process looks up from its work at least every
-    /// quarter of a second, unless one of its steps takes longer.
+    /// Returns a number that changes whenever `process` does anything. A process gives a heartbeat at least every quarter of a
+    /// second, unless one of its steps takes longer.
     pub fn signs_of_life(&self, process: Process) -> u32 {
         self.bells.signs_of_life(process)
     }
@@ -338,7 +343,7 @@ impl Node {
         }
     }
 
-    /// Hands the history to readers that have joined; iceoryx2 does so only on the next send.
+    /// Sends the history to readers that have joined. iceoryx2 itself would do so only on the next send.
     fn serve_new_readers(&self) {
         let joined = self.bells.readers_joined(self.process);
         if self.seen_joined.replace(joined) != joined {
@@ -351,13 +356,14 @@ impl Node {
 
     fn refresh_writers(&self) {
         for port in self.writers.borrow().iter().filter_map(|writer| writer.port.upgrade()) {
-            // What cannot be connected now is tried again on the next send, which reports it.
+            // Anything that cannot be connected now is tried again on the next send, which reports the error.
             let _ = port.update_connections();
         }
     }
 }
 
-/// Makes the system's settings iceoryx2's global ones, since its clean-up of dead nodes reads those.
+/// Creates the node of iceoryx2. The system's settings also become iceoryx2's global ones, since its clean-up of dead nodes
+/// reads those.
 fn shared_memory_node(system: &System, process: Process) -> Result<SharedMemoryNode<ipc::Service>> {
     set_log_level_from_env_or(LogLevel::Fatal);
     let path = system.iceoryx2_config();

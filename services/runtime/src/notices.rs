@@ -1,8 +1,8 @@
 //! Notices: what a process or a tool reports to the supervisor, which publishes it on `faults`.
 //!
-//! Notices are lines of JSON in a file of the system's folder. Each line is appended in one piece, so writers need no
-//! lock, a killed one leaves no partial line, and no process has to be running for it to
-//! be kept. Not meant for frequent events.
+//! Notices are lines of JSON in a file in the system's folder. Each line is appended in one piece, so writers need no lock, a
+//! killed writer leaves no partial line, and a notice is kept even if no process is running. Notices are not meant for frequent
+//! events.
 
 use std::fs::{File, OpenOptions};
 use std::io::{ErrorKind, Read, Write};
@@ -20,7 +20,7 @@ use crate::node::Node;
 use crate::system::System;
 use crate::{Error, Result, lock};
 
-/// Longest text of a notice, bytes; the rest is cut off.
+/// Maximum length of a notice's text, in bytes. The rest is cut off.
 const MAX_WORDS: usize = 512;
 
 /// A report to the supervisor.
@@ -30,39 +30,39 @@ pub struct Notice {
     pub kind: FaultKind,
     /// The process that it happened to.
     pub process: Process,
-    /// Its process id.
+    /// Process id of that process.
     pub pid: u32,
-    /// The signal that is sent to it; 0 if there is none.
+    /// The signal that is sent to it, or 0 if there is none.
     pub signal: u32,
-    /// Messages that are lost because of it.
+    /// Number of messages lost because of it.
     pub missing: u32,
     /// A description in words.
     pub words: String,
-    /// The order that a tool asks the supervisor to give.
+    /// An order that a tool asks the supervisor to give.
     pub order: Option<Ordered>,
-    /// The share of the processor that the process gets from now on, so that its slowness is tolerated.
+    /// Share of the processor that the process gets from now on. The supervisor then tolerates its slowness.
     pub starvation: Option<Starvation>,
 }
 
 /// An order for the supervisor to give.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ordered {
-    /// What is ordered.
+    /// The kind of order.
     pub order: Order,
-    /// The index of the task that it is about, from 0, if the order names one.
+    /// Index of the task that the order is about, from 0, if it is about one.
     pub task: u32,
-    /// Where the robot is, for an order `here`.
+    /// Position of the robot, for an order `here`.
     pub here: Option<Here>,
 }
 
 impl Ordered {
-    /// An order without a position.
+    /// Creates an order without a position.
     pub fn new(order: Order, task: u32) -> Self {
         Self { order, task, here: None }
     }
 }
 
-/// A notice as it is written to the file.
+/// A notice as written to the file.
 #[derive(Serialize, Deserialize)]
 struct Line {
     kind: u32,
@@ -118,14 +118,16 @@ impl Line {
 }
 
 impl System {
-    /// Sends a signal to the process `pid`, which serves as `process`, and has the fault recorded before its effects
-    /// can be seen. `by` is the name of the tool.
+    /// Sends a signal to the process `pid`, which serves as `process`. The fault is reported before its effects can be seen.
+    /// `by` is the name of the tool.
     ///
     /// # Errors
-    /// [`Error::File`] if the system is gone; [`Error::Signal`] if the process is gone, or cannot be reached from here.
+    /// - [`Error::File`] if the system is gone;
+    /// - [`Error::Signal`] if the process is gone or cannot be reached from here.
     pub fn inject(&self, process: Process, pid: u32, signal: Signal, by: &str) -> Result<()> {
         let failed = |source| Error::Signal { process, pid, source };
-        // A process that has joined has written down its identity; one that has not is a child that the tool found by itself.
+        // A process that has joined has written its identity to a file. One that has not is a child that the tool found by
+        // itself.
         let joined = lock::owner(&self.process_lock(process)).filter(|owner| owner.pid == pid);
         let handle = joined.map(|owner| owner.handle()).transpose();
         let handle = handle.map_err(|words| failed(std::io::Error::other(words)))?;
@@ -145,7 +147,7 @@ impl System {
         }
     }
 
-    /// Has the supervisor give the navigator an order and report which tool asked for it. `by` is the name of the tool.
+    /// Asks the supervisor to give the navigator an order, and to report which tool asked for it. `by` is the name of the tool.
     ///
     /// # Errors
     /// [`Error::File`] if the system is gone.
@@ -162,7 +164,7 @@ impl System {
         })
     }
 
-    /// Has the supervisor publish the notice.
+    /// Asks the supervisor to publish a notice.
     ///
     /// # Errors
     /// [`Error::File`] if the system is gone.
@@ -178,7 +180,7 @@ impl System {
 }
 
 impl Node {
-    /// Has the supervisor publish what happened to this process, and writes it to the process's log.
+    /// Asks the supervisor to publish what happened to this process, and writes it to the process's log.
     pub fn report_fault(&self, kind: FaultKind, missing: u64, words: &str) {
         sketchnav_schemas::say!("{words}");
         let notice = Notice {
@@ -201,15 +203,15 @@ impl Node {
 pub struct Notices {
     path: PathBuf,
     file: File,
-    /// Text that was read but does not yet form a whole line.
+    /// Text that has been read but does not form a whole line yet.
     rest: Vec<u8>,
 }
 
 impl Notices {
-    /// Reads the notices from the first one on; the file is created if it is missing.
+    /// Opens the notices, and starts with the first one. The file is created if it is missing.
     ///
     /// # Errors
-    /// [`Error::File`].
+    /// [`Error::File`] if the file cannot be opened.
     pub fn open(system: &System) -> Result<Self> {
         Self::open_at(system.notices())
     }
@@ -221,10 +223,10 @@ impl Notices {
         Ok(Self { path, file, rest: Vec::new() })
     }
 
-    /// The next notice, if there is one. Invalid lines are skipped.
+    /// Returns the next notice, if there is one. Invalid lines are skipped.
     ///
     /// # Errors
-    /// [`Error::File`].
+    /// [`Error::File`] if the file cannot be read.
     pub fn receive(&mut self) -> Result<Option<Notice>> {
         loop {
             while let Some(end) = self.rest.iter().position(|&byte| byte == b'\n') {

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-/// Says when a moment of simulated time is due.
+/// Tells when a moment of simulated time is due.
 #[derive(Debug, Clone, Copy)]
 pub struct Pacer {
     started: Instant,
@@ -11,12 +11,12 @@ pub struct Pacer {
 }
 
 impl Pacer {
-    /// Starts with the simulated time at `now_ns`; `speed` simulated seconds pass per second (more than 0).
+    /// Starts at the simulated time `now_ns`. Per second of real time, `speed` seconds (more than 0) of simulated time pass.
     pub fn start(now_ns: u64, speed: f64) -> Self {
         Self { started: Instant::now(), started_ns: now_ns, speed }
     }
 
-    /// How long until the simulated time `stamp_ns` is due; zero if it has passed.
+    /// Returns how long it is until the simulated time `stamp_ns` is due, or zero if it has passed.
     pub fn until(&self, stamp_ns: u64) -> Duration {
         due_after(stamp_ns.saturating_sub(self.started_ns), self.speed).saturating_sub(self.started.elapsed())
     }

@@ -16,32 +16,32 @@ use crate::history::History;
 use crate::node::{Counters, Node};
 use crate::{Error, Result};
 
-/// Which message numbers of a channel have arrived.
+/// Keeps track of which message numbers of a channel have arrived.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Tally {
-    /// The last number; `None` if the first one may be any.
+    /// Number of the last message, or `None` if the first one may have any number.
     last: Option<u64>,
     lost: u64,
-    /// Several writers number their messages independently, so the numbers reveal nothing about the channel.
+    /// With several writers, which number their messages independently, the numbers say nothing about lost messages.
     many_writers: bool,
 }
 
 impl Tally {
-    /// Numbers begin with 1, so a process of the mission misses what was sent before it joined. An observer may join at
-    /// any time, and the pad shows only the present; for these two, the first message may have any number, and a
-    /// restarted pad has lost nothing that was shown before.
+    /// Starts counting. Numbers begin at 1, so a process of the mission has missed whatever was sent before it joined. An
+    /// observer may join at any time, and the pad shows only the present. So for these two, the first message may have any
+    /// number, and a restarted pad has not lost what was shown before.
     fn new(spec: &ChannelSpec, process: Process) -> Self {
         let comes_late = matches!(process, Process::Observer | Process::Pad);
         let last = (!comes_late).then_some(0);
         Self { last, lost: 0, many_writers: spec.writer.is_none() }
     }
 
-    /// The last number that arrived; 0 before the first.
+    /// Returns the last number that arrived, or 0 before the first.
     fn position(&self) -> u64 {
         self.last.unwrap_or(0)
     }
 
-    /// Counts the number; returns whether it is new.
+    /// Counts a number. Returns true if it is new.
     fn accept(&mut self, seq: u64) -> bool {
         if self.many_writers {
             return true;
@@ -70,19 +70,19 @@ impl RawReader {
         Ok(Self { port, spec, tally: Tally::new(spec, node.process()), counters: node.counters() })
     }
 
-    /// The channel.
+    /// Returns the channel.
     pub fn spec(&self) -> &'static ChannelSpec {
         self.spec
     }
 
-    /// The next message, if one has arrived. A message whose number has arrived before is dropped.
+    /// Returns the next message, if one has arrived. A message whose number has already arrived is dropped.
     ///
     /// # Errors
-    /// [`Error::SharedMemory`], also if more samples of the channel are held than
-    /// allowed: eight, or two if messages have cells.
+    /// [`Error::SharedMemory`] if iceoryx2 fails, or if more samples of the channel are held than allowed, which is eight, or
+    /// two for messages with cells.
     pub fn receive(&mut self) -> Result<Option<RawSample>> {
         while let Some(sample) = self.port.receive().map_err(self.failed())? {
-            // A writer of another build cannot connect; one that does not belong to this project might.
+            // A writer of another build cannot connect, but one that does not belong to this project might.
             if size_of_val(sample.payload()) < self.spec.message.size {
                 self.counters.count_refused();
                 continue;
@@ -95,10 +95,10 @@ impl RawReader {
         Ok(None)
     }
 
-    /// The next valid message, if one has arrived; invalid ones are rejected and counted.
+    /// Returns the next valid message, if one has arrived. Invalid messages are rejected and counted.
     ///
     /// # Errors
-    /// As [`RawReader::receive`].
+    /// See [`RawReader::receive`].
     pub fn receive_valid(&mut self) -> Result<Option<RawSample>> {
         while let Some(sample) = self.receive()? {
             match self.spec.message.check(sample.message()) {
@@ -109,7 +109,7 @@ impl RawReader {
         Ok(None)
     }
 
-    /// Whether the message is new.
+    /// Counts a message. Returns true if it is new.
     fn accept(&mut self, seq: u64) -> bool {
         let before = self.tally.lost;
         let is_new = self.tally.accept(seq);
@@ -117,26 +117,27 @@ impl RawReader {
         is_new
     }
 
-    /// The number of the last message that arrived, after which a successor has to resume.
+    /// Returns the number of the last message that arrived. A successor has to resume after it.
     pub fn position(&self) -> u64 {
         self.tally.position()
     }
 
-    /// Resumes after the message `seq`, which arrived according to a checkpoint; earlier messages of the history are dropped.
+    /// Resumes after the message `seq`, which has arrived according to a checkpoint. Earlier messages of the history are
+    /// dropped.
     pub fn resume_after(&mut self, seq: u64) {
         self.tally.last = Some(seq);
     }
 
-    /// Resumes with whatever message comes first: those before it count as seen, not as lost.
+    /// Resumes with whatever message comes first. Messages before it count as seen, not as lost.
     pub fn resume_anywhere(&mut self) {
         self.tally.last = None;
     }
 
-    /// Calls `take` with each message of the channel's history that this reader has not had. For a reader that
-    /// continues after its predecessor's death: a dead writer sends nothing again. Messages with cells have no history.
+    /// Calls `take` with each message of the channel's history that this reader has not received. A reader that continues after
+    /// its predecessor's death needs this, since a dead writer sends nothing again. Messages with cells have no history.
     ///
     /// # Errors
-    /// [`Error::File`] if the history cannot be reached.
+    /// [`Error::File`] if the history is inaccessible.
     pub fn take_kept(&mut self, node: &Node, mut take: impl FnMut(&[u8])) -> Result<()> {
         if self.spec.writer.is_some() && self.spec.max_cells == 0 {
             History::open(node, self.spec)?.for_each_after(self.position(), |message| {
@@ -149,7 +150,7 @@ impl RawReader {
         Ok(())
     }
 
-    /// Messages that are missing according to the numbers.
+    /// Returns how many messages are missing according to their numbers.
     pub fn lost(&self) -> u64 {
         self.tally.lost
     }
@@ -160,26 +161,26 @@ impl RawReader {
     }
 }
 
-/// A message in shared memory, of any type. It occupies its place for as long as it is held.
+/// A message of any type in shared memory. It takes up a sample of the reader for as long as it is held.
 pub struct RawSample {
     sample: iceoryx2::sample::Sample<ipc::Service, [u64], u64>,
     size: usize,
 }
 
 impl RawSample {
-    /// The message.
+    /// Returns the bytes of the message.
     pub fn message(&self) -> &[u8] {
         &self.bytes()[..self.size]
     }
 
-    /// The cells that follow the message.
+    /// Returns the cells that follow the message.
     pub fn cells(&self) -> &[u8] {
         let behind = &self.bytes()[self.size..];
         let length = usize::try_from(*self.sample.user_header()).unwrap_or(usize::MAX);
         &behind[..length.min(behind.len())]
     }
 
-    /// Its header.
+    /// Returns the header of the message.
     pub fn header(&self) -> &Header {
         erased::header(self.bytes())
     }
@@ -189,7 +190,7 @@ impl RawSample {
     }
 }
 
-/// The reading end of a channel of messages of type `T`; see [`RawReader`].
+/// The reading end of a channel of messages of type `T`. See [`RawReader`].
 pub struct Reader<T> {
     raw: RawReader,
     message: PhantomData<fn() -> T>,
@@ -200,38 +201,38 @@ impl<T: Message> Reader<T> {
         Self { raw, message: PhantomData }
     }
 
-    /// As [`RawReader::receive`].
+    /// Like [`RawReader::receive`].
     pub fn receive(&mut self) -> Result<Option<Sample<T>>> {
         Ok(self.raw.receive()?.map(Sample::new))
     }
 
-    /// As [`RawReader::receive_valid`].
+    /// Like [`RawReader::receive_valid`].
     pub fn receive_valid(&mut self) -> Result<Option<Sample<T>>> {
         Ok(self.raw.receive_valid()?.map(Sample::new))
     }
 
-    /// As [`RawReader::position`].
+    /// Like [`RawReader::position`].
     pub fn position(&self) -> u64 {
         self.raw.position()
     }
 
-    /// As [`RawReader::resume_after`].
+    /// Like [`RawReader::resume_after`].
     pub fn resume_after(&mut self, seq: u64) {
         self.raw.resume_after(seq);
     }
 
-    /// As [`RawReader::take_kept`].
+    /// Like [`RawReader::take_kept`].
     pub fn take_kept(&mut self, node: &Node, mut take: impl FnMut(&T)) -> Result<()> {
         self.raw.take_kept(node, |message| take(bytemuck::from_bytes(message)))
     }
 
-    /// Messages that are missing according to the numbers.
+    /// Returns how many messages are missing according to their numbers.
     pub fn lost(&self) -> u64 {
         self.raw.lost()
     }
 }
 
-/// A message in shared memory. It occupies its place for as long as it is held.
+/// A message in shared memory. It takes up a sample of the reader for as long as it is held.
 pub struct Sample<T> {
     raw: RawSample,
     message: PhantomData<T>,
@@ -242,7 +243,7 @@ impl<T: Message> Sample<T> {
         Self { raw, message: PhantomData }
     }
 
-    /// The cells that follow the message.
+    /// Returns the cells that follow the message.
     pub fn cells(&self) -> &[u8] {
         self.raw.cells()
     }
@@ -278,8 +279,8 @@ mod tests {
         assert_eq!(accepted(tally, &[40, 41, 43]), (vec![40, 41, 43], 1));
     }
 
-    /// A pad was killed in the middle of a mission. Its successor reported everything that had been sent until then,
-    /// 1675 messages, as lost.
+    /// A pad was killed in the middle of a mission, and its successor reported all the 1675 messages that had been sent until
+    /// then as lost.
     #[test]
     fn a_pad_that_was_started_again_has_lost_nothing_of_what_was_shown_before() {
         let tally = Tally::new(SCAN.spec, Process::Pad);

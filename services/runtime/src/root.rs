@@ -1,4 +1,4 @@
-//! The folder of all systems of a user; never one that another user could have prepared.
+//! The folder of all systems of a user. It is never a folder that another user could have prepared.
 
 use std::fs::{self, DirBuilder};
 use std::io::ErrorKind;
@@ -12,13 +12,14 @@ use crate::lock::{self, Lock};
 use crate::shared::SHARED_MEMORY;
 use crate::{Error, Result};
 
-/// Starting or clearing a system takes a fraction of a second; each process that does not end when asked to adds a second.
+/// Maximum time to wait for the guard. Starting or clearing a system takes a fraction of a second, and each process that does
+/// not end when asked to adds a second.
 const GUARDED: Duration = Duration::from_secs(15);
 
-/// The folder: `$XDG_RUNTIME_DIR/sketchnav`, or `/dev/shm/sketchnav-<uid>`. Created if it is missing.
+/// Returns the folder, which is `$XDG_RUNTIME_DIR/sketchnav` or `/dev/shm/sketchnav-<uid>`. It is created if it is missing.
 ///
-/// Both lie in memory. iceoryx2 syncs every file that describes a channel, with its folder: a system that starts syncs some
-/// 300 times, which takes longer on a disk than everything else that it does.
+/// Both are in memory. iceoryx2 syncs every file that describes a channel, along with its folder, so a system that starts syncs
+/// about 300 times. On a disk, this would take longer than everything else at the start.
 pub(crate) fn of_this_user() -> Result<PathBuf> {
     let root = match std::env::var_os("XDG_RUNTIME_DIR").filter(|v| !v.is_empty()) {
         Some(runtime) => PathBuf::from(runtime).join("sketchnav"),
@@ -28,10 +29,11 @@ pub(crate) fn of_this_user() -> Result<PathBuf> {
     Ok(root)
 }
 
-/// The lock to hold while a system starts or is cleared, so that one that is being created is not mistaken for a dead one.
+/// Takes the lock that is held while a system starts or is cleared, so that a system that is being created is not mistaken for
+/// a dead one.
 ///
 /// # Errors
-/// [`Error::Guarded`] if another process holds it for too long.
+/// [`Error::Guarded`] if another process holds the lock for too long.
 pub(crate) fn guard(root: &Path) -> Result<Lock> {
     guard_within(root, GUARDED)
 }
@@ -70,7 +72,7 @@ mod tests {
     use super::*;
     use std::os::unix::fs::{PermissionsExt, symlink};
 
-    /// A `run` that was stopped while starting once made every later one wait without a word.
+    /// A `run` that was stopped while starting made every later one wait silently.
     #[test]
     fn a_guard_that_is_not_let_go_is_named_with_its_holder() {
         let root = tempfile::tempdir().unwrap();

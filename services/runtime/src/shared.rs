@@ -1,11 +1,11 @@
 //! The files of a system in `/dev/shm`: their names and their ownership.
 //!
-//! Each name begins with the system's prefix, `sketchnav_<name>_<token>_`. The token is random and stored in the
-//! system's folder, which no other user can enter. So no process can prepare a file for a system that is yet to start,
-//! and no system meets the files of an earlier one of its name.
+//! Each name begins with the system's prefix, `sketchnav_<name>_<token>_`. The token is random and stored in the system's
+//! folder, which no other user can enter. So no process can prepare a file for a system that is yet to start, and no system
+//! finds the files of an earlier one with its name.
 //!
-//! `<prefix>owner` is the first file to be created and the last to be removed. It names the system's folder, and the
-//! supervisor holds its lock. Files whose owner is dead and whose token no folder has are orphans, and are removed.
+//! `<prefix>owner` is the first file to be created and the last to be removed. It contains the path of the system's folder, and
+//! the supervisor holds its lock. Files whose owner is dead, and whose token is not in any folder, are orphans and are removed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File, Metadata, OpenOptions};
@@ -24,20 +24,20 @@ use crate::{Error, Result, half_made};
 
 /// The folder of POSIX shared memory.
 pub(crate) const SHARED_MEMORY: &str = "/dev/shm";
-/// The beginning of every name.
+/// Beginning of every file name.
 const MARK: &str = "sketchnav_";
-/// The file in a system's folder that holds its token.
+/// Name of the file in a system's folder that contains its token.
 const TOKEN: &str = "token";
-/// Length of a token, hexadecimal digits.
+/// Length of a token, in hexadecimal digits.
 const DIGITS: usize = 16;
-/// The file that identifies the owner of the others.
+/// Name of the file that identifies the owner of the others.
 const OWNER: &str = "owner";
-/// Unit of a file's blocks, bytes.
+/// Unit of a file's blocks, in bytes.
 const BLOCK: u64 = 512;
-/// Files up to this size are small, bytes.
+/// Maximum size of a small file, in bytes.
 const SMALL_BYTES: u64 = 1 << 20;
 
-/// A file and its metadata when it was looked at.
+/// A file, and its metadata when it was looked at.
 pub(crate) type Seen = (PathBuf, Metadata);
 
 /// The files of one system.
@@ -49,7 +49,7 @@ pub(crate) struct SharedFiles {
 }
 
 impl SharedFiles {
-    /// The files of a system that is about to start. Writes a new token into its folder.
+    /// Returns the files of a system that is about to start. Writes a new token into its folder.
     pub(crate) fn create(name: &str, folder: &Path) -> Result<Self> {
         let random = || {
             let mut bytes = [0; DIGITS / 2];
@@ -63,7 +63,7 @@ impl SharedFiles {
         Ok(Self::with_token(name, &token))
     }
 
-    /// The files of the system in `folder`; `None` if it has no token yet or no longer.
+    /// Returns the files of the system in `folder`, or `None` if it has no token (yet, or any more).
     pub(crate) fn of(name: &str, folder: &Path) -> Result<Option<Self>> {
         Ok(token(folder)?.map(|token| Self::with_token(name, &token)))
     }
@@ -72,29 +72,29 @@ impl SharedFiles {
         Self { folder: SHARED_MEMORY.into(), prefix: format!("{MARK}{name}_{token}_") }
     }
 
-    /// The files of the system to which a file in `folder` belongs according to its name.
+    /// Returns the files of the system to which a file in `folder` belongs, judging by its name.
     fn of_name(folder: &Path, name: &str) -> Option<Self> {
         let (system, rest) = name.strip_prefix(MARK)?.split_once('_')?;
         let (token, _) = rest.split_once('_')?;
         is_token(token).then(|| Self { folder: folder.into(), ..Self::with_token(system, token) })
     }
 
-    /// The beginning of their names.
+    /// Returns the prefix of the files' names.
     pub(crate) fn prefix(&self) -> &str {
         &self.prefix
     }
 
-    /// The path of one of them.
+    /// Returns the path of a file.
     pub(crate) fn path(&self, file: &str) -> PathBuf {
         self.folder.join(format!("{}{file}", self.prefix))
     }
 
-    /// Their names, kept up to date.
+    /// Returns the names of the files, which are kept up to date.
     pub(crate) fn names(&self) -> Names {
         Names::new(&self.folder, &self.prefix)
     }
 
-    /// Makes this process their owner for the lifetime of the lock. `None` if another process owns them.
+    /// Makes this process the owner of the files for the lifetime of the lock. Returns `None` if another process owns them.
     pub(crate) fn own(&self, folder: &Path) -> Result<Option<Lock>> {
         let path = self.path(OWNER);
         match make_owner(&path, folder) {
@@ -107,8 +107,8 @@ impl SharedFiles {
         }
     }
 
-    /// All files, ordered by name except for the owner's, which comes last. Reads the whole folder, which all users
-    /// share, so it is for one call by a process that starts or clears a system.
+    /// Returns all files, ordered by name except for the owner file, which comes last. This reads the whole folder, which all
+    /// users share, so it should only be called once by a process that starts or clears a system.
     pub(crate) fn all(&self) -> Result<Vec<PathBuf>> {
         let mut files: Vec<_> = names_that(&self.folder, |name| name.starts_with(&self.prefix))?.collect();
         self.sort(&mut files);
@@ -120,7 +120,7 @@ impl SharedFiles {
         files.sort_by(|a, b| (*a == owner, a).cmp(&(*b == owner, b)));
     }
 
-    /// The files that this process has mapped, found without reading the folder.
+    /// Returns the files that this process has mapped, without reading the folder.
     fn mapped(&self) -> Result<BTreeSet<PathBuf>> {
         const MAPS: &str = "/proc/self/maps";
         let maps = fs::read(MAPS).map_err(Error::file(MAPS, "reading"))?;
@@ -131,26 +131,26 @@ impl SharedFiles {
         Ok(maps.lines().filter_map(path).collect())
     }
 
-    /// Looks for files that another user has put among them.
+    /// Checks that no other user has put a file among those of the system.
     ///
     /// # Errors
-    /// [`Error::ForeignFile`] with the first one.
+    /// [`Error::ForeignFile`] with the first such file.
     pub(crate) fn check(&self) -> Result<()> {
         self.all()?.iter().try_for_each(|path| check(path))
     }
 
-    /// Withdraws other users' access to the files that this process has mapped: iceoryx2 0.10 creates one of its files
-    /// readable and writable for all.
+    /// Withdraws other users' access to the files that this process has mapped, since iceoryx2 0.10 creates one of its files
+    /// with read and write access for everyone.
     ///
     /// # Errors
-    /// [`Error::File`] if the mode of one cannot be changed.
+    /// [`Error::File`] if the mode of a file cannot be changed.
     pub(crate) fn keep_others_out(&self) -> Result<()> {
         let look = |path: PathBuf| look(&path).ok().map(|found| (path, found));
         keep_others_out(&self.mapped()?.into_iter().filter_map(look).collect::<Vec<_>>())
     }
 
-    /// Allocates the memory of the small files that this process has mapped now. A process that finds no memory later
-    /// is killed, and the supervisor has to survive a shortage. (The large files are sized for the worst case.)
+    /// Allocates the memory of the small files that this process has mapped. A process that runs out of memory later would be
+    /// killed, and the supervisor has to survive a shortage. (The large files are sized for the worst case.)
     pub(crate) fn reserve_small(&self) -> Result<()> {
         for path in self.mapped()? {
             let Ok(found) = look(&path) else { continue };
@@ -166,7 +166,7 @@ impl SharedFiles {
         Ok(())
     }
 
-    /// Removes them, except for those whose names continue with one of `keep` after the prefix.
+    /// Removes the files, except for those whose names continue with one of `keep` after the prefix.
     pub(crate) fn remove_but(&self, keep: &[&str]) -> Result<()> {
         for path in self.all()? {
             let rest = &name_of(&path)[self.prefix.len()..];
@@ -177,7 +177,7 @@ impl SharedFiles {
         Ok(())
     }
 
-    /// Removes those of them that belong to this user.
+    /// Removes the files that belong to this user.
     pub(crate) fn remove_own(&self) -> Result<()> {
         for path in self.all()? {
             if look(&path).is_ok_and(|found| is_own(&found)) {
@@ -187,14 +187,14 @@ impl SharedFiles {
         Ok(())
     }
 
-    /// The folder that their owner file names, if that is this user's; `None` if there is no owner file.
+    /// Returns the folder named in the owner file, or `None` if there is no such file or it belongs to another user.
     fn owner_folder(&self) -> Option<PathBuf> {
         let path = self.path(OWNER);
         check(&path).ok()?;
         Some(PathBuf::from(fs::read_to_string(path).ok()?))
     }
 
-    /// Whether no supervisor holds them and no folder has their token.
+    /// Returns true if no supervisor holds the files, and their token is not in any folder.
     fn is_orphaned(&self) -> bool {
         if look(&self.path(OWNER)).is_ok_and(|found| !is_own(&found)) {
             return false;
@@ -206,7 +206,7 @@ impl SharedFiles {
     }
 }
 
-/// Removes a file. A file of another user in a folder with the sticky bit cannot always be removed; it stays.
+/// Removes a file. In a folder with the sticky bit, a file of another user cannot always be removed, and is left alone.
 fn remove(path: &Path) -> Result<()> {
     match fs::remove_file(path) {
         Err(_) if check(path).is_err() => Ok(()),
@@ -214,25 +214,25 @@ fn remove(path: &Path) -> Result<()> {
     }
 }
 
-/// Looks for files of another user.
+/// Checks that none of the files belongs to another user.
 ///
 /// # Errors
-/// [`Error::ForeignFile`] with the first one.
+/// [`Error::ForeignFile`] with the first one that does.
 pub(crate) fn check_seen(seen: &[Seen]) -> Result<()> {
     seen.iter().try_for_each(|(path, found)| check_found(path, found))
 }
 
-/// Makes those of this user's files private that others may read or write.
+/// Makes this user's files private, if others may read or write them.
 pub(crate) fn keep_others_out(seen: &[Seen]) -> Result<()> {
     for (path, found) in seen.iter().filter(|(_, found)| is_own(found) && found.mode() & 0o077 != 0) {
-        // In a folder with the sticky bit, no other user can put a link in the place of one of our files.
+        // In a folder with the sticky bit, no other user can replace one of our files by a link.
         let private = fs::Permissions::from_mode(found.mode() & 0o700);
         unless_gone(path, fs::set_permissions(path, private))?;
     }
     Ok(())
 }
 
-/// Removes files that no living process will finish; `living` are the system's processes.
+/// Removes files that no living process will finish. `living` returns the system's processes.
 pub(crate) fn clear_half_made(
     seen: &[Seen],
     ages: &mut half_made::Ages,
@@ -240,7 +240,7 @@ pub(crate) fn clear_half_made(
 ) -> Result<()> {
     for (path, file) in ages.unfinished(seen).into_iter().filter(|(_, file)| is_own(file)) {
         let is_held = living()?.into_iter().any(|pid| half_made::has_open(pid, &file));
-        // Its maker may have finished it and ended in the meantime.
+        // The maker may have finished the file and ended in the meantime.
         if !is_held && look(&path).is_ok_and(|now| half_made::is_unfinished(&now)) {
             unless_gone(&path, fs::remove_file(&path))?;
         }
@@ -248,13 +248,13 @@ pub(crate) fn clear_half_made(
     Ok(())
 }
 
-/// This user's files in shared memory, by system. Reads the folder once and looks at each file of another user once,
+/// This user's files in shared memory, by system. The folder is read once and each file of another user is looked at once,
 /// however many there are.
 #[derive(Debug)]
 pub(crate) struct Survey(BTreeMap<SharedFiles, Vec<PathBuf>>);
 
 impl Survey {
-    /// The survey of `/dev/shm`.
+    /// Surveys `/dev/shm`.
     pub(crate) fn now() -> Result<Self> {
         Self::of(Path::new(SHARED_MEMORY), getuid().as_raw())
     }
@@ -271,17 +271,17 @@ impl Survey {
         Ok(Self(systems))
     }
 
-    /// The files that dead systems left whose folders are gone.
+    /// Returns the files of dead systems whose folders are gone.
     fn orphaned(self) -> impl Iterator<Item = (SharedFiles, Vec<PathBuf>)> {
         self.0.into_iter().filter(|(files, _)| files.is_orphaned())
     }
 
-    /// The prefixes of the files that dead systems left whose folders are gone.
+    /// Returns the prefixes of the files of dead systems whose folders are gone.
     pub(crate) fn orphans(self) -> Vec<String> {
         self.orphaned().map(|(files, _)| files.prefix).collect()
     }
 
-    /// Removes the files that dead systems left whose folders are gone. Returns the prefixes.
+    /// Removes the files of dead systems whose folders are gone. Returns their prefixes.
     pub(crate) fn clear_orphans(self) -> Result<Vec<String>> {
         let mut cleared = Vec::new();
         for (files, paths) in self.orphaned() {
@@ -296,7 +296,7 @@ impl Survey {
         Ok(cleared)
     }
 
-    /// The files under a system's name that belong to `folder`, or that are this user's and have no owner.
+    /// Returns the files under a system's name that belong to `folder`, or that belong to this user and have no owner file.
     pub(crate) fn under_name(self, name: &str, folder: &Path) -> Result<Vec<PathBuf>> {
         let begin = format!("{MARK}{name}_");
         let mut found = Vec::new();
@@ -304,7 +304,7 @@ impl Survey {
             let has_owner = look(&files.path(OWNER)).is_ok();
             match files.owner_folder() {
                 Some(owner) if owner == folder => found.extend(files.all()?),
-                // They belong to a system in another folder, or to another user's.
+                // These belong to a system in another folder, or to another user's system.
                 _ if has_owner => {}
                 _ => found.extend(own),
             }
@@ -313,7 +313,7 @@ impl Survey {
     }
 }
 
-/// The token of the system in `folder`.
+/// Returns the token of the system in `folder`.
 fn token(folder: &Path) -> Result<Option<String>> {
     let path = folder.join(TOKEN);
     match fs::read_to_string(&path) {
@@ -327,7 +327,7 @@ fn is_token(text: &str) -> bool {
     text.len() == DIGITS && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
 }
 
-/// Creates the file, complete and locked, before another process can see it.
+/// Creates the owner file. It is complete and locked before another process can see it.
 fn make_owner(path: &Path, folder: &Path) -> std::io::Result<Lock> {
     let unnamed = || {
         let mut options = OpenOptions::new();
@@ -342,19 +342,19 @@ fn make_owner(path: &Path, folder: &Path) -> std::io::Result<Lock> {
     Ok(lock)
 }
 
-/// A new file that only this user may read and write.
+/// Creates a file that only this user may read and write.
 pub(crate) fn private(path: &Path) -> std::io::Result<File> {
     let mut options = OpenOptions::new();
     options.read(true).write(true).create_new(true).mode(0o600).open(path)
 }
 
-/// Opens an existing file of this user; a link is not followed.
+/// Opens an existing file of this user. Links are not followed.
 ///
 /// # Errors
-/// [`Error::ForeignFile`].
+/// [`Error::ForeignFile`] if it is a link or belongs to another user.
 pub(crate) fn open_own(path: &Path) -> Result<File> {
     let mut options = OpenOptions::new();
-    // A pipe that another user has put in its place must not make us wait.
+    // If another user has put a pipe there, opening it must not block.
     options.read(true).write(true).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
     let file = match options.open(path) {
         Ok(file) => file,
@@ -367,7 +367,7 @@ pub(crate) fn open_own(path: &Path) -> Result<File> {
     check_found(path, &found).map(|()| file)
 }
 
-/// Checks that a file is this user's and not a link; a file that is gone passes.
+/// Checks that a file belongs to this user and is not a link. A file that is gone passes.
 fn check(path: &Path) -> Result<()> {
     look(path).map_or(Ok(()), |found| check_found(path, &found))
 }
@@ -380,7 +380,8 @@ fn is_own(found: &Metadata) -> bool {
     complaint(found, getuid().as_raw()).is_none()
 }
 
-/// What is wrong with a file that must belong to this user only. (Its mode is chosen by iceoryx2 and corrected later.)
+/// Describes what is wrong with a file that must belong to this user only, if anything. (Its mode is chosen by iceoryx2 and
+/// corrected later.)
 fn complaint(found: &Metadata, uid: u32) -> Option<String> {
     let kind = found.file_type();
     if kind.is_symlink() {
@@ -404,14 +405,15 @@ fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The entries of a folder, ordered by name; none if it is missing.
+/// Returns the entries of a folder, ordered by name, or nothing if it is missing.
 pub(crate) fn listed(folder: &Path) -> Result<Vec<PathBuf>> {
     let mut paths: Vec<_> = names_that(folder, |_| true)?.collect();
     paths.sort();
     Ok(paths)
 }
 
-/// The entries of a folder whose names satisfy `is_so`, in no order; none if it is missing. The others are not stored.
+/// Returns the entries of a folder whose names satisfy `is_so`, in any order, or nothing if the folder is missing. Other names
+/// are not stored.
 pub(crate) fn names_that<'a>(
     folder: &'a Path,
     is_so: impl Fn(&str) -> bool + 'a,
@@ -426,7 +428,7 @@ pub(crate) fn names_that<'a>(
     Ok(names.filter(move |name| is_so(&name.to_string_lossy())).map(move |name| folder.join(name)))
 }
 
-/// A file's metadata; a link is not followed.
+/// Returns a file's metadata. Links are not followed.
 pub(crate) fn look(path: &Path) -> std::io::Result<Metadata> {
     count_call();
     fs::symlink_metadata(path)
@@ -445,14 +447,14 @@ fn count_call() {
     CALLS.set(CALLS.get() + 1);
 }
 
-/// The result of `work`, and how many names it read and files it looked at.
+/// Returns the result of `work`, and how many names it has read and files it has looked at.
 #[cfg(test)]
 pub(crate) fn calls<T>(work: impl FnOnce() -> T) -> (T, u64) {
     let before = CALLS.get();
     (work(), CALLS.get() - before)
 }
 
-/// Passes on a result, but does not count it as an error that a file is gone.
+/// Passes on a result, except that a missing file is not an error.
 pub(crate) fn unless_gone(path: &Path, result: std::io::Result<()>) -> Result<()> {
     match result {
         Err(error) if error.kind() != ErrorKind::NotFound => {
@@ -468,8 +470,8 @@ mod tests {
 
     use super::*;
 
-    /// Another user once created `checkpoint_localizer_0` under a name that was derived from a
-    /// hash, and read the scans of a mission.
+    /// Another user created `checkpoint_localizer_0` under a name that was derived from a hash, and could read the scans of a
+    /// mission.
     #[test]
     fn no_two_systems_have_the_same_prefix() {
         let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
@@ -500,12 +502,12 @@ mod tests {
         assert!(open_own(&victim).map(drop).unwrap_err().to_string().contains("found a file with 2 names"));
     }
 
-    /// A system of another user that had the same name was once counted among the user's own leftovers.
+    /// A system of another user with the same name used to be counted among the user's own leftovers.
     #[test]
     fn under_a_name_are_ones_own_files_alone() {
         let folder = tempfile::tempdir().unwrap();
         let under_name = || Survey::now().unwrap().under_name("shared-name", folder.path()).unwrap();
-        // The owner comes first: another test may clear files without an owner at any time.
+        // The owner file comes first, since another test may clear files without an owner at any time.
         let begin = |owner: Option<&Path>| {
             let of_a_run = tempfile::tempdir().unwrap();
             let files = SharedFiles::create("shared-name", of_a_run.path()).unwrap();
@@ -529,7 +531,7 @@ mod tests {
         assert_eq!(found, [own.path("history_command"), own.path(OWNER)]);
     }
 
-    /// Gives a file to another user, or puts a link in its place if that is not permitted.
+    /// Gives a file to another user, or replaces it by a link if that is not permitted.
     fn give_away(path: &Path) {
         if std::os::unix::fs::chown(path, Some(65534), Some(65534)).is_err() {
             fs::remove_file(path).unwrap();
@@ -537,7 +539,7 @@ mod tests {
         }
     }
 
-    /// 4,000 empty files of another user made a run take 29 s to start: the folder was read again for each of them.
+    /// With 4,000 empty files of another user, a run took 29 s to start, because the folder was read again for each file.
     #[test]
     fn each_file_of_another_user_costs_one_look_and_no_more() {
         let (uid, folder) = (getuid().as_raw(), tempfile::tempdir().unwrap());
@@ -558,7 +560,7 @@ mod tests {
         }
     }
 
-    /// The same for this user's leftovers: the work grows linearly with the number of files.
+    /// This user's leftovers, too, must be cleared in time that grows linearly with the number of files.
     #[test]
     fn orphans_are_cleared_in_time_that_grows_as_they_do() {
         let per_file = [20, 40, 80].map(|many: u64| {
@@ -575,8 +577,8 @@ mod tests {
         assert!(per_file.iter().all(|calls| *calls == per_file[0] && *calls <= 5.0), "{per_file:?}");
     }
 
-    /// Each process reserves the memory of the files that it uses. It once searched the whole
-    /// folder for each channel that it opened.
+    /// Each process reserves the memory of the files that it uses. To find them, it used to search the whole folder for each
+    /// channel that it opened.
     #[test]
     fn what_a_process_has_mapped_is_found_without_the_folder() {
         let folder = tempfile::tempdir().unwrap();
@@ -594,7 +596,7 @@ mod tests {
         files.remove_but(&[]).unwrap();
     }
 
-    /// A cleaner had removed the folder: the next system of that name resumed the tasks of the one before.
+    /// After a cleaner had removed the folder, the next system with that name resumed the tasks of the one before.
     #[test]
     fn files_without_an_owner_or_a_folder_go_and_others_stay() {
         let root = tempfile::tempdir().unwrap();

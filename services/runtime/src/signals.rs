@@ -1,9 +1,9 @@
-//! SIGTERM, SIGINT and SIGHUP ask a process to end by setting a flag that every wait looks at.
+//! SIGTERM, SIGINT and SIGHUP ask a process to end, by setting a flag that every wait checks.
 //!
-//! The handler changes the words that the process may sleep on, so a signal between the last look and the sleep is not
-//! lost. SIGBUS means that shared memory has no room for what was promised; the process then ends with a message
-//! instead of silently. iceoryx2's own handlers stay off: they hand one request to one
-//! waiter and mistake SIGCONT for an interrupt.
+//! The handler changes the words that the process may sleep on, so that a signal between the last check and the sleep is not
+//! lost. SIGBUS means that shared memory has no space for pages that were promised. The process then prints a message before it
+//! ends, instead of ending silently. iceoryx2's own handlers stay off, because they give a request to only one waiter and
+//! mistake SIGCONT for an interrupt.
 
 use std::ptr::null_mut;
 use std::sync::atomic::{AtomicPtr, AtomicU32, Ordering::SeqCst};
@@ -13,15 +13,15 @@ use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction
 
 use crate::bells::wake;
 
-/// How many of the signals have arrived.
+/// Number of these signals that have arrived.
 static REQUESTED: AtomicU32 = AtomicU32::new(0);
-/// The bell of the node that was joined last; it is never unmapped.
+/// Bell of the node that was joined last. It is never unmapped.
 static BELL: AtomicPtr<AtomicU32> = AtomicPtr::new(null_mut());
 
 const SIGNALS: [Signal; 3] = [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP];
 
-/// Catches the signals, has them ring `bell` too, and delivers those that were blocked until now. The supervisor starts
-/// a process with SIGTERM blocked, so that none is ended before it can listen.
+/// Catches the signals, makes them ring `bell` as well, and delivers those that were blocked until now. The supervisor starts
+/// each process with SIGTERM blocked, so that it cannot be ended before it listens.
 pub(crate) fn install(bell: &'static AtomicU32) {
     install_last_words();
     BELL.store(std::ptr::from_ref(bell).cast_mut(), SeqCst);
@@ -31,30 +31,30 @@ pub(crate) fn install(bell: &'static AtomicU32) {
         // call can only fail for invalid signals.
         let _ = unsafe { sigaction(signal, &action) };
     }
-    // As above: it can only fail for an invalid set.
+    // This, too, can only fail for an invalid set.
     let _ = SigSet::from_iter(SIGNALS).thread_unblock();
 }
 
-/// Makes a process that finds no memory for a page of `/dev/shm` say so before it ends.
+/// Makes a process that gets no memory for a page of `/dev/shm` report that before it ends.
 fn install_last_words() {
     let action = SigAction::new(SigHandler::Handler(on_bus_error), SaFlags::empty(), SigSet::empty());
     // SAFETY: the handler makes three system calls, which are async-signal-safe, and does not return.
     let _ = unsafe { sigaction(Signal::SIGBUS, &action) };
 }
 
-/// The last words of a process that finds no memory.
+/// Last words of a process that gets no memory.
 const FULL: &str = "shared memory is full: /dev/shm has no room for a message (SIGBUS)\n";
-/// The last words of a process that got no page of a mapped file although there is room by now.
+/// Last words of a process that got no page of a mapped file, although there is space by now.
 const CUT: &str = "a page of a mapped file could not be had: /dev/shm was full for a moment, one of its files was truncated, \
                    or a disk failed (SIGBUS)\n";
-/// Page size, bytes: with less than that free, `/dev/shm` is full.
+/// Page size, in bytes. With less than that free, `/dev/shm` is full.
 const PAGE: u64 = 4096;
-/// The exit code of everything but success and bad input.
+/// Exit code for everything but success and bad input.
 pub(crate) const FAILED: libc::c_int = 3;
 
 extern "C" fn on_bus_error(_: libc::c_int) {
-    // SAFETY: `statfs` is a system call that writes where its argument points; the texts are static; nothing else of
-    // the process is touched any more.
+    // SAFETY: `statfs` is a system call that writes to its argument, the texts are static, and nothing else of the process is
+    // used any more.
     unsafe {
         let mut found: libc::statfs = std::mem::zeroed();
         let is_known = libc::statfs(c"/dev/shm".as_ptr(), &raw mut found) == 0;
@@ -65,22 +65,22 @@ extern "C" fn on_bus_error(_: libc::c_int) {
     }
 }
 
-/// Why a page was missing, given the free bytes of `/dev/shm`.
+/// Returns why a page was missing, given the number of free bytes in `/dev/shm`.
 fn last_words(free_bytes: u64) -> &'static str {
     if free_bytes < PAGE { FULL } else { CUT }
 }
 
-/// Whether one of the signals has arrived.
+/// Returns true if one of the signals has arrived.
 pub(crate) fn end_requested() -> bool {
     requests() != 0
 }
 
-/// How many of the signals have arrived.
+/// Returns how many of the signals have arrived.
 pub(crate) fn requests() -> u32 {
     REQUESTED.load(SeqCst)
 }
 
-/// The word that is zero until one of the signals comes.
+/// Returns the word that is zero until one of the signals arrives.
 pub(crate) fn word() -> &'static AtomicU32 {
     &REQUESTED
 }

@@ -1,10 +1,11 @@
-//! Starves this process: for some time it gets only a share of the processor, as on a machine with too few cores.
+//! Starves this process: for some time, it only gets a share of the processor, as on a machine with too few cores.
 //!
-//! The process repeatedly stops itself (SIGSTOP). That needs neither root nor control groups, takes nothing from other
-//! processes, and gives the same share on every machine. A competitor for the cores would do none of these.
+//! To do this, the process repeatedly stops itself (SIGSTOP). This needs neither root nor control groups, takes nothing from
+//! other processes, and gives the same share on every machine. A process that competes for the cores would have none of these
+//! advantages.
 //!
-//! Before each stop, a kernel timer is set that continues the process (SIGCONT). No other process is needed for that,
-//! so the process is continued whatever else is killed in the meantime.
+//! Before each stop, a kernel timer is set that continues the process (SIGCONT). No other process is needed for that, so the
+//! process is continued whatever else is killed in the meantime.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -16,17 +17,17 @@ use nix::sys::timer::{Expiration, Timer, TimerSetTimeFlags};
 use nix::time::ClockId;
 use sketchnav_schemas::fault_plan::Starvation;
 
-/// In each period the process runs for its share and is stopped for the rest. The period is as long as the time slices
-/// of a busy scheduler, and shorter than the time without commands after which a robot stops.
+/// In each period, the process runs for its share and is stopped for the rest. The period is as long as the time slices of a
+/// busy scheduler, and shorter than the time without commands after which a robot stops.
 const PERIOD: Duration = Duration::from_millis(100);
-/// How long after the end of a stop the process is continued, again and again. The first timer has no effect if a busy
-/// machine delays the stop itself until after it.
+/// How long after the end of a stop the process is continued, once more each time. On a busy machine, the stop itself may be
+/// delayed until after the first timer, which then has no effect.
 const BACKUPS: [Duration; 3] = [Duration::ZERO, Duration::from_secs(1), Duration::from_secs(30)];
 
-/// Begins at once, with a stop, and continues in a thread of its own.
+/// Begins at once with a stop, and continues in a separate thread.
 ///
 /// # Errors
-/// If the kernel has no timer or no thread left; the process is not stopped then.
+/// If the kernel has no timer or no thread left. The process is not stopped in this case.
 pub(crate) fn starve(starvation: Starvation) -> Result<(), Errno> {
     let end = Instant::now() + Duration::from_millis(starvation.duration_ms);
     let run = PERIOD.mul_f64(starvation.share);
@@ -37,9 +38,9 @@ pub(crate) fn starve(starvation: Starvation) -> Result<(), Errno> {
     if stop()? {
         let go_on = move || {
             loop {
-                // The share itself: the other threads of the process run meanwhile.
+                // This sleep is the share, in which the other threads of the process run.
                 thread::sleep(run);
-                // Without timers the starvation is over, since a stop would never end.
+                // Without timers, starvation ends here, because a stop would never end.
                 if !stop().unwrap_or(false) {
                     return;
                 }

@@ -1,5 +1,5 @@
-//! What a system needs of its machine, and which processes are connected to its channels,
-//! for diagnostic tools. Changes nothing.
+//! Reports what a system needs of its machine, and which processes are connected to its channels, for diagnostic tools. It
+//! changes nothing.
 
 use std::path::PathBuf;
 
@@ -12,20 +12,20 @@ use crate::shared::{self, SHARED_MEMORY};
 use crate::system::{self, System};
 use crate::{Error, Result, root};
 
-/// What a system may come to need of `/dev/shm`, bytes: twice what the demo's uses.
+/// Space in `/dev/shm` that a system may need, in bytes: twice what the demo uses.
 const NEEDED_BYTES: u64 = 24 << 20;
 
-/// The room in `/dev/shm`.
+/// The space in `/dev/shm`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Room {
-    /// What a system needs, MiB.
+    /// Space that a system needs, in MiB.
     pub needed_mib: u64,
-    /// What is free, MiB.
+    /// Free space, in MiB.
     pub free_mib: u64,
 }
 
 impl Room {
-    /// The room that is free now.
+    /// Returns the space that is free now.
     ///
     /// # Errors
     /// [`Error::File`] if the machine has no `/dev/shm`.
@@ -36,11 +36,11 @@ impl Room {
         Ok(Self { needed_mib: NEEDED_BYTES >> 20, free_mib: free >> 20 })
     }
 
-    /// Checks that it is enough for a system.
+    /// Checks that there is enough space for a system. Pages of shared memory are allocated when they are first written, and a
+    /// process that gets none is killed, so it is better to check first.
     ///
     /// # Errors
-    /// [`Error::NoRoom`]: pages of shared memory are allocated when they are first written,
-    /// and a process that gets none is killed.
+    /// [`Error::NoRoom`] if there is not enough.
     pub fn check(self) -> Result<()> {
         let Self { needed_mib, free_mib } = self;
         if free_mib < needed_mib { Err(Error::NoRoom { needed_mib, found_mib: free_mib }) } else { Ok(()) }
@@ -48,23 +48,23 @@ impl Room {
 }
 
 impl System {
-    /// The folder of all systems of this user; created if missing.
+    /// Returns the folder of all systems of this user, which is created if missing.
     ///
     /// # Errors
-    /// [`Error::ForeignRoot`] if others than this user can access it.
+    /// [`Error::ForeignRoot`] if other users can access it.
     pub fn root_folder() -> Result<PathBuf> {
         root::of_this_user()
     }
 
-    /// The length of the longest name that a system in that folder can have.
+    /// Returns the maximum length of a system's name in that folder.
     ///
     /// # Errors
-    /// As [`System::root_folder`].
+    /// See [`System::root_folder`].
     pub fn longest_name() -> Result<usize> {
         Ok(system::longest_name(&root::of_this_user()?))
     }
 
-    /// What dead systems have left, as [`System::sweep_dead`] names it, without removing it.
+    /// Returns what dead systems have left, named as by [`System::sweep_dead`], without removing anything.
     ///
     /// # Errors
     /// [`Error::File`] if the folders cannot be read.
@@ -78,14 +78,14 @@ impl System {
 /// A process that has a channel open.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Peer {
-    /// Its process id; `None` if it is dead and not cleared yet.
+    /// Process id, or `None` if the process is dead and has not been cleared yet.
     pub pid: Option<u32>,
-    /// Whether it writes the channel; otherwise it reads it.
+    /// Whether the process writes the channel. Otherwise, it reads it.
     pub writes: bool,
 }
 
 impl Node {
-    /// The processes that have a channel open, this node's own readers and writers included; writers first.
+    /// Returns the processes that have a channel open, writers first, including this node's own readers and writers.
     ///
     /// # Errors
     /// [`Error::SharedMemory`] if the channel cannot be inspected.

@@ -33,35 +33,35 @@ use crate::shared::{self, Seen, SharedFiles, listed, unless_gone};
 use crate::survey::Room;
 use crate::{Error, Result, half_made, root};
 
-/// How the names of the files continue, after the prefix, from which successors resume.
+/// The names, after the prefix, of the files from which successors resume.
 const SUCCESSORS: [&str; 3] = ["history_", "checkpoint_", "owner"];
 const MAX_NAME: usize = 32;
-/// Maximum length of the root plus twice the name, bytes. iceoryx2 0.10 builds paths of at most 255 bytes from the
-/// system's folder and the prefix, both of which contain the name, and panics beyond that (measured).
+/// Maximum length of the root plus twice the name, in bytes. iceoryx2 0.10 builds paths of at most 255 bytes from the system's
+/// folder and the prefix, both of which contain the name, and panics if they are longer (measured).
 const MAX_ROOT_AND_NAMES: usize = 102;
-/// How long a process may take to end when its system is removed.
+/// Time for a process to end when its system is removed.
 const LAST_WORD: Duration = Duration::from_secs(1);
-/// How long the kernel may take to end a killed process: one that waits for a slow disk ends only after that.
+/// Time for the kernel to end a killed process, which may have to wait for a slow disk first.
 const DEATH: Duration = Duration::from_secs(10);
 
-/// A system's folder and what belongs to it.
+/// The folder of a system, and everything that belongs to it.
 #[derive(Debug)]
 pub struct System {
     name: String,
     root: PathBuf,
     folder: PathBuf,
-    /// Read when first needed: a system that is being created does not have it at once.
+    /// Looked up when first needed, since a system that is being created does not have them yet.
     shared: OnceCell<SharedFiles>,
-    /// Held if this process is the system's supervisor: the lock of the folder, and that of the shared memory.
+    /// The locks of the folder and of the shared memory, held if this process is the system's supervisor.
     ownership: Option<[Lock; 2]>,
 }
 
 impl System {
-    /// Creates the system `run.system`, owned by this process until [`System::remove`] or its death. First clears what
-    /// dead systems of any name left.
+    /// Creates the system `run.system`, owned by this process until [`System::remove`] or its death. First, it clears what dead
+    /// systems of any name have left.
     ///
     /// # Errors
-    /// An invalid name, a running system of that name, a root that is not this user's.
+    /// If the name is invalid, a system with that name is running, or the root does not belong to this user.
     pub fn create(run: &RunConfig) -> Result<Self> {
         Self::create_in(root::of_this_user()?, run)
     }
@@ -91,12 +91,12 @@ impl System {
         Ok(())
     }
 
-    /// Takes over the dead system whose recording is in `folder`; from now on this process owns it. What its processes
-    /// left for their successors is kept, everything else of it is cleared.
+    /// Takes over the dead system whose recording is in `folder`. From now on, it is owned by this process. What its processes
+    /// left for their successors is kept, and everything else is cleared.
     ///
     /// # Errors
-    /// [`Error::NothingToResume`] if there is none, or another system cleared it when it started;
-    /// [`Error::AlreadyRunning`] if its supervisor lives.
+    /// - [`Error::NothingToResume`] if there is no such system, or another system cleared it at its start;
+    /// - [`Error::AlreadyRunning`] if its supervisor is alive.
     pub fn resume(folder: &Path) -> Result<(Self, RunConfig)> {
         Self::resume_in(root::of_this_user()?, folder)
     }
@@ -119,10 +119,10 @@ impl System {
         Ok((system, run))
     }
 
-    /// The system of that name, if its supervisor lives.
+    /// Opens the system with that name, if its supervisor is alive.
     ///
     /// # Errors
-    /// [`Error::NotRunning`] names the systems that run.
+    /// [`Error::NotRunning`] with the names of the running systems.
     pub fn open(name: &str) -> Result<Self> {
         check_name(name)?;
         let system = Self::at(root::of_this_user()?, name);
@@ -138,12 +138,13 @@ impl System {
         Error::NotRunning { name: self.name.clone(), running: running.unwrap_or_else(|| "none".into()) }
     }
 
-    /// The systems of this user whose supervisor lives, ordered by name.
+    /// Lists this user's systems whose supervisor is alive, ordered by name.
     pub fn list() -> Result<Vec<Self>> {
         Self::list_with(true)
     }
 
-    /// The systems of this user whose supervisor was killed and that were not cleared or resumed since, ordered by name.
+    /// Lists this user's systems whose supervisor was killed, and which have not been cleared or resumed since, ordered by
+    /// name.
     pub fn list_dead() -> Result<Vec<Self>> {
         Self::list_with(false)
     }
@@ -159,11 +160,12 @@ impl System {
         Ok(found)
     }
 
-    /// Clears what systems with a dead supervisor left: processes, folders and shared memory; also this user's shared
-    /// memory that no longer belongs to a folder. Returns the names of the systems, then the prefixes of the files.
+    /// Clears what systems with a dead supervisor have left: processes, folders and shared memory. This user's shared memory
+    /// that no longer belongs to any folder is cleared as well. Returns the names of the systems, and then the prefixes of the
+    /// files.
     ///
     /// # Errors
-    /// [`Error::StillHeld`] if a process of one does not end; the others are cleared nevertheless.
+    /// [`Error::StillHeld`] if a process of one system won't end. The other systems are cleared anyway.
     pub fn sweep_dead() -> Result<Vec<String>> {
         let (swept, _guard) = sweep(&root::of_this_user()?)?;
         match swept.left.into_values().next() {
@@ -172,7 +174,7 @@ impl System {
         }
     }
 
-    /// The files of the system `name`, whether it lives or not.
+    /// Returns the files of the system `name`, whether it is alive or not.
     ///
     /// # Errors
     /// [`Error::File`] if the folders cannot be read.
@@ -184,10 +186,10 @@ impl System {
         Ok(found)
     }
 
-    /// The system's files in shared memory.
+    /// Returns the system's files in shared memory.
     ///
     /// # Errors
-    /// [`Error::File`] if its folder is gone.
+    /// [`Error::File`] if the system's folder is gone.
     pub(crate) fn shared(&self) -> Result<&SharedFiles> {
         if let Some(shared) = self.shared.get() {
             return Ok(shared);
@@ -197,42 +199,43 @@ impl System {
         Ok(self.shared.get_or_init(|| shared))
     }
 
-    /// Removes the system: processes of it that still live, its shared memory, its folder. The supervisor calls it when
-    /// its processes have ended.
+    /// Removes the system: its remaining processes, its shared memory and its folder. The supervisor calls this when its
+    /// processes have ended.
     pub fn remove(mut self) -> Result<()> {
-        // If the root has been removed, there is no folder to guard, but there is still memory to clear.
+        // If the root has been removed, there is no folder to guard, but there is still memory to be cleared.
         let _guard = root::guard(&self.root).ok();
         self.ownership = None;
         self.clear()
     }
 
-    /// The system's name.
+    /// Returns the system's name.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The system's folder.
+    /// Returns the system's folder.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The path of a process's log.
+    /// Returns the path of a process's log.
     pub fn log_path(&self, process: Process) -> PathBuf {
         self.folder.join("logs").join(format!("{process}.log"))
     }
 
-    /// The run that the supervisor gave every process.
+    /// Returns the run that the supervisor gave to every process.
     ///
     /// # Errors
-    /// [`Error::File`] if `run.json` cannot be read or is too large; [`Error::RunConfig`].
+    /// - [`Error::File`] if `run.json` cannot be read or is too large;
+    /// - [`Error::RunConfig`] if it cannot be parsed.
     pub fn run_config(&self) -> Result<RunConfig> {
         let path = self.folder.join("run.json");
         let bytes = sketchnav_files::read(&path, RUN).map_err(Error::file(&path, "reading"))?;
         serde_json::from_slice(&bytes).map_err(|source| Error::RunConfig { path, source })
     }
 
-    /// The living processes of the system with their process ids, ordered by name, the
-    /// supervisor first. Each observer counts as one.
+    /// Returns the living processes of the system with their process ids, ordered by name, with the supervisor first. Each
+    /// observer is listed separately.
     pub fn processes(&self) -> Result<Vec<(String, u32)>> {
         let mut found = Vec::new();
         if self.is_alive()? {
@@ -247,10 +250,10 @@ impl System {
         Ok(found)
     }
 
-    /// A lock; while it is held, no process removes the system.
+    /// Takes a lock that keeps other processes from removing the system.
     ///
     /// # Errors
-    /// [`Error::NotRunning`] if it is gone already.
+    /// [`Error::NotRunning`] if the system is already gone.
     pub(crate) fn hold(&self) -> Result<Lock> {
         let guard = root::guard(&self.root)?;
         if self.is_alive()? { Ok(guard) } else { Err(self.not_running()) }
@@ -260,7 +263,7 @@ impl System {
         self.folder.join("iceoryx2.toml")
     }
 
-    /// The path of a file of the system in shared memory; it is removed with the system.
+    /// Returns the path of a file of the system in shared memory. The file is removed with the system.
     pub(crate) fn shared_memory(&self, name: &str) -> Result<PathBuf> {
         Ok(self.shared()?.path(name))
     }
@@ -269,19 +272,18 @@ impl System {
         self.folder.join("notices")
     }
 
-    /// Removes those of the system's files in shared memory that no living process will finish; the
-    /// caller keeps `ages` from call to call.
+    /// Removes the system's files in shared memory that no living process will finish. The caller keeps `ages` between calls.
     pub(crate) fn clear_half_made(&self, seen: &[Seen], ages: &mut half_made::Ages) -> Result<()> {
         let living = || Ok(self.processes()?.into_iter().map(|(_, pid)| pid).collect());
         shared::clear_half_made(seen, ages, living)
     }
 
-    /// Another handle of the same system, for another thread; it owns nothing.
+    /// Returns another handle of the same system, for another thread. It owns nothing.
     pub(crate) fn view(&self) -> Self {
         Self { shared: self.shared.clone(), ..Self::at(self.root.clone(), &self.name) }
     }
 
-    /// This file exists if faults are planned for the run; every writer looks for it once.
+    /// Returns the path of the file that exists if faults are planned for the run. Every writer looks for it once.
     pub(crate) fn faults_file(&self) -> PathBuf {
         self.folder.join("faults")
     }
@@ -290,8 +292,8 @@ impl System {
         self.folder.join("bells")
     }
 
-    /// Registers this process as `process` of the system for the lifetime of the lock. The
-    /// supervisor holds the system's own lock.
+    /// Registers this process as `process` of the system for the lifetime of the lock. The supervisor does not need this, since
+    /// it holds the system's own lock.
     pub(crate) fn enter(&self, process: Process) -> Result<Option<Lock>> {
         let file = match process {
             Process::Supervisor => return Ok(None),
@@ -301,7 +303,7 @@ impl System {
         let path = self.folder.join("processes").join(file);
         match Lock::try_take_as_this_process(&path).map_err(Error::file(&path, "locking"))? {
             Some(lock) => Ok(Some(lock)),
-            // An observer process may observe through several nodes.
+            // A process may observe through several nodes.
             None if process == Process::Observer => Ok(None),
             None => {
                 Err(Error::ProcessRunsAlready { process, system: self.name.clone(), pid: owner_pid(&path) })
@@ -336,8 +338,8 @@ impl System {
     }
 
     fn write_files(&self, run: &RunConfig) -> Result<()> {
-        // Other processes find a file complete or not at all, and a process that has an earlier one open keeps it:
-        // mapping a page of a file that is still empty would be a SIGBUS for an observer.
+        // Other processes find each file complete or not at all, and a process that has an earlier one open keeps it.
+        // Otherwise, an observer that maps a page of a file that is still empty would be killed by SIGBUS.
         let write = |path: PathBuf, bytes: &[u8]| {
             let new = path.with_extension("new");
             let written = fs::write(&new, bytes).and_then(|()| fs::rename(&new, &path));
@@ -359,7 +361,7 @@ impl System {
         write(self.iceoryx2_config(), config.as_bytes())
     }
 
-    /// Ends processes that still live and clears what no run resumes from.
+    /// Ends processes that are still alive, and clears the files from which no run resumes.
     fn clear_for_successors(&self, run: &RunConfig) -> Result<()> {
         self.end_processes()?;
         self.shared()?.remove_but(&SUCCESSORS)?;
@@ -374,7 +376,7 @@ impl System {
         self.process_locks()?.iter().try_for_each(|path| end_owner(path, LAST_WORD))
     }
 
-    /// The lock file of a process that exists once per system.
+    /// Returns the path of the lock file of a process that exists once per system.
     pub(crate) fn process_lock(&self, process: Process) -> PathBuf {
         self.folder.join("processes").join(process.word())
     }
@@ -385,22 +387,22 @@ impl System {
 
     fn clear(&self) -> Result<()> {
         self.end_processes()?;
-        // A token that was read before is still known, even if the folder has been removed.
+        // If the token has been read before, the files are known even if the folder has been removed.
         if let Ok(shared) = self.shared() {
             shared.remove_but(&[])?;
         }
         unless_gone(&self.folder, fs::remove_dir_all(&self.folder))
     }
 
-    /// Removes this user's files before the supervisor's process ends without further ado. A foreign file stays,
-    /// because a process that waits for it would continue if it were removed.
+    /// Removes this user's files before the supervisor's process ends abruptly. A foreign file is left, because a process that
+    /// waits for it would continue if it were removed.
     pub(crate) fn abandon(&self) {
         let _ = self.shared().and_then(SharedFiles::remove_own);
         let _ = fs::remove_dir_all(&self.folder);
     }
 }
 
-/// The length of the longest name that [`check_length`] accepts.
+/// Returns the length of the longest name that [`check_length`] accepts.
 pub(crate) fn longest_name(root: &Path) -> usize {
     (MAX_ROOT_AND_NAMES.saturating_sub(root.as_os_str().len()) / 2).min(MAX_NAME)
 }
@@ -421,14 +423,14 @@ fn check_name(name: &str) -> Result<()> {
     Ok(())
 }
 
-/// All systems of the root, living or dead, ordered by name.
+/// Returns all systems of the root, living or dead, ordered by name.
 fn all(root: &Path) -> Result<Vec<System>> {
     let names = listed(root)?.into_iter().filter(|path| path.is_dir());
     let names = names.filter_map(|path| Some(path.file_name()?.to_str()?.to_string()));
     Ok(names.filter(|name| check_name(name).is_ok()).map(|name| System::at(root.into(), &name)).collect())
 }
 
-/// The names of the root's dead systems.
+/// Returns the names of the dead systems of the root.
 pub(crate) fn dead(root: &Path) -> Result<Vec<String>> {
     let mut dead = Vec::new();
     for system in all(root)? {
@@ -439,12 +441,12 @@ pub(crate) fn dead(root: &Path) -> Result<Vec<String>> {
     Ok(dead)
 }
 
-/// What became of dead systems.
+/// Result of clearing dead systems.
 #[derive(Debug, Default)]
 struct Swept {
-    /// The names of those that were cleared, then the prefixes of files in shared memory.
+    /// Names of the systems that were cleared, followed by prefixes of files in shared memory.
     cleared: Vec<String>,
-    /// Those that were left because one of their processes does not end, by name.
+    /// Systems, by name, that were not cleared because one of their processes won't end.
     left: BTreeMap<String, Error>,
 }
 
@@ -454,8 +456,8 @@ impl Swept {
     }
 }
 
-/// Clears what systems with a dead supervisor left. Returns the guard, which is held from then on. Shared memory is
-/// read before it is taken: another user may have filled it, and no other process should have to wait for that.
+/// Clears what systems with a dead supervisor have left. Returns the guard, which stays locked. Shared memory is surveyed
+/// before the guard is taken, since another user may have filled it, and no other process should have to wait for that.
 fn sweep(root: &Path) -> Result<(Swept, Lock)> {
     let survey = shared::Survey::now()?;
     let guard = root::guard(root)?;
@@ -464,7 +466,7 @@ fn sweep(root: &Path) -> Result<(Swept, Lock)> {
         if !system.is_alive()? {
             match system.clear() {
                 Ok(()) => swept.cleared.push(system.name),
-                // A container that shares the folder may have one. What is left is swept again at the next start.
+                // This happens if a container shares the folder. The system is swept again at the next start.
                 Err(error @ Error::StillHeld { .. }) => drop(swept.left.insert(system.name, error)),
                 Err(error) => return Err(error),
             }
@@ -474,11 +476,12 @@ fn sweep(root: &Path) -> Result<(Swept, Lock)> {
     Ok((swept, guard))
 }
 
-/// Ends the process that holds the lock file, if there is one, and waits for its end. It is asked first, since an
-/// observer may have last words to print.
+/// Ends the process that holds the lock file, if there is one, and waits until it has ended. It is first asked to end, since an
+/// observer may have something left to print.
 ///
 /// # Errors
-/// [`Error::StillHeld`] if it does not end or cannot be reached: a process id in a file may mean another process here.
+/// [`Error::StillHeld`] if the process won't end, or cannot be reached because the process id in the file may mean another
+/// process here.
 fn end_owner(path: &Path, last_word: Duration) -> Result<()> {
     let asking = || Error::file(path, "asking for its lock");
     let mut waited = Duration::ZERO;
@@ -500,7 +503,7 @@ fn end_owner(path: &Path, last_word: Duration) -> Result<()> {
     Err(Error::StillHeld { path: path.into(), holder: lock::holder(path), seconds: waited.as_secs_f64() })
 }
 
-/// The id of the process that a lock file names; empty if there is none.
+/// Returns the id of the process that a lock file names, or an empty string if it names none.
 fn owner_pid(path: &Path) -> String {
     lock::owner(path).map_or_else(String::new, |owner| owner.pid.to_string())
 }
@@ -529,7 +532,7 @@ mod tests {
         }
     }
 
-    /// Every process reads this file, and once each of them read as much as there was.
+    /// Every process reads this file, and used to read all of it, however large it was.
     #[test]
     fn a_description_of_a_run_is_neither_read_nor_written_beyond_its_limit() {
         let root = tempfile::tempdir().unwrap();
@@ -549,8 +552,8 @@ mod tests {
         assert_eq!(sweep(root.path()).unwrap().0.cleared, ["large"]);
     }
 
-    /// A lock file of a container that shared the folder named process 4711, which here was an unrelated process: it
-    /// was killed, and the lock was then waited for forever.
+    /// A lock file of a container that shared the folder named process 4711. Here, that was an unrelated process, which was
+    /// killed, and the lock was then waited for forever.
     #[test]
     fn a_process_of_another_namespace_is_neither_killed_nor_waited_for_without_end() {
         let root = tempfile::tempdir().unwrap();
@@ -570,7 +573,7 @@ mod tests {
             assert!(error.contains(&words), "{error}");
             assert!(victim.try_wait().unwrap().is_none(), "{imposter:?}");
         }
-        // The system is left, and a new one of its name gets the reason; others start.
+        // The system is left alone, and a new one with its name fails with the reason, while others can start.
         system.ownership = None;
         let error = System::create_in(root.path().into(), &run).unwrap_err().to_string();
         assert!(error.contains("processes/planner: expected the process of a dead system to end"), "{error}");
@@ -587,7 +590,7 @@ mod tests {
     fn the_process_that_holds_a_lock_is_ended() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("planner");
-        // A process that inherits the open file holds its lock for its lifetime.
+        // A process that inherits the open file holds its lock until it ends.
         let file = fs::File::options().read(true).write(true).create_new(true).open(&path).unwrap();
         let lock = Lock::of(file.try_clone().unwrap()).unwrap();
         let mut child = Command::new("sleep").arg("1000").stdin(Stdio::from(file)).spawn().unwrap();

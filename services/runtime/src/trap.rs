@@ -1,7 +1,7 @@
-//! Planned faults, applied by the writers of channels; see [`sketchnav_schemas::fault_plan`].
+//! Planned faults, which are applied by the writers of channels. See [`sketchnav_schemas::fault_plan`].
 //!
-//! A writer for whose channel no fault is planned has no trap and no overhead. Each fault happens once across all lives
-//! of the writer: a file in the system's folder records that it has.
+//! A writer for whose channel no fault is planned has no trap and no overhead. Each fault happens once across all lives of the
+//! writer: once it has happened, a file in the system's folder records that.
 
 use std::fs::{File, OpenOptions};
 use std::io::ErrorKind;
@@ -22,15 +22,15 @@ use crate::starvation::starve;
 use crate::system::System;
 use crate::{Error, Result};
 
-/// The faults of one channel that are yet to happen.
+/// The faults of one channel that have not happened yet.
 pub(crate) struct Trap {
     system: Rc<System>,
     process: Process,
-    /// Each with its index in the plan.
+    /// Faults with their indices in the plan.
     faults: Vec<(usize, PlannedFault)>,
 }
 
-/// What is to be done with a message.
+/// What to do with a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Fate {
     pub(crate) is_dropped: bool,
@@ -39,7 +39,7 @@ pub(crate) struct Fate {
 }
 
 impl Trap {
-    /// The trap of a writer of `node`; `None` if nothing is planned for its channel.
+    /// Returns the trap of a writer of `node`, or `None` if nothing is planned for its channel.
     pub(crate) fn of(node: &Node, spec: &ChannelSpec) -> Result<Option<Self>> {
         let Some(plan) = node.system().fault_plan()? else { return Ok(None) };
         let own = plan.fault.into_iter().enumerate().filter(|(_, fault)| fault.channel == spec.name);
@@ -48,7 +48,7 @@ impl Trap {
         Ok((!faults.is_empty()).then_some(Self { system, process, faults }))
     }
 
-    /// Does what is planned before the message is sent.
+    /// Applies the faults planned for before the message is sent.
     pub(crate) fn before(&mut self, seq: u64, stamp_ns: u64) -> Result<Fate> {
         let mut fate = Fate::default();
         while let Some((place, fault)) = self.next(seq, stamp_ns, When::Before)? {
@@ -57,7 +57,7 @@ impl Trap {
                 Action::Drop => fate.is_dropped = true,
                 Action::Duplicate => fate.is_doubled = true,
                 Action::Reorder => fate.is_held = true,
-                // The writer is delayed, as its process would be by a slow disk: that is the planned fault.
+                // The planned fault is a delay of the writer, as a slow disk would delay its process.
                 Action::Delay => std::thread::sleep(Duration::from_millis(fault.delay_ms.unwrap_or(0))),
                 _ => self.hit(&fault)?,
             }
@@ -65,7 +65,7 @@ impl Trap {
         Ok(fate)
     }
 
-    /// Does what is planned after the message was sent.
+    /// Applies the faults planned for after the message was sent.
     pub(crate) fn after(&mut self, seq: u64, stamp_ns: u64) -> Result<()> {
         while let Some((place, fault)) = self.next(seq, stamp_ns, When::After)? {
             self.tell(place, &fault, seq)?;
@@ -74,7 +74,7 @@ impl Trap {
         Ok(())
     }
 
-    /// The next fault that is due and that did not happen to an earlier life.
+    /// Returns the next fault that is due and has not happened in an earlier life.
     fn next(&mut self, seq: u64, stamp_ns: u64, when: When) -> Result<Option<(usize, PlannedFault)>> {
         while let Some(i) =
             self.faults.iter().position(|(_, fault)| fault.when == when && fault.is_due(seq, stamp_ns))
@@ -87,7 +87,7 @@ impl Trap {
         Ok(None)
     }
 
-    /// Whether the fault has not happened yet; from now on it has.
+    /// Returns true if the fault has not happened yet, and records that it has now.
     fn claim(&self, place: usize) -> Result<bool> {
         let path = self.system.fault_file(place + 1);
         match OpenOptions::new().write(true).create_new(true).open(&path) {
@@ -139,7 +139,7 @@ fn signal_of(action: Action) -> Option<Signal> {
     }
 }
 
-/// Inverts bits of the state in the slot with the larger number; a missing slot is left alone.
+/// Inverts bits of the state in the slot with the larger number. A missing slot is left alone.
 fn corrupt_newest(slots: &[PathBuf]) -> Result<()> {
     let mut newest = None;
     for path in slots {
@@ -161,22 +161,22 @@ fn corrupt_newest(slots: &[PathBuf]) -> Result<()> {
 }
 
 impl System {
-    /// The file that exists once the planned fault of this number, from 1, has happened.
+    /// Returns the path of the file that exists once the planned fault with this number, from 1, has happened.
     fn fault_file(&self, number: usize) -> PathBuf {
         self.folder().join(format!("fault-{number}"))
     }
 
-    /// The planned faults that have not happened yet, with their numbers, from 1.
+    /// Returns the planned faults that have not happened yet, with their numbers from 1.
     ///
     /// # Errors
-    /// As [`System::run_config`].
+    /// See [`System::run_config`].
     pub fn outstanding_faults(&self) -> Result<Vec<(usize, PlannedFault)>> {
         let planned = self.fault_plan()?.map(|plan| plan.fault).unwrap_or_default();
         let numbered = planned.into_iter().enumerate().map(|(i, fault)| (i + 1, fault));
         Ok(numbered.filter(|(number, _)| !self.fault_file(*number).exists()).collect())
     }
 
-    /// The fault plan of its run; `None` if there is none.
+    /// Returns the fault plan of the run, or `None` if there is none.
     fn fault_plan(&self) -> Result<Option<FaultPlan>> {
         if !self.faults_file().exists() {
             return Ok(None);

@@ -1,4 +1,4 @@
-//! Watches a system from outside, for a process that is no part of it and must not be ended with it.
+//! Watches a system from outside, for a process that does not belong to the system and must not be ended with it.
 
 use std::fs;
 
@@ -16,22 +16,22 @@ pub struct Watch {
 /// The kernel's state of a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ProcessState {
-    /// It is running, or would be if a core were free.
+    /// Running, or ready to run if a core were free.
     Running,
-    /// It waits for something.
+    /// Waiting for something.
     Sleeping,
-    /// It waits for a device and cannot be interrupted.
+    /// Waiting for a device, uninterruptibly.
     Waiting,
-    /// A signal has stopped it.
+    /// Stopped by a signal.
     Stopped,
-    /// A debugger has stopped it.
+    /// Stopped by a debugger.
     Traced,
-    /// It has ended or never existed.
+    /// Ended, or never existed.
     Dead,
 }
 
 impl ProcessState {
-    /// The state of the process `pid`.
+    /// Returns the state of the process `pid`.
     pub fn of(pid: u32) -> Self {
         match stat_field(pid, 3).as_deref() {
             Some("R") => Self::Running,
@@ -43,7 +43,7 @@ impl ProcessState {
         }
     }
 
-    /// The state as a word for people and programs.
+    /// Returns the state as a word, for people and programs.
     pub fn word(self) -> &'static str {
         match self {
             Self::Running => "running",
@@ -56,7 +56,7 @@ impl ProcessState {
     }
 }
 
-/// A field of proc_pid_stat(5), with the numbering of that page. The third is the first after the program's name, which
+/// Returns a field of proc_pid_stat(5), numbered as on that page. The third field is the first after the program's name, which
 /// is in parentheses and may contain anything, including whitespace.
 pub(crate) fn stat_field(pid: u32, number: usize) -> Option<String> {
     let stat = fs::read(format!("/proc/{pid}/stat")).ok()?;
@@ -74,7 +74,7 @@ impl Watch {
         Ok(Self { bells: Bells::map(&system.bells())? })
     }
 
-    /// How much new work `process` and its predecessors have done; the count continues across restarts.
+    /// Returns how much new work `process` and its predecessors have done. The count continues across restarts.
     pub fn progress(&self, process: Process) -> u32 {
         self.bells.progress(process)
     }

@@ -23,7 +23,7 @@ use crate::node::Node;
 use crate::trap::{Fate, Trap};
 use crate::{Error, Result};
 
-/// Samples that a writer fills at the same time.
+/// Maximum number of samples that a writer fills at the same time.
 const MAX_LOANS: usize = 1;
 
 type Port = Publisher<ipc::Service, [u64], u64>;
@@ -31,10 +31,10 @@ type Loaned = SampleMut<ipc::Service, [u64], u64>;
 
 /// The writing end of a channel, whatever its message type.
 ///
-/// It stores its last messages for its successor. The successor sends them again, for readers that have not had them,
-/// and when it computes one of them again, recognizes by its number that it is stored and does not send it. (A channel
-/// that every process writes has no consistent numbers, so nothing of it is stored. A message with cells is too large
-/// to be stored: a process that computes it again sends it again, and readers drop it if they have it.)
+/// A writer stores its last messages for its successor. The successor sends them again, for readers that have not received
+/// them. When it computes one of them again, it recognizes by the number that the message is stored, and does not send it. (A
+/// channel that every process writes has no consistent numbers, so nothing is stored for it. A message with cells is too large
+/// to be stored. A process that computes such a message again also sends it again, and readers drop it if they have it.)
 pub struct RawWriter {
     port: Rc<Port>,
     spec: &'static ChannelSpec,
@@ -42,7 +42,7 @@ pub struct RawWriter {
     process: Process,
     last_seq: Rc<Cell<u64>>,
     history: Option<History>,
-    /// Planned faults; usually none.
+    /// Planned faults, if there are any.
     trap: Option<Box<Trap>>,
     /// A message that is to be sent after the next one.
     held: Option<Vec<u64>>,
@@ -63,12 +63,12 @@ impl RawWriter {
         Ok(writer)
     }
 
-    /// The channel.
+    /// Returns the channel.
     pub fn spec(&self) -> &'static ChannelSpec {
         self.spec
     }
 
-    /// Sends again what the last writer stored.
+    /// Sends the messages again that the last writer stored.
     fn send_kept(&mut self) -> Result<()> {
         let whole = |history: &&History| history.last_seq() > 0 && self.spec.max_cells == 0;
         let Some(history) = self.history.as_ref().filter(whole) else { return Ok(()) };
@@ -89,17 +89,18 @@ impl RawWriter {
         sample.send().map(drop).map_err(self.failed())
     }
 
-    /// Resumes with the number after `seq`, which is 0 at the beginning or comes from a checkpoint.
+    /// Resumes with the number after `seq`, which is 0 at the beginning, or comes from a checkpoint.
     pub fn resume_after(&mut self, seq: u64) {
         self.last_seq.set(seq);
     }
 
-    /// A copy of the last message that this writer or one before it sent, or of its header if it has cells.
+    /// Returns a copy of the last message sent by this writer or an earlier one, or of its header if it has cells.
     pub fn last_sent(&self) -> Option<Vec<u64>> {
         self.history.as_ref().and_then(History::last)
     }
 
-    /// Resumes after everything that was sent so far, for a process that no longer knows how it came about.
+    /// Resumes after everything that has been sent so far. This is for a process that has lost the state from which it was
+    /// sent.
     pub fn resume_after_history(&mut self) {
         self.last_seq.set(self.history.as_ref().map_or(0, History::last_seq));
     }
@@ -113,10 +114,11 @@ impl RawWriter {
         Rc::clone(&self.last_seq)
     }
 
-    /// A message in shared memory, followed by `cells` bytes, all zero, to be filled and sent.
+    /// Loans a message in shared memory, followed by `cells` bytes, to be filled and sent. It is all zero.
     ///
     /// # Errors
-    /// [`Error::SliceTooLong`]; [`Error::SharedMemory`] if no memory is left.
+    /// - [`Error::SliceTooLong`] if the channel does not allow so many cells;
+    /// - [`Error::SharedMemory`] if no memory is left.
     pub fn loan(&mut self, cells: usize) -> Result<RawLoan<'_>> {
         let ChannelSpec { name, max_cells, .. } = *self.spec;
         if cells > max_cells {
@@ -135,17 +137,17 @@ impl RawWriter {
         Ok(unsafe { sample.assume_init() })
     }
 
-    /// The number of the last message sent; 0 before the first.
+    /// Returns the number of the last message sent, or 0 before the first.
     pub fn last_seq(&self) -> u64 {
         self.last_seq.get()
     }
 
-    /// Wakes the readers, for messages that were sent quietly.
+    /// Wakes the readers for messages that were sent quietly.
     pub fn ring_readers(&self) {
         self.spec.readers.iter().for_each(|&reader| self.bells.ring(reader));
     }
 
-    /// Gives a message its number. A sensor's reading is its own cause, whatever a driver has written there.
+    /// Assigns a message its number. A sensor reading is its own cause, whatever a driver has written there.
     fn number(&self, header: &mut Header, seq: u64) {
         header.seq = seq;
         if self.spec.is_sensed() {
@@ -153,7 +155,7 @@ impl RawWriter {
         }
     }
 
-    /// Whether a predecessor has sent the message already.
+    /// Returns true if a predecessor has already sent the message.
     fn was_sent(&self, seq: u64) -> bool {
         self.spec.max_cells == 0 && self.history.as_ref().is_some_and(|history| seq <= history.last_seq())
     }
@@ -184,7 +186,7 @@ impl RawWriter {
         Ok(seq)
     }
 
-    /// Sends a message as the fault plan says. A message that is lost on its way stays in the history.
+    /// Sends a message as the fault plan says. A message that gets lost is still stored in the history.
     fn meet(&mut self, fate: Fate, sample: Loaned) -> Result<()> {
         let copy = (fate.is_doubled || fate.is_held).then(|| sample.payload().to_vec());
         if fate.is_dropped || fate.is_held {
@@ -204,12 +206,12 @@ impl RawWriter {
     }
 }
 
-/// The number of words that hold that many bytes.
+/// Returns the number of words needed for that many bytes.
 fn words(bytes: usize) -> usize {
     bytes.div_ceil(ALIGNMENT)
 }
 
-/// A message in shared memory that is not sent yet. If dropped, it is never sent.
+/// A message in shared memory that has not been sent yet. If it is dropped, it is never sent.
 pub struct RawLoan<'a> {
     sample: Loaned,
     cells: usize,
@@ -217,27 +219,27 @@ pub struct RawLoan<'a> {
 }
 
 impl RawLoan<'_> {
-    /// The message and its cells.
+    /// Returns the message and its cells.
     pub fn parts_mut(&mut self) -> (&mut [u8], &mut [u8]) {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(self.sample.payload_mut());
         let (message, behind) = bytes.split_at_mut(self.writer.spec.message.size);
         (message, &mut behind[..self.cells])
     }
 
-    /// Numbers the message, sends it and wakes its readers; returns the number.
+    /// Numbers the message, sends it and wakes its readers. Returns the number.
     pub fn send(self) -> Result<u64> {
         let seq = self.writer.publish(self.sample)?;
         self.writer.ring_readers();
         Ok(seq)
     }
 
-    /// As [`RawLoan::send`], but lets the readers sleep: another message of the same step follows, which wakes them.
+    /// Like [`RawLoan::send`], but does not wake the readers, because another message of the same step follows and wakes them.
     pub fn send_quietly(self) -> Result<u64> {
         self.writer.publish(self.sample)
     }
 }
 
-/// The writing end of a channel of messages of type `T`; see [`RawWriter`].
+/// The writing end of a channel of messages of type `T`. See [`RawWriter`].
 pub struct Writer<T> {
     raw: RawWriter,
     message: PhantomData<fn(T)>,
@@ -248,64 +250,64 @@ impl<T: Message> Writer<T> {
         Self { raw, message: PhantomData }
     }
 
-    /// As [`RawWriter::resume_after`].
+    /// Like [`RawWriter::resume_after`].
     pub fn resume_after(&mut self, seq: u64) {
         self.raw.resume_after(seq);
     }
 
-    /// The last message that this writer or one before it sent; `None` if messages have cells.
+    /// Returns the last message sent by this writer or an earlier one, or `None` if messages have cells.
     pub fn last_sent(&self) -> Option<T> {
         let last = self.raw.last_sent().filter(|message| size_of_val(message.as_slice()) == size_of::<T>());
         last.map(|message| *bytemuck::from_bytes(bytemuck::cast_slice(&message)))
     }
 
-    /// As [`RawWriter::resume_after_history`].
+    /// Like [`RawWriter::resume_after_history`].
     pub fn resume_after_history(&mut self) {
         self.raw.resume_after_history();
     }
 
-    /// A message in shared memory, all zero, to be filled and sent. Errors as [`RawWriter::loan`].
+    /// Loans a message in shared memory, all zero, to be filled and sent. The errors are those of [`RawWriter::loan`].
     pub fn loan(&mut self) -> Result<Loan<'_, T>> {
         self.loan_with(0)
     }
 
-    /// The same, followed by `cells` bytes.
+    /// Like [`Writer::loan`], but the message is followed by `cells` bytes.
     pub fn loan_with(&mut self, cells: usize) -> Result<Loan<'_, T>> {
         Ok(Loan { raw: self.raw.loan(cells)?, message: PhantomData })
     }
 
-    /// Fills a message in shared memory and sends it; returns its number.
+    /// Fills a message in shared memory and sends it. Returns its number.
     pub fn send(&mut self, fill: impl FnOnce(&mut T)) -> Result<u64> {
         let mut loan = self.loan()?;
         fill(&mut loan);
         loan.send()
     }
 
-    /// The number of the last message sent; 0 before the first.
+    /// Returns the number of the last message sent, or 0 before the first.
     pub fn last_seq(&self) -> u64 {
         self.raw.last_seq()
     }
 }
 
-/// A message in shared memory that is not sent yet. If dropped, it is never sent.
+/// A message in shared memory that has not been sent yet. If it is dropped, it is never sent.
 pub struct Loan<'a, T> {
     raw: RawLoan<'a>,
     message: PhantomData<fn(T)>,
 }
 
 impl<T: Message> Loan<'_, T> {
-    /// The message and its cells.
+    /// Returns the message and its cells.
     pub fn parts_mut(&mut self) -> (&mut T, &mut [u8]) {
         let (message, cells) = self.raw.parts_mut();
         (bytemuck::from_bytes_mut(message), cells)
     }
 
-    /// As [`RawLoan::send`].
+    /// Like [`RawLoan::send`].
     pub fn send(self) -> Result<u64> {
         self.raw.send()
     }
 
-    /// As [`RawLoan::send_quietly`].
+    /// Like [`RawLoan::send_quietly`].
     pub fn send_quietly(self) -> Result<u64> {
         self.raw.send_quietly()
     }

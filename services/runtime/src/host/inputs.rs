@@ -1,5 +1,5 @@
-//! The channels that a stage reads. It hears instructions and requests. An instant consists of a tick, the readings
-//! that the tick names, and the message that the step answers.
+//! The channels that a stage reads. Instructions and requests are heard as they arrive. An instant consists of a tick, the
+//! readings that the tick lists, and the message that the step answers.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::channels::{self, ChannelSpec, Role};
@@ -8,16 +8,16 @@ use sketchnav_stage::{Access, Instant, Reading};
 
 use crate::{Node, RawReader, RawSample, Result};
 
-/// The number of the last message taken from each channel, by part.
+/// Numbers of the last messages taken from the channels, by kind of channel.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Positions {
     instructions: Vec<u64>,
     requests: Vec<u64>,
-    /// The readings that belong to the last instant.
+    /// Numbers of the readings that belong to the last instant.
     sensors: Vec<u64>,
     tick: u64,
     trigger: u64,
-    /// The last tick that was answered before a start without a checkpoint.
+    /// The last tick answered before a start without a checkpoint.
     answered: u64,
     /// Time and number of the last request.
     last_request: (u64, u64),
@@ -30,9 +30,9 @@ pub(super) struct Inputs {
     last_request: (u64, u64),
     sensors: Vec<Sensor>,
     ticks: Option<Queue>,
-    /// What the step answers, if that is not the tick.
+    /// Queue of the messages that steps answer, if these are not the ticks.
     triggers: Option<Queue>,
-    /// The last tick that was answered before a start without a checkpoint.
+    /// The last tick answered before a start without a checkpoint.
     answered: u64,
     /// Buffer for [`Inputs::positions`].
     positions: Positions,
@@ -40,16 +40,16 @@ pub(super) struct Inputs {
 
 struct Requests {
     reader: RawReader,
-    /// The number of the last message taken in.
+    /// Number of the last message taken in.
     taken: u64,
 }
 
-/// A channel whose messages form instants one at a time: the ticks, or what the step answers.
+/// A channel whose messages form one instant at a time: the ticks, or the messages that steps answer.
 struct Queue {
     reader: RawReader,
     /// The message of the instant that is being assembled.
     current: Option<RawSample>,
-    /// The number of the last instant's message.
+    /// Number of the last instant's message.
     taken: u64,
 }
 
@@ -79,7 +79,7 @@ impl Inputs {
         })
     }
 
-    /// What the stage may read.
+    /// Returns what the stage may read.
     pub(super) fn access(&self) -> &Access {
         &self.access
     }
@@ -93,13 +93,14 @@ impl Inputs {
         Ok(None)
     }
 
-    /// Whether each instruction, or a newer one, has arrived.
+    /// Returns true if each instruction, or a newer one, has arrived.
     pub(super) fn has_instructions(&self, awaited: &Positions) -> bool {
         let came = self.instructions.iter().map(RawReader::position);
         came.zip(&awaited.instructions).all(|(came, &awaited)| came >= awaited)
     }
 
-    /// The next request, and the index of its channel. It stays the next one until [`Inputs::take_request`] is called.
+    /// Returns the next request, and the index of its channel. The same request is returned until [`Inputs::take_request`] is
+    /// called.
     pub(super) fn next_request(&mut self) -> Result<Option<(usize, RawSample)>> {
         for (index, requests) in self.requests.iter_mut().enumerate() {
             if let Some(sample) = requests.reader.receive_valid()? {
@@ -118,13 +119,13 @@ impl Inputs {
         self.last_request = (stamp_ns, seq);
     }
 
-    /// Time and number of the last request that was taken in.
+    /// Returns the time and the number of the last request that was taken in.
     pub(super) fn last_request(&self) -> (u64, u64) {
         self.last_request
     }
 
-    /// Advances to the next instant if all of it has arrived; otherwise waits. Which part arrives first is chance: a
-    /// reader that joins late gets each channel's history when its writer next serves it.
+    /// Advances to the next instant if all its parts have arrived. Returns whether it did. Which part arrives first is a matter
+    /// of chance, since a reader that joins late gets the history of each channel when its writer next serves it.
     pub(super) fn next_instant(&mut self, node: &Node) -> Result<bool> {
         let Self { ticks, triggers, answered, sensors, .. } = self;
         let Some(ticks) = ticks else { return Ok(false) };
@@ -141,13 +142,13 @@ impl Inputs {
         Ok(is_whole)
     }
 
-    /// The instant that [`Inputs::next_instant`] advanced to.
+    /// Returns the instant that [`Inputs::next_instant`] advanced to.
     pub(super) fn instant(&self) -> Option<Instant<'_>> {
         let tick = self.ticks.as_ref()?.current.as_ref()?.header();
         Some(Instant::new(&self.access, tick.seq, tick.stamp_ns, self))
     }
 
-    /// Ends the step: what has arrived so far belongs to an earlier instant now.
+    /// Ends the step. From now on, everything that has arrived belongs to an earlier instant.
     pub(super) fn end_instant(&mut self) {
         self.queues_mut().for_each(Queue::end_instant);
         self.sensors.iter_mut().for_each(Sensor::end_instant);
@@ -172,13 +173,13 @@ impl Inputs {
         &self.positions
     }
 
-    /// Whether the instant of this tick is still to come.
+    /// Returns true if the instant of this tick is still to come.
     pub(super) fn is_before(&self, tick: u64) -> bool {
         self.ticks.as_ref().is_some_and(|ticks| ticks.taken < tick)
     }
 
-    /// Resumes after what a predecessor took. Instructions are heard again, and the newest reading of each sensor comes
-    /// once more, because it belongs to the instants that follow.
+    /// Resumes after what a predecessor took. Instructions are heard again, and the newest reading of each sensor is taken once
+    /// more, because it belongs to the instants that follow.
     pub(super) fn resume(&mut self, positions: &Positions) {
         for (requests, &taken) in self.requests.iter_mut().zip(&positions.requests) {
             requests.taken = taken;
@@ -200,8 +201,8 @@ impl Inputs {
         self.last_request = positions.last_request;
     }
 
-    /// Resumes after the tick `answered` with whatever the channels still have. Earlier requests of the pad are
-    /// skipped. Drawings need not be: no history keeps them.
+    /// Resumes after the tick `answered` with whatever the channels still have. Earlier requests from the pad are skipped.
+    /// Drawings need not be skipped, because no history keeps them.
     pub(super) fn resume_after(&mut self, answered: u64, node: &Node) -> Result<()> {
         self.answered = answered;
         for requests in self.requests.iter_mut().filter(|requests| is_of_people(requests.reader.spec())) {
@@ -240,7 +241,8 @@ fn reading(sample: &RawSample, is_fresh: bool) -> Reading<'_> {
 }
 
 impl Queue {
-    /// Takes the next message that no predecessor has answered, unless there is one already; returns whether there is one.
+    /// Takes the next message that no predecessor has answered, unless there is a current one. Returns whether there is one
+    /// now.
     fn next_after(&mut self, answered: u64) -> Result<bool> {
         while self.current.is_none() {
             let Some(next) = self.reader.receive_valid()? else { return Ok(false) };
@@ -249,8 +251,8 @@ impl Queue {
         Ok(true)
     }
 
-    /// Takes the next message whose tick has arrived; returns whether both are there. A message without its tick, as
-    /// after an overflow in real time, is skipped: its readings may be missing, too.
+    /// Takes the next message whose tick has arrived. Returns true if both are there. A message without its tick, as after an
+    /// overflow in real time, is skipped, since its readings may be missing, too.
     fn next_with_tick(&mut self, ticks: &mut Self, answered: u64) -> Result<bool> {
         while self.next_after(answered)? {
             if !ticks.advance_to(self.tick())? {
@@ -264,7 +266,7 @@ impl Queue {
         Ok(false)
     }
 
-    /// Advances to the tick of this number or the first one after it; returns whether it is there.
+    /// Advances to the tick with this number, or to the first one after it. Returns whether it is there.
     fn advance_to(&mut self, tick: u64) -> Result<bool> {
         while self.tick() < tick {
             let Some(next) = self.reader.receive_valid()? else { return Ok(false) };
@@ -273,7 +275,7 @@ impl Queue {
         Ok(true)
     }
 
-    /// The number of the current tick, or of the tick that caused the current message; 0 if there is none.
+    /// Returns the number of the current tick, or of the tick that caused the current message, or 0 if there is none.
     fn tick(&self) -> u64 {
         self.current.as_ref().map_or(0, |current| self.tick_of(current))
     }
@@ -288,15 +290,15 @@ impl Queue {
     }
 }
 
-/// A sensor's channel, read no further than the tick says.
+/// The channel of a sensor, read no further than the tick says.
 struct Sensor {
     reader: RawReader,
-    /// Its index in [`Tick::newest`].
+    /// Index of the sensor in [`Tick::newest`].
     index: usize,
     newest: Option<RawSample>,
     /// A reading that belongs to a later instant.
     next: Option<RawSample>,
-    /// The number of the newest reading at the previous instant.
+    /// Number of the newest reading at the previous instant.
     before: u64,
 }
 
@@ -306,7 +308,7 @@ impl Sensor {
         Self { reader, index, newest: None, next: None, before: 0 }
     }
 
-    /// Takes the readings up to the number `seq`; returns whether all have arrived. Invalid ones are rejected and counted.
+    /// Takes the readings up to the number `seq`. Returns true if all have arrived. Invalid readings are rejected and counted.
     fn advance_to(&mut self, seq: u64, node: &Node) -> Result<bool> {
         loop {
             if self.next.is_none() && self.reader.position() < seq {

@@ -8,7 +8,7 @@ use sketchnav_stage::{Denied, Put, Remains, Sink, StageError};
 
 use crate::{Node, RawWriter, Result};
 
-/// The last number of each channel, in the order of the table.
+/// Number of the last message of each channel, in the order of the table.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Positions(Vec<u64>);
 
@@ -39,7 +39,7 @@ impl Outputs {
         }
     }
 
-    /// The same, for those channels that are not that far yet.
+    /// Like [`Outputs::resume`], but leaves channels alone that are further already.
     pub(super) fn resume_no_earlier(&mut self, positions: &Positions) {
         for (writer, &last) in self.writers.iter_mut().zip(&positions.0) {
             writer.resume_after(last.max(writer.last_seq()));
@@ -60,7 +60,7 @@ impl Outputs {
 }
 
 impl Sink for Outputs {
-    /// A message that only observers read wakes no process: another message of the same step follows.
+    /// Sends a message. One that only observers read wakes no process, since another message of the same step follows.
     fn put(&mut self, put: Put<'_>) -> Result<u64, StageError> {
         let writer = self.writers.iter_mut().find(|writer| writer.spec() == put.spec);
         let writer = writer.ok_or_else(|| Denied::to_write(put.spec))?;

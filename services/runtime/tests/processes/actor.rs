@@ -1,4 +1,4 @@
-//! The actor: this same binary, started again as a process that takes orders.
+//! The actor: this same binary, started again as a process that follows orders.
 
 use std::time::Duration;
 
@@ -14,12 +14,12 @@ use sketchnav_stage::Hosted;
 use crate::hosted::{Counter, Curious, fill_estimate};
 
 const LONG: Duration = Duration::from_secs(600);
-/// How often an actor looks for an answer before it reports that none came, and how long it sleeps in between.
+/// How often an actor checks for an answer before it reports that none came, and how long it sleeps in between.
 const LOOKS: u32 = 6000;
 const LOOK: Duration = Duration::from_millis(5);
 const CLEARING: Duration = Duration::from_millis(500);
 
-/// What an actor has opened.
+/// Everything that an actor has opened.
 #[derive(Default)]
 struct Actor {
     channels: Option<Channels>,
@@ -62,7 +62,7 @@ impl Actor {
                 self.node = Some(Node::join(System::open(name)?, process.parse().unwrap())?);
             }
             ["be-asked-to-end"] => {
-                // As the supervisor starts a process: the signal waits until the process listens.
+                // When the supervisor starts a process, too, the signal waits until the process listens.
                 SigSet::from(Signal::SIGTERM).thread_block().unwrap();
                 raise(Signal::SIGTERM).unwrap();
             }
@@ -141,7 +141,8 @@ impl Actor {
         Ok(writer.last_seq().to_string())
     }
 
-    /// Everything that has arrived: first and last number, how many, how many lost.
+    /// Receives everything that has arrived, and returns the first and the last number, and how many messages arrived and were
+    /// lost.
     fn receive(&mut self) -> Result<String> {
         let reader = self.scan_reader.as_mut().unwrap();
         let mut numbers = Vec::new();
@@ -181,7 +182,7 @@ impl Actor {
         Ok(writer.last_seq().to_string())
     }
 
-    /// Sends an estimate that belongs to this tick.
+    /// Sends an estimate caused by this tick.
     fn estimate(&mut self, tick: u64) -> Result<()> {
         let writer = self.estimate_writer.as_mut().unwrap();
         writer.send(|estimate| {
@@ -200,7 +201,7 @@ impl Actor {
         Ok(sample.map(|command| (command.header, command.last)))
     }
 
-    /// The answers up to that to `tick`: the ticks, the numbers, and the stage's counts.
+    /// Returns the answers up to the one to `tick`: the ticks, the numbers, and the stage's counts.
     fn answers(
         &mut self,
         tick: u64,
@@ -219,7 +220,7 @@ impl Actor {
         Ok(format!("no answer to tick {tick} after {}", told.join(" ")))
     }
 
-    /// The supervisor's complaint about the files of the system.
+    /// Returns the supervisor's complaint about the files of the system.
     fn complaint(&self) -> String {
         for _ in 0..LOOKS {
             if let Err(error) = self.node().check_shared_memory() {
@@ -264,7 +265,7 @@ impl Actor {
         Ok(place_in_file(sketch.cells().as_ptr()))
     }
 
-    /// Allocations of this thread while it sends a thousand messages and reports its health.
+    /// Counts the allocations of this thread while it sends a thousand messages and reports its health.
     fn count_sending(&mut self) -> Result<String> {
         let (writer, node) = (self.scan_writer.as_mut().unwrap(), self.node.as_ref().unwrap());
         let mut health = HealthReporter::new(node)?;
@@ -281,7 +282,7 @@ impl Actor {
         Ok(format!("{} and {handles} handles", allocations_since(before)))
     }
 
-    /// Allocations of this thread while it receives up to message 1000.
+    /// Counts the allocations of this thread while it receives messages up to number 1000.
     fn count_receiving(&mut self) -> Result<String> {
         let (reader, node) = (self.scan_reader.as_mut().unwrap(), self.node.as_ref().unwrap());
         let before = allocations_of_this_thread();
@@ -308,7 +309,7 @@ fn fill(scan: &mut LaserScan) {
     scan.ranges_m[100] = 2.5;
 }
 
-/// The place of an address in a file: the file's device, inode and path, and the offset.
+/// Returns where in a file an address is mapped: the file's device, inode and path, and the offset.
 fn place_in_file<T>(address: *const T) -> String {
     let address = address as usize;
     let maps = std::fs::read_to_string("/proc/self/maps").unwrap();

@@ -1,4 +1,4 @@
-//! A stage under its host: what it answers when its process is killed, or its state is lost or rejected.
+//! Stages under their host: what they answer when their process is killed, or their state is lost or rejected.
 
 use std::fs::OpenOptions;
 use std::os::unix::fs::FileExt;
@@ -11,7 +11,7 @@ use sketchnav_stage::{Instant, Outbox, Stage as NavigatorStage, StageError};
 
 use crate::stage::{Player, Stage};
 
-/// Counts the ticks that it answers, as a localizer or as a planner.
+/// A stage that counts the ticks it answers, as a localizer or as a planner.
 pub struct Counter {
     process: Process,
     count: u32,
@@ -19,7 +19,7 @@ pub struct Counter {
 }
 
 impl Counter {
-    /// A counter that rejects any state if `refuses`.
+    /// Creates a counter, which rejects any state if `refuses` is true.
     pub fn new(process: Process, refuses: bool) -> Self {
         Self { process, count: 0, refuses }
     }
@@ -63,7 +63,7 @@ impl NavigatorStage for Counter {
     }
 }
 
-/// Asks for a channel that no navigator may read.
+/// A stage that asks for a channel that no navigator may read.
 pub struct Curious;
 
 impl NavigatorStage for Curious {
@@ -88,7 +88,7 @@ impl NavigatorStage for Curious {
     }
 }
 
-/// Makes the estimate valid.
+/// Fills in a valid estimate.
 pub fn fill_estimate(estimate: &mut PoseEstimate, header: Header, count: u32) {
     (estimate.header, estimate.particle_count) = (header, count);
     estimate.pose.orientation_w = 1.0;
@@ -101,14 +101,14 @@ fn hosting(stage: &Stage, system: &str, process: Process, order: &str) -> Player
     host
 }
 
-/// The answers from one tick to another, the first of them with the number `seq`, by a stage that had counted `count` ticks.
+/// Returns the answers to some ticks, the first with the number `seq`, of a stage that had counted `count` ticks.
 fn told(ticks: std::ops::RangeInclusive<u64>, seq: u64, count: u64) -> String {
     let first = *ticks.start();
     let one = |tick| format!("{tick}:{}:{}", seq + tick - first, count + tick - first);
     ticks.map(one).collect::<Vec<_>>().join(" ")
 }
 
-/// Removes the version from each file of a checkpoint.
+/// Overwrites the version in each file of a checkpoint.
 fn damage_checkpoints(stage: &Stage, system: &str) {
     let files = [0, 1].map(|slot| stage.shared_memory(system, &format!("checkpoint_localizer_{slot}")));
     for path in files.concat() {
@@ -131,7 +131,8 @@ fn a_killed_stage_answers_each_tick_once() {
     }
 }
 
-/// When killed once more before its next checkpoint, a process that had started again once answered old ticks a second time.
+/// A process that had started from scratch, and was killed once more before its next checkpoint, used to answer old ticks a
+/// second time.
 #[test]
 fn a_stage_that_began_anew_and_is_killed_again_answers_no_tick_twice() {
     let stage = Stage::new();
@@ -143,7 +144,7 @@ fn a_stage_that_began_anew_and_is_killed_again_answers_no_tick_twice() {
     assert_eq!(recorder.tell("estimates 40"), told(1..=40, 1, 1));
     first.kill();
     damage_checkpoints(&stage, "lost-state");
-    // The first two of these leave no checkpoint, the third leaves one.
+    // The first two of these rounds leave no checkpoint, the third leaves one.
     for (from, to, count) in [(41, 43, 1), (44, 46, 1), (47, 70, 1), (71, 72, 25)] {
         supervisor.does("clear-dead");
         let mut host = hosting(&stage, "lost-state", Process::Localizer, "host");
@@ -153,7 +154,7 @@ fn a_stage_that_began_anew_and_is_killed_again_answers_no_tick_twice() {
     }
 }
 
-/// This once ended the mission: the error counted as one of the mission, which no restart can cure.
+/// This used to end the mission, because the error counted as one of the mission, which no restart can cure.
 #[test]
 fn a_stage_that_refuses_its_state_begins_anew() {
     let stage = Stage::new();
@@ -178,8 +179,8 @@ fn a_stage_that_refuses_its_state_begins_anew() {
     assert_eq!(recorder.tell("estimates 42"), told(41..=42, 41, 1));
 }
 
-/// A planner that had overslept, as in real time, once took an estimate for that of the first tick that was still
-/// there. From then on each estimate belonged to another tick.
+/// A planner that had overslept, as in real time, mistook an estimate for that of the first tick that was still there. From
+/// then on, each estimate was paired with the wrong tick.
 #[test]
 fn what_a_stage_answers_belongs_to_its_tick_after_an_overflow() {
     let stage = Stage::new();
@@ -187,7 +188,7 @@ fn what_a_stage_answers_belongs_to_its_tick_after_an_overflow() {
     let mut world = stage.join("overslept", Process::World, &["tick-writer"]);
     let mut localizer = stage.join("overslept", Process::Localizer, &["estimate-writer"]);
     let mut recorder = stage.join("overslept", Process::Recorder, &["command-reader"]);
-    // Of 300 ticks, the history holds 173 to 300; of the estimates, all.
+    // Of 300 ticks, the history keeps 173 to 300. Of the estimates, it keeps all.
     world.tell("tick 300");
     for tick in (100..=103).chain(171..=174).chain(298..=300) {
         localizer.does(&format!("estimate {tick}"));
@@ -201,7 +202,7 @@ fn what_a_stage_answers_belongs_to_its_tick_after_an_overflow() {
     assert_eq!(recorder.tell("commands 300"), expected.join(" "));
 }
 
-/// Such a stage once never got a message, and waited for the first one.
+/// Such a stage used to wait forever for a first message, which it never got.
 #[test]
 fn a_stage_that_asks_for_a_channel_that_it_may_not_read_ends_with_the_channel_s_name() {
     let stage = Stage::new();

@@ -1,8 +1,7 @@
 //! Real processes on real shared memory.
 //!
-//! A test starts this same binary again as actors and talks to them line by line: orders go to an actor's standard
-//! input, answers come from its standard output. Each test has a root of its own, so the
-//! tests do not affect each other either.
+//! A test starts this same binary again as actors and talks to them line by line. Orders go to an actor's standard input, and
+//! answers come from its standard output. Each test has its own root, so the tests do not affect each other either.
 
 mod actor;
 mod hosted;
@@ -65,7 +64,7 @@ fn a_sketch_is_read_where_it_was_written() {
     assert_eq!(reader.tell("hold-sketch"), place);
 }
 
-/// Eight observers once took all places of a channel: a killed recorder could not come back, and the mission was over.
+/// Eight observers took all places of a channel. A killed recorder could not come back, which ended the mission.
 #[test]
 fn observers_leave_the_pipeline_its_places() {
     let stage = Stage::new();
@@ -86,8 +85,7 @@ fn observers_leave_the_pipeline_its_places() {
     observers[6].does("open scan-reader");
 }
 
-/// As root, with `fs.protected_symlinks` off, a link among the files of a system once
-/// caused an unrelated file to be overwritten.
+/// As root, with `fs.protected_symlinks` off, a link among the files of a system used to make it overwrite an unrelated file.
 #[test]
 fn a_link_among_the_files_of_a_system_is_named_and_not_followed() {
     let stage = Stage::new();
@@ -110,7 +108,7 @@ fn a_link_among_the_files_of_a_system_is_named_and_not_followed() {
     assert_eq!(stage.leftovers("intruder"), Vec::<String>::new());
 }
 
-/// The path of the next file of a system that only has its first one.
+/// Returns the path of the next file of a system that only has its first one.
 fn next_file(stage: &Stage, system: &str) -> PathBuf {
     // All tests share the names in `/dev/shm`.
     let other = format!("{system}-before");
@@ -122,7 +120,7 @@ fn next_file(stage: &Stage, system: &str) -> PathBuf {
     PathBuf::from(owner.replace("_owner", &format!("_{name}")))
 }
 
-/// A process that saw the first file of a system could create the next one; the only error was
+/// A process that saw the first file of a system could create the next one, and the only error was
 /// "UnableToGenerateUniqueNodeId".
 #[test]
 fn a_link_in_the_way_of_a_start_is_named() {
@@ -140,7 +138,7 @@ fn a_link_in_the_way_of_a_start_is_named() {
     assert_eq!(stage.leftovers("linked"), Vec::<String>::new());
 }
 
-/// As root, iceoryx2 0.10 waited forever and in silence for another user to fill a file that it needed itself.
+/// As root, iceoryx2 0.10 waits forever, silently, for another user to fill a file that it needs itself.
 #[test]
 fn a_file_of_another_user_in_the_way_of_a_start_ends_it() {
     if !nix::unistd::getuid().is_root() {
@@ -159,7 +157,7 @@ fn a_file_of_another_user_in_the_way_of_a_start_ends_it() {
     assert_eq!(stage.leftovers("late"), Vec::<String>::new());
 }
 
-/// A writer whose history lost its pages once died by SIGBUS, without a word.
+/// A writer whose history had lost its pages used to be killed by SIGBUS, without a message.
 #[test]
 fn a_writer_whose_history_is_cut_off_ends_with_a_code() {
     let stage = Stage::new();
@@ -180,11 +178,11 @@ fn sending_and_receiving_allocate_nothing() {
     let _supervisor = stage.system("allocations");
     let mut writer = stage.join("allocations", Process::World, &["scan-writer"]);
     let mut reader = stage.join("allocations", Process::Localizer, &["scan-reader"]);
-    // The first message connects writer and reader.
+    // The first message connects the writer and the reader.
     writer.tell("send 1");
     assert_eq!(reader.tell("until 1"), "1");
     reader.begin("count-receiving");
-    // Two messages per round: the scan and the health.
+    // There are two messages per round: the scan and the health.
     assert_eq!(writer.tell("count-sending"), "0 and 2000 handles");
     assert_eq!(reader.answer(), "0");
 }
@@ -376,9 +374,9 @@ fn a_request_to_end_wakes_a_sleeper() {
     }
 }
 
-/// A process that was asked to end while it joined had its bell rung by the signal before it first looked at the bell.
-/// It took the ring for an old one and slept for good. On a loaded machine, one in five systems that were interrupted
-/// at once hung.
+/// When a process was asked to end while it was joining, the signal rang its bell before the process first looked at it. The
+/// process took the ring for an old one and slept for good. On a loaded machine, one in five systems that were interrupted
+/// right after their start hung.
 #[test]
 fn a_request_to_end_before_joining_is_heard() {
     let stage = Stage::new();

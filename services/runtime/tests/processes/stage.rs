@@ -56,8 +56,8 @@ impl Stage {
         self.root.path().join("sketchnav")
     }
 
-    /// The files of `system` in shared memory whose names end with `end`. Those of a system with the same name in
-    /// another root are left out, because an earlier test that was killed may have left them.
+    /// Returns the files of `system` in shared memory whose names end with `end`. Files of a system with the same name in
+    /// another root are excluded, because an earlier test that was killed may have left them.
     pub fn shared_memory(&self, system: &str, end: &str) -> Vec<PathBuf> {
         let mark = format!("sketchnav_{system}_");
         let mut found = names(Path::new("/dev/shm"));
@@ -65,14 +65,14 @@ impl Stage {
         found.iter().map(|name| Path::new("/dev/shm").join(name)).collect()
     }
 
-    /// Whether the owner of a file in shared memory names a folder outside this root.
+    /// Returns true if the owner file belonging to a file in shared memory names a folder outside this root.
     fn is_elsewhere(&self, name: &str) -> bool {
         let prefix = name.splitn(4, '_').take(3).collect::<Vec<_>>().join("_");
         let owner = std::fs::read_to_string(format!("/dev/shm/{prefix}_owner"));
         owner.is_ok_and(|folder| !Path::new(&folder).starts_with(self.root.path()))
     }
 
-    /// The content of the root, except for its guard, and of shared memory under the name of `system`.
+    /// Returns the content of the root, except for its guard, and the files in shared memory under the name of `system`.
     pub fn leftovers(&self, system: &str) -> Vec<String> {
         let mut found = names(&self.folder());
         found.retain(|name| name != ".guard");
@@ -127,7 +127,7 @@ impl Player {
         assert_eq!(self.tell(order), answer, "{order}");
     }
 
-    /// The exit code with which it ends instead of answering.
+    /// Returns the exit code with which the player ends instead of answering.
     pub fn exit_code(&mut self) -> Option<i32> {
         let mut line = String::new();
         while self.answers.read_line(&mut line).unwrap() > 0 {

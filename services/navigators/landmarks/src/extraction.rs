@@ -1,7 +1,7 @@
-//! Extraction: from a sketch to a route of landmark states (Chronis 2007, 4.3, 4.6.1, 4.6.2, figure 4.11).
+//! Extraction: turns a sketch into a route of landmark states (Chronis 2007, 4.3, 4.6.1, 4.6.2, figure 4.11).
 //!
-//! 1. [`track`] walks along the drawn route. At each step it notes the heading, the turning rate, the command, and
-//!    each object in view: where it is, how far and how wide.
+//! 1. [`track`] walks along the drawn route. At each step it records the heading, the turning rate, the command, and each
+//!    object in view, with its place, distance and width.
 //! 2. [`events`] rates what happens around each change of the command by fuzzy rules.
 //! 3. [`states`] chooses the events that define each state, and adds states in the middle of long turns.
 
@@ -17,49 +17,49 @@ pub mod fuzzy;
 pub mod states;
 pub mod track;
 
-/// How routes are extracted. All lengths are of the real world: the thesis takes a sketch as drawn to scale.
+/// Parameters of extraction. All lengths are those of the real world, since the thesis takes a sketch as drawn to scale.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Parameters {
-    /// How far an object may be to be in view, in metres: "the radius of the sensor range" (4.3), 255 inches (4.2). The 150
+    /// Maximum distance of an object in view, in metres: "the radius of the sensor range" (4.3), 255 inches (4.2). The 150
     /// inches of figure 4.27 are those of the reactive controller: figure 4.29 has relations at 160 and at 295 inches.
     pub sensor_radius_m: f64,
-    /// The side of the box that stands for the robot, in metres: the Nomad's diameter of 20 inches. The robot's own: no
-    /// key of a mission.
+    /// Side length of the box that stands for the robot, in metres: the Nomad's diameter of 20 inches. It is taken from the
+    /// robot and is not a key of a mission.
     #[serde(skip)]
     pub robot_m: f64,
-    /// A proximity is known to plus or minus this, in metres: 22 inches (4.3.2).
+    /// Tolerance of a proximity, in metres: 22 inches to either side (4.3.2).
     pub proximity_tolerance_m: f64,
-    /// A width is known to plus or minus this, of 180 (4.3.3).
+    /// Tolerance of a width to either side, on the scale up to 180 (4.3.3).
     pub width_tolerance: f64,
-    /// What a state demands of its objects after the most significant one.
+    /// Conditions that a state imposes on its objects after the most significant one.
     pub other_objects: OtherObjects,
-    /// The robot turns where the turning rate is above this, in degrees per [`Self::turn_unit_m`]. The text has "0.7
-    /// normalized units" and not their definition (4.3.4); see [`track`].
+    /// Turning rate above which the robot counts as turning, in degrees per [`Self::turn_unit_m`]. The thesis gives "0.7
+    /// normalized units", but not their definition (4.3.4); see [`track`].
     pub turn_threshold: f64,
-    /// The length by which turning rates are normalized, in metres: a pixel of the PDA, 5 inches.
+    /// Length by which turning rates are normalized, in metres: a pixel of the PDA, 5 inches.
     pub turn_unit_m: f64,
-    /// Commands that hold for fewer steps are spurious (4.3.4 filters them, and does not say how).
+    /// Minimum number of steps of a command. Shorter ones are spurious (4.3.4 filters them, but does not say how).
     pub least_steps: usize,
-    /// Turns by less than this are spurious, in radians.
+    /// Minimum angle of a turn, in radians. Smaller turns are spurious.
     pub least_turn_rad: f64,
-    /// Events up to so many steps before or after a change of the command belong to it (figure 4.9 is lost).
+    /// Number of steps before and after a change of the command within which events belong to it (figure 4.9 is lost).
     pub event_steps: usize,
-    /// Consecutive states differ by a direction of at least so many sixteenths of a turn: 45° (4.6.1).
+    /// Minimum difference between a direction of consecutive states, in sixteenths of a turn: 45° (4.6.1).
     pub distinct_directions: u8,
-    /// Whether states are added in the middle of turns above 90° and 180° (4.6.2).
+    /// Whether states are added in the middle of turns of more than 90° and 180° (4.6.2).
     pub additional_states: bool,
 }
 
-/// What a state demands of its objects after the most significant one. The thesis prints both; in both, all objects have
-/// to match.
+/// Conditions that a state imposes on its objects after the most significant one. The thesis prints both variants. In both of
+/// them, all objects have to match.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OtherObjects {
-    /// Direction, proximity and width, as for the first: the general form of a state (figure 4.23), and all states
-    /// printed in 4.6.1, 4.9, 5.1 (from version 3 on) and figures 5.11 and 5.12.
+    /// Direction, proximity and width, as for the first object. This is the general form of a state (figure 4.23), and that of
+    /// all states printed in 4.6.1, 4.9, 5.1 (from version 3 on) and figures 5.11 and 5.12.
     Strict,
-    /// The direction alone: the second object of state 3 in table 4.1 and figure 4.10.
+    /// Only the direction, as for the second object of state 3 in table 4.1 and figure 4.10.
     DirectionOnly,
 }
 
@@ -83,10 +83,10 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`].
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         let Self { sensor_radius_m, robot_m, proximity_tolerance_m, width_tolerance, .. } = *self;
         let Self { turn_threshold, turn_unit_m, least_turn_rad, .. } = *self;
@@ -108,10 +108,12 @@ impl Parameters {
     }
 }
 
-/// The route of a sketch.
+/// Extracts the route of a sketch.
 ///
 /// # Errors
-/// [`Error::Number`], and [`Error::NothingInView`] where the robot has to turn and no object is in view.
+/// - [`Error::Number`] if a parameter is out of range, or an outline has no area;
+/// - [`Error::NothingInView`] if the robot has to turn where no object is in view;
+/// - [`Error::States`] if the route cannot be driven.
 pub fn extract(sketch: &Sketch, parameters: &Parameters) -> Result<Route, Error> {
     parameters.check()?;
     let track = track::Track::of(sketch, parameters)?;

@@ -1,4 +1,5 @@
-//! Whether the robot is lost (Chronis 2007, 4.8): it has not matched the next state in twice the time that it should take.
+//! Decides whether the robot is lost (Chronis 2007, 4.8), which is the case if it has not matched the next state within twice
+//! the expected time.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,17 +7,17 @@ use crate::drawn::{DrawnMetres, Stretch};
 use crate::error::Error;
 use crate::numbers;
 
-/// How patient the robot is.
+/// Parameters for when the robot gives up waiting for a state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Patience {
-    /// After so many times the expected time the robot is lost: 2.
+    /// Multiple of the expected time after which the robot is lost. The thesis has 2.
     pub factor: f64,
-    /// The expected time where nobody drew how far it is, in seconds (ours).
+    /// Expected time for a leg of unknown length, in seconds (ours).
     pub unknown_s: f64,
-    /// The time that a leg took changes the estimate for the next one by at most this factor, in both directions: the
-    /// estimate is "updated depending on the amount of time it took the robot to travel between the previous two QLS's"
-    /// (4.8). The bound is ours.
+    /// Maximum factor, in both directions, by which the time that a leg took changes the estimate for the next one. The
+    /// estimate is "updated depending on the amount of time it took the robot to travel between the previous two QLS's" (4.8),
+    /// but the bound is ours.
     pub most_stretch: f64,
 }
 
@@ -27,10 +28,10 @@ impl Default for Patience {
 }
 
 impl Patience {
-    /// `Ok` where all numbers are in their ranges.
+    /// Checks that all numbers are within their ranges.
     ///
     /// # Errors
-    /// [`Error::Number`] with the key.
+    /// [`Error::Number`] with the key of the first number that is not.
     pub fn check(&self) -> Result<(), Error> {
         let Self { factor, unknown_s, most_stretch } = *self;
         numbers::from_0_on(&[("factor", factor), ("unknown_s", unknown_s)])?;
@@ -42,12 +43,12 @@ impl Patience {
     }
 }
 
-/// How long the robot waits for the next state.
+/// Measures how long the robot has been waiting for the next state.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Waiting {
-    /// The time since the last state, in seconds.
+    /// Time since the last state, in seconds.
     since_s: f64,
-    /// How long the way between the last two states took, by the time that it should have taken.
+    /// Ratio of the time that the leg between the last two states took to the time it should have taken.
     stretch: f64,
 }
 
@@ -57,38 +58,38 @@ impl Default for Waiting {
     }
 }
 
-/// The way between two states.
+/// The leg between two states.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leg {
-    /// Its length; `None` if it was neither drawn nor stated.
+    /// Length of the leg, or `None` if it was neither drawn nor stated.
     pub length: Option<DrawnMetres>,
-    /// The robot's speed, in metres a second.
+    /// Speed of the robot, in metres per second.
     pub speed_mps: f64,
-    /// The time of the least turn or way after which the robot matches again (4.7), in seconds. A shorter estimate would
-    /// declare the robot lost before it may match.
+    /// Time for the minimum turn or distance after which the robot matches again (4.7), in seconds. With a shorter estimate,
+    /// the robot would be declared lost before it is allowed to match.
     pub least_s: f64,
 }
 
 impl Leg {
-    /// How long it takes if the drawing is to scale ("after scaling the sketched path", 4.8).
+    /// Returns how long the leg takes if the drawing is to scale ("after scaling the sketched path", 4.8), in seconds.
     fn drawn_s(&self) -> Option<f64> {
         self.length.map(|length| Stretch::NONE.driven_m(length) / self.speed_mps)
     }
 }
 
 impl Waiting {
-    /// The time passes. Whether the robot is lost on this leg.
+    /// Lets time pass. Returns true if the robot is lost on this leg.
     pub fn pass(&mut self, time_s: f64, leg: &Leg, patience: &Patience) -> bool {
         self.since_s += time_s;
         self.since_s > patience.factor * self.expected_s(leg, patience)
     }
 
-    /// The expected time of a leg, by the one before.
+    /// Returns the expected time of a leg, in seconds, adjusted by the time that the previous leg took.
     pub fn expected_s(&self, leg: &Leg, patience: &Patience) -> f64 {
         leg.drawn_s().map_or(patience.unknown_s, |drawn_s| drawn_s * self.stretch).max(leg.least_s)
     }
 
-    /// The state at the end of a leg is matched.
+    /// Notes that the state at the end of a leg has been matched.
     pub fn matched(&mut self, leg: &Leg, patience: &Patience) {
         if let Some(drawn_s) = leg.drawn_s().filter(|drawn_s| *drawn_s > 0.0) {
             let stretch = self.since_s / drawn_s;
@@ -102,7 +103,7 @@ impl Waiting {
 mod tests {
     use super::*;
 
-    /// At 0.5 m/s.
+    /// Returns a leg of this length, driven at 0.5 m/s.
     fn metres(length: f64) -> Leg {
         Leg { length: Some(DrawnMetres(length)), speed_mps: 0.5, least_s: 3.0 }
     }
@@ -125,7 +126,8 @@ mod tests {
             waiting.matched(&metres(10.0), &patience);
             waiting.expected_s(&metres(5.0), &patience)
         };
-        // 20 s are drawn, and 10 s for the next leg. Beyond twice and half of that an accident is bounded.
+        // The previous leg should have taken 20 s, and the next one 10 s. The effect of an accident is limited to a factor of
+        // two.
         for (took_s, expected) in [(20.0, 10.0), (30.0, 15.0), (16.0, 8.0), (99.0, 20.0), (1.0, 5.0)] {
             assert!((expected_s(took_s) - expected).abs() < 1e-12, "{took_s}: {}", expected_s(took_s));
         }

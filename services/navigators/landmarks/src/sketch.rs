@@ -1,7 +1,7 @@
-//! Sketches: what a person's strokes mean (Chronis 2007, 3.3; Bailey 2003).
+//! Sketches: interprets the strokes that a person has drawn (Chronis 2007, 3.3; Bailey 2003).
 //!
-//! A stroke is an object, the route, a deletion or a stray mark. Its form tells which: see [`strokes`]. The result is
-//! in metres, with the route resampled to equal steps, so that it does not matter how fast the person drew.
+//! A stroke is an object, the route, a deletion or a stray mark, depending on its shape: see [`strokes`]. The result is in
+//! metres, with the route resampled to equal steps, so that it does not matter how fast the person drew.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::Point;
@@ -17,7 +17,7 @@ pub mod strokes;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Stroke {
-    /// Where the pen went, in pixels of the canvas: x to the right, y up.
+    /// Path of the pen, in pixels of the canvas, with x to the right and y up.
     pub points: Vec<Pixel>,
 }
 
@@ -25,32 +25,32 @@ pub struct Stroke {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Label {
-    /// The word.
+    /// Text of the label.
     pub text: String,
-    /// Where it is, in pixels of the canvas.
+    /// Position of the label, in pixels of the canvas.
     pub at: Pixel,
 }
 
-/// What a person has drawn.
+/// A drawing as a person made it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Drawing {
-    /// The width and the height of the canvas, in pixels.
+    /// Width and height of the canvas, in pixels.
     pub canvas: [f64; 2],
-    /// The strokes, in the order in which they were drawn.
+    /// Strokes, in the order in which they were drawn.
     pub strokes: Vec<Stroke>,
-    /// The labels.
+    /// Labels.
     #[serde(default)]
     pub labels: Vec<Label>,
 }
 
-/// How drawings are read.
+/// Parameters for reading drawings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Reading {
-    /// How many metres the longer side of the canvas stands for. The PDA's 160 pixels of 5 inches each are 20.32 m.
+    /// Length that the longer side of the canvas stands for, in metres. The PDA's 160 pixels of 5 inches each are 20.32 m.
     pub canvas_m: f64,
-    /// The length of a step along the route, in metres: by default the robot's diameter of 20 inches.
+    /// Length of a step along the route, in metres. The default is the robot's diameter of 20 inches.
     pub step_m: f64,
 }
 
@@ -63,43 +63,43 @@ impl Default for Reading {
 /// A landmark in a sketch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Landmark {
-    /// Its label, or "object" and its number in the order of drawing.
+    /// Label of the landmark, or "object" and its number in the order of drawing.
     pub name: String,
-    /// Its outline.
+    /// Outline of the landmark.
     pub outline: Vec<Point<Drawn>>,
 }
 
-/// A drawing that was read.
+/// A drawing after it has been read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Sketch {
-    /// The landmarks, in the order of drawing.
+    /// Landmarks, in the order in which they were drawn.
     pub landmarks: Vec<Landmark>,
-    /// The route in equal steps, in the direction in which it was drawn.
+    /// Points of the route in equal steps, in the direction in which it was drawn.
     pub route: Vec<Point<Drawn>>,
-    /// How many drawn metres a pixel is.
+    /// Size of a pixel, in drawn metres.
     pub metres_per_pixel: f64,
 }
 
 impl Sketch {
-    /// Where a person says that the robot is.
+    /// Returns the point at which a person says the robot is.
     pub fn place(&self, here: &Here) -> Point<Drawn> {
         drawn(&here.at, self.metres_per_pixel)
     }
 
-    /// A place as one of the canvas.
+    /// Converts a point to pixels of the canvas.
     pub fn pixel(&self, at: Point<Drawn>) -> Pixel {
         Pixel::new(at.x / self.metres_per_pixel, at.y / self.metres_per_pixel)
     }
 }
 
-/// A place of the canvas in metres.
+/// Converts pixels of the canvas to metres.
 fn drawn(at: &Pixel, metres_per_pixel: f64) -> Point<Drawn> {
     Point::new(at.x * metres_per_pixel, at.y * metres_per_pixel)
 }
 
 impl Drawing {
-    /// What a device of fewer pixels would have delivered: each point is moved to the middle of its pixel.
-    /// Chronis 2007 has 160 × 160.
+    /// Returns the drawing as a device with fewer pixels would have delivered it, with each point in the middle of its pixel.
+    /// Chronis 2007 has 160 × 160 pixels.
     pub fn raster(&self, pixels: u32) -> Self {
         let cell = self.canvas[0].max(self.canvas[1]) / f64::from(pixels);
         let middle = |x: f64| ((x / cell).floor() + 0.5) * cell;
@@ -141,8 +141,10 @@ impl Sketch {
     /// Reads a drawing.
     ///
     /// # Errors
-    /// [`Error::Number`], [`Error::NoRoute`], [`Error::SeveralRoutes`], [`Error::NoObjects`],
-    /// [`Error::OutlineCrossesItself`], [`Error::ObjectsCross`] and [`Error::RouteThroughObject`].
+    /// - [`Error::Number`] if a number of the drawing or of `reading` is out of range;
+    /// - [`Error::NoRoute`], [`Error::SeveralRoutes`] and [`Error::NoObjects`] as for [`strokes::classify`];
+    /// - [`Error::OutlineCrossesItself`], [`Error::ObjectsCross`] and [`Error::RouteThroughObject`] if the outlines or the
+    ///   route are not usable.
     pub fn read(drawing: &Drawing, reading: &Reading) -> Result<Self, Error> {
         drawing.check()?;
         for (what, found) in [("canvas_m", reading.canvas_m), ("step_m", reading.step_m)] {
@@ -166,7 +168,7 @@ impl Sketch {
     }
 }
 
-/// Each label goes to the outline around it, or else to the nearest one within a tenth of the canvas.
+/// Assigns each label to the outline around it, or else to the nearest one within a tenth of the canvas.
 fn names(outlines: &[Vec<Pixel>], labels: &[Label], canvas: f64) -> Vec<String> {
     let mut names: Vec<_> = (1..=outlines.len()).map(|i| format!("object {i}")).collect();
     for label in labels {
@@ -182,7 +184,7 @@ fn names(outlines: &[Vec<Pixel>], labels: &[Label], canvas: f64) -> Vec<String> 
     unique(names)
 }
 
-/// Equal names get numbers.
+/// Appends numbers to names that occur more than once.
 fn unique(names: Vec<String>) -> Vec<String> {
     let number = |i: usize| names[..i].iter().filter(|name| **name == names[i]).count() + 1;
     let is_shared = |i: usize| names.iter().filter(|name| **name == names[i]).count() > 1;
@@ -205,8 +207,8 @@ fn check_outlines(outlines: &[Vec<Pixel>], names: &[String]) -> Result<(), Error
     Ok(())
 }
 
-/// The route may begin or end inside a landmark (from the chair to the desk): there it is cut off by
-/// [`strokes::classify`]. In between it may enter none.
+/// Checks that the route enters no landmark. It may begin or end inside one (from the chair to the desk), but that part has
+/// already been cut off by [`strokes::classify`].
 fn check_route(route: &[Pixel], outlines: &[Vec<Pixel>], names: &[String]) -> Result<(), Error> {
     for (from, to) in route.iter().zip(&route[1..]) {
         for (outline, name) in outlines.iter().zip(names) {

@@ -1,4 +1,4 @@
-//! A robot that is lost stands, and a person helps (Chronis 2007, 4.8): the planner hears which state it was led to.
+//! A lost robot stops, and a person helps (Chronis 2007, 4.8) by telling the planner which state the robot was led to.
 
 use bytemuck::Zeroable;
 use sketchnav_landmarks::instructions::Instructions;
@@ -17,7 +17,7 @@ const MISSION: &str = include_str!("../../../../sim/missions/landmarks/scene-a-w
 const NOMAD: &str = include_str!("../../../../sim/robots/nomad200.toml");
 const WORDS: &str =
     "When a box is left, then turn right. When a box is ahead, then turn left. At the end, stop.";
-/// A tick, nanoseconds.
+/// Period of a tick, in nanoseconds.
 const TICK_NS: u64 = 100_000_000;
 
 /// A robot that moves and sees nothing.
@@ -84,7 +84,7 @@ impl Drive {
         *self.sent.get(STATUS.spec).unwrap().typed()
     }
 
-    /// Steps until the robot is no longer on its way; the last status.
+    /// Makes steps until the robot is no longer driving. Returns the last status.
     fn until_it_stands(&mut self) -> MissionStatus {
         let ended =
             (0..2000).find_map(|_| Some(self.step()).filter(|said| said.state != TaskState::Driving.code()));
@@ -108,16 +108,16 @@ fn a_robot_that_is_lost_goes_on_from_the_state_that_it_was_led_to() {
     assert_eq!(said(&lost), (TaskState::Paused.code(), reason));
     assert_eq!(said(&drive.step()), (TaskState::Paused.code(), reason), "it stands");
     assert_eq!(drive.turns_left(), 0.0);
-    // The next state: its command is carried out.
+    // Resumed at the next state, the robot carries out the command of that state.
     drive.order(Order::Resume, 3);
     assert_eq!(drive.step().state, TaskState::Driving.code());
     assert!(drive.turns_left() > 0.0);
-    // The one before: it turns to the other side, and waits for state 3 in its own time.
+    // Resumed at the state before, it turns to the other side, and waits for state 3 with the time for that.
     drive.order(Order::Resume, 2);
     drive.step();
     assert!(drive.turns_left() < 0.0);
     assert!(drive.until_it_stands().reason.as_str().contains("state 3"));
-    // Where it stands: it waits for the same state again.
+    // Resumed where it stopped, it waits for the same state again.
     drive.order(Order::Resume, 0);
     assert_eq!(drive.step().state, TaskState::Driving.code());
     assert!(drive.until_it_stands().reason.as_str().contains("state 3"));

@@ -1,25 +1,26 @@
 //! Landmark events around a step of the route, with their significance (Chronis 2007, 4.3.5).
 //!
-//! An event is that an object comes in view, changes its direction, or disappears. A change of the command lies between two
-//! steps (figure 4.11: `turn[step] <> turn[step-1]`); at both of them everything in view counts. So state 6 of figure
-//! 4.29 has the table in two directions of consecutive steps, with equal significance.
+//! An event is an object that comes into view, changes its direction, or disappears. A change of the command lies between two
+//! steps (figure 4.11: `turn[step] <> turn[step-1]`), at both of which everything in view counts as an event. This is why state
+//! 6 of figure 4.29 has the table in two directions of consecutive steps, with equal significance.
 
 use super::Parameters;
 use super::fuzzy::{Status, significance};
 use super::track::{Sight, Step, Track};
 
-/// An event.
+/// An event around a change of the command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// What is seen.
+    /// The object as it is seen.
     pub sight: Sight,
-    /// Its significance, from 0 to 1.
+    /// Significance of the event, from 0 to 1.
     pub significance: f64,
-    /// Whether the object comes in view.
+    /// Whether the object comes into view.
     pub is_new: bool,
 }
 
-/// The events around the change of the command at a step, the most significant first. Of one object in one place the most significant one is kept.
+/// Returns the events around the change of the command at a step, the most significant first. If an object has several events
+/// in the same place, the most significant one is kept.
 pub fn around(track: &Track, step: usize, parameters: &Parameters) -> Vec<Event> {
     let from = step.saturating_sub(parameters.event_steps);
     let to = (step + parameters.event_steps).min(track.steps.len() - 1);
@@ -51,12 +52,13 @@ fn add(events: &mut Vec<Event>, event: Event) {
     }
 }
 
-/// How a landmark is seen at a step.
+/// Returns how a landmark is seen at a step, or `None` if it is not in view.
 pub fn seen(step: &Step, landmark: usize) -> Option<Sight> {
     step.sights.iter().find(|sight| sight.landmark == landmark).copied()
 }
 
-/// What has been in view from the first step on is not new, nor does anything disappear at the last one.
+/// Returns the status of a landmark at a step. An object in view at the first step is not new, and nothing disappears at the
+/// last.
 fn status(track: &Track, step: usize, landmark: usize) -> Status {
     let is_seen = |step: usize| seen(&track.steps[step], landmark).is_some();
     if step > 0 && !is_seen(step - 1) {

@@ -1,6 +1,6 @@
-//! How significant an event is for a change of the command: the rules of Chronis 2007, figure 4.8.
+//! Rates how significant an event is for a change of the command, by the rules of Chronis 2007, figure 4.8.
 //!
-//! The membership functions of figure 4.9 are lost. These are ours (degree over the input, linear between the places):
+//! The membership functions of figure 4.9 are lost, so these are ours (degree over the input, linear between the points):
 //!
 //! ```text
 //! timing, in steps        0   2   4          main direction, in sixteenths off the front   0   2   4   6   8
@@ -9,25 +9,25 @@
 //!   far                   0   0   1          rear                                          0   0   0   0   1
 //! ```
 //!
-//! They have the flat parts that the examples need. State 6 of figure 4.29 has directions 1, 0 and 14 with "an equal
-//! score for all three". The state at step 10 of figure 4.7 has 5, 6 and 12.
+//! Their flat parts are required by the examples: state 6 of figure 4.29 has the directions 1, 0 and 14 with "an equal score
+//! for all three", and the state at step 10 of figure 4.7 has 5, 6 and 12.
 //!
-//! An output is a number: very high 1, high 0.8, good 0.6, poor 0.2. The significance is the mean of the outputs of all
-//! rules, weighted by the degrees of their inputs (Sugeno's inference). An unchanged status fires no rule.
+//! An output is a number: very high 1, high 0.8, good 0.6, poor 0.2. The significance is the mean of the outputs of all rules,
+//! weighted by the degrees of their inputs (Sugeno's inference). An unchanged status fires no rule.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_qualitative::hof::Surround;
 
 use crate::route::{DIRECTIONS, Place, between};
 
-/// What became of an object at a step.
+/// Status of an object at a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
-    /// It came in view.
+    /// The object has come into view.
     New,
-    /// It stays in view.
+    /// The object stays in view.
     Unchanged,
-    /// It was seen for the last time.
+    /// The object is seen for the last time.
     Disappeared,
 }
 
@@ -36,7 +36,7 @@ const HIGH: f64 = 0.8;
 const GOOD: f64 = 0.6;
 const POOR: f64 = 0.2;
 
-/// A piecewise linear function by its corners.
+/// Evaluates a piecewise linear function, given its corners.
 fn linear(x: f64, corners: &[(f64, f64)]) -> f64 {
     let (first, last) = (corners[0], corners[corners.len() - 1]);
     let pair = corners.windows(2).find(|pair| x <= pair[1].0);
@@ -47,7 +47,7 @@ fn linear(x: f64, corners: &[(f64, f64)]) -> f64 {
     }
 }
 
-/// The significance of an event so many steps off the change of the command, from 0 to 1.
+/// Returns the significance, from 0 to 1, of an event that is `steps_off` steps from the change of the command.
 pub fn significance(steps_off: usize, place: Place, status: Status) -> f64 {
     let timing = steps_off as f64;
     let off = f64::from(off_front(place));
@@ -65,7 +65,7 @@ pub fn significance(steps_off: usize, place: Place, status: Status) -> f64 {
     sum / rules.iter().map(|(degree, _)| degree).sum::<f64>()
 }
 
-/// How far a place is off the front, in sixteenths of a turn. What surrounds the robot is in front, too.
+/// Returns how far a place is off the front, in sixteenths of a turn. An object around the robot has a main direction as well.
 fn off_front(place: Place) -> u8 {
     match place {
         Place::Direction(direction) => between(direction, 0),

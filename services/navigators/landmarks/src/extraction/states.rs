@@ -1,4 +1,4 @@
-//! Which events define a state (Chronis 2007, 4.3.5, 4.6.1, 4.6.2, figure 4.11).
+//! Chooses the events that define a state (Chronis 2007, 4.3.5, 4.6.1, 4.6.2, figure 4.11).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -10,10 +10,10 @@ use crate::error::Error;
 use crate::route::{Command, Kind, Place, Range, Relation, Route, State, between};
 use crate::sketch::Sketch;
 
-/// The route: start, a state for each change of the command, additional states, end.
+/// Builds the route: the start, a state for each change of the command, additional states, and the end.
 ///
 /// # Errors
-/// [`Error::NothingInView`].
+/// [`Error::NothingInView`] if the robot has to turn where no object is in view.
 pub fn route(track: &Track, parameters: &Parameters, sketch: &Sketch) -> Result<Route, Error> {
     let last = track.steps.len() - 1;
     let first_command = track.steps[0].command;
@@ -42,17 +42,17 @@ pub fn route(track: &Track, parameters: &Parameters, sketch: &Sketch) -> Result<
     Ok(Route { objects, states })
 }
 
-/// Dynamic conditions (4.6.1) are the most significant events. While the state is like the one before, "add next
-/// significant object" (figure 4.11) with its most significant events. The first state after the start, which has none
-/// before, keeps the highest.
+/// Chooses the events of a state. They are the most significant ones, as dynamic conditions (4.6.1). As long as the state
+/// resembles the previous one, "add next significant object" (figure 4.11) adds the most significant events of another object.
+/// The first state after the start has no previous state and keeps only the most significant events.
 ///
-/// It has to be another object. Another direction of the same one would be an alternative, and the state would be met
-/// more often instead of less ("a more strict definition", 4.9).
+/// The object that is added must be another one. Another direction of the same object would be an alternative, so the state
+/// would be met more often instead of less ("a more strict definition", 4.9).
 ///
-/// The text asks for "at least one object direction at an angle greater than 45 degrees from any of the object
-/// directions in conditions defining the previous QLS". The five decisions of the example in 4.9 hold only where this
-/// means at least 45° (trash at 0 differs from files at 14). It also means from one of them (cabinet at 1 differs from
-/// crate at 6, though trash was at 1).
+/// The thesis asks for "at least one object direction at an angle greater than 45 degrees from any of the object directions in
+/// conditions defining the previous QLS". The five decisions of the example in 4.9 are only consistent with this if it means at
+/// least 45° (trash at 0 differs from files at 14), and from one of the directions (cabinet at 1 differs from crate at 6,
+/// although trash was at 1).
 fn choose(events: &[Event], previous: Option<&[Place]>, distinct: u8) -> Vec<Event> {
     let mut left = events.to_vec();
     let mut chosen = Vec::new();
@@ -80,8 +80,8 @@ fn is_distinct(events: &[Event], previous: &[Place], distinct: u8) -> bool {
     })
 }
 
-/// At which parts of a turn states are added: one above 90°, two above 180° (4.6.2). The heading is a mean over five
-/// points of the route, so a right angle that is drawn exactly turns by some 82° between its states.
+/// Returns the parts of a turn at which states are added: one for more than 90°, two for more than 180° (4.6.2). The heading is
+/// a mean over five points of the route, so a right angle that is drawn exactly only turns by about 82° between its states.
 pub fn additional_parts(turned_rad: f64) -> &'static [f64] {
     if turned_rad > PI {
         &[1.0 / 3.0, 2.0 / 3.0]
@@ -92,7 +92,8 @@ pub fn additional_parts(turned_rad: f64) -> &'static [f64] {
     }
 }
 
-/// States in the middle of a turn: one above 90°, two above 180° (4.6.2). Where nothing is in view there is none.
+/// Adds states in the middle of a turn: one for more than 90°, two for more than 180° (4.6.2). None is added where nothing is
+/// in view.
 fn add_additional(states: &mut Vec<State>, track: &Track, parameters: &Parameters, [from, to]: [usize; 2]) {
     let command = track.steps[from].command;
     let turn = track.turned_rad(from, to);
@@ -110,7 +111,7 @@ fn add_additional(states: &mut Vec<State>, track: &Track, parameters: &Parameter
     }
 }
 
-/// A state of chosen events: relations of one object follow each other, the most significant object first.
+/// Makes a state of the chosen events. Relations of the same object follow each other, with the most significant object first.
 fn state(
     track: &Track,
     step: usize,
@@ -135,7 +136,7 @@ fn state(
     State { kind, relations, command, after: Some(track.along(step)) }
 }
 
-/// Distances from the start become distances from the state before, in whole centimetres.
+/// Turns distances from the start into distances from the previous state, in whole centimetres.
 fn legs(states: &mut [State]) {
     for i in (1..states.len()).rev() {
         let [before, along] = [states[i - 1].after, states[i].after];
@@ -148,14 +149,14 @@ fn hundredths(number: f64) -> f64 {
     (number * 100.0).round() / 100.0
 }
 
-/// The start or the end: all objects in view, with their directions alone (table 4.1).
+/// Makes the start or the end, with all objects in view, but only their directions (table 4.1).
 fn terminal(track: &Track, step: usize, kind: Kind, command: Command) -> State {
     let relations = track.steps[step].sights.iter().map(|sight| relation(track, sight, None)).collect();
     State { kind, relations, command, after: Some(track.along(step)) }
 }
 
-/// Ranges of proximity and width are given by tolerances (4.3.2, 4.3.3), and left out for what surrounds the robot
-/// (4.3.1).
+/// Makes a relation. Its ranges of proximity and width are given by tolerances (4.3.2, 4.3.3), and left out for an object
+/// around the robot (4.3.1).
 fn relation(track: &Track, sight: &Sight, ranges: Option<&Parameters>) -> Relation {
     let object = track.encountered.iter().position(|landmark| *landmark == sight.landmark).unwrap_or(0);
     let ranges = ranges.filter(|_| sight.place.direction().is_some());
@@ -168,7 +169,7 @@ fn relation(track: &Track, sight: &Sight, ranges: Option<&Parameters>) -> Relati
     }
 }
 
-/// Whole centimetres, whole units of width: what is printed is what is driven.
+/// Rounds a range to whole centimetres or whole units of width, so that the route driven is exactly the one printed.
 fn rounded(range: Range, round: fn(f64) -> f64) -> Range {
     Range { low: round(range.low), high: round(range.high) }
 }
@@ -194,8 +195,8 @@ mod tests {
             .collect()
     }
 
-    /// The second and the third object are "in direction 12" alone where table 4.1 is taken at its word, and have their ranges where
-    /// figure 4.23 is.
+    /// The second and the third object have only their direction ("in direction 12") if table 4.1 is taken literally, and also
+    /// their ranges if figure 4.23 is.
     #[test]
     fn objects_after_the_first_have_ranges_or_their_direction_alone() {
         let (at, command) = (Point::new(0.0, 0.0), Command::Left);
@@ -224,14 +225,14 @@ mod tests {
         assert_eq!(directions(&[event(2, 12, 0.9), event(5, 5, 0.5)], Some(&[2, 5])), [12]);
     }
 
-    /// The cabinet slightly left became "slightly left, left-front or left". The trash beside the robot met that in
-    /// the middle of the turn before, and routes that were drawn exactly led elsewhere.
+    /// The cabinet slightly to the left became "slightly left, left-front or left". The trash next to the robot met that in the
+    /// middle of the previous turn, so routes that were drawn exactly led elsewhere.
     #[test]
     fn what_makes_a_state_differ_is_another_object_and_no_alternative() {
         let events =
             [event(0, 1, 0.9), event(0, 2, 0.85), event(0, 4, 0.8), event(1, 6, 0.7), event(1, 7, 0.6)];
         assert_eq!(directions(&events, Some(&[1, 2])), [1, 6]);
-        // Two are equal: both belong to the state, whatever it is compared with.
+        // Two events are equally significant, so both belong to the state, whatever it is compared with.
         let equal = [event(0, 1, 0.9), event(0, 2, 0.9), event(1, 6, 0.7)];
         assert_eq!(directions(&equal, Some(&[1])), [1, 2, 6]);
     }

@@ -16,18 +16,18 @@ fn square(name: &str, x: f64, y: f64, side: f64) -> Landmark {
     Landmark { name: name.into(), outline: corners.map(pixels).to_vec() }
 }
 
-/// A place in pixels of the PDA.
+/// Converts pixels of the PDA to a point of the drawing.
 fn pixels([x, y]: [f64; 2]) -> Point<Drawn> {
     Point::new(x * PIXEL, y * PIXEL)
 }
 
-/// A way in pixels of the PDA.
+/// Makes a sketch with a route in pixels of the PDA.
 fn sketch(landmarks: Vec<Landmark>, way: &[[f64; 2]]) -> Sketch {
     let way: Vec<_> = way.iter().copied().map(pixels).collect();
     Sketch { landmarks, route: resample(&way, 4.0 * PIXEL), metres_per_pixel: PIXEL }
 }
 
-/// Straight on, an arc to the left by so many degrees, and straight on again.
+/// Returns a route that goes straight on, turns left along an arc of `degrees`, and goes straight on again.
 fn bend(straight: f64, radius: f64, degrees: f64) -> Vec<[f64; 2]> {
     let arc = (0..=60).map(|i| {
         let angle = f64::from(i) / 60.0 * degrees.to_radians();
@@ -46,7 +46,7 @@ fn commands(route: &Route) -> Vec<(Kind, Command)> {
 
 #[test]
 fn a_circle_has_the_turning_rate_of_its_radius() {
-    // 10° a second at 25 inches a second: 2° a pixel.
+    // 10° per second at 25 inches per second make 2° per pixel.
     let radius = 1.0 / 2_f64.to_radians();
     let sketch = sketch(vec![square("desk", 28.0, 28.0, 10.0)], &bend(0.1, radius, 300.0));
     let track = Track::of(&sketch, &Parameters::default()).unwrap();
@@ -70,7 +70,7 @@ fn a_heading_is_the_mean_over_five_points() {
 
 #[test]
 fn a_turn_before_a_desk_is_a_state_with_the_desk_in_front() {
-    // The desk is 30 pixels ahead of where the turn begins.
+    // The desk is 30 pixels ahead of the point where the turn begins.
     let desk = square("desk", 65.0, 0.0, 20.0);
     let sketch = sketch(vec![square("chair", -10.0, 0.0, 6.0), desk], &bend(25.0, 20.0, 90.0));
     let route = extract(&sketch, &Parameters::default()).unwrap();
@@ -83,13 +83,13 @@ fn a_turn_before_a_desk_is_a_state_with_the_desk_in_front() {
     assert_eq!(route.states[0].relations[0].proximity_m, None);
     let [desk] = &route.states[1].relations[..] else { panic!("{route:?}") };
     assert_eq!((desk.object, desk.place), (1, Place::Direction(0)));
-    // Some 30 pixels from centre to edge, less the robot's half of 2: 140 inches, ± 22 and ± 4 for a step.
+    // About 30 pixels from centre to edge, minus 2 for half the robot, make 140 inches, ± 22, and ± 4 for a step.
     let range = desk.proximity_m.unwrap();
     assert!((range.middle() / INCH_M - 140.0).abs() < 25.0, "{range:?}");
     assert!((range.high - range.low - 44.0 * INCH_M).abs() < 0.011);
     let width = desk.width.unwrap();
     assert!((width.high - width.middle() - 30.0).abs() < 1.0 || width.low == 0.0);
-    // The states are as far apart as on the route.
+    // The states are as far apart as along the route.
     let along = route.along();
     let drawn = length(&sketch.route);
     assert!((along[3].unwrap().0 - drawn).abs() < 0.02 && along[1] < along[2]);
@@ -175,7 +175,7 @@ fn parameters_out_of_range_are_rejected() {
 
 #[test]
 fn the_view_turns_with_the_sketch() {
-    // The same scene at a right angle gives the same states (Chronis 2007, 5.1).
+    // The same scene, turned by a right angle, yields the same states (Chronis 2007, 5.1).
     let turned = |at: Point<Drawn>| Point::new(-at.y, at.x);
     let upright = sketch(
         vec![square("desk", 65.0, 0.0, 20.0), square("box", 20.0, 25.0, 8.0)],

@@ -1,8 +1,8 @@
 //! What the robot would see and do at each step along the drawn route (Chronis 2007, 4.3 to 4.3.4).
 //!
-//! The turning rate is "normalized" in the text, with a threshold of 0.7, and no unit is given. We read it as degrees
-//! per pixel of the PDA (5 inches). The robot's own turn, 10° a second at 25 inches a second, is 2 of these. Turns in
-//! the examples of figure 4.29 (8 to 10 steps for a right angle) are about as much.
+//! The turning rate is "normalized" in the thesis, with a threshold of 0.7, but no unit is given. We read it as degrees per
+//! pixel of the PDA (5 inches). In this unit, the robot's own turn, 10° per second at 25 inches per second, is 2. Turns in the
+//! examples of figure 4.29 (8 to 10 steps for a right angle) are about the same.
 
 use sketchnav_qualitative as qualitative;
 use sketchnav_qualitative::hof::{Force, Grade, Pair, Polygon, Surround, View, Workspace};
@@ -15,47 +15,47 @@ use crate::plane;
 use crate::route::{Command, DIRECTIONS, Place};
 use crate::sketch::Sketch;
 
-/// Directions of a histogram (Chronis 2007, 3.2.1), and the unit of widths.
+/// Number of directions of a histogram (Chronis 2007, 3.2.1), which is also the scale of widths.
 pub const HISTOGRAM: usize = 180;
 
-/// How an object is seen at a step.
+/// An object as seen at a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sight {
-    /// The landmark, by its place in the sketch.
+    /// Index of the landmark in the sketch.
     pub landmark: usize,
-    /// Where it is.
+    /// Place of the object relative to the robot.
     pub place: Place,
-    /// How far its nearest point is from the robot's box, in metres.
+    /// Distance of the object's nearest point from the robot's box, in metres.
     pub proximity_m: f64,
-    /// The width of the histogram of constant forces, from 0 to 180.
+    /// Width of the object's histogram of constant forces, from 0 to 180.
     pub width: f64,
 }
 
 /// A step along the route.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Where it is.
+    /// Position of the step.
     pub at: Point<Drawn>,
-    /// Where the robot looks, counter-clockwise from x.
+    /// Heading of the robot, in radians counter-clockwise from x.
     pub heading_rad: f64,
-    /// By how much it turns, in units of [`Parameters::turn_threshold`]; left is positive.
+    /// Turning rate, in the unit of [`Parameters::turn_threshold`], positive to the left.
     pub turning_rate: f64,
-    /// What it does.
+    /// Command carried out at the step.
     pub command: Command,
-    /// What it sees, in the order of drawing.
+    /// Objects in view, in the order in which they were drawn.
     pub sights: Vec<Sight>,
 }
 
-/// A piece of the route along which the command stays the same.
+/// A piece of the route with one command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Piece {
-    /// The command.
+    /// Command along the piece.
     pub command: Command,
-    /// By how much the robot turns along it, in radians, without a sign.
+    /// Absolute angle that the robot turns along the piece, in radians.
     pub turned_rad: f64,
 }
 
-/// The pieces of a route, from its start on. Each begins with a state, and the last one ends with another.
+/// Returns the pieces of a route, from its start. Each begins with a state, and the last one ends with another.
 pub fn pieces(route: &[Point<Drawn>], parameters: &Parameters) -> Vec<Piece> {
     let headings = headings(route);
     let commands = commands(&turning_rates(route, &headings, parameters), &headings, parameters);
@@ -64,16 +64,16 @@ pub fn pieces(route: &[Point<Drawn>], parameters: &Parameters) -> Vec<Piece> {
         let turned = headings[begin..=end.min(last)].windows(2).map(|pair| wrap_angle(pair[1] - pair[0]));
         Piece { command: commands[begin], turned_rad: turned.sum::<f64>().abs() }
     };
-    // A change at the last step is none: the robot stops there.
+    // A change at the last step does not count, since the robot stops there.
     runs(&commands).into_iter().filter(|[begin, _]| *begin == 0 || *begin < last).map(piece).collect()
 }
 
-/// All steps.
+/// All steps along a route.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
-    /// The steps, from the start on.
+    /// The steps, from the start.
     pub steps: Vec<Step>,
-    /// The landmarks in the order in which they come in view (4.3: sequential numbers).
+    /// Indices of the landmarks in the order in which they come into view (4.3: sequential numbers).
     pub encountered: Vec<usize>,
 }
 
@@ -81,7 +81,7 @@ impl Track {
     /// Walks along the route of a sketch.
     ///
     /// # Errors
-    /// [`Error::Number`] where an outline has no area.
+    /// [`Error::Number`] if an outline has no area.
     pub fn of(sketch: &Sketch, parameters: &Parameters) -> Result<Self, Error> {
         let headings = headings(&sketch.route);
         let rates = turning_rates(&sketch.route, &headings, parameters);
@@ -102,32 +102,32 @@ impl Track {
         Ok(Self { steps, encountered })
     }
 
-    /// How far a step is from the start, along the route.
+    /// Returns the distance of a step from the start, along the route.
     pub fn along(&self, step: usize) -> DrawnMetres {
         DrawnMetres(self.steps[..=step].windows(2).map(|pair| pair[0].at.distance(&pair[1].at)).sum())
     }
 
-    /// By how much the robot turns between two steps, in radians, without a sign.
+    /// Returns the absolute angle that the robot turns between two steps, in radians.
     pub fn turned_rad(&self, from: usize, to: usize) -> f64 {
         let turns = self.steps[from..=to].windows(2);
         turns.map(|pair| wrap_angle(pair[1].heading_rad - pair[0].heading_rad)).sum::<f64>().abs()
     }
 
-    /// The steps at which the command changes, the first one left out.
+    /// Returns the steps at which the command changes, excluding the first step.
     pub fn changes(&self) -> Vec<usize> {
         (1..self.steps.len()).filter(|i| self.steps[*i].command != self.steps[i - 1].command).collect()
     }
 }
 
-/// The heading at each point of the route: "averaging 5 adjacent points (centered on the considered trajectory point)"
-/// (4.3). The steps between five points are equally long, so their mean direction is that from two points before to two
-/// after. At the ends there are fewer.
+/// Returns the heading at each point of the route: "averaging 5 adjacent points (centered on the considered trajectory point)"
+/// (4.3). The steps between five points have equal lengths, so their mean direction is that from two points before to two
+/// points after. Near the ends of the route there are fewer points.
 pub fn headings<F>(route: &[Point<F>]) -> Vec<f64> {
     let last = route.len() - 1;
     (0..=last).map(|i| route[i.saturating_sub(2)].direction_rad(&route[(i + 2).min(last)])).collect()
 }
 
-/// The change of the heading from the point before, by the distance from there (4.3.4).
+/// Returns the turning rates: the change of the heading from the previous point, divided by the distance from there (4.3.4).
 fn turning_rates(route: &[Point<Drawn>], headings: &[f64], parameters: &Parameters) -> Vec<f64> {
     let rate = |i: usize| {
         let turn = wrap_angle(headings[i] - headings[i - 1]).to_degrees();
@@ -136,8 +136,8 @@ fn turning_rates(route: &[Point<Drawn>], headings: &[f64], parameters: &Paramete
     (0..route.len()).map(|i| rate(i.max(1))).collect()
 }
 
-/// The commands (figure 4.11; it has left and right the other way round than 4.3.4, which says that left is positive),
-/// without spurious changes.
+/// Returns the commands, without spurious changes. Figure 4.11 has left and right the other way round than 4.3.4, which says
+/// that left is positive; we follow 4.3.4.
 fn commands(rates: &[f64], headings: &[f64], parameters: &Parameters) -> Vec<Command> {
     let command = |rate: f64| match rate {
         rate if rate > parameters.turn_threshold => Command::Left,
@@ -145,7 +145,7 @@ fn commands(rates: &[f64], headings: &[f64], parameters: &Parameters) -> Vec<Com
         _ => Command::Forward,
     };
     let mut commands: Vec<_> = rates.iter().map(|rate| command(*rate)).collect();
-    // A short straight piece in a turn belongs to the turn.
+    // A short straight piece within a turn belongs to the turn.
     for [begin, end] in runs(&commands) {
         let is_within = begin > 0 && end < commands.len() && commands[begin - 1] == commands[end];
         if commands[begin] == Command::Forward && end - begin < parameters.least_steps && is_within {
@@ -153,7 +153,7 @@ fn commands(rates: &[f64], headings: &[f64], parameters: &Parameters) -> Vec<Com
             commands[begin..end].fill(turn);
         }
     }
-    // A turn that is short or small is none.
+    // A turn that is too short or too small does not count.
     for [begin, end] in runs(&commands) {
         let turned: f64 = (begin.max(1)..end).map(|i| wrap_angle(headings[i] - headings[i - 1])).sum();
         let is_spurious = end - begin < parameters.least_steps || turned.abs() < parameters.least_turn_rad;
@@ -164,7 +164,7 @@ fn commands(rates: &[f64], headings: &[f64], parameters: &Parameters) -> Vec<Com
     commands
 }
 
-/// From where to where equal commands go.
+/// Returns the runs of equal commands, as half-open ranges.
 fn runs(commands: &[Command]) -> Vec<[usize; 2]> {
     let mut begin = 0;
     let ends = commands.chunk_by(|a, b| a == b).map(|run| {
@@ -174,7 +174,7 @@ fn runs(commands: &[Command]) -> Vec<[usize; 2]> {
     ends.collect()
 }
 
-/// What is needed to look around in a sketch.
+/// Looks around in a sketch.
 struct Eye {
     outlines: Vec<Vec<Point<Drawn>>>,
     polygons: Vec<Polygon>,
@@ -200,7 +200,8 @@ impl Eye {
         })
     }
 
-    /// What is in view: objects of which a point is within the radius; then the whole object counts (4.3).
+    /// Returns the objects in view, which are those with a point within the radius. If one point is, the whole object counts
+    /// (4.3).
     fn look(&mut self, at: Point<Drawn>, heading_rad: f64) -> Result<Vec<Sight>, Error> {
         let half = self.robot_m / 2.0;
         let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
@@ -213,7 +214,7 @@ impl Eye {
             let object = &self.polygons[landmark];
             self.pair.prepare(object, &robot);
             for (exponent, forces) in [0.0, 2.0].into_iter().zip(&mut self.forces) {
-                // Both exponents are in their range.
+                // Neither exponent is out of range, so this cannot fail.
                 let _ = self.pair.histogram_into(exponent, forces, &mut self.workspace);
             }
             let [constant, gravitational] = &self.forces;
@@ -235,9 +236,9 @@ fn polygon(outline: &[Point<Drawn>]) -> Result<Polygon, Error> {
     })
 }
 
-/// Where an object is by its histograms of constant and gravitational forces, and how wide, from 0 to 180 (4.3.1,
-/// 4.5.2). It is the direction with the highest degree of truth, or a surround relation where none is satisfactory.
-/// `None` without forces.
+/// Returns the place of an object, and its width from 0 to 180, given its histograms of constant and of gravitational forces
+/// (4.3.1, 4.5.2). The place is the direction with the highest degree of truth, or a surround relation if no direction is
+/// satisfactory. Returns `None` if there are no forces.
 pub fn place(constant: &[Force], gravitational: &[Force], heading_rad: f64) -> Option<(Place, f64)> {
     let [constant, gravitational] = [constant, gravitational].map(|forces| View::new(forces, heading_rad));
     let directions = usize::from(DIRECTIONS);
@@ -248,7 +249,7 @@ pub fn place(constant: &[Force], gravitational: &[Force], heading_rad: f64) -> O
     if found.grade() > Grade::Unsatisfactory {
         return Some((direction, width));
     }
-    // A direction without a force is a way out: the robot's box can move there and meets nothing.
+    // A direction without a force is a way out: the robot's box can move there without meeting anything.
     let can_escape = constant.opening().is_some();
     let surround = Surround::by_width(width_rad, found.direction, directions, can_escape);
     Some((surround.map_or(direction, Place::Surrounds), width))

@@ -1,12 +1,12 @@
-//! What each stroke means, by its form. Chronis 2007, 3.3, names the four classes. How the PDA's interface separated
-//! them (Bailey 2003) is not in the text, so the rules and numbers are ours:
+//! Interprets each stroke by its shape. Chronis 2007, 3.3, names the four classes. The thesis does not say how the PDA's
+//! interface separated them (Bailey 2003), so the rules and numbers are ours:
 //!
 //! - A stroke smaller than 1.5 % of the canvas is stray.
-//! - One that goes to and fro is a deletion of the strokes before it that it crosses out. One that crosses out nothing
-//!   is stray.
-//! - One whose ends meet around an area is an object. Small loops, as where the ends overshoot, are cut off. Open strokes that
-//!   meet end to end are one stroke: an object may be drawn side by side.
-//! - The longest of the others is the route. Those below a quarter of its length are stray.
+//! - A stroke that goes to and fro is a deletion of those earlier strokes that it crosses out. If it crosses out nothing, it is
+//!   stray.
+//! - A stroke whose ends meet around an area is an object. Small loops, as where the ends overshoot, are cut off. Open strokes
+//!   that meet end to end are joined into one, since an object may be drawn side by side.
+//! - The longest of the other strokes is the route. Strokes of less than a quarter of its length are stray.
 
 use sketchnav_schemas::geometry::{encloses, wrap_angle};
 
@@ -15,53 +15,55 @@ use crate::plane;
 
 use super::Drawing;
 
-/// Marks below this part of the canvas are stray.
+/// Minimum size of a stroke, as a share of the canvas. Smaller marks are stray.
 const SMALLEST: f64 = 0.015;
-/// Strokes that meet within this part of the canvas are joined.
+/// Maximum gap between strokes that are joined, as a share of the canvas.
 const JOINT: f64 = 0.03;
-/// The ends of an outline meet within this part of its length.
+/// Maximum gap between the ends of an outline, as a share of its length.
 const CLOSING: f64 = 0.2;
-/// An outline is around an area of at least this part of its length's square (a bar of 1 to 20).
+/// Minimum area of an outline, as a share of its squared length (a bar of 1 to 20).
 const COMPACT: f64 = 0.011;
-/// A deletion reverses its direction at least so often.
+/// Minimum number of times that a deletion reverses its direction.
 const REVERSALS: usize = 4;
-/// A deletion is so many times as long as its extent.
+/// Minimum length of a deletion, as a multiple of its extent.
 const DENSE: f64 = 2.5;
-/// A deletion crosses a stroke so often to delete it.
+/// Number of times that a deletion must cross a stroke to delete it.
 const CROSSED: usize = 3;
-/// Loops of an outline below this part of its length are of the pen.
+/// Maximum length of a loop that is attributed to the pen, as a share of the outline's length.
 const LOOP: f64 = 0.3;
-/// Outlines below this part of the canvas may be blobs.
+/// Maximum size of an outline that may be a blob, as a share of the canvas.
 const BLOB: f64 = 0.08;
-/// Outlines have a corner each so many parts of the canvas: two of the PDA's pixels.
+/// Distance between the corners of an outline, as a share of the canvas: two of the PDA's pixels.
 const DENSITY: f64 = 1.0 / 80.0;
-/// Lines below this part of the route's length are stray.
+/// Minimum length of a line, as a share of the route's length. Shorter ones are stray.
 const SHORT: f64 = 0.25;
 
-/// What the strokes of a drawing are.
+/// The strokes of a drawing by class.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Classified {
-    /// The outlines of objects, without overshooting ends and resampled.
+    /// Outlines of objects, resampled, without overshooting ends.
     pub outlines: Vec<Vec<Pixel>>,
-    /// The route, without what is inside the objects where it begins and ends.
+    /// The route, without the parts inside the objects where it begins and ends.
     pub route: Vec<Pixel>,
-    /// How many strokes were stray.
+    /// Number of stray strokes.
     pub stray: usize,
-    /// How many strokes were deleted.
+    /// Number of deleted strokes.
     pub deleted: usize,
 }
 
-/// A line of one or more strokes; the number of the first of them, from 0.
+/// A line of one or more strokes, with the number of the first one, from 0.
 #[derive(Debug, Clone)]
 struct Line {
     number: usize,
     points: Vec<Pixel>,
 }
 
-/// Tells strokes apart.
+/// Classifies the strokes of a drawing.
 ///
 /// # Errors
-/// [`Error::NoRoute`], [`Error::SeveralRoutes`] and [`Error::NoObjects`].
+/// - [`Error::NoRoute`] if there is no open line;
+/// - [`Error::SeveralRoutes`] if more than one line could be the route;
+/// - [`Error::NoObjects`] if there is no outline.
 pub fn classify(drawing: &Drawing) -> Result<Classified, Error> {
     let canvas = drawing.canvas[0].max(drawing.canvas[1]);
     let (lines, mut stray, deleted) = without_deletions(drawing, canvas);
@@ -90,7 +92,7 @@ pub fn classify(drawing: &Drawing) -> Result<Classified, Error> {
     Ok(Classified { outlines, route, stray, deleted })
 }
 
-/// The lines that are neither stray nor deletions nor deleted; how many were stray and deleted.
+/// Returns the lines that are neither stray nor deletions nor deleted, and how many were stray and deleted.
 fn without_deletions(drawing: &Drawing, canvas: f64) -> (Vec<Line>, usize, usize) {
     let mut lines: Vec<Line> = Vec::new();
     let (mut stray, mut deleted) = (0, 0);
@@ -112,20 +114,20 @@ fn without_deletions(drawing: &Drawing, canvas: f64) -> (Vec<Line>, usize, usize
     (lines, stray, deleted)
 }
 
-/// Whether a stroke goes to and fro: its direction reverses often within its extent.
+/// Returns true if a stroke goes to and fro, which is the case if its direction reverses often within its extent.
 fn is_scribble(points: &[Pixel]) -> bool {
     let [width, height] = plane::extent(points);
     let size = width.hypot(height);
     if plane::length(points) < DENSE * size {
         return false;
     }
-    // Steps that are short enough for the strokes of a scribble and long enough for a trembling hand.
+    // The steps are short enough for the strokes of a scribble, and long enough for a trembling hand.
     let steps = plane::resample(points, size / 16.0);
     let turns = steps.windows(5).map(|at| {
         let [before, after] = [at[0].direction_rad(&at[2]), at[2].direction_rad(&at[4])];
         wrap_angle(after - before).abs() > 2.0
     });
-    // Neighbouring steps see the same reversal.
+    // Neighbouring steps detect the same reversal.
     let mut reversals = 0;
     let mut was_turn = false;
     for is_turn in turns {
@@ -148,7 +150,7 @@ fn is_outline(points: &[Pixel]) -> bool {
     points.len() > 2 && gap <= CLOSING * length && plane::area(points) >= COMPACT * length * length
 }
 
-/// Joins lines that meet end to end; which of them become outlines, and which stay open.
+/// Joins lines that meet end to end. Returns those that become outlines, and those that stay open.
 fn join(mut lines: Vec<Line>, within: f64) -> (Vec<Line>, Vec<Line>) {
     let mut outlines = Vec::new();
     while let Some((i, j)) = nearest_ends(&lines, within) {
@@ -171,7 +173,7 @@ fn nearest_ends(lines: &[Line], within: f64) -> Option<(usize, usize)> {
     gaps.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pair)| pair)
 }
 
-/// One line of two that meet; the direction of the one that was drawn first holds.
+/// Joins two lines that meet, in the direction of the one that was drawn first.
 fn joined(first: Line, second: Line) -> Line {
     let (first, second) = if first.number <= second.number { (first, second) } else { (second, first) };
     let number = first.number;
@@ -192,10 +194,10 @@ fn joined(first: Line, second: Line) -> Line {
     Line { number, points }
 }
 
-/// An outline without small loops: ends that overshoot the meeting point, and what a trembling hand adds.
+/// Removes small loops from an outline: ends that overshoot the meeting point, and what a trembling hand adds.
 fn without_loops(points: &[Pixel]) -> Vec<Pixel> {
     let mut outline = points.to_vec();
-    // Each round takes at least a point away.
+    // Each round removes at least one point.
     while let Some((i, j, at)) = plane::self_crossing(&outline) {
         let inner = plane::length(&outline[i + 1..=j]);
         let whole = plane::edges(&outline).map(|[from, to]| from.distance(&to)).sum::<f64>();
@@ -211,8 +213,8 @@ fn without_loops(points: &[Pixel]) -> Vec<Pixel> {
     outline
 }
 
-/// The outline of a closed line. New corners may cross where two lines are beside each other, so loops are cut off twice.
-/// What is small and still crosses itself is a blob: its hull counts.
+/// Returns the outline of a closed line. Resampling may make lines cross that run next to each other, so loops are cut off
+/// twice. If a small outline still crosses itself, it is a blob, of which the hull is used.
 fn outline(points: &[Pixel], canvas: f64) -> Vec<Pixel> {
     let outline = without_loops(&resample_outline(&without_loops(points), DENSITY * canvas));
     let [width, height] = plane::extent(&outline);
@@ -220,7 +222,7 @@ fn outline(points: &[Pixel], canvas: f64) -> Vec<Pixel> {
     if is_blob { plane::hull(&outline) } else { outline }
 }
 
-/// An outline with corners at equal distances.
+/// Resamples an outline to corners at equal distances.
 fn resample_outline(points: &[Pixel], step: f64) -> Vec<Pixel> {
     let closed: Vec<_> = points.iter().chain(&points[..1]).copied().collect();
     let step = step.min(plane::length(&closed) / 8.0);
@@ -229,7 +231,7 @@ fn resample_outline(points: &[Pixel], step: f64) -> Vec<Pixel> {
     outline
 }
 
-/// The part of a route between the object in which it begins and the one in which it ends.
+/// Returns the part of a route between the object in which it begins and the one in which it ends.
 fn between_objects(route: &[Pixel], outlines: &[Vec<Pixel>]) -> Vec<Pixel> {
     let is_inside = |at: &Pixel| outlines.iter().any(|outline| encloses(outline, *at));
     let begin = route.iter().position(|at| !is_inside(at)).unwrap_or(route.len());

@@ -1,4 +1,4 @@
-//! Drives: sketches of two scenes, and a simulated robot that follows them (Chronis 2007, chapter 5).
+//! Drives by sketches of two scenes, with a simulated robot that follows them (Chronis 2007, chapter 5).
 //!
 //! `cargo test -p sketchnav-landmarks --test drives -- --nocapture` prints the figures.
 
@@ -29,20 +29,20 @@ use world::{Object, RANGE_MAX_M, ROBOT_RADIUS_M, World};
 
 const CYCLE_S: f64 = 0.192;
 
-/// How a drive ended.
+/// Ways in which a drive ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum End {
-    /// Before the goal.
+    /// The robot stops in front of its goal.
     Goal,
-    /// Before another object.
+    /// The robot stops in front of another object.
     Elsewhere,
-    /// The robot says that it is lost.
+    /// The robot reports that it is lost.
     Lost,
-    /// Neither, in the time given.
+    /// None of the other ends comes within the time given.
     Nowhere,
 }
 
-/// How a drive by states ended, how many were matched, and where the robot is.
+/// Outcome of a drive by states: how it ended, how many states were matched, and where the robot is.
 #[derive(Debug, Clone, PartialEq)]
 struct Followed {
     end: End,
@@ -54,7 +54,7 @@ fn follow(objects: &[Object], scene: &Scene, route: &Route, seed: u64) -> Follow
     follow_from(objects, scene, route, seed, None)
 }
 
-/// The same, from a state to which a person led the robot: its number from 0, and how far along the way it is.
+/// Follows a route from a state that a person led the robot to, given by its number from 0 and its distance along the route.
 fn follow_from(
     objects: &[Object],
     scene: &Scene,
@@ -90,7 +90,7 @@ fn follow_from(
     Followed { end, matched, at: world.pose.position() }
 }
 
-/// Where a robot stands that has come so far along the way of a scene.
+/// Returns the pose of a robot that has come this far along the route of a scene.
 fn on_the_way(scene: &Scene, DrawnMetres(along): DrawnMetres) -> Pose<Floor> {
     let way = scene.as_sketch().route;
     let step = length(&way) / (way.len() - 1) as f64;
@@ -102,7 +102,7 @@ fn arrived(world: &World<'_>, scene: &Scene) -> End {
     if world.nearest().0 == scene.goal { End::Goal } else { End::Elsewhere }
 }
 
-/// By our own way: how it ended, and the way that the robot went.
+/// Drives by our own method. Returns how the drive ended, and the path that the robot took.
 fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End, Vec<Point<Drawn>>) {
     let angles_rad: [f64; 16] = std::array::from_fn(|i| i as f64 * FRAC_PI_8);
     let mut locator = Locator::new(sketch, &[], Locating::default(), seed).unwrap();
@@ -128,8 +128,8 @@ fn guide(objects: &[Object], scene: &Scene, sketch: &Sketch, seed: u64) -> (End,
     (End::Nowhere, way)
 }
 
-/// The way of a robot that software guides along the way of a scene by its true place (Chronis 2007, 5.2.3). Its
-/// speeds are those of the thesis.
+/// Returns the path of a robot that software guides along the route of a scene by its true position (Chronis 2007, 5.2.3), with
+/// the speeds of the thesis.
 fn guided_exactly(scene: &Scene, seed: u64) -> Vec<Point<Drawn>> {
     let settings = Guiding { ahead_m: 0.4, avoid: 0.0, ..Guiding::default() };
     let mut guide = Guide::new(&scene.as_sketch(), settings).unwrap();
@@ -152,7 +152,7 @@ fn guided_exactly(scene: &Scene, seed: u64) -> Vec<Point<Drawn>> {
     panic!("the robot did not arrive");
 }
 
-/// No return is infinitely far.
+/// Replaces ranges without a return by infinity.
 fn sectors(ranges_m: [f64; 16]) -> [f64; 16] {
     ranges_m.map(|range| if range < RANGE_MAX_M { range } else { f64::INFINITY })
 }
@@ -161,7 +161,7 @@ fn read(text: &str) -> Sketch {
     Sketch::read(&file::read(text.as_bytes()).unwrap(), &Reading::default()).unwrap()
 }
 
-/// How often drives ended so.
+/// Counts how often drives ended in each way.
 fn count(ends: impl Iterator<Item = End>) -> BTreeMap<String, usize> {
     let mut counts = BTreeMap::new();
     ends.for_each(|end| *counts.entry(format!("{end:?}")).or_default() += 1);
@@ -172,7 +172,7 @@ fn of(counts: &BTreeMap<String, usize>, end: End) -> usize {
     counts.get(&format!("{end:?}")).copied().unwrap_or(0)
 }
 
-/// Five runs for each sketch, by states.
+/// Makes five runs by states for each sketch.
 fn by_states(scene: &Scene, sketches: &[&str], parameters: &Parameters) -> BTreeMap<String, usize> {
     count(sketches.iter().flat_map(|text| {
         let route = extract(&read(text), parameters);
@@ -182,7 +182,7 @@ fn by_states(scene: &Scene, sketches: &[&str], parameters: &Parameters) -> BTree
     }))
 }
 
-/// So many runs for each sketch, by our own way.
+/// Makes `runs` runs by our own method for each sketch.
 fn by_belief(scene: &Scene, sketches: &[&str], runs: u64) -> BTreeMap<String, usize> {
     count(sketches.iter().flat_map(|text| {
         let sketch = read(text);
@@ -190,12 +190,12 @@ fn by_belief(scene: &Scene, sketches: &[&str], runs: u64) -> BTreeMap<String, us
     }))
 }
 
-/// States of scene A, chosen by hand from what the sonars see where the command changes (Chronis 2007, 5.2.3).
+/// States of scene A, chosen by hand from what the sonars see at changes of the command (Chronis 2007, 5.2.3).
 const BY_HAND: &str = include_str!("../../../../../sim/missions/landmarks/route.txt");
 
 #[test]
 fn states_of_the_true_scene_lead_to_the_goal() {
-    // Published: 20 of 20 runs, all states matched.
+    // The thesis reports 20 of 20 runs, with all states matched.
     let scene = scene_a();
     let route = language::read(BY_HAND).unwrap();
     let runs: Vec<_> = (0..20).map(|seed| follow(&scene.objects, &scene, &route, seed)).collect();
@@ -206,8 +206,8 @@ fn states_of_the_true_scene_lead_to_the_goal() {
 
 #[test]
 fn states_of_the_exact_way_lead_to_the_goal_of_scene_b() {
-    // They led nowhere once: what was to make them stricter made them looser, and objects in the sensors' range were not in
-    // view. In scene A they still lead nowhere: the docs of the navigator say why.
+    // They used to lead nowhere, because what was meant to make them stricter made them looser, and objects within the sensors'
+    // range were not in view. In scene A they still lead nowhere, for the reasons given in the navigator's docs.
     let scene = scene_b();
     let extracted = extract(&scene.as_sketch(), &Parameters::default()).unwrap();
     let runs = count((0..20).map(|seed| follow(&scene.objects, &scene, &extracted, seed).end));
@@ -217,7 +217,7 @@ fn states_of_the_exact_way_lead_to_the_goal_of_scene_b() {
 
 #[test]
 fn routes_that_the_robot_drove_lead_to_the_goal() {
-    // Chronis 2007, 5.2.3: software guides the robot along the route in the true scene, five times; 25 of 25 runs.
+    // Chronis 2007, 5.2.3: software guides the robot along the route in the true scene, five times, and 25 of 25 runs succeed.
     let scene = scene_a();
     let by_way = |way: &[Point<Drawn>], drawn: u64| {
         let sketch = Sketch { route: resample(way, 4.0 * PIXEL_M), ..scene.as_sketch() };
@@ -228,7 +228,8 @@ fn routes_that_the_robot_drove_lead_to_the_goal() {
     let counts = count((0..5).flat_map(|drawn| by_way(&guided_exactly(&scene, drawn), drawn)));
     println!("routes that the robot drove: {counts:?}");
     assert!(of(&counts, End::Goal) >= 24, "{counts:?}");
-    // A belief's ways cut their turns by some decimetres: other routes, which the thesis does not have.
+    // Paths driven by a belief cut their turns by some decimetres, which makes them different routes. The thesis does not have
+    // these.
     let believed = count((0..5).flat_map(|drawn| {
         let (end, way) = guide(&scene.objects, &scene, &scene.as_sketch(), drawn);
         assert_eq!(end, End::Goal);
@@ -253,7 +254,7 @@ fn a_robot_whose_landmarks_are_gone_knows_that_it_is_lost() {
 
 #[test]
 fn a_scene_that_is_longer_than_its_sketch_is_crossed() {
-    // Chronis 2007, figure 5.10: objects on the right are moved further to the right, and no absolute place is right.
+    // Chronis 2007, figure 5.10: objects on the right are moved farther to the right, so that no absolute position is correct.
     let scene = scene_a();
     let route = extract(&scene.as_sketch(), &Parameters::default()).unwrap();
     let mut objects = scene.objects.clone();
@@ -282,14 +283,15 @@ fn a_route_in_words_drives_as_the_sketch_that_it_was_made_from() {
 
 #[test]
 fn sketches_are_followed_by_states() {
-    // Published: A 27 of 55, 48 with additional states; B 32 of 45. The sketches and scenes are others here.
+    // The thesis reports 27 of 55 for A, 48 with additional states, and 32 of 45 for B. The sketches and scenes here are
+    // different ones.
     for (name, scene) in [("A", scene_a()), ("B", scene_b())] {
         for additional_states in [false, true] {
             let parameters = Parameters { additional_states, ..Parameters::default() };
             let counts = by_states(&scene, &scene.sketches, &parameters);
             println!("scene {name}, by states, additional {additional_states}: {counts:?}");
             assert!(of(&counts, End::Goal) >= 5, "{counts:?}");
-            // Where it fails, it mostly knows.
+            // When it fails, it mostly knows.
             assert!(of(&counts, End::Lost) > of(&counts, End::Elsewhere), "{counts:?}");
         }
     }
@@ -313,7 +315,8 @@ fn careless_sketches_are_followed_by_belief() {
 
 #[test]
 fn a_lost_robot_that_is_led_on_reaches_its_goal() {
-    // Chronis 2007, 4.8: the trash is gone, and states with it do not come. A person leads the robot to each of them.
+    // Chronis 2007, 4.8: the trash is gone, so states that contain it are not matched. A person leads the robot to each of
+    // them.
     let scene = scene_a();
     let route = extract(&scene.as_sketch(), &Parameters::default()).unwrap();
     let objects: Vec<_> = scene.objects.iter().filter(|one| one.name != "trash").cloned().collect();
@@ -321,7 +324,7 @@ fn a_lost_robot_that_is_led_on_reaches_its_goal() {
     assert_eq!(run.end, End::Lost);
     let (mut state, mut helped) = (0, 0);
     while run.end == End::Lost {
-        // The one that did not come.
+        // This is the state that did not come.
         state += run.matched + 1;
         let along = route.along()[state].unwrap();
         run = follow_from(&objects, &scene, &route, 1, Some((state, along)));

@@ -1,6 +1,6 @@
-//! The two scenes of Chronis 2007, figure 5.2. The figures are lost. Scene A is rebuilt from the relations of figure
-//! 4.29: its commands and the places of files, table, trash, crate, cabinet, boxes. Scene B is rebuilt from its six
-//! commands. In pixels of the PDA, 5 inches each.
+//! The two scenes of Chronis 2007, figure 5.2. The figures are lost. Scene A is reconstructed from the relations of figure
+//! 4.29, which give its commands and the positions of files, table, trash, crate, cabinet and boxes. Scene B is reconstructed
+//! from its six commands. The coordinates are pixels of the PDA, 5 inches each.
 
 use sketchnav_landmarks::drawn::Drawn;
 use sketchnav_landmarks::plane::resample;
@@ -11,16 +11,16 @@ use crate::world::Object;
 
 pub const PIXEL_M: f64 = 0.127;
 
-/// A scene with its goal and the way that people had before their eyes.
+/// A scene, with its goal and the route that people had in mind.
 pub struct Scene {
     pub objects: Vec<Object>,
     pub goal: &'static str,
     pub start: Pose<World>,
-    /// The way as straight pieces and quarter circles.
+    /// The route, made of straight pieces and quarter circles.
     pub way: Vec<Point<World>>,
-    /// Sketches of careful people, as many as in the text.
+    /// Sketches by careful people, as many as in the thesis.
     pub sketches: Vec<&'static str>,
-    /// As many of careless ones: sizes from 0.72 to 1.08, sides stretched by 0.86 to 1.16, objects moved by a metre.
+    /// As many sketches by careless people: sizes from 0.72 to 1.08, sides stretched by 0.86 to 1.16, objects moved by a metre.
     pub coarse: Vec<&'static str>,
 }
 
@@ -30,17 +30,18 @@ fn object((name, [x, y, width, height]): (&'static str, [f64; 4])) -> Object {
     Object { name, outline: corners.map(pixels).to_vec() }
 }
 
-/// A place in pixels of the PDA.
+/// Converts pixels of the PDA to a point of the world.
 fn pixels([x, y]: [f64; 2]) -> Point<World> {
     Point::new(x * PIXEL_M, y * PIXEL_M)
 }
 
-/// Drawn where it is.
+/// Returns the point where it is when drawn exactly.
 pub fn exactly(at: &Point<World>) -> Point<Drawn> {
     Point::new(at.x, at.y)
 }
 
-/// A way by its pieces: how far straight on, and then a quarter circle to the left (1), to the right (−1) or none (0).
+/// Makes a route from pieces: each is a distance straight ahead, then a quarter circle to the left (1), to the right (−1) or
+/// none (0).
 fn way(pieces: &[(f64, f64, f64)]) -> Vec<Point<World>> {
     let (mut at, mut heading) = ([0.0, 0.0], 0.0_f64);
     let mut points = vec![at];
@@ -81,7 +82,7 @@ macro_rules! drawings {
     };
 }
 
-/// Eight commands: forward, left, forward, right, forward, right, forward, stop.
+/// Scene A with eight commands: forward, left, forward, right, forward, right, forward, stop.
 pub fn scene_a() -> Scene {
     scene(
         &[
@@ -102,7 +103,7 @@ pub fn scene_a() -> Scene {
     )
 }
 
-/// Six commands: forward, left, forward, right, forward, stop.
+/// Scene B with six commands: forward, left, forward, right, forward, stop.
 pub fn scene_b() -> Scene {
     scene(
         &[
@@ -123,7 +124,7 @@ pub fn scene_b() -> Scene {
 }
 
 impl Scene {
-    /// The scene itself as a sketch, with the true way: what the text has a simulated robot draw (5.2.3).
+    /// Returns the scene itself as a sketch, with the true route. In the thesis, a simulated robot draws this (5.2.3).
     pub fn as_sketch(&self) -> Sketch {
         let line = |line: &[Point<World>]| line.iter().map(exactly).collect::<Vec<_>>();
         let landmark =

@@ -1,7 +1,7 @@
-//! A world to drive in: polygons, a ring of sonars and a robot that moves along and turns (Chronis 2007, 4.2).
+//! A world to drive in: polygons, a ring of sonars, and a robot that moves along and turns (Chronis 2007, 4.2).
 //!
-//! A sonar sees the nearest point in its cone, exactly, with an error of 1 %. The texts do not give the width of the
-//! cone: 25° is that of the Polaroid sensor.
+//! A sonar sees exactly the nearest point in its cone, with an error of 1 %. The thesis does not give the width of the cone, so
+//! it is that of the Polaroid sensor, 25°.
 
 use std::f64::consts::FRAC_PI_8;
 
@@ -31,12 +31,12 @@ pub struct World<'a> {
 }
 
 impl World<'_> {
-    /// A factor of 1 with an error of up to 1 %.
+    /// Returns a factor of 1 with an error of up to 1 %.
     fn one(&mut self) -> f64 {
         self.noise.as_mut().map_or(1.0, |noise| 1.0 + 0.01 * (2.0 * noise.random::<f64>() - 1.0))
     }
 
-    /// The ranges of 16 sonars on the robot's rim, the first one in front.
+    /// Returns the ranges of 16 sonars on the robot's rim, the first one in front.
     pub fn ranges(&mut self) -> [f64; 16] {
         std::array::from_fn(|i| {
             let axis = self.pose.yaw_rad + i as f64 * FRAC_PI_8;
@@ -48,7 +48,7 @@ impl World<'_> {
         })
     }
 
-    /// Moves for a time; a robot that meets an object stands. By how much it moved and turned, with the odometry's error.
+    /// Drives for a time. A robot that meets an object stops. Returns the distance and the angle, with the error of odometry.
     pub fn drive(&mut self, drive: Drive, time_s: f64) -> [f64; 2] {
         let turned = drive.yaw_rate_radps * time_s * self.one();
         let moved = drive.speed_mps * time_s * self.one();
@@ -68,7 +68,7 @@ impl World<'_> {
         distances.fold(f64::INFINITY, f64::min)
     }
 
-    /// The object that is nearest to the robot, and how far it is from the robot's rim.
+    /// Returns the object nearest to the robot, and its distance from the robot's rim.
     pub fn nearest(&self) -> (&'static str, f64) {
         let distances = self
             .objects
@@ -79,15 +79,15 @@ impl World<'_> {
     }
 }
 
-/// The distance of the nearest point of a segment in a cone.
+/// Returns the distance of the nearest point of a segment in a cone, or `None` if it is outside.
 fn in_cone(eye: Point<Floor>, axis_rad: f64, segment: [Point<Floor>; 2]) -> Option<f64> {
-    // Along and across the axis.
+    // Coordinates along and across the axis.
     let (sin, cos) = axis_rad.sin_cos();
     let [mut a, mut b] = segment.map(|at| {
         let [x, y] = [at.x - eye.x, at.y - eye.y];
         Point::<Base>::new(x * cos + y * sin, y * cos - x * sin)
     });
-    // Two half-planes: across ≤ along · tan, −across ≤ along · tan.
+    // The cone is the intersection of two half-planes: across ≤ along · tan, −across ≤ along · tan.
     let slope = (CONE_RAD / 2.0).tan();
     for side in [1.0, -1.0] {
         let inside = |at: Point<Base>| at.x * slope - side * at.y;
@@ -112,7 +112,7 @@ fn a_sonar_sees_the_nearest_point_in_its_cone() {
     let mut world = World { objects: &wall, pose: Pose::new(0.0, 0.0, 0.0), noise: None };
     let ranges = world.ranges();
     assert!((ranges[0] - (2.0 - ROBOT_RADIUS_M)).abs() < 1e-12);
-    // The next one sees the wall at 22.5° − 12.5° from its place on the rim.
+    // The next sonar sees the wall at 22.5° − 12.5° from its position on the rim.
     let (sin, cos) = FRAC_PI_8.sin_cos();
     let expected = (2.0 - ROBOT_RADIUS_M * cos) / 10_f64.to_radians().cos();
     assert!((ranges[1] - expected).abs() < 1e-12, "{} {expected} {sin}", ranges[1]);

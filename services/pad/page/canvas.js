@@ -5,7 +5,8 @@
 // - `marks`: obstacles, route, goals, start.
 // - `feed`: what the robot says; drawn once for each message (feed.js).
 // - `live`: the stroke under the pen. A movement draws its new segments and nothing else, in the event
-//   itself, on a canvas that need not wait for the others (`desynchronized`).
+//   itself, on a canvas that need not wait for the others (`desynchronized`). While nothing is drawn by hand, what is
+//   selected is shown here (overlay.js).
 
 import { middle, roomAt } from "./geometry.js";
 import { inkRuns, widthAt } from "./ink.js";
@@ -16,7 +17,7 @@ const MAX_RATIO = 2;
 /** Colours by name, as the style sheet has them for the sheet's element. */
 export function palette(element) {
   const style = getComputedStyle(element);
-  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls"];
+  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "select", "guide"];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 

@@ -2,12 +2,16 @@
 // through its host; it knows no browser event.
 //
 // The host has: `drawing()`, `change(drawing)`, `preview(drawing)` (shown, but not yet a step of the
-// history), `sheet`, `draft(shape | null)`, `settings()`, `say(words)`, `label(index)`, `answer(at, heading_deg)`.
+// history), `shown()` (the one that is), `sheet`, `draft(shape | null)`, `guides(list)` (what has snapped to what, snap.js),
+// `over()` (what is selected is drawn anew), `selected()`, `settings()`, `say(words)`, `label(index)`, `answer(at, heading_deg)`.
+// A step with a tag, `change(drawing, tag)`, is one with the step before if that has the same.
 
-import { box, distance, meantStraight, squared } from "./geometry.js";
+import { arc, between, box, distance, ellipse, even, meantStraight, squared } from "./geometry.js";
 import {
-  obstacleAt, rounded, touched, withGoal, withObstacle, withRoute, withStart, withStroke, withoutMapAt, withoutMarksAt,
+  obstacleAt, rounded, touched, withDoor, withGoal, withObstacle, withRoute, withStart, withStroke, withoutMapAt, withoutMarksAt,
 } from "./model.js";
+import { Select } from "./select.js";
+import { onWall, snappedEnd, snappedPoint, targets } from "./snap.js";
 
 /** Holding still so long straightens what was meant to be straight. */
 const HOLD_MS = 650;
@@ -17,6 +21,10 @@ const TREMBLE_PX = 4;
 const [CLOSING_PX, TWICE_PX] = [14, 5];
 /** The eraser's radius, screen pixels. */
 const RUBBER_PX = 14;
+/** How near ends snap, and how near a wall a door is in it, screen pixels. */
+const [SNAP_PX, DOOR_PX] = [10, 14];
+/** How far an arc is bent until it is bent by hand, as a part of the distance of its ends. */
+const BULGE = 0.25;
 
 /** A line by hand: the walls' pen, and the path. `finish(points, pressures)` makes of it what it is. */
 class Freehand {
@@ -99,7 +107,7 @@ class Freehand {
   }
 }
 
-/** Two corners: a straight wall, a box. */
+/** Two corners: a straight wall, a box. The shape may say where it begins and ends, by the samples. */
 class TwoCorners {
   #from = null;
   #to = null;
@@ -108,12 +116,13 @@ class TwoCorners {
     Object.assign(this, { host, shape, finish });
   }
 
-  begin({ at }) {
-    [this.#from, this.#to] = [at, at];
+  begin(sample) {
+    this.#from = this.shape.begin?.(sample) ?? sample.at;
+    this.#to = this.#from;
   }
 
   extend(samples) {
-    this.#to = this.shape.end(this.#from, samples.at(-1).at);
+    this.#to = this.shape.end?.(this.#from, samples.at(-1)) ?? samples.at(-1).at;
     this.host.draft(this.shape.draft(this.#from, this.#to));
   }
 
@@ -125,6 +134,120 @@ class TwoCorners {
 
   cancel() {
     this.host.draft(null);
+    this.host.guides([]);
+  }
+}
+
+/** An arc: its two ends with one drag, then its middle with another, or where the mouse is clicked. */
+class Arc {
+  #from = null;
+  #to = null;
+  #via = null;
+
+  constructor(host, snap, finish) {
+    Object.assign(this, { host, snap, finish });
+  }
+
+  begin(sample) {
+    if (this.#via) this.#bend(sample.at);
+    else [this.#from, this.#to] = Array(2).fill(this.snap(sample));
+  }
+
+  extend(samples) {
+    const sample = samples.at(-1);
+    if (this.#via) {
+      this.#bend(sample.at);
+      return;
+    }
+    this.#to = this.snap(sample, this.#from);
+    this.#show([this.#from, this.#to]);
+  }
+
+  hover({ at }) {
+    if (this.#via) this.#bend(at);
+  }
+
+  end() {
+    this.host.guides([]);
+    if (this.#via) this.close();
+    else if (distance(this.#from, this.#to) < this.host.sheet.px(8)) {
+      this.cancel();
+      this.host.say("Drag from one end of the arc to the other.");
+    } else {
+      const [[ax, ay], [bx, by]] = [this.#from, this.#to];
+      const middle = between(this.#from, this.#to, 0.5);
+      this.#bend([middle[0] + (by - ay) * BULGE, middle[1] - (bx - ax) * BULGE]);
+      this.host.say("Drag the middle of the arc to bend it. Enter keeps it as it is.");
+    }
+  }
+
+  close() {
+    if (!this.#via) return;
+    const points = this.#points();
+    this.cancel();
+    this.host.say("");
+    this.finish(points);
+  }
+
+  cancel() {
+    this.#via = null;
+    this.host.draft(null);
+    this.host.guides([]);
+  }
+
+  #points() {
+    return arc(this.#from, this.#to, this.#via);
+  }
+
+  #bend(via) {
+    this.#via = via;
+    this.#show(this.#points());
+  }
+
+  #show(points) {
+    this.host.draft({ kind: "line", points, width_px: this.host.settings().width_px });
+  }
+}
+
+/** A door: opens walls along a drag. */
+class Door {
+  #from = null;
+  #walls = null;
+
+  constructor(host) {
+    this.host = host;
+  }
+
+  begin({ at }) {
+    this.before = this.host.drawing();
+    this.drawing = this.before;
+    const strokes = this.before.strokes.map((_, i) => `strokes:${i}`);
+    this.#walls = targets(this.before, { only: strokes });
+    this.#from = this.#jamb(at);
+  }
+
+  extend(samples) {
+    const to = this.#jamb(samples.at(-1).at);
+    this.drawing = withDoor(this.before, this.#from, to, this.host.sheet.px(DOOR_PX));
+    this.host.preview(this.drawing);
+    this.host.guides([{ point: this.#from }, { point: to }]);
+  }
+
+  end() {
+    this.host.guides([]);
+    if (this.drawing === this.before) this.host.say("Drag along a wall to open a door in it.");
+    this.before = null;
+    this.host.change(this.drawing);
+  }
+
+  cancel() {
+    this.host.guides([]);
+    if (this.before) this.host.preview(this.before);
+    this.before = null;
+  }
+
+  #jamb(at) {
+    return onWall(at, this.#walls, this.host.sheet.px(DOOR_PX)) ?? at;
   }
 }
 
@@ -206,12 +329,14 @@ class Eraser {
 
   end() {
     this.host.draft(null);
+    this.before = null;
     this.host.change(this.drawing);
   }
 
   cancel() {
     this.host.draft(null);
-    this.host.preview(this.before);
+    if (this.before) this.host.preview(this.before);
+    this.before = null;
   }
 
   #radius() {
@@ -250,26 +375,43 @@ export function makeTools(host) {
     if (points.length < 2) host.say("Draw the path as a line, from where the robot stands.");
     else host.change(withRoute(host.drawing(), points));
   };
+  /** A sample's place, snapped to ends and walls; and, if it ends a line, to directions. With Ctrl it is where it is. */
+  const snap = (sample, from = null) => {
+    const free = !host.settings().snap || sample.ctrl;
+    const [around, reach] = [targets(host.drawing()), host.sheet.px(SNAP_PX)];
+    if (free && !sample.shift) return sample.at;
+    const { at, guides } = from ? snappedEnd(from, sample.at, around, reach, sample.shift) : snappedPoint(sample.at, around, reach);
+    host.guides(guides);
+    return at;
+  };
   const wall = {
-    end: squared,
+    begin: (sample) => snap(sample),
+    end: (from, sample) => snap(sample, from),
     draft: (a, b) => ({ kind: "line", points: [a, b], width_px: host.settings().width_px }),
   };
-  const rectangle = { end: (_, b) => b, draft: (a, b) => ({ kind: "polygon", points: box(a, b), closed: true }) };
+  const shape = (outline) => ({
+    end: (from, { at, shift }) => (shift ? even(from, at) : at),
+    draft: (a, b) => ({ kind: "polygon", points: outline(a, b), closed: true }),
+  });
+  const obstacle = (outline) => (a, b, tiny) => {
+    if (!tiny) addObstacle(host, outline(a, b));
+    else if (!editLabel(host, a)) host.say("Drag from one corner of the obstacle to the other.");
+  };
   const arrow = {
-    end: (_, b) => b,
     draft: (a, b) => ({ kind: "start", start: { at: a, heading_deg: headingDeg(a, b) } }),
   };
   return {
+    select: new Select(host),
     pen: new Freehand(host, () => host.sheet.colors.ink, () => host.settings().width_px, pen),
     eraser: new Eraser(host),
     line: new TwoCorners(host, wall, (a, b, tiny) => (tiny ? host.say("Drag from one end of the wall to the other.") : pen([a, b], null))),
-    box: new TwoCorners(host, rectangle, (a, b, tiny) => {
-      if (!tiny) addObstacle(host, box(a, b));
-      else if (!editLabel(host, a)) host.say("Drag from one corner of the obstacle to the other.");
-    }),
+    arc: new Arc(host, snap, (points) => pen(points, null)),
+    door: new Door(host),
+    box: new TwoCorners(host, shape(box), obstacle(box)),
+    ellipse: new TwoCorners(host, shape(ellipse), obstacle(ellipse)),
     polygon: new Polygon(host),
     path: new Freehand(host, () => host.sheet.colors.goal, () => host.sheet.px(4), path),
-    goal: new TwoCorners(host, { end: (_, b) => b, draft: () => null }, (a) => host.change(withGoal(host.drawing(), a))),
+    goal: new TwoCorners(host, { draft: () => null }, (a) => host.change(withGoal(host.drawing(), a))),
     here: new TwoCorners(host, arrow, (a, b, tiny) => host.answer(a, tiny ? null : headingDeg(a, b))),
     start: new TwoCorners(host, arrow, (a, b, tiny) => host.change(withStart(host.drawing(), a, tiny ? 0 : headingDeg(a, b)))),
   };

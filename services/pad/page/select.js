@@ -255,9 +255,9 @@ export class Select {
     this.#shown();
   }
 
-  /** The drawing has changed by a step that is not this tool's: keys that may mean something else are forgotten. */
+  /** The drawing has changed by a step that is not this tool's: keys that may mean something else now are forgotten. */
   follow(before, after) {
-    if (!sameItems(before, after)) [this.#keys, this.#edit] = [[], null];
+    if (before.canvas !== after.canvas || !sameItems(before, after)) [this.#keys, this.#edit] = [[], null];
     if (this.#edit && this.#edit.index >= pointsOf(after, this.#edit.key).length) this.#edit.index = 0;
   }
 

@@ -3,11 +3,11 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { arc, distance, distanceToLine, ellipse, even } from "../../services/pad/page/geometry.js";
+import { arc, boxOf, distance, distanceToLine, ellipse, even } from "../../services/pad/page/geometry.js";
 import * as items from "../../services/pad/page/items.js";
 import * as model from "../../services/pad/page/model.js";
 import { closings, snappedEnd, snappedMove, snappedPoint, targets } from "../../services/pad/page/snap.js";
-import { handles, move, resize, scale, turn, turned } from "../../services/pad/page/transform.js";
+import { handleAt, handles, move, resize, scale, turn, turned } from "../../services/pad/page/transform.js";
 
 /** Numbers that look random and are the same each time. */
 function numbers(seed) {
@@ -130,6 +130,12 @@ test("what a handle does: its side follows the hand, the opposite one stays", ()
   assert.equal(turned([0, 0], [10, 0], [1, 9], true), 90);
   assert.deepEqual(Object.keys(handles([0, 0, 10, 10], 1)), ["se", "turn"], "a small thing stays in reach of the hand");
   assert.equal(Object.keys(handles(box, 1)).length, 9);
+  for (const side of [0, 4, 20, 60, 500]) {
+    const small = [100, 100, 100 + side, 100 + side];
+    const places = handles(small, 1);
+    assert.equal(handleAt(places, [100 + side / 2, 100 + side / 2], 20, small, 1), null, "a finger in the middle moves, however small it is");
+    for (const [name, place] of Object.entries(places)) assert.equal(handleAt(places, place, 20, small, 1), name);
+  }
 });
 
 test("copies are new items: a group of their own, a goal without the name; there is one start", () => {
@@ -163,7 +169,7 @@ test("items are aligned and spread, a group as one", () => {
   for (const [x, y, side] of [[100, 100, 50], [200, 300, 80], [700, 250, 40], [740, 200, 60]]) drawing = model.withObstacle(drawing, box(x, y, side));
   drawing = items.grouped(drawing, ["obstacles:2", "obstacles:3"]);
   const keys = items.allKeys(drawing);
-  const boxes = (d) => keys.map((key) => items.boxOf(items.pointsOf(d, key)));
+  const boxes = (d) => keys.map((key) => boxOf(items.pointsOf(d, key)));
   const left = boxes(items.aligned(drawing, keys, "left"));
   assert.deepEqual(left.map(([x]) => x), [100, 100, 100, 140], "the group keeps its form");
   assert.deepEqual(boxes(items.aligned(drawing, keys, "bottom")).map((b) => b[3]), [380, 380, 380, 350]);
@@ -278,7 +284,7 @@ test("a door in a wall by hand is as wide as the drag, wherever it is", () => {
 });
 
 test("an ellipse fills its box, and an arc goes through its three points on a circle", () => {
-  const box = items.boxOf(ellipse([100, 100], [300, 180]));
+  const box = boxOf(ellipse([100, 100], [300, 180]));
   assert.ok(box.every((v, i) => Math.abs(v - [100, 100, 300, 180][i]) < 1.5), `${box}`);
   assert.deepEqual(even([10, 10], [40, 0]), [40, -20]);
   const random = numbers(6);

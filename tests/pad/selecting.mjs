@@ -5,6 +5,7 @@
 // in OUT: light and dark, wide and on a phone. Nothing is sent to a robot. Fails with the first thing that does not hold.
 
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
@@ -35,6 +36,9 @@ const ROOM = {
   start: { at: [600, 750], heading_deg: 0 },
   goals: [{ name: "door", at: [1150, 350] }, { at: [1800, 900] }],
 };
+
+/** A drawing of a mission, for the pictures. */
+const COURT = JSON.parse(readFileSync(new URL("../../sim/missions/routes/court-01.json", import.meta.url), "utf8"));
 
 async function opened(context) {
   const page = await context.newPage();
@@ -455,12 +459,19 @@ async function looksRight() {
     for (const colorScheme of ["light", "dark"]) {
       const context = await browser.newContext({ viewport: { width, height }, colorScheme, hasTouch: true, isMobile: width < 500, acceptDownloads: true });
       const me = await opened(context);
-      await me.room();
-      await me.click([600, 450]);
+      await me.room(COURT);
+      await me.drag([[1350, 192], [2130, 540]]);
       await isAtHand(me, name);
       await me.page.screenshot({ path: join(out, `select-${name}-${colorScheme}.png`) });
+      await me.keys("Escape");
+      await me.click([700, 750]);
       await me.keys("Enter");
       await isAtHand(me, `${name}, points`);
+      await me.keys("?");
+      await isAtHand(me, `${name}, keys`);
+      await me.page.screenshot({ path: join(out, `keys-${name}-${colorScheme}.png`) });
+      await me.page.click("#menu-button");
+      await me.page.focus("#sheet");
       await me.keys("Control+a");
       await me.page.click('[popovertarget="arrange"]');
       await isAtHand(me, `${name}, everything`);

@@ -47,6 +47,25 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
     place.assert_nothing_left("pad");
 }
 
+/// Whatever is drawn can be selected, moved, scaled, turned, copied, grouped, aligned and edited point by point, and each step undone.
+#[test]
+fn what_is_drawn_is_selected_and_changed_by_mouse_pen_fingers_and_keys() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad(&place);
+    let ended = browser.selects(&place, &link);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    keep_pictures(
+        place.files(),
+        &["select-wide-light.png", "select-wide-dark.png", "select-phone-light.png", "select-phone-dark.png"],
+    );
+
+    pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
 /// The page draws where the robot may be; a tap on one of the places, or its button, is an answer.
 #[test]
 fn a_robot_that_asks_is_answered_by_a_tap_and_by_a_button() {

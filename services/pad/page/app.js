@@ -267,10 +267,19 @@ for (const button of document.querySelectorAll("#tools [data-tool]")) {
   button.addEventListener("click", () => desk.take(button.dataset.tool));
 }
 const does = {
-  tool: (name) => desk.take(name), undo: () => study.step("undo", () => desk.undo()), redo: () => study.step("redo", () => desk.redo()), zoom: (factor) => desk.zoom(factor),
-  fit: () => desk.fit(), letGo: () => desk.escape(), selecting: () => desk.selecting, abort,
+  // Who watches has no tools.
+  tool: (name) => robot.hello?.mode === "watches" || desk.take(name),
+  undo: () => study.step("undo", () => desk.undo()), redo: () => study.step("redo", () => desk.redo()),
+  zoom: (factor) => desk.zoom(factor), fit: () => desk.fit(), help: showKeys, letGo: () => desk.escape(), selecting: () => desk.selecting, abort,
 };
 shortcuts(does);
+
+function showKeys() {
+  at("menu").togglePopover(true);
+  at("keys").open = true;
+  at("keys").scrollIntoView();
+}
+
 at("undo").addEventListener("click", does.undo);
 at("redo").addEventListener("click", does.redo);
 at("zoom-in").addEventListener("click", () => does.zoom(1.25));

@@ -28,6 +28,19 @@ export function distanceToLine(p, points, closed = false) {
   return least;
 }
 
+const boxes = new WeakMap();
+
+/** The upright box around points: left, top, right, bottom; made once. */
+export function boxOf(points) {
+  let found = boxes.get(points);
+  if (!found) {
+    found = [Infinity, Infinity, -Infinity, -Infinity];
+    for (const [x, y] of points) found = [Math.min(found[0], x), Math.min(found[1], y), Math.max(found[2], x), Math.max(found[3], y)];
+    boxes.set(points, found);
+  }
+  return found;
+}
+
 /** Whether `p` lies within the polygon (even-odd). */
 export function inside(p, polygon) {
   let odd = false;

@@ -3,7 +3,7 @@
 // A key names an item: its kind and its place among those of its kind, as in `strokes:3`. Keys hold until items are added before
 // it or removed. Strokes and obstacles with the same `group`, a number from 1, are selected together.
 
-import { distance, distanceToLine, inside } from "./geometry.js";
+import { boxOf, distance, distanceToLine, inside } from "./geometry.js";
 import { rounded } from "./model.js";
 
 /** Kinds from the bottom of the sheet to the top. */
@@ -87,19 +87,6 @@ export function transformed(drawing, keys, { map, turn_deg }) {
 }
 
 // ---------------------------------------------------------------------------- where they are
-
-const boxes = new WeakMap();
-
-/** The upright box around points: left, top, right, bottom. */
-export function boxOf(points) {
-  let box = boxes.get(points);
-  if (!box) {
-    box = [Infinity, Infinity, -Infinity, -Infinity];
-    for (const [x, y] of points) box = [Math.min(box[0], x), Math.min(box[1], y), Math.max(box[2], x), Math.max(box[3], y)];
-    boxes.set(points, box);
-  }
-  return box;
-}
 
 const union = (a, b) => [Math.min(a[0], b[0]), Math.min(a[1], b[1]), Math.max(a[2], b[2]), Math.max(a[3], b[3])];
 

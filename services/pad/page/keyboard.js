@@ -23,7 +23,7 @@ const [STEP_PX, FINE_PX] = [16, 2];
 const writes = (element) => element.matches("input, textarea, select");
 
 /**
- * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `abort()`
+ * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `help()`, `abort()`
  * (answers whether there was something to stop), `letGo()`, `selecting()` (the tool that selects, while it is in hand).
  */
 export function shortcuts(does) {
@@ -41,6 +41,7 @@ export function shortcuts(does) {
     else if (key === "+" || key === "=") act(event, () => does.zoom(1.25));
     else if (key === "-") act(event, () => does.zoom(0.8));
     else if (key === "0") act(event, does.fit);
+    else if (key === "?") act(event, does.help);
     else if (key === "escape") does.letGo();
   });
 }

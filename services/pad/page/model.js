@@ -5,7 +5,7 @@
 // in canvas pixels. What this page alone reads stands under `pad`: `pressure`, beside `strokes`; `groups`,
 // each with the places of its strokes and obstacles in their lists; pictures as data URLs. A drawing that was saved and loaded is saved again as the same bytes.
 
-import { cut, distance, distanceToLine, erased, inside } from "./geometry.js";
+import { boxOf, cut, distance, distanceToLine, erased, inside } from "./geometry.js";
 
 /** The sheets of paper 004: 2540 × 1252, lying or upright. */
 export const LANDSCAPE = [2540, 1252];
@@ -155,8 +155,11 @@ export function withDoor(drawing, a, b, half) {
   if (long === 0) return drawing;
   const [ux, uy] = [(b[0] - a[0]) / long, (b[1] - a[1]) / long];
   const local = ([x, y]) => [(x - a[0]) * ux + (y - a[1]) * uy, (y - a[1]) * ux - (x - a[0]) * uy];
+  const [left, top, right, bottom] = boxOf([a, b]);
+  const isNear = (box) => box[0] <= right + half && box[2] >= left - half && box[1] <= bottom + half && box[3] >= top - half;
   let hit = false;
   const strokes = drawing.strokes.flatMap((stroke) => {
+    if (!isNear(boxOf(stroke.points))) return [stroke];
     const open = stretches(stroke.points.map(local), long, half);
     if (!open.size) return [stroke];
     hit = true;

@@ -134,9 +134,9 @@ export class Select {
   }
 
   #handleGesture({ at, alt }, reach) {
-    const name = handleAt(this.#handles(), at, reach);
-    if (name === null) return null;
     const box = this.#box(this.before);
+    const name = handleAt(this.#handles(), at, reach, box, this.host.sheet.px(1));
+    if (name === null) return null;
     if (name === "turn") return this.#turnGesture(box);
     return {
       drag: (sample) => {
@@ -223,9 +223,9 @@ export class Select {
   over({ at }) {
     const [px, reach] = [this.host.sheet.px(1), this.host.sheet.px(REACH_PX)];
     const drawing = this.host.drawing();
-    const handle = handleAt(this.#handles(), at, reach);
-    if (handle) return handle;
     const box = this.#box(drawing);
+    const handle = handleAt(this.#handles(), at, reach, box, px);
+    if (handle) return handle;
     return (box && holds(frame(box, px), at)) || itemAt(drawing, at, reach, px) !== null ? "item" : "";
   }
 

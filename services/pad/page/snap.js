@@ -1,8 +1,8 @@
 // Snapping: ends of lines to ends and walls, directions to level, upright and to the walls where they begin, what is moved to what
 // stands beside it. Pure. A guide is `{ point }` or `{ line: [a, b] }`, to show what something has snapped to.
 
-import { between, distance, meeting, nearestOn } from "./geometry.js";
-import { allKeys, boxOf, isClosed, pointsOf } from "./items.js";
+import { between, boxOf, distance, meeting, nearestOn } from "./geometry.js";
+import { allKeys, isClosed, pointsOf } from "./items.js";
 
 /** Directions within so many degrees of one that is wanted are that one; with Shift all are multiples of the step. */
 const [MAGNET_DEG, STEP_DEG] = [4, 15];

@@ -46,12 +46,16 @@ export function handles(box, px, { scales = true, turns = true } = {}) {
   return Object.fromEntries(places);
 }
 
-/** The handle within `reach` of a point, the nearest; `null` if there is none. */
-export function handleAt(places, [x, y], reach) {
+/** The handle within `reach` of a point, the nearest; `null` if there is none. Within the frame the middle of a small `box` stays free. */
+export function handleAt(places, [x, y], reach, box, px) {
+  if (!box) return null;
+  const [[left, top, right, bottom], [cx, cy]] = [frame(box, px), center(box)];
+  const within = x > left && x < right && y > top && y < bottom;
   let [best, least] = [null, reach];
   for (const [name, place] of Object.entries(places)) {
     const off = Math.hypot(place[0] - x, place[1] - y);
-    if (off <= least) [best, least] = [name, off];
+    const free = within ? Math.hypot(place[0] - cx, place[1] - cy) / 2 : Infinity;
+    if (off <= Math.min(least, free)) [best, least] = [name, off];
   }
   return best;
 }

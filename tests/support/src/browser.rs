@@ -54,6 +54,13 @@ impl Browser {
         self.runs(drawing_script("study.mjs", place, link))
     }
 
+    /// Selects, moves, turns and edits what is drawn on the page at `link`, with mouse, pen, fingers and keys.
+    pub fn selects(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/selecting.mjs")).arg(link).arg(place.files());
+        self.runs(script)
+    }
+
     /// Waits for the robot to ask on the page at `link`, and answers by a tap and by a button.
     pub fn answers(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");

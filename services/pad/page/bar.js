@@ -42,12 +42,15 @@ export function bindBar(desk, sheet) {
   }
 }
 
-/** Puts the choice of sides above the bar, within the screen. */
+/** Puts the choice of sides above the bar, or below it if that is at the top, within the screen. */
 function placeArrange() {
-  const { top, left, width } = at("selection").getBoundingClientRect();
+  const { top, bottom, left, width } = at("selection").getBoundingClientRect();
   const { width: own } = at("arrange").getBoundingClientRect();
   const x = Math.max(8, Math.min(left + (width - own) / 2, window.innerWidth - own - 8));
-  Object.assign(at("arrange").style, { left: `${x}px`, bottom: `${window.innerHeight - top + 6}px` });
+  const high = top < window.innerHeight / 2;
+  Object.assign(at("arrange").style, {
+    left: `${x}px`, top: high ? `${bottom + 6}px` : "auto", bottom: high ? "auto" : `${window.innerHeight - top + 6}px`,
+  });
 }
 
 /** Shows the bar, or hides it while nothing is selected. */

@@ -1,8 +1,9 @@
 // A person who selects, with mouse, pen, fingers and keys, on a page that runs: `node selecting.mjs URL OUT`.
 // Environment: SKETCHNAV_PLAYWRIGHT (the folder of node_modules), SKETCHNAV_CHROMIUM.
 //
-// Drives each tool that changes what is drawn already, looks at what the page would save, and undoes it. Leaves screenshots
-// in OUT: light and dark, wide and on a phone. Nothing is sent to a robot. Fails with the first thing that does not hold.
+// Drives each tool that changes what is drawn already, looks at what the page would save, and undoes it. Sends a drawing, changes
+// it, and sends it again. Leaves screenshots in OUT: light and dark, wide and on a phone. Fails with the first thing that does not
+// hold.
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -442,6 +443,37 @@ async function opensDoorsAndBends(me) {
   assert.equal(await me.hand.pixels("marks"), shown, "what was erased stays erased");
 }
 
+// ---------------------------------------------------------------------------- what the robot is sent
+
+/** What was changed is sent again and accepted, and another page sees it, with its groups. */
+async function sendsWhatWasChanged(me) {
+  const sent = async (id, words) => {
+    await me.page.evaluate(() => { document.getElementById("say").textContent = ""; });
+    await me.page.click(`#${id}:enabled`);
+    await me.page.waitForFunction((what) => document.getElementById("say").textContent.includes(what), words);
+  };
+  await me.room();
+  await sent("send-sketch", "The map has arrived");
+  await sent("send-path", "The goals have arrived");
+  await me.page.focus("#sheet");
+  await me.click([600, 450]);
+  await me.click([950, 650], "Shift");
+  await me.keys("Control+g", "Shift+ArrowDown", "Escape");
+  await me.drag([[1800, 900], [1150, 700]], "Control");
+  await me.keys("Escape");
+  await me.click([600, 750]);
+  await me.keys("Period");
+  await sent("send-sketch", "The map has arrived");
+  await sent("send-path", "The goals have arrived");
+  const drawing = await me.drawing();
+  const context = await browser.newContext({ acceptDownloads: true });
+  const other = await opened(context);
+  await other.page.waitForFunction(() => document.getElementById("link-role").textContent === "You watch");
+  assert.deepEqual(await other.drawing(), drawing, "the other page");
+  await context.close();
+  assert.deepEqual([drawing.pad.groups.length, drawing.start.heading_deg, drawing.goals[0].name], [1, -15, "door"]);
+}
+
 // ---------------------------------------------------------------------------- the look, and the work
 
 /** Every button has a name and is large enough for a finger, whatever is selected; nothing is wider than the screen. */
@@ -462,6 +494,8 @@ async function looksRight() {
       await me.room(COURT);
       await me.drag([[1350, 192], [2130, 540]]);
       await isAtHand(me, name);
+      // On a phone words lie over the sheet for a while.
+      await me.page.waitForFunction(() => document.getElementById("say").textContent === "");
       await me.page.screenshot({ path: join(out, `select-${name}-${colorScheme}.png`) });
       await me.keys("Escape");
       await me.click([700, 750]);
@@ -530,7 +564,7 @@ async function main() {
   const me = await opened(context);
   for (const step of [
     tapsAndDrags, marquees, copies, sizesAndTurns, byKeys, editsPoints, groupsAndAligns, snapsAndCloses, opensDoorsAndBends, isReached,
-    drawsNoMoreThanItMust, byFingersAndPen,
+    drawsNoMoreThanItMust, sendsWhatWasChanged, byFingersAndPen,
   ]) {
     try {
       await step(me);

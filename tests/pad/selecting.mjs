@@ -20,6 +20,7 @@ const browser = await chromium.launch({
   executablePath: process.env.SKETCHNAV_CHROMIUM,
   args: ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"],
 });
+const SCREEN = { width: 1500, height: 900 };
 const faults = [];
 
 /** A room with some of everything. */
@@ -486,33 +487,38 @@ async function isAtHand({ page }, words) {
   assert.ok(wide <= 0, `${words}: the page is ${wide} px wider than the screen`);
 }
 
-async function looksRight() {
+/** Light and dark, on a desk and on a phone: pictures for people, and what holds in all of them. */
+async function looksRight(me) {
   for (const [name, width, height] of [["wide", 1500, 800], ["phone", 360, 740]]) {
     for (const colorScheme of ["light", "dark"]) {
-      const context = await browser.newContext({ viewport: { width, height }, colorScheme, hasTouch: true, isMobile: width < 500, acceptDownloads: true });
-      const me = await opened(context);
+      const picture = (what) => me.page.screenshot({ path: join(out, `${what}-${name}-${colorScheme}.png`) });
+      await me.page.setViewportSize({ width, height });
+      await me.page.emulateMedia({ colorScheme });
       await me.room(COURT);
       await me.drag([[1350, 192], [2130, 540]]);
       await isAtHand(me, name);
       // On a phone words lie over the sheet for a while.
       await me.page.waitForFunction(() => document.getElementById("say").textContent === "");
-      await me.page.screenshot({ path: join(out, `select-${name}-${colorScheme}.png`) });
+      await picture("select");
       await me.keys("Escape");
       await me.click([700, 750]);
       await me.keys("Enter");
       await isAtHand(me, `${name}, points`);
+      await picture("points");
       await me.keys("?");
       await isAtHand(me, `${name}, keys`);
-      await me.page.screenshot({ path: join(out, `keys-${name}-${colorScheme}.png`) });
+      await picture("keys");
       await me.page.click("#menu-button");
       await me.page.focus("#sheet");
       await me.keys("Control+a");
       await me.page.click('[popovertarget="arrange"]');
       await isAtHand(me, `${name}, everything`);
-      await me.page.screenshot({ path: join(out, `arrange-${name}-${colorScheme}.png`) });
-      await context.close();
+      await picture("arrange");
+      await me.keys("Escape", "Escape");
     }
   }
+  await me.page.setViewportSize(SCREEN);
+  await me.page.emulateMedia({ colorScheme: null });
 }
 
 /** Each button of the bar is reached by Tab, and shows the focus. */
@@ -559,11 +565,11 @@ async function drawsNoMoreThanItMust(me) {
 }
 
 async function main() {
-  const context = await browser.newContext({ viewport: { width: 1500, height: 900 }, hasTouch: true, acceptDownloads: true });
+  const context = await browser.newContext({ viewport: SCREEN, hasTouch: true, acceptDownloads: true });
   await context.addInitScript(inkWork);
   const me = await opened(context);
   for (const step of [
-    tapsAndDrags, marquees, copies, sizesAndTurns, byKeys, editsPoints, groupsAndAligns, snapsAndCloses, opensDoorsAndBends, isReached,
+    looksRight, tapsAndDrags, marquees, copies, sizesAndTurns, byKeys, editsPoints, groupsAndAligns, snapsAndCloses, opensDoorsAndBends, isReached,
     drawsNoMoreThanItMust, sendsWhatWasChanged, byFingersAndPen,
   ]) {
     try {
@@ -574,7 +580,6 @@ async function main() {
     }
   }
   await context.close();
-  await looksRight();
   assert.deepEqual(faults.filter((fault) => !/WebSocket|ERR_CONNECTION|404/.test(fault)), [], "errors on the page");
 }
 

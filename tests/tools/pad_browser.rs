@@ -55,10 +55,9 @@ fn what_is_drawn_is_selected_and_changed_by_mouse_pen_fingers_and_keys() {
     let (mut pad, link) = pad(&place);
     let ended = browser.selects(&place, &link);
     assert_eq!(ended.code, Some(0), "{ended}");
-    keep_pictures(
-        place.files(),
-        &["select-wide-light.png", "select-wide-dark.png", "select-phone-light.png", "select-phone-dark.png"],
-    );
+    let pictures =
+        ["wide-light", "wide-dark", "phone-light", "phone-dark"].map(|look| format!("select-{look}.png"));
+    keep_pictures(place.files(), &pictures.each_ref().map(String::as_str));
 
     pad.must_live();
     pad.signal(Signal::SIGINT);

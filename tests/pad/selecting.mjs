@@ -243,6 +243,7 @@ async function byKeys(me) {
   await me.room();
   // The last of all is the start, which is on top; the first is the first stroke.
   await me.keys("n", "ArrowRight", "ArrowRight", "Shift+ArrowDown");
+  assert.equal(await me.page.textContent("#selected"), "Wall selected", "for those who hear the page");
   let drawing = await me.drawing();
   const px = 1 / me.hand.view.scale;
   me.near(drawing.strokes[0].points, moved(ROOM.strokes[0].points, [2 * px, 5 * px]), "arrows move");
@@ -311,9 +312,16 @@ async function byFingersAndPen(me) {
 async function editsPoints(me) {
   await me.room();
   await me.click([800, 200]);
+  // The ends of a straight wall are at hand at once; with Shift it keeps to multiples of 15°.
+  await me.drag([[1300, 200], [1290, 1100]], "Shift");
+  let drawing = await me.drawing();
+  me.near([drawing.strokes[0].points[0]], [[300, 200]], "the other end stays");
+  const [[x0, y0], [x1, y1]] = drawing.strokes[0].points;
+  assert.ok(Math.abs(Math.atan2(y1 - y0, x1 - x0) - Math.PI / 4) < 1e-3, "45°");
+  await me.undone("an end of a wall");
   await me.keys("Enter");
   await me.drag([[1300, 200], [1400, 260]], "Control");
-  let drawing = await me.drawing();
+  drawing = await me.drawing();
   me.near(drawing.strokes[0].points, [[300, 200], [1400, 260]], "a point moves");
   await me.undone("a point");
   await me.drag([[800, 200], [800, 340]], "Control");

@@ -2,7 +2,7 @@
 
 const at = (id) => document.getElementById(id);
 
-/** When a button is shown, by `Select.state`. */
+/** When a button is shown, by `Selection.state`. */
 const SHOWN = {
   adds: ({ editing }) => !editing,
   duplicate: ({ editing, copies }) => !editing && copies,
@@ -18,23 +18,23 @@ const SHOWN = {
   spread: ({ units }) => units > 2,
 };
 
-/** What a button does, by its name. */
+/** What a button does, by its name, if that is not a method of Selection. */
 const DOES = {
-  adds: (select) => select.toggleAdding(),
-  points: (select) => select.editPoints(),
-  gaps: (select) => select.closeGaps(),
+  adds: (selection) => selection.toggleAdding(),
+  points: (selection) => selection.editPoints(),
+  gaps: (selection) => selection.closeGaps(),
 };
 
-/** Binds the bar. `desk.selecting` is the tool; `sheet` gets the focus back after a click, so that keys go on with what is selected. */
+/** Binds the bar to `desk.selecting`. `sheet` gets the focus back after a click, so that keys go on with what is selected. */
 export function bindBar(desk, sheet) {
   at("arrange").addEventListener("toggle", (event) => event.newState === "open" && placeArrange());
   for (const button of at("selection").querySelectorAll("[data-does]")) {
     button.addEventListener("click", (event) => {
       const [name, value] = button.dataset.does.split(" ");
-      const select = desk.selecting;
-      if (!select) return;
-      if (DOES[name]) DOES[name](select);
-      else select[name](Number.isNaN(Number(value)) ? value : Number(value));
+      const selection = desk.selecting;
+      if (!selection) return;
+      if (DOES[name]) DOES[name](selection);
+      else selection[name](Number.isNaN(Number(value)) ? value : Number(value));
       if (button.closest("[popover]")) at("arrange").hidePopover();
       // A click by a key leaves the focus where it is.
       if (event.detail > 0 && name !== "label") sheet.focus({ preventScroll: true });
@@ -53,10 +53,12 @@ function placeArrange() {
   });
 }
 
-/** Shows the bar, or hides it while nothing is selected. */
-export function showBar(select) {
+/** Shows the bar, or hides it while nothing is selected, and says what is. */
+export function showBar(selection) {
   const bar = at("selection");
-  const state = select?.state;
+  const state = selection?.state;
+  const words = state?.words ?? "";
+  if (at("selected").textContent !== words) at("selected").textContent = words;
   const hidden = !state?.count;
   const had = bar.contains(document.activeElement) && document.activeElement;
   for (const element of bar.querySelectorAll("[data-shown]")) element.hidden = !hidden && !SHOWN[element.dataset.shown](state);

@@ -106,14 +106,15 @@ export class Desk {
     tool?.cancel();
   }
 
-  /** The tool that selects, while it is in hand; `null` otherwise. */
+  /** What is selected, while the tool that selects is in hand; `null` otherwise. */
   get selecting() {
-    return this.#tool === "select" ? this.#tools.select : null;
+    return this.#tool === "select" ? this.#tools.select.selection : null;
   }
 
   /** Drops what is under way, or else what is selected. */
   escape() {
-    if (this.selecting && !this.#under) this.selecting.escape();
+    const tool = this.#tools[this.#tool];
+    if (tool?.escape && !this.#under) tool.escape();
     else this.letGo();
   }
 
@@ -127,7 +128,7 @@ export class Desk {
     const before = this.#history;
     this.#history = tag !== null && tag === this.#tag ? { ...before, now: next, future: [] } : changed(before, next);
     this.#tag = tag;
-    this.#tools.select.follow(before.now, next);
+    this.#tools.select.selection.follow(before.now, next);
     this.#show(next);
     this.#host.changed();
     this.#host.selected();
@@ -149,7 +150,7 @@ export class Desk {
   #leap(next) {
     this.letGo();
     this.#tag = null;
-    this.#tools.select.follow(this.#history.now, next.now);
+    this.#tools.select.selection.follow(this.#history.now, next.now);
     this.#history = next;
     this.#show(next.now);
     this.#host.changed();
@@ -217,7 +218,7 @@ export class Desk {
 
   /** What is selected, or what the tool has snapped to. A stroke under the pen has the layer to itself. */
   #drawOver() {
-    const overlay = this.selecting?.overlay() ?? (this.#guides.length ? { guides: this.#guides } : null);
+    const overlay = this.#tools[this.#tool]?.overlay?.() ?? (this.#guides.length ? { guides: this.#guides } : null);
     if (overlay) drawOverlay(this.sheet, overlay);
     else if (this.#overlaid) this.sheet.wipe("live");
     this.#overlaid = overlay !== null;

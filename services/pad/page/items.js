@@ -56,6 +56,13 @@ export const pointsOf = (drawing, key) => pointsIn(kindOf(key), itemOf(drawing, 
 /** Whether an item's last point is joined with its first. */
 export const isClosed = (key) => kindOf(key) === "obstacles";
 
+/** What an item is, in words. */
+export function nameOf(drawing, key) {
+  const [kind, index] = place(key);
+  if (kind === "obstacles") return drawing.obstacles[index].label || "Obstacle";
+  return { strokes: "Wall", route: "Path", goals: `Goal ${index + 1}`, start: "Start" }[kind];
+}
+
 /** Whether an item has points that can be edited one by one. */
 export const hasPoints = (key) => ["strokes", "obstacles", "route"].includes(kindOf(key));
 

@@ -8,7 +8,7 @@ const TOOL_KEYS = {
   s: "start", m: "hand",
 };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-/** What is done with what is selected, by its key: names of what Select does. With Ctrl or the command key, with Alt, and without. */
+/** What is done with what is selected, by its key: methods of Selection. With Ctrl or the command key, with Alt, and without. */
 const WITH_CTRL = { a: ["selectAll"], d: ["duplicate"], c: ["copy"], x: ["cut"], v: ["paste"] };
 const WITH_CTRL_SHIFT = { ArrowLeft: ["align", "left"], ArrowRight: ["align", "right"], ArrowUp: ["align", "top"], ArrowDown: ["align", "bottom"] };
 const WITH_ALT = { KeyH: ["distribute", 0], KeyV: ["distribute", 1] };
@@ -24,7 +24,7 @@ const writes = (element) => element.matches("input, textarea, select");
 
 /**
  * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `help()`, `abort()`
- * (answers whether there was something to stop), `letGo()`, `selecting()` (the tool that selects, while it is in hand).
+ * (answers whether there was something to stop), `letGo()`, `selecting()` (the selection, while the tool that selects is in hand).
  */
 export function shortcuts(does) {
   document.addEventListener("keydown", (event) => {
@@ -51,12 +51,12 @@ function selects(event, key, does) {
   const ctrl = event.ctrlKey || event.metaKey;
   // To select everything, or to paste, takes the tool.
   if (ctrl && !event.shiftKey && !does.selecting() && (key === "a" || key === "v")) does.tool("select");
-  const select = does.selecting();
-  if (!select) return false;
+  const selection = does.selecting();
+  if (!selection) return false;
   const called = meant(event, key, ctrl);
-  if (called) act(event, () => select[called[0]](...called.slice(1)));
+  if (called) act(event, () => selection[called[0]](...called.slice(1)));
   else if (!ctrl && (event.code === "Comma" || event.code === "Period")) {
-    act(event, () => select.turn((event.shiftKey ? FINE_DEG : TURN_DEG) * (event.code === "Comma" ? -1 : 1)));
+    act(event, () => selection.turn((event.shiftKey ? FINE_DEG : TURN_DEG) * (event.code === "Comma" ? -1 : 1)));
   } else return false;
   return true;
 }
@@ -78,7 +78,7 @@ export class Crosshair {
   #at = null;
   #down = false;
 
-  /** `selecting()`: the tool that selects, while it is in hand: arrows move what is selected, and the crosshair if nothing is. */
+  /** `selecting()`: the selection, while the tool that selects is in hand: arrows move it, and the crosshair if there is none. */
   constructor(element, mark, sheet, listener, close, selecting) {
     Object.assign(this, { element, mark, sheet, listener });
     element.addEventListener("keydown", (event) => {

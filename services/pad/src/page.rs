@@ -33,6 +33,7 @@ files! {
     "panel.js": SCRIPT,
     "pointer.js": SCRIPT,
     "select.js": SCRIPT,
+    "selection.js": SCRIPT,
     "settings.js": SCRIPT,
     "snap.js": SCRIPT,
     "states.js": SCRIPT,

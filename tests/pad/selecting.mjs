@@ -116,6 +116,11 @@ class Person {
     assert.ok(off <= least, `${words}: expected ${JSON.stringify(wanted)} within ${least}, found ${JSON.stringify(found)}`);
   }
 
+  /** Takes the words away that lie over the sheet of a phone for a while. */
+  hush() {
+    return this.page.evaluate(() => { document.getElementById("say").textContent = ""; });
+  }
+
   async selected(count) {
     const shown = await this.page.locator("#selection").isVisible();
     assert.equal(shown, count > 0, count ? "something is selected" : "nothing is selected");
@@ -457,7 +462,7 @@ async function opensDoorsAndBends(me) {
 /** What was changed is sent again and accepted, and another page sees it, with its groups. */
 async function sendsWhatWasChanged(me) {
   const sent = async (id, words) => {
-    await me.page.evaluate(() => { document.getElementById("say").textContent = ""; });
+    await me.hush();
     await me.page.click(`#${id}:enabled`);
     await me.page.waitForFunction((what) => document.getElementById("say").textContent.includes(what), words);
   };
@@ -505,8 +510,7 @@ async function looksRight(me) {
       await me.room(COURT);
       await me.drag([[1350, 192], [2130, 540]]);
       await isAtHand(me, name);
-      // On a phone words lie over the sheet for a while.
-      await me.page.waitForFunction(() => document.getElementById("say").textContent === "");
+      await me.hush();
       await picture("select");
       await me.keys("Escape");
       await me.click([700, 750]);

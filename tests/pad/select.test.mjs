@@ -6,6 +6,7 @@ import { test } from "node:test";
 import { arc, boxOf, distance, distanceToLine, ellipse, even } from "../../services/pad/page/geometry.js";
 import * as items from "../../services/pad/page/items.js";
 import * as model from "../../services/pad/page/model.js";
+import { Select } from "../../services/pad/page/select.js";
 import { closings, snappedEnd, snappedMove, snappedPoint, targets } from "../../services/pad/page/snap.js";
 import { handleAt, handles, move, resize, scale, turn, turned } from "../../services/pad/page/transform.js";
 
@@ -198,6 +199,103 @@ test("a line by hand keeps its form with fewer points", () => {
   const [{ points: fewer, pressure }] = items.simplified(drawing, ["strokes:0"]).strokes;
   assert.ok(fewer.length < 10 && pressure.length === fewer.length, `${fewer.length}`);
   assert.ok(drawing.strokes[0].points.every((p) => distanceToLine(p, fewer) <= 2.5 + 1e-9));
+});
+
+// ---------------------------------------------------------------------------- the hand
+
+/** A hand with the tool that selects, on a desk without a screen; a pixel of the screen is `px` of the sheet. */
+class Hand {
+  constructor(drawing, px = 1) {
+    this.history = model.history(drawing);
+    this.shown = drawing;
+    this.time = 0;
+    const change = (next) => {
+      this.tool.selection.follow(this.history.now, next);
+      this.history = model.changed(this.history, next);
+      this.shown = next;
+    };
+    this.tool = new Select({
+      sheet: { px: (n) => n * px }, drawing: () => this.history.now, shown: () => this.shown, change, preview: (next) => { this.shown = next; },
+      over() {}, selected() {}, say() {}, label() {}, settings: () => ({ snap: true }),
+    });
+  }
+
+  get now() {
+    return this.history.now;
+  }
+
+  drag(places, more = {}) {
+    const samples = places.map((at) => ({ at, time: (this.time += 1000), ...more }));
+    this.tool.begin(samples[0]);
+    for (const sample of samples.slice(1)) this.tool.extend([sample]);
+    this.tool.overlay();
+    this.tool.end();
+  }
+
+  undo() {
+    const before = this.now;
+    this.history = model.undone(this.history);
+    this.tool.selection.follow(before, this.now);
+  }
+}
+
+test("whatever a hand does, no step loses a label, a name or a pressure, the file stays readable, and undone it is what it was", () => {
+  for (let seed = 1; seed <= 40; seed += 1) {
+    const random = numbers(seed * 77);
+    const drawing = room(random);
+    const hand = new Hand(drawing, 0.5 + random() * 3);
+    const { selection } = hand.tool;
+    const pick = (list) => list[Math.floor(random() * list.length)];
+    const place = () => (random() < 0.7 ? pick(items.pointsOf(hand.now, pick(items.allKeys(hand.now)))) : [random() * 2540, random() * 1252]);
+    const keys = [
+      () => selection.selectAll(), () => selection.step(1), () => selection.step(-1), () => selection.editPoints(), () => selection.insert(),
+      () => selection.duplicate(), () => selection.group(), () => selection.ungroup(), () => selection.align(pick(Object.keys(items.SIDES))),
+      () => selection.distribute(pick([0, 1])), () => selection.closeGaps(), () => selection.simplify(), () => selection.nudge([1, 0], 3),
+      () => selection.turn(15), () => selection.stretch([0, 1], 5), () => selection.copy(), () => selection.paste(), () => hand.tool.escape(),
+      () => hand.undo(),
+    ];
+    for (let i = 0; i < 60; i += 1) {
+      const modifiers = { shift: random() < 0.3, alt: random() < 0.2, ctrl: random() < 0.3, touch: random() < 0.5 };
+      if (random() < 0.5) pick(keys)();
+      else hand.drag(Array.from({ length: 1 + Math.floor(random() * 4) }, place), modifiers);
+      const { now } = hand;
+      if (now.obstacles.length > 40 || now.strokes.length > 80) break;
+      assert.ok(selection.keys.every((key) => items.itemOf(now, key)), "what is selected is there");
+      assert.equal(model.toText(model.fromText(model.toText(now))), model.toText(now));
+      assert.ok(now.obstacles.length >= 4 && now.obstacles.every((o) => /^table \d$/.test(o.label) && o.polygon.length >= 3));
+      assert.ok(now.strokes.every((s) => s.pressure === null || s.pressure.length === s.points.length));
+      assert.equal(now.goals[0].name, "kitchen");
+    }
+    while (hand.history.past.length) hand.undo();
+    assert.equal(model.toText(hand.now), model.toText(drawing));
+  }
+});
+
+test("a drag that is taken back leaves drawing and selection as they were", () => {
+  const hand = new Hand(room(numbers(3)));
+  const { tool, now } = hand;
+  tool.selection.choose(["goals:1"]);
+  tool.begin({ at: now.obstacles[1].polygon[0], time: 1 });
+  tool.extend([{ at: [10, 10], time: 2, alt: true }]);
+  assert.notEqual(hand.shown, now);
+  tool.escape();
+  assert.equal(hand.shown, now);
+  assert.deepEqual([hand.now, tool.selection.keys], [now, ["goals:1"]]);
+  tool.end();
+  assert.equal(hand.now, now);
+});
+
+test("a double tap on an item of a group selects it alone, and another edits its points", () => {
+  const hand = new Hand(room(numbers(8)));
+  const [x, y] = hand.now.obstacles[0].polygon[0];
+  const tap = (time) => {
+    hand.tool.begin({ at: [x + 30, y + 15], time });
+    hand.tool.end();
+    return hand.tool.selection;
+  };
+  assert.deepEqual(tap(0).keys, ["strokes:1", "strokes:2", "obstacles:0"]);
+  assert.deepEqual(tap(200).keys, ["obstacles:0"]);
+  assert.deepEqual(tap(400).edit, { key: "obstacles:0", index: 0 });
 });
 
 // ---------------------------------------------------------------------------- snapping, gaps, doors

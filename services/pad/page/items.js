@@ -10,9 +10,9 @@ import { rounded } from "./model.js";
 const KINDS = ["strokes", "obstacles", "route", "goals", "start"];
 /** Kinds of which a drawing has a list; it has at most one of the others. */
 const LISTS = new Set(["strokes", "obstacles", "goals"]);
-/** Sizes of marks, screen pixels: a goal's radius, a start's radius and the length of its arrow, half the width of a route. */
-const [GOAL_PX, START_PX, ARROW_PX, ROUTE_PX] = [13, 9, 34, 3];
-/** How far to the side of a line through its neighbours a point may lie to be left out by `simplified`, as parts of the width. */
+/** Sizes of marks, screen pixels: the radii of a goal and of a start, the length of a start's arrow, the width of a route. */
+export const MARK_PX = { goal: 13, start: 9, arrow: 34, route: 6 };
+/** How far a line by hand may be from the simplified one, as a part of its width. */
 const FLAT = 0.5;
 
 const kindOf = (key) => key.split(":")[0];
@@ -103,15 +103,15 @@ export const boxAround = (drawing, keys) => [...keys].map((key) => boxOf(pointsO
 /** The tip of a start's arrow; `px` is a screen pixel in sheet pixels. */
 export function tipOf({ at, heading_deg }, px) {
   const angle = (-heading_deg * Math.PI) / 180;
-  return [at[0] + ARROW_PX * px * Math.cos(angle), at[1] + ARROW_PX * px * Math.sin(angle)];
+  return [at[0] + MARK_PX.arrow * px * Math.cos(angle), at[1] + MARK_PX.arrow * px * Math.sin(angle)];
 }
 
 /** How far `p` is from what is drawn of an item; 0 on it. */
 function distanceFrom(kind, item, p, px) {
   if (kind === "obstacles") return inside(p, item.polygon) ? 0 : distanceToLine(p, item.polygon, true);
-  if (kind === "goals") return Math.max(0, distance(item.at, p) - GOAL_PX * px);
-  if (kind === "start") return Math.max(0, Math.min(distance(item.at, p) - START_PX * px, distanceToLine(p, [item.at, tipOf(item, px)])));
-  const half = kind === "strokes" ? item.width_px / 2 : ROUTE_PX * px;
+  if (kind === "goals") return Math.max(0, distance(item.at, p) - MARK_PX.goal * px);
+  if (kind === "start") return Math.max(0, Math.min(distance(item.at, p) - MARK_PX.start * px, distanceToLine(p, [item.at, tipOf(item, px)])));
+  const half = kind === "strokes" ? item.width_px / 2 : (MARK_PX.route / 2) * px;
   return Math.max(0, distanceToLine(p, pointsIn(kind, item)) - half);
 }
 
@@ -125,7 +125,7 @@ export function itemAt(drawing, p, reach, px) {
     const kind = kindOf(key);
     const item = itemOf(drawing, key);
     const [left, top, right, bottom] = boxOf(pointsIn(kind, item));
-    const far = reach + Math.max(item.width_px ?? 0, ARROW_PX * px);
+    const far = reach + Math.max(item.width_px ?? 0, MARK_PX.arrow * px);
     if (p[0] < left - far || p[0] > right + far || p[1] < top - far || p[1] > bottom + far) continue;
     const off = distanceFrom(kind, item, p, px);
     if (off === 0) return key;

@@ -10,16 +10,14 @@ import {
 } from "./items.js";
 import { rounded } from "./model.js";
 import { Selection } from "./selection.js";
-import { snappedEnd, snappedMove, snappedPoint, targets } from "./snap.js";
+import { SNAP_PX, snappedEnd, snappedMove, snappedPoint, targets } from "./snap.js";
 import { center, frame, handleAt, handles, move, resize, turn, turned, upright } from "./transform.js";
 
 /** How near a mouse or pen, and a finger, must come to something, and how far each trembles in a tap; screen pixels. */
-const [REACH_PX, FINGER_PX] = [10, 20];
+const [REACH_PX, FINGER_PX] = [10, 22];
 const [STILL_PX, FINGER_STILL_PX] = [4, 8];
 /** A second tap so soon and so near is a double tap. */
 const [TWICE_MS, TWICE_PX] = [500, 12];
-/** How near something snaps, screen pixels. */
-const SNAP_PX = 10;
 /** Points nearer to each other than this are not all shown, and segments as long as the second show where a new point would be. */
 const [DENSE_PX, ROOMY_PX] = [12, 48];
 
@@ -136,7 +134,10 @@ export class Select {
     const { selection } = this;
     const key = selection.edit?.key ?? this.#straight(this.before);
     if (!key) return null;
-    let [start, index] = [this.before, pointAt(this.before, key, at, reach)];
+    // The middle of a wall stays free, however short it is.
+    const [a, b] = pointsOf(this.before, key);
+    const near = selection.edit ? reach : Math.min(reach, distance(a, b) / 3);
+    let [start, index] = [this.before, pointAt(this.before, key, at, near)];
     if (index < 0) {
       index = selection.edit ? placeAt(this.before, key, at, reach) : -1;
       if (index < 0) {

@@ -1,5 +1,5 @@
-// What is selected, and what is done with it: by buttons, by keys, and by the hand (select.js). The work on drawings are the pure
-// functions of items.js, snap.js and transform.js.
+// What is selected, and what is done with it by buttons, by keys, and by the hand (select.js). The pure functions that do it to
+// a drawing are in items.js, snap.js and transform.js.
 //
 // The host is that of tools.js.
 
@@ -73,7 +73,7 @@ export class Selection {
     this.changed();
   }
 
-  /** What is selected is shown anew. */
+  /** Shows what is selected now. */
   changed() {
     this.#host.over();
     this.#host.selected();

@@ -4,6 +4,8 @@
 import { between, boxOf, distance, meeting, nearestOn } from "./geometry.js";
 import { allKeys, isClosed, pointsOf } from "./items.js";
 
+/** How near to an end something snaps to it, screen pixels. */
+export const SNAP_PX = 10;
 /** Directions within so many degrees of one that is wanted are that one; with Shift all are multiples of the step. */
 const [MAGNET_DEG, STEP_DEG] = [4, 15];
 /** Lines with more points than this are by hand: only their ends are corners. */
@@ -56,7 +58,7 @@ export function snappedPoint(p, around, reach) {
 const degreesOf = (a, b) => (Math.atan2(b[1] - a[1], b[0] - a[0]) * 180) / Math.PI;
 const apart = (a, b) => Math.abs(((a - b + 540) % 360) - 180);
 
-/** The direction that a line means: one of the usual ones, or along or across a wall that begins where it begins; `null` if none. */
+/** The direction that a line means: level, upright, 45°, or along or across a wall at whose end it begins; `null` if none. */
 function direction(from, p, { walls }, steps) {
   const drawn = degreesOf(from, p);
   if (steps) return STEP_DEG * Math.round(drawn / STEP_DEG);

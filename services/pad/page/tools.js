@@ -3,7 +3,7 @@
 //
 // The host has: `drawing()`, `change(drawing)`, `preview(drawing)` (shown, but not yet a step of the
 // history), `shown()` (the one that is), `sheet`, `draft(shape | null)`, `guides(list)` (what has snapped to what, snap.js),
-// `over()` (what is selected is drawn anew), `selected()`, `settings()`, `say(words)`, `label(index)`, `answer(at, heading_deg)`.
+// `over()` (what is selected is drawn again), `selected()` (something else is), `settings()`, `say(words)`, `label(index)`, `answer(at, heading_deg)`.
 // A step with a tag, `change(drawing, tag)`, is one with the step before if that has the same.
 
 import { arc, between, box, distance, ellipse, even, meantStraight, squared } from "./geometry.js";
@@ -11,7 +11,7 @@ import {
   obstacleAt, rounded, touched, withDoor, withGoal, withObstacle, withRoute, withStart, withStroke, withoutMapAt, withoutMarksAt,
 } from "./model.js";
 import { Select } from "./select.js";
-import { onWall, snappedEnd, snappedPoint, targets } from "./snap.js";
+import { SNAP_PX, onWall, snappedEnd, snappedPoint, targets } from "./snap.js";
 
 /** Holding still so long straightens what was meant to be straight. */
 const HOLD_MS = 650;
@@ -21,8 +21,8 @@ const TREMBLE_PX = 4;
 const [CLOSING_PX, TWICE_PX] = [14, 5];
 /** The eraser's radius, screen pixels. */
 const RUBBER_PX = 14;
-/** How near ends snap, and how near a wall a door is in it, screen pixels. */
-const [SNAP_PX, DOOR_PX] = [10, 14];
+/** How near a wall a door is in it, screen pixels. */
+const DOOR_PX = 14;
 /** How far an arc is bent until it is bent by hand, as a part of the distance of its ends. */
 const BULGE = 0.25;
 

@@ -5,7 +5,7 @@
 const STEP_DEG = 15;
 /** How far the frame is from what it is around, and the handle that turns from the frame, screen pixels. */
 const [PAD_PX, STEM_PX] = [8, 30];
-/** A frame that is smaller than so many screen pixels has handles at its corners alone; one smaller than the second has one. */
+/** Sides of a frame that are shorter than so many screen pixels have no handle in the middle; below the second size only a corner has one. */
 const [FEW_PX, ONE_PX] = [72, 28];
 /** Handles: which sides they move, from the left or top, -1, to the right or bottom, 1. */
 const HANDLES = { nw: [-1, -1], n: [0, -1], ne: [1, -1], e: [1, 0], se: [1, 1], s: [0, 1], sw: [-1, 1], w: [-1, 0] };

@@ -251,20 +251,26 @@ class Door {
   }
 }
 
-/** Corners one by one; the first one again, Enter or a double tap closes it. */
+/** Corners one by one; the first one again, Enter or a double tap closes it. With Shift its sides keep to directions. */
 class Polygon {
   #corners = [];
 
-  constructor(host) {
-    this.host = host;
+  constructor(host, snap) {
+    Object.assign(this, { host, snap });
   }
 
-  begin({ at }) {
-    this.extend([{ at }]);
+  begin(sample) {
+    this.extend([sample]);
   }
 
   extend(samples) {
-    this.#show(samples.at(-1).at);
+    const sample = samples.at(-1);
+    const directed = sample.shift && this.#corners.length > 0;
+    this.#show(directed ? this.snap(sample, this.#corners.at(-1)) : sample.at);
+  }
+
+  hover(sample) {
+    if (this.#corners.length) this.extend([sample]);
   }
 
   end() {
@@ -276,6 +282,7 @@ class Polygon {
       this.close();
     } else if (this.#corners.length === 0 || !near(this.#corners.at(-1), TWICE_PX)) {
       this.#corners.push(at);
+      this.host.guides([]);
       this.#show(null);
       this.host.say(this.#corners.length < 3 ? "Tap the next corner." : "Tap the first corner, or press Enter, to close the shape.");
     }
@@ -291,6 +298,7 @@ class Polygon {
   cancel() {
     this.#corners = [];
     this.host.draft(null);
+    this.host.guides([]);
   }
 
   #show(at) {
@@ -409,7 +417,7 @@ export function makeTools(host) {
     door: new Door(host),
     box: new TwoCorners(host, shape(box), obstacle(box)),
     ellipse: new TwoCorners(host, shape(ellipse), obstacle(ellipse)),
-    polygon: new Polygon(host),
+    polygon: new Polygon(host, snap),
     path: new Freehand(host, () => host.sheet.colors.goal, () => host.sheet.px(4), path),
     goal: new TwoCorners(host, { draft: () => null }, (a) => host.change(withGoal(host.drawing(), a))),
     here: new TwoCorners(host, arrow, (a, b, tiny) => host.answer(a, tiny ? null : headingDeg(a, b))),

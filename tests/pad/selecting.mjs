@@ -116,6 +116,13 @@ class Person {
     assert.ok(off <= least, `${words}: expected ${JSON.stringify(wanted)} within ${least}, found ${JSON.stringify(found)}`);
   }
 
+  /** Presses a button that sends something, and waits for the answer. */
+  async sends(id, words) {
+    await this.hush();
+    await this.page.click(`#${id}:enabled`);
+    await this.page.waitForFunction((what) => document.getElementById("say").textContent.includes(what), words);
+  }
+
   /** Takes the words away that lie over the sheet of a phone for a while. */
   hush() {
     return this.page.evaluate(() => { document.getElementById("say").textContent = ""; });
@@ -461,14 +468,9 @@ async function opensDoorsAndBends(me) {
 
 /** What was changed is sent again and accepted, and another page sees it, with its groups. */
 async function sendsWhatWasChanged(me) {
-  const sent = async (id, words) => {
-    await me.hush();
-    await me.page.click(`#${id}:enabled`);
-    await me.page.waitForFunction((what) => document.getElementById("say").textContent.includes(what), words);
-  };
   await me.room();
-  await sent("send-sketch", "The map has arrived");
-  await sent("send-path", "The goals have arrived");
+  await me.sends("send-sketch", "The map has arrived");
+  await me.sends("send-path", "The goals have arrived");
   await me.page.focus("#sheet");
   await me.click([600, 450]);
   await me.click([950, 650], "Shift");
@@ -477,8 +479,8 @@ async function sendsWhatWasChanged(me) {
   await me.keys("Escape");
   await me.click([600, 750]);
   await me.keys("Period");
-  await sent("send-sketch", "The map has arrived");
-  await sent("send-path", "The goals have arrived");
+  await me.sends("send-sketch", "The map has arrived");
+  await me.sends("send-path", "The goals have arrived");
   const drawing = await me.drawing();
   const context = await browser.newContext({ acceptDownloads: true });
   const other = await opened(context);
@@ -486,6 +488,26 @@ async function sendsWhatWasChanged(me) {
   assert.deepEqual(await other.drawing(), drawing, "the other page");
   await context.close();
   assert.deepEqual([drawing.pad.groups.length, drawing.start.heading_deg, drawing.goals[0].name], [1, -15, "door"]);
+}
+
+/** While the robot drives, the drawing can be changed but not sent, and Escape stops the robot before it deselects. */
+async function changesWhileItDrives(me) {
+  const says = (words) => me.page.waitForFunction((what) => document.getElementById("headline").textContent === what, words);
+  await me.room({ ...COURT, start: { at: [382, 1008], heading_deg: 0 }, goals: [{ at: [2150, 1000] }] });
+  await me.sends("send-sketch", "The map has arrived");
+  await me.sends("send-path", "The goal has arrived");
+  await me.page.click("#execute:enabled");
+  await says("Driving");
+  await me.page.focus("#sheet");
+  await me.click([700, 750]);
+  await me.keys("ArrowRight");
+  assert.equal(await me.page.locator("#send-sketch").isEnabled(), false, "no map is sent under a robot that drives");
+  await me.keys("Escape");
+  await says("Stopped");
+  await me.selected(1);
+  await me.keys("Escape");
+  await me.selected(0);
+  await me.sends("send-sketch", "The map has arrived");
 }
 
 // ---------------------------------------------------------------------------- the look, and the work
@@ -582,7 +604,7 @@ async function main() {
   const me = await opened(context);
   for (const step of [
     looksRight, tapsAndDrags, marquees, copies, sizesAndTurns, byKeys, editsPoints, groupsAndAligns, snapsAndCloses, opensDoorsAndBends, isReached,
-    drawsNoMoreThanItMust, sendsWhatWasChanged, byFingersAndPen,
+    drawsNoMoreThanItMust, sendsWhatWasChanged, changesWhileItDrives, byFingersAndPen,
   ]) {
     try {
       await step(me);

@@ -270,7 +270,8 @@ const does = {
   // Who watches has no tools.
   tool: (name) => robot.hello?.mode === "watches" || desk.take(name),
   undo: () => study.step("undo", () => desk.undo()), redo: () => study.step("redo", () => desk.redo()),
-  zoom: (factor) => desk.zoom(factor), fit: () => desk.fit(), help: showKeys, letGo: () => desk.escape(), selecting: () => desk.selecting, abort,
+  zoom: (factor) => desk.zoom(factor), fit: () => desk.fit(), help: showKeys, letGo: () => desk.escape(),
+  selecting: () => desk.selecting, abort,
 };
 shortcuts(does);
 

@@ -41,8 +41,8 @@ export class Desk {
   work = { inkMs: 0, inkWorstMs: 0, feedMs: 0, feedWorstMs: 0, feeds: 0, events: 0, points: 0 };
 
   /**
-   * The host has `settings()`, `say(words)`, `label(index)`, `changed()`, `selected()`, `viewed()`, `drawn(feed)`, `asked()` (whether a
-   * tap tells the robot where it is), `answer(at, heading_deg)`.
+   * The host has `settings()`, `say(words)`, `label(index)`, `changed()`, `selected()`, `viewed()`, `drawn(feed)`, `asked()`
+   * (whether a tap tells the robot where it is), `answer(at, heading_deg)`.
    */
   constructor(element, drawing, host) {
     this.element = element;

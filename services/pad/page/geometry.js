@@ -35,7 +35,9 @@ export function boxOf(points) {
   let found = boxes.get(points);
   if (!found) {
     found = [Infinity, Infinity, -Infinity, -Infinity];
-    for (const [x, y] of points) found = [Math.min(found[0], x), Math.min(found[1], y), Math.max(found[2], x), Math.max(found[3], y)];
+    for (const [x, y] of points) {
+      found = [Math.min(found[0], x), Math.min(found[1], y), Math.max(found[2], x), Math.max(found[3], y)];
+    }
     boxes.set(points, found);
   }
   return found;
@@ -142,7 +144,7 @@ export function cut(points, values, ranges) {
   return pieces.map(({ points: p, values: v }) => ({ points: p, values: values ? v : null }));
 }
 
-/** Where the lines through `a` in direction `u` and through `b` in direction `v` meet: so many times `u` from `a`; `null` if parallel. */
+/** Where the lines through `a` along `u` and through `b` along `v` meet: so many times `u` from `a`; `null` if parallel. */
 export function meeting(a, u, b, v) {
   const cross = u[0] * v[1] - u[1] * v[0];
   if (Math.abs(cross) < 1e-9) return null;

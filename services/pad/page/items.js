@@ -36,7 +36,10 @@ export function allKeys(drawing) {
 }
 
 /** Whether two drawings have as many items of each kind, so that keys mean the same in both. */
-export const sameItems = (a, b) => KINDS.every((kind) => (LISTS.has(kind) ? a[kind].length === b[kind].length : !a[kind] === !b[kind]));
+export function sameItems(a, b) {
+  const count = (drawing, kind) => (LISTS.has(kind) ? drawing[kind].length : Number(Boolean(drawing[kind])));
+  return KINDS.every((kind) => count(a, kind) === count(b, kind));
+}
 
 function pointsIn(kind, item) {
   if (kind === "strokes") return item.points;
@@ -98,7 +101,9 @@ export function transformed(drawing, keys, { map, turn_deg }) {
 const union = (a, b) => [Math.min(a[0], b[0]), Math.min(a[1], b[1]), Math.max(a[2], b[2]), Math.max(a[3], b[3])];
 
 /** The box around the points of items, `null` if there are none. */
-export const boxAround = (drawing, keys) => [...keys].map((key) => boxOf(pointsOf(drawing, key))).reduce((a, b) => (a ? union(a, b) : b), null);
+export const boxAround = (drawing, keys) => (
+  [...keys].map((key) => boxOf(pointsOf(drawing, key))).reduce((a, b) => (a ? union(a, b) : b), null)
+);
 
 /** The tip of a start's arrow; `px` is a screen pixel in sheet pixels. */
 export function tipOf({ at, heading_deg }, px) {
@@ -110,7 +115,10 @@ export function tipOf({ at, heading_deg }, px) {
 function distanceFrom(kind, item, p, px) {
   if (kind === "obstacles") return inside(p, item.polygon) ? 0 : distanceToLine(p, item.polygon, true);
   if (kind === "goals") return Math.max(0, distance(item.at, p) - MARK_PX.goal * px);
-  if (kind === "start") return Math.max(0, Math.min(distance(item.at, p) - MARK_PX.start * px, distanceToLine(p, [item.at, tipOf(item, px)])));
+  if (kind === "start") {
+    const arrow = distanceToLine(p, [item.at, tipOf(item, px)]);
+    return Math.max(0, Math.min(distance(item.at, p) - MARK_PX.start * px, arrow));
+  }
   const half = kind === "strokes" ? item.width_px / 2 : (MARK_PX.route / 2) * px;
   return Math.max(0, distanceToLine(p, pointsIn(kind, item)) - half);
 }
@@ -230,7 +238,8 @@ export function aligned(drawing, keys, side) {
 
 /** With equal gaps between items along an axis, 0 or 1; the first and the last stay. */
 export function distributed(drawing, keys, axis) {
-  const list = units(drawing, keys).map((unit) => ({ unit, box: boxAround(drawing, unit) })).sort((a, b) => a.box[axis] - b.box[axis]);
+  const list = units(drawing, keys).map((unit) => ({ unit, box: boxAround(drawing, unit) }));
+  list.sort((a, b) => a.box[axis] - b.box[axis]);
   if (list.length < 3) return drawing;
   const total = boxAround(drawing, keys);
   const filled = list.reduce((sum, { box }) => sum + box[axis + 2] - box[axis], 0);
@@ -250,7 +259,7 @@ const least = (key) => ({ obstacles: 3, route: 2 }[kindOf(key)] ?? 1);
 
 /** With one point of an item elsewhere. */
 export const withPointAt = (drawing, key, index, at) => (
-  withItems(drawing, [key], (item, kind) => withPointsIn(kind, item, pointsIn(kind, item).map((p, i) => (i === index ? rounded(at) : p))))
+  withItems(drawing, [key], (item, kind) => withPointsIn(kind, item, pointsIn(kind, item).with(index, rounded(at))))
 );
 
 /** With one point more in an item, before the point `index`. */

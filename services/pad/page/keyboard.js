@@ -4,15 +4,19 @@
 import { onScreen, onSheet } from "./view.js";
 
 const TOOL_KEYS = {
-  v: "select", 1: "select", p: "pen", l: "line", a: "arc", d: "door", b: "box", o: "ellipse", y: "polygon", e: "eraser", r: "path", g: "goal",
-  s: "start", m: "hand",
+  v: "select", 1: "select", p: "pen", l: "line", a: "arc", d: "door", b: "box", o: "ellipse", y: "polygon", e: "eraser",
+  r: "path", g: "goal", s: "start", m: "hand",
 };
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 /** What is done with what is selected, by its key: methods of Selection. With Ctrl or the command key, with Alt, and without. */
 const WITH_CTRL = { a: ["selectAll"], d: ["duplicate"], c: ["copy"], x: ["cut"], v: ["paste"] };
-const WITH_CTRL_SHIFT = { ArrowLeft: ["align", "left"], ArrowRight: ["align", "right"], ArrowUp: ["align", "top"], ArrowDown: ["align", "bottom"] };
+const WITH_CTRL_SHIFT = {
+  ArrowLeft: ["align", "left"], ArrowRight: ["align", "right"], ArrowUp: ["align", "top"], ArrowDown: ["align", "bottom"],
+};
 const WITH_ALT = { KeyH: ["distribute", 0], KeyV: ["distribute", 1] };
-const PLAIN = { Delete: ["remove"], Backspace: ["remove"], Insert: ["insert"], i: ["insert"], n: ["step", 1], N: ["step", -1], f2: ["label"] };
+const PLAIN = {
+  Delete: ["remove"], Backspace: ["remove"], Insert: ["insert"], i: ["insert"], n: ["step", 1], N: ["step", -1], f2: ["label"],
+};
 /** Degrees of a turn by a key, and with Shift; screen pixels of a move or of a change of size, and with Shift. */
 const [TURN_DEG, FINE_DEG] = [15, 1];
 const [NUDGE_PX, FAR_PX] = [1, 5];

@@ -3,9 +3,10 @@
 //
 // The file is the strokes file of sketchnav: `canvas`, `strokes`, `obstacles`, `start`, `goals`, `route`
 // in canvas pixels. What this page alone reads stands under `pad`: `pressure`, beside `strokes`; `groups`,
-// each with the places of its strokes and obstacles in their lists; pictures as data URLs. A drawing that was saved and loaded is saved again as the same bytes.
+// each with the places of its strokes and obstacles in their lists; pictures as data URLs. A drawing that
+// was saved and loaded is saved again as the same bytes.
 
-import { boxOf, cut, distance, distanceToLine, erased, inside } from "./geometry.js";
+import { between, boxOf, cut, distance, distanceToLine, erased, inside } from "./geometry.js";
 
 /** The sheets of paper 004: 2540 × 1252, lying or upright. */
 export const LANDSCAPE = [2540, 1252];
@@ -134,7 +135,7 @@ export function withoutMarksAt(drawing, center, radius) {
   return same ? drawing : { ...drawing, goals, start, route };
 }
 
-/** The part of the segment `a`–`b`, as a range of t, within a strip of half the width `half` along the first axis, from 0 to `long`. */
+/** The part of the segment `a`–`b`, as a range of t, in a strip along the first axis: from 0 to `long`, `half` to either side. */
 function rangeWithin(a, b, long, half) {
   let [from, to] = [0, 1];
   for (const [p, d, low, high] of [[a[0], b[0] - a[0], 0, long], [a[1], b[1] - a[1], -half, half]]) {
@@ -177,8 +178,8 @@ function stretches(points, long, half) {
   const [open, run] = [new Map(), []];
   const finish = () => {
     if (run.length) {
-      const at = ([i, [from, to]], end) => [0, 1].map((k) => points[i - 1][k] + (points[i][k] - points[i - 1][k]) * (end ? to : from));
-      const [first, last] = [at(run[0], false), at(run.at(-1), true)];
+      const at = ([i, range], end) => between(points[i - 1], points[i], range[end]);
+      const [first, last] = [at(run[0], 0), at(run.at(-1), 1)];
       if (Math.abs(last[0] - first[0]) >= Math.abs(last[1] - first[1])) run.forEach(([i, range]) => open.set(i, range));
     }
     run.length = 0;
@@ -331,8 +332,9 @@ function readObstacle(obstacle, where) {
 function readGroups({ groups = [] }, items) {
   list(groups, "pad.groups").forEach((group, number) => {
     for (const kind of ["strokes", "obstacles"]) {
-      list(group?.[kind] ?? [], `pad.groups[${number}].${kind}`).forEach((i) => {
-        expect(Number.isInteger(i) && items[kind][i] !== undefined, `pad.groups[${number}].${kind}`, `numbers below ${items[kind].length}`, i);
+      const where = `pad.groups[${number}].${kind}`;
+      list(group?.[kind] ?? [], where).forEach((i) => {
+        expect(Number.isInteger(i) && items[kind][i] !== undefined, where, `numbers below ${items[kind].length}`, i);
         items[kind][i].group = number + 1;
       });
     }

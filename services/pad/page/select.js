@@ -5,8 +5,8 @@
 
 import { distance } from "./geometry.js";
 import {
-  boxAround, duplicated, isClosed, itemAt, itemOf, keysWithin, placeAt, pointAt, pointsOf, tipOf, transformed, withGroups, withPointAt,
-  withPointMore,
+  boxAround, duplicated, isClosed, itemAt, itemOf, keysWithin, placeAt, pointAt, pointsOf, tipOf, transformed, withGroups,
+  withPointAt, withPointMore,
 } from "./items.js";
 import { rounded } from "./model.js";
 import { Selection } from "./selection.js";
@@ -165,7 +165,8 @@ export class Select {
     const from = points[index === 0 ? 1 : index - 1];
     const directed = from && (sample.shift || points.length === 2);
     const reach = this.#px(SNAP_PX);
-    const { at, guides } = directed ? snappedEnd(from, sample.at, around, reach, sample.shift) : snappedPoint(sample.at, around, reach);
+    const end = () => snappedEnd(from, sample.at, around, reach, sample.shift);
+    const { at, guides } = directed ? end() : snappedPoint(sample.at, around, reach);
     this.#guides = guides;
     return at;
   }
@@ -231,7 +232,8 @@ export class Select {
 
   #plan(copies) {
     const { selection, before } = this;
-    const plan = copies && selection.state.copies ? duplicated(before, selection.keys, [0, 0]) : { drawing: before, keys: selection.keys };
+    const { keys } = selection;
+    const plan = copies && selection.state.copies ? duplicated(before, keys, [0, 0]) : { drawing: before, keys };
     selection.keys = plan.keys;
     const moving = targets(plan.drawing, { only: plan.keys });
     return { ...plan, moving, around: targets(plan.drawing, { except: plan.keys }) };

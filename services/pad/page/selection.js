@@ -119,8 +119,8 @@ export class Selection {
   // ------------------------------------------------------------------ what is done with it
 
   /**
-   * A step of the history, after which `keys` are selected and the points of `edit` edited. Steps that follow each other by the same
-   * keys of the keyboard, `how`, are one.
+   * A step of the history, after which `keys` are selected and the points of `edit` edited. Steps in a row by the same keys of the
+   * keyboard, `how`, are one.
    */
   apply(next, keys = this.keys, { how = null, edit = this.edit } = {}) {
     this.#host.change(next, how && `${how} ${keys} ${edit?.index}`);

@@ -13,7 +13,7 @@ const MOST_CORNERS = 12;
 /** How near walls and edges attract, as parts of the reach of ends. */
 const WEAKER = 0.6;
 
-/** What may be snapped to: `{ points, walls, boxes }` of all strokes and obstacles, or of `only` these keys, but not of `except`. */
+/** What may be snapped to: `{ points, walls, boxes }` of strokes and obstacles: all, or `only` these keys, but not `except` those. */
 export function targets(drawing, options = null) {
   if (options) return found(drawing, options);
   if (!known.has(drawing)) known.set(drawing, found(drawing, {}));
@@ -163,7 +163,7 @@ function endsOf(drawing) {
 
 /** Where two ends meet: where their walls would cross, if that is near to both, or else halfway. */
 function joint(a, b, most) {
-  const [u, v] = [a, b].map(({ at, before }) => [(at[0] - before[0]) / distance(at, before), (at[1] - before[1]) / distance(at, before)]);
+  const [u, v] = [a, b].map(({ at, before }) => [0, 1].map((i) => (at[i] - before[i]) / distance(at, before)));
   if (Math.abs(u[0] * v[1] - u[1] * v[0]) > IN_LINE) {
     const t = meeting(a.at, u, b.at, v);
     const at = [a.at[0] + u[0] * t, a.at[1] + u[1] * t];

@@ -3,7 +3,8 @@
 //
 // The host has: `drawing()`, `change(drawing)`, `preview(drawing)` (shown, but not yet a step of the
 // history), `shown()` (the one that is), `sheet`, `draft(shape | null)`, `guides(list)` (what has snapped to what, snap.js),
-// `over()` (what is selected is drawn again), `selected()` (something else is), `settings()`, `say(words)`, `label(index)`, `answer(at, heading_deg)`.
+// `over()` (what is selected is drawn again), `selected()` (something else is), `settings()`, `say(words)`, `label(index)`,
+// `answer(at, heading_deg)`.
 // A step with a tag, `change(drawing, tag)`, is one with the step before if that has the same.
 
 import { arc, between, box, distance, ellipse, even, meantStraight, squared } from "./geometry.js";

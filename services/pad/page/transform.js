@@ -5,7 +5,7 @@
 const STEP_DEG = 15;
 /** How far the frame is from what it is around, and the handle that turns from the frame, screen pixels. */
 const [PAD_PX, STEM_PX] = [8, 30];
-/** Sides of a frame that are shorter than so many screen pixels have no handle in the middle; below the second size only a corner has one. */
+/** Shorter sides of a frame, in screen pixels, have no handle in their middle; frames below the second size have one at a corner. */
 const [FEW_PX, ONE_PX] = [72, 28];
 /** Handles: which sides they move, from the left or top, -1, to the right or bottom, 1. */
 const HANDLES = { nw: [-1, -1], n: [0, -1], ne: [1, -1], e: [1, 0], se: [1, 1], s: [0, 1], sw: [-1, 1], w: [-1, 0] };
@@ -46,7 +46,7 @@ export function handles(box, px, { scales = true, turns = true } = {}) {
   return Object.fromEntries(places);
 }
 
-/** The handle within `reach` of a point, the nearest; `null` if there is none. Within the frame the middle of a small `box` stays free. */
+/** The handle within `reach` of a point, the nearest; `null` if there is none. The middle of a small `box` stays free. */
 export function handleAt(places, [x, y], reach, box, px) {
   if (!box) return null;
   const [[left, top, right, bottom], [cx, cy]] = [frame(box, px), center(box)];

@@ -131,7 +131,6 @@ export class Desk {
     this.#tools.select.selection.follow(before.now, next);
     this.#show(next);
     this.#host.changed();
-    this.#host.selected();
   }
 
   /** Another drawing, without a way back to the one before. */
@@ -154,7 +153,6 @@ export class Desk {
     this.#history = next;
     this.#show(next.now);
     this.#host.changed();
-    this.#host.selected();
   }
 
   #show(next) {
@@ -220,7 +218,7 @@ export class Desk {
   #drawOver() {
     const overlay = this.#tools[this.#tool]?.overlay?.() ?? (this.#guides.length ? { guides: this.#guides } : null);
     if (overlay) drawOverlay(this.sheet, overlay);
-    else if (this.#overlaid) this.sheet.wipe("live");
+    else if (this.#overlaid && !this.#under) this.sheet.wipe("live");
     this.#overlaid = overlay !== null;
   }
 

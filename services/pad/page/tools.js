@@ -139,7 +139,7 @@ class TwoCorners {
   }
 }
 
-/** An arc: its two ends with one drag, then its middle with another, or where the mouse is clicked. */
+/** An arc: its two ends with one drag, then how far it is bent with another, or with a click of the mouse. */
 class Arc {
   #from = null;
   #to = null;
@@ -175,10 +175,8 @@ class Arc {
       this.cancel();
       this.host.say("Drag from one end of the arc to the other.");
     } else {
-      const [[ax, ay], [bx, by]] = [this.#from, this.#to];
-      const middle = between(this.#from, this.#to, 0.5);
-      this.#bend([middle[0] + (by - ay) * BULGE, middle[1] - (bx - ax) * BULGE]);
-      this.host.say("Drag the middle of the arc to bend it. Enter keeps it as it is.");
+      this.#bulge(BULGE);
+      this.host.say("Drag to bend the arc. Enter keeps it as it is.");
     }
   }
 
@@ -200,8 +198,18 @@ class Arc {
     return arc(this.#from, this.#to, this.#via);
   }
 
-  #bend(via) {
-    this.#via = via;
+  /** Bends it as far as a place is from the line through its ends. */
+  #bend([x, y]) {
+    const [[ax, ay], [bx, by]] = [this.#from, this.#to];
+    const [dx, dy] = [bx - ax, by - ay];
+    this.#bulge(((x - ax) * dy - (y - ay) * dx) / (dx * dx + dy * dy));
+  }
+
+  /** Bends it by a part of the distance of its ends, to the left as one goes along it, or to the right if negative. */
+  #bulge(part) {
+    const [[ax, ay], [bx, by]] = [this.#from, this.#to];
+    const [x, y] = between(this.#from, this.#to, 0.5);
+    this.#via = [x + (by - ay) * part, y - (bx - ax) * part];
     this.#show(this.#points());
   }
 

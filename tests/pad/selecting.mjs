@@ -464,6 +464,29 @@ async function opensDoorsAndBends(me) {
   assert.equal(await me.hand.pixels("marks"), shown, "what was erased stays erased");
 }
 
+/** The tools for obstacles, goals and the start, as a person uses them. */
+async function drawsBoxesGoalsAndAStart(me) {
+  await me.room();
+  await me.keys("b");
+  await me.drag([[1500, 300], [1700, 380]]);
+  await me.page.fill("#label-text", "bench");
+  await me.keys("Enter", "b");
+  await me.drag([[1900, 300], [2100, 320]], "Shift");
+  await me.keys("Enter", "g");
+  await me.click([2000, 800]);
+  await me.keys("s");
+  await me.drag([[1600, 900], [1600, 800]]);
+  await me.keys("y");
+  for (const corner of [[1500, 600], [1700, 600], [1600, 700], [1500, 600]]) await me.click(corner);
+  await me.keys("Enter");
+  const { obstacles, goals, start } = await me.drawing();
+  me.near(obstacles[2].polygon, [[1500, 300], [1700, 300], [1700, 380], [1500, 380]], "a box");
+  me.near(obstacles[3].polygon, [[1900, 300], [2100, 300], [2100, 500], [1900, 500]], "a square with Shift");
+  me.near(obstacles[4].polygon, [[1500, 600], [1700, 600], [1600, 700]], "a shape by its corners");
+  me.near([goals[2].at, start.at], [[2000, 800], [1600, 900]], "marks");
+  assert.deepEqual([obstacles[2].label, Math.round(start.heading_deg)], ["bench", 90]);
+}
+
 // ---------------------------------------------------------------------------- what the robot is sent
 
 /** What was changed is sent again and accepted, and another page sees it, with its groups. */
@@ -603,7 +626,7 @@ async function main() {
   await context.addInitScript(inkWork);
   const me = await opened(context);
   for (const step of [
-    looksRight, tapsAndDrags, marquees, copies, sizesAndTurns, byKeys, editsPoints, groupsAndAligns, snapsAndCloses, opensDoorsAndBends, isReached,
+    looksRight, tapsAndDrags, marquees, copies, sizesAndTurns, byKeys, editsPoints, groupsAndAligns, snapsAndCloses, opensDoorsAndBends, drawsBoxesGoalsAndAStart, isReached,
     drawsNoMoreThanItMust, sendsWhatWasChanged, changesWhileItDrives, byFingersAndPen,
   ]) {
     try {

@@ -1,4 +1,4 @@
-//! A drawing in a file, whatever its format.
+//! Reads a drawing from a file of any format.
 
 use image::ImageFormat;
 
@@ -11,19 +11,20 @@ use super::settings::Options;
 use super::walls::Walls;
 use super::{encoding, ink, raster, strokes, vector};
 
-/// Ink of a second tone is more than what people erase with white.
+/// Share of the ink that may be lost without a warning. People who erase with white leave some ink of a second tone.
 const MOST_LOST: f64 = 0.1;
 
-/// Reads a drawing: PNG, JPEG, GIF, WebP, BMP, PNM, SVG or [`strokes`](super::strokes) in JSON, recognized by their content; packed
-/// with gzip (`.svgz`) or not. Text may be in UTF-8, UTF-16, or the encoding that its XML declaration says.
+/// Reads a drawing: PNG, JPEG, GIF, WebP, BMP, PNM, SVG or [`strokes`](super::strokes) in JSON, which are recognized by their
+/// content. The file may be packed with gzip (`.svgz`). Text may be in UTF-8, UTF-16, or the encoding that its XML declaration
+/// names.
 ///
-/// `file` is the file's name, for the errors. A drawing of more than
-/// [`MAX_SKETCH_CELLS`](crate::messages::MAX_SKETCH_CELLS) pixels is scaled down; points
-/// in image pixels scale along, see [`DrawnMap::scale`].
+/// `file` is the file's name, for error messages. A drawing of more than
+/// [`MAX_SKETCH_CELLS`](crate::messages::MAX_SKETCH_CELLS) pixels is scaled down, and so are positions in image pixels, see
+/// [`DrawnMap::scale`].
 ///
 /// # Errors
-/// [`SketchError`]: no drawing, truncated, a type that is not supported, too large to decode, a style that cannot be read,
-/// no walls or no free space in it.
+/// [`SketchError`] if the file is not a drawing, is truncated, is of an unsupported type or too large to decode, if a style
+/// cannot be read, or if there are no walls or no free space.
 pub fn read(bytes: &[u8], file: &str, options: &Options) -> Result<DrawnMap, SketchError> {
     let broken = Broken { file };
     let bytes = &*encoding::unpacked(bytes, &broken)?;
@@ -61,7 +62,7 @@ fn walls(ink: ink::Ink, tones: &Tones, options: &Options, mut left_out: Vec<Left
     Walls { mask: ink.walls, scale: tones.scale, pen_width_px: None, kind: ink.kind, marks, left_out }
 }
 
-/// What a picture is in which no walls are found.
+/// Describes a picture in which no walls were found.
 fn blank(tones: &Tones) -> String {
     let is_bare = tones.cover.as_ref().is_some_and(|cover| cover.iter().all(|&cover| cover == 0));
     match ink::contrast(&tones.on_white()) {
@@ -73,7 +74,7 @@ fn blank(tones: &Tones) -> String {
     }
 }
 
-/// The file types that hold drawings.
+/// The types of files that contain drawings.
 enum Type {
     Picture(ImageFormat),
     Svg,
@@ -81,7 +82,7 @@ enum Type {
 }
 
 impl Type {
-    /// By the first bytes; a name may lie.
+    /// Recognizes the type by the first bytes, since a file name may be wrong.
     fn of(bytes: &[u8]) -> Option<Self> {
         if let Some(format) = raster::format_of(bytes) {
             return Some(Self::Picture(format));

@@ -224,7 +224,7 @@ const OTHER_JSON: [(&str, &str); 3] = [
     ("\"tldrawFileFormatVersion\"", "a drawing of tldraw"),
     ("\"FeatureCollection\"", "GeoJSON"),
 ];
-/// Number of bytes at the beginning of a file in which such a string must be found.
+/// Number of bytes at the beginning of a file in which other programs' formats are recognized.
 const MOST_HEAD: usize = 1024;
 
 /// Returns the picture that the YAML of a map names, or `None` if the bytes are not such a file.

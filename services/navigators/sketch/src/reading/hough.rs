@@ -73,7 +73,7 @@ pub(crate) fn segments(edges: &GrayImage, lines: Lines, rng: &mut impl Rng) -> V
 /// Rounds to the nearest integer, with halves away from zero, for |x| below 2³¹. Older processors have no instruction for this,
 /// so `f64::round` would be slow.
 fn rounded(x: f64) -> i32 {
-    // The greatest number below one half. One half itself would round up the greatest number below a half.
+    // The greatest number below one half. Adding one half itself would round this very number up to one.
     (x + 0.499_999_999_999_999_94_f64.copysign(x)) as i32
 }
 

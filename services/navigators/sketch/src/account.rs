@@ -1,4 +1,4 @@
-//! Charts that a report shows of a run in a drawing: the local scales, the effective sample size, and the misfit of the scans.
+//! Charts for the report of a run in a drawing: local scales, effective sample size, and the misfit of the scans.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Heard};

@@ -1,4 +1,4 @@
-//! ROS 2 topics that are derived from this navigator's channels for viewers.
+//! ROS 2 topics derived from this navigator's channels, for viewers.
 
 use sketchnav_schemas::ros2::derived::{Derived, derived};
 use sketchnav_schemas::ros2::forms::{
@@ -16,7 +16,7 @@ use crate::messages::{
     SKETCH, SketchMap,
 };
 
-/// Every derived topic, with its ROS 2 type and the channel that it is derived from.
+/// Every derived topic, with its ROS 2 type and the channel it is derived from.
 pub const DERIVED: &[Derived] = derived! {
     "/sketch/grid": "nav_msgs/msg/OccupancyGrid" = sketch_grid(SKETCH);
     "/route/markers": "visualization_msgs/msg/MarkerArray" = route_markers(ROUTE);
@@ -72,7 +72,7 @@ fn route_markers(route: &Route, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     Ok(shapes.finish())
 }
 
-/// Draws the positions in the map of the outline samples' partners, of the goal, and of the robot.
+/// Draws the partners of the outline samples in the map, together with the goal and the robot.
 fn outline_markers(found: &Correspondence, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     const SAMPLE_M: f64 = 0.08;
     let mut shapes = Shapes::new(&found.header, "map")?;
@@ -144,7 +144,7 @@ mod tests {
         assert!((2.0 * poses.poses[1].orientation.z.asin() - 1.0).abs() < 1e-9);
     }
 
-    /// A foreign writer may send a count beyond the capacity of the array. The count is bounded, so that it cannot crash the
+    /// A foreign writer can send a count that exceeds the capacity of the array. Such a count must be clamped, not crash the
     /// viewer.
     #[test]
     fn a_count_beyond_the_capacity_takes_what_there_is() {

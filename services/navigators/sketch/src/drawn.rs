@@ -1,4 +1,4 @@
-//! Drawings made on the pad: reads their walls for the page, and saves them as missions that can be driven without a page.
+//! Drawings made on the pad: reads their walls for the page and saves them as missions that can be driven without it.
 
 use crate::mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_schemas::geometry::Point;
@@ -13,11 +13,11 @@ use crate::reading::{self, Options, Settings, desk, route_heading_rad};
 /// Time limit for a task, in seconds of simulation time.
 const TIME_LIMIT_S: f64 = 1800.0;
 
-/// This navigator's functions for drawings made on the pad.
+/// The functions by which the pad shows and saves drawings for this navigator.
 pub const DRAWN: Drawn = Drawn { walls, keep };
 
-/// Reads the walls with the sketcher's own code, so that the page shows what the sketcher would read. Returns `None` if the
-/// drawing cannot be read.
+/// Reads the walls with the sketcher's own code, so that the page shows exactly what the sketcher would read. Returns `None` if
+/// the drawing cannot be read.
 fn walls(run: &RunConfig, bytes: &[u8]) -> Option<Walls> {
     let options = Options::of_mission(&run.mission, run.seed).ok()?;
     let drawing = reading::read(bytes, desk::NAME, &options).ok()?;
@@ -35,13 +35,13 @@ fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
         start_heading_deg: placing.start.and_then(|start| start.heading_deg),
         tasks: tasks(marks),
     };
-    // If the heading was derived from the route that placed the robot, it can be derived again only if these tasks begin with
+    // If the heading came from the route that placed the robot, a later run can derive it again only if its tasks begin with
     // that route. Otherwise the mission has to state it.
     if drawn.start_heading_deg.is_none() && placing.route != marks.route {
         let settings = Settings::of(&mission.parameters)?;
         drawn.start_heading_deg = heading_deg(kept, &settings);
     }
-    // Clears the old tasks, because the new ones would inherit their places in the true world. Those of the new tasks are
+    // Without this, the new tasks would inherit the old tasks' places in the true world. Where the new ones lie there is
     // unknown.
     mission.task.clear();
     drawn.write_to(mission);
@@ -83,7 +83,7 @@ mod tests {
         .unwrap()
     }
 
-    /// Writes a mission for these marks in a drawing of this size, and reads it back.
+    /// Writes a mission for these marks in a drawing of this size and reads it back.
     fn written(size_px: [u32; 2], placing: &str, marks: &str) -> (Mission, SketchMission) {
         let [placing, marks] = [placing, marks].map(|marks| serde_json::from_str::<Marks>(marks).unwrap());
         let drawing = "my-room.json";

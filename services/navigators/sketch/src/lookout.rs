@@ -1,5 +1,5 @@
-//! The view of a drive on a page: the estimate with its particles, the laser hits according to the estimate, the plan, the
-//! parts of the drawn outline that were seen, and the robot's question.
+//! The page's view of a drive in a drawing: the estimate with its particles, the laser hits as the estimate places them, the
+//! plan, the parts of the drawn outline seen so far, and the robot's question.
 
 use sketchnav_schemas::channels::SCAN;
 use sketchnav_schemas::codes::Tracking;
@@ -19,7 +19,7 @@ use crate::paths::chart::Chart;
 /// flight.
 const IN_FLIGHT: u32 = 2;
 
-/// The latest state of a drive.
+/// Keeps the latest messages of a drive and draws them.
 pub struct Lookout {
     robot: Robot,
     /// Sequence number of the current sketch, or 0 before the first one.
@@ -128,14 +128,14 @@ impl lookout::Lookout for Lookout {
     }
 }
 
-/// Replaces the newest message of a channel, if another one has arrived.
+/// Replaces the newest message of a channel if another one has arrived.
 fn keep<T: Copy>(newest: &mut Option<Box<T>>, message: Option<&T>) {
     if let Some(message) = message {
         *newest = Some(Box::new(*message));
     }
 }
 
-/// Returns where the robot believes that it is, or `None` while the localizer is still waiting for its first input.
+/// Returns the pose that the robot believes it has, or `None` while the localizer is still waiting for its first input.
 fn robot(estimate: &PoseEstimate, robot: &Robot) -> Option<Whereabouts> {
     let tracking = Tracking::from_code(estimate.tracking).filter(|t| *t != Tracking::Waiting)?;
     let pose = estimate.pose.pose();
@@ -151,8 +151,8 @@ fn robot(estimate: &PoseEstimate, robot: &Robot) -> Option<Whereabouts> {
     })
 }
 
-/// Returns the standard deviations along the major and the minor axis of the covariance of x and y, and the direction of the
-/// major axis in radians.
+/// Returns the standard deviations along the major and minor axes of the covariance of x and y, and the direction of the major
+/// axis in radians.
 fn ellipse(covariance: &[f64; 25]) -> [f64; 3] {
     let (xx, xy, yy) = (covariance[0], covariance[1], covariance[6]);
     let middle = f64::midpoint(xx, yy);
@@ -179,8 +179,7 @@ fn outline(found: &Correspondence) -> [Shape; 2] {
     [of(PartnerKind::Wall, Color::Seen), of(PartnerKind::Gap, Color::Hidden)]
 }
 
-/// Returns the lines along which the robot is about to drive: through the drawing to the end of the task, and around the
-/// obstacles that the laser sees.
+/// Returns the planned paths: through the drawing to the end of the task, and around the obstacles that the laser sees.
 fn ways(plan: &Plan) -> [Shape; 2] {
     let line = |points: &[[f32; 2]], count: u32, stroke| {
         let points = &points[..(count as usize).min(points.len())];
@@ -193,8 +192,8 @@ fn ways(plan: &Plan) -> [Shape; 2] {
     ]
 }
 
-/// Returns the laser hits in sketch pixels, according to the estimate's pose and local scales. Empty if the estimate has no
-/// valid scales, or the robot no laser.
+/// Returns the laser hits in sketch pixels, placed by the estimate's pose and local scales. Empty if the estimate has no valid
+/// scales or the robot has no laser.
 fn hits(scan: &LaserScan, estimate: &PoseEstimate, wall_direction_rad: f64, robot: &Robot) -> Vec<[f64; 2]> {
     let Some(chart) = Chart::new(estimate, wall_direction_rad) else { return Vec::new() };
     let Some(laser) = &robot.laser else { return Vec::new() };

@@ -11,7 +11,7 @@ use crate::mission::KIND;
 
 mod map;
 
-/// Maximum number of particles that are published of a particle set.
+/// Maximum number of particles of a set that are published.
 pub const MAX_PARTICLES: usize = 512;
 /// Maximum number of points of the global path in a [`Plan`].
 pub const MAX_GLOBAL_POINTS: usize = 1024;
@@ -19,7 +19,7 @@ pub const MAX_GLOBAL_POINTS: usize = 1024;
 pub const MAX_LOCAL_POINTS: usize = 256;
 /// Maximum number of samples of a drawing's outline.
 pub const MAX_SAMPLES: usize = 256;
-/// Maximum number of cells of a sketch, from the canvas of Boniardi et al. 2016, IV: 2540 × 1252, in either orientation.
+/// Maximum number of cells of a sketch. This is the canvas of Boniardi et al. 2016, IV (2540 × 1252), in either orientation.
 pub const MAX_SKETCH_CELLS: usize = 2540 * 1252;
 
 codes! {
@@ -35,19 +35,19 @@ codes! {
         Rival = 3 "rival",
     }
 
-    /// The counterpart of a sample of the drawing's outline.
+    /// What a sample of the drawing's outline was matched with.
     pub enum PartnerKind {
-        /// Nothing: no part of what was seen corresponds to the sample.
+        /// No match in what was seen.
         Nothing = 0 "nothing",
         /// A wall that was seen.
         Wall = 1 "wall",
-        /// A gap in what was seen, beyond which the sample lies.
+        /// A gap in what was seen; the sample lies beyond it.
         Gap = 2 "gap",
     }
 
     /// A robot's question to a person.
     pub enum QuestionKind {
-        /// No question, or none any longer.
+        /// No question, or the last one has been settled.
         Nothing = 0 "nothing",
         /// Which of several places in the drawing the robot is at.
         Which = 1 "which",
@@ -71,7 +71,7 @@ messages! {
         pub pen_width_px: f64,
         /// Pose at which the robot starts.
         pub start: PosePx,
-        /// Standard deviation of the start position, by which the person's mark may be off, in pixels.
+        /// Standard deviation of the start position in pixels, since a person's mark is imprecise.
         pub start_spread_px: f64,
         /// Standard deviation of the start heading, in radians.
         pub start_spread_rad: f64,
@@ -103,7 +103,7 @@ messages! {
         pub effective_sample_size: f64,
         /// Fit of the scan: the mean log likelihood of a beam at the estimate.
         pub fit: f64,
-        /// Odometry at the time of the scan, from which a reader can continue the pose.
+        /// Odometry at the time of the scan, from which a reader can extrapolate the pose.
         pub odometry: PoseM,
         /// Number of particles.
         pub particle_count: u32,
@@ -135,13 +135,13 @@ messages! {
         pub target_px: [f64; 2],
         /// The path through the sketch to the goal, or the rest of the drawn route.
         pub global_px: [[f32; 2]; 1024] where global_count counts,
-        /// The path to the target, around the obstacles that the laser sees.
+        /// The path to the target around the obstacles that the laser sees.
         pub local_px: [[f32; 2]; 256] where local_count counts,
     }
 
-    /// The alignment of the drawing's outline with the outline of what the robot has seen, and the course that follows from it.
-    /// Positions in the map are in metres. The map's origin is the position of the robot at its first scan, and its x axis
-    /// points along the robot's heading at that time.
+    /// The drawing's outline aligned with the outline of what the robot has seen, and the course that results. Positions in the
+    /// map are in metres. The map's origin is the robot's position at its first scan, and its x axis points along the robot's
+    /// heading at that time.
     pub struct Correspondence version 1 in "map" {
         /// Pose of the robot in the map.
         pub robot: PoseM,
@@ -157,11 +157,11 @@ messages! {
         pub cost: f64,
         /// Additional cost of the best alignment that puts the goal elsewhere; negative if none was computed.
         pub rival_margin: f64,
-        /// Position at which that alignment puts the goal, or of the gap that leads to it.
+        /// Position of the goal in that alignment, or of the gap that leads to it.
         pub rival_m: [f64; 2],
-        /// Position that the robot is looking for on its course.
+        /// Position of the goal or gap that the robot is looking for.
         pub target_m: [f64; 2],
-        /// Kind of position that the course leads to.
+        /// What the robot is looking for.
         pub aim: u32 as CourseAim,
         /// Number of gaps in the outline of what was seen.
         pub gap_count: u32,
@@ -175,13 +175,13 @@ messages! {
         pub way_m: [[f32; 2]; 128] where way_count counts,
     }
 
-    /// The robot's question to a person about where in the drawing it is. The answer is an order `here`.
+    /// The robot asks a person where in the drawing it is. The answer is an order `here`.
     pub struct Question version 1 in "sketch" {
         /// Kind of question.
         pub kind: u32 as QuestionKind,
         /// Number of valid entries in `places`.
         pub place_count: u32 as Count,
-        /// Places where the robot may be, the likeliest first. People see them as A, B, C, D.
+        /// Places where the robot may be, likeliest first. People know them as A, B, C and D.
         pub places: [PossiblePlace; 4] where place_count counts,
     }
 }
@@ -237,11 +237,11 @@ parts! {
         pub x_px: f32,
         /// Second coordinate in the drawing, in pixels upwards.
         pub y_px: f32,
-        /// First coordinate of the sample's counterpart in the map, in metres. A gap counts as a point, its middle.
+        /// First coordinate of the sample's match in the map, in metres. For a gap, this is the middle of the gap.
         pub x_m: f32,
-        /// Second coordinate of the sample's counterpart in the map, in metres.
+        /// Second coordinate of the sample's match in the map, in metres.
         pub y_m: f32,
-        /// Kind of counterpart, as a code of [`PartnerKind`].
+        /// What the sample was matched with, as a code of [`PartnerKind`].
         pub partner: u32,
         /// Share of the outline around the goal that the sample stands for.
         pub goal_share: f32,

@@ -19,10 +19,9 @@ pub enum Method {
     Beam,
     /// Boniardi et al. 2015, which tracks two local scales.
     Boniardi2015,
-    /// The special case of [`Self::Boniardi2015`] without tracking: a single scale for both directions, which follows from the
-    /// first scan.
+    /// [`Self::Boniardi2015`] without tracking: the first scan fixes a single scale for both directions.
     Boniardi2015FixedScale,
-    /// The predecessor of [`Self::Boniardi2015`], Behzadian et al. 2015, which tracks one local scale.
+    /// Behzadian et al. 2015, the predecessor of [`Self::Boniardi2015`], which tracks one local scale.
     Behzadian2015,
 }
 
@@ -31,7 +30,7 @@ impl Method {
     pub const ALL: [Self; 5] =
         [Self::Outline, Self::Beam, Self::Boniardi2015, Self::Boniardi2015FixedScale, Self::Behzadian2015];
 
-    /// Returns the method's name, as it is written in mission files and on the command line.
+    /// Returns the method's name as written in mission files and on the command line.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Beam => "beam",

@@ -22,7 +22,7 @@ pub const KIND: &str = "sketch";
 pub struct SketchMission {
     /// Method by which the robot localizes and plans.
     pub method: Method,
-    /// Name of the drawing's file: PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON.
+    /// File name of the drawing, which may be PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON.
     pub drawing: String,
     /// Tone of the walls in the drawing.
     pub walls: WallTone,
@@ -95,7 +95,7 @@ impl Aim {
         }
     }
 
-    /// Returns the key of a task's table that expresses this aim, with its value.
+    /// Returns this aim as the key and value of a task's table.
     pub fn given(&self) -> toml::Table {
         let (key, value) = match self {
             Self::Goal(at) => ("goal", point(*at)),
@@ -173,7 +173,8 @@ impl SketchMission {
         Ok(())
     }
 
-    /// Returns the table `navigator` for a mission file, without the keys that have their default values.
+    /// Returns the table `navigator` for a mission file. The method and the tone of the walls are left out if they have their
+    /// defaults.
     pub fn navigator(&self) -> NavigatorChoice {
         let entries = [
             ("method", (self.method != Method::default()).then(|| self.method.word().into())),
@@ -186,8 +187,8 @@ impl SketchMission {
         NavigatorChoice { kind: KIND.to_owned(), given: given.collect() }
     }
 
-    /// Turns `mission` into one of this kind with these tasks. Each task takes over the `there` of the former task at its
-    /// position. If there are more tasks than before, the `there` of the additional ones is unknown.
+    /// Turns `mission` into one of this kind with these tasks. The tasks take over the `there` of the mission's previous tasks,
+    /// in order. If there are now more tasks than before, `there` is unknown for the additional ones.
     pub fn write_to(&self, mission: &mut Mission) {
         mission.navigator = self.navigator();
         let mut places = std::mem::take(&mut mission.task).into_iter().map(|task| task.there);
@@ -232,7 +233,7 @@ impl<'a> Keys<'a> {
         MissionError::Value { key: format!("{}.{key}", self.table), expected, found: "none".into() }
     }
 
-    /// Fails if a key was never read. The error lists the `known` keys.
+    /// Fails if any key was left unread. The error lists the `known` keys.
     fn end(self, known: &[&str]) -> Result<(), MissionError> {
         self.left.into_iter().next().map_or(Ok(()), |(key, _)| {
             let reason = format!("unknown key, expected one of {}", known.join(", "));

@@ -1,5 +1,5 @@
-//! Reads drawings: pictures, photographs of paper, SVG, and strokes. Finds the walls and their direction, and places the
-//! mission's start and goals in the drawing.
+//! Reads drawings, whether they are pictures, photographs of paper, SVG, or strokes. Finds the walls and their direction, and
+//! places the mission's start and goals in the drawing.
 //!
 //! ```text
 //! bytes ─encoding→ text ─vector (styles, pictures), raster, strokes→ tones
@@ -8,11 +8,11 @@
 //! DrawnMap + Places ─doubts→ warnings
 //! ```
 //!
-//! Pictures are flipped vertically when they are decoded, so that after the decoders there is only one frame,
-//! [`Sketch`](sketchnav_schemas::geometry::Sketch): pixels, with y pointing up. Coordinates that people write (mission file,
-//! strokes) are image pixels with row 0 at the top, until [`DrawnMap::from_image`] converts them.
+//! Pictures are flipped vertically as they are decoded, so that everything after the decoders works in a single frame,
+//! [`Sketch`](sketchnav_schemas::geometry::Sketch): pixels, y up. Coordinates that people write (in a mission file or as
+//! strokes) are image pixels with row 0 at the top until [`DrawnMap::from_image`] converts them.
 //!
-//! If people draw while the system runs, a [`desk`] takes the drawings that they send, in place of a file.
+//! If people draw while the system runs, their drawings arrive at a [`desk`] rather than in a file.
 //!
 //! Nothing here opens a file, reads a clock or sends a message. The same bytes, options and seed give the same map, bit for
 //! bit. Sources: Boniardi et al. 2015, III-B (directions); Boniardi et al. 2016, IV (canvas, obstacles, drawn routes).

@@ -1,4 +1,4 @@
-//! The ROS 2 form of the drawing, which is mapped by hand because it contains a `nav_msgs/OccupancyGrid`.
+//! The ROS 2 form of the drawing. It is mapped by hand because it contains a `nav_msgs/OccupancyGrid`.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::PosePx;
@@ -26,14 +26,14 @@ pub struct SketchMapForm {
     start_spread_rad: f64,
 }
 
-/// The `.msg` text, with the same fields as [`SketchMapForm`].
+/// The `.msg` text. Its fields match those of [`SketchMapForm`].
 const SKETCH_MAP: &str = include_str!("SketchMap.msg");
 
 impl SketchMap {
-    /// Returns the cells as an occupancy grid, made in the memory of `spare`.
+    /// Returns the cells as an occupancy grid, reusing the memory of `spare`.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the number of cells is not the width times the height, or if the header has no ROS 2 form.
+    /// [`Ros2Error`] if the number of cells is not width × height, or if the header cannot be converted.
     pub fn grid(&self, cells: &[u8], spare: OccupancyGrid) -> Result<OccupancyGrid, Ros2Error> {
         let size = u64::from(self.width_px) * u64::from(self.height_px);
         let count = cells.len() as u64;

@@ -1,11 +1,11 @@
-//! A mask with one bit per pixel, so that a disc is rolled over 64 pixels at once.
+//! A mask with one bit per pixel, so that a disc can be rolled over 64 pixels at once.
 
 use image::GrayImage;
 
 /// Pixels per word.
 const WORD: usize = u64::BITS as usize;
 
-/// A mask as rows of bits. Each row begins at the first bit of a word, and the bits after its last pixel are meaningless.
+/// A mask stored as rows of bits. Each row begins at the first bit of a word; the bits after its last pixel are meaningless.
 pub(crate) struct Bits {
     width: usize,
     /// Words per row.
@@ -13,7 +13,7 @@ pub(crate) struct Bits {
     words: Vec<u64>,
 }
 
-/// Returns how far a disc reaches to either side, in pixels, for each of its rows from the middle outwards.
+/// Returns how far a disc reaches to either side in each row, from its middle outwards, in pixels.
 pub(crate) fn disc(radius: f64) -> Vec<usize> {
     let is_within = |dx: usize, dy: usize| (dx * dx + dy * dy) as f64 <= radius * radius;
     (0..).map_while(|dy| (0..).take_while(|&dx| is_within(dx, dy)).last()).collect()
@@ -49,7 +49,7 @@ impl Bits {
         self
     }
 
-    /// Returns a mask of every pixel that is covered by a [`disc`] around any pixel of this mask.
+    /// Returns a mask of all pixels covered by a [`disc`] around any pixel of this mask.
     pub fn dilated(&self, disc: &[usize]) -> Self {
         let mut grown = vec![0; self.words.len()];
         let height = self.words.len() / self.stride;
@@ -60,8 +60,8 @@ impl Bits {
             }
             spread.copy_from_slice(row);
             let mut reach = 0;
-            // The rows of a disc only get longer from its edge to its middle, so the row that is already spread can be spread
-            // further.
+            // From the edge of the disc to its middle, rows only get longer, so `spread` can be widened further instead of
+            // starting over.
             for (dy, &half) in disc.iter().enumerate().rev() {
                 (reach..half).for_each(|_| widen(&mut spread));
                 reach = half;

@@ -1,26 +1,25 @@
 //! Limits on the work that a drawing may cause.
 //!
-//! Drawings come from strangers. Files of a few lines once kept the sketcher busy for hours or filled the memory: with a filter
-//! of a billion octaves, masks inside masks, or half a million strokes. All work is therefore counted before it is done, in
-//! *steps* of about a nanosecond. Since nothing here depends on a clock, a drawing is accepted either on every machine or on
-//! none.
+//! Drawings come from strangers, and files of a few lines have kept the sketcher busy for hours or filled the memory: with a
+//! filter of a billion octaves, masks within masks, or half a million strokes. All work is therefore counted before it is done,
+//! in *steps* of about a nanosecond. This does not depend on a clock, so a drawing is accepted on every machine or on none.
 
-/// Maximum number of steps for painting a drawing. A plan of 20,000 strokes takes less than a twentieth of them.
+/// Maximum number of steps for painting a drawing. A plan of 20,000 strokes takes less than a twentieth of this.
 pub(crate) const MOST_STEPS: f64 = 3e9;
 /// Maximum number of strokes and obstacles in a drawing. People draw hundreds, and the pad sends at most 4096.
 pub(crate) const MOST_STROKES: usize = 20_000;
-/// Maximum number of corners of an obstacle, since all of its lines may cross the same row of pixels.
+/// Maximum number of corners of an obstacle. In the worst case, all of its lines cross the same row of pixels.
 pub(crate) const MOST_OBSTACLE_CORNERS: usize = 4096;
-/// Maximum number of corners of a stroke that is painted as a whole. A longer one is painted in pieces, because the lines that
-/// cross a row of pixels have to be sorted.
+/// Maximum number of corners of a stroke painted in one piece. Longer strokes are split, because all lines that cross a row of
+/// pixels have to be sorted.
 pub(crate) const PIECE_CORNERS: usize = 1024;
-/// Maximum number of elements in an SVG, where each reference counts as what it refers to.
+/// Maximum number of elements in an SVG, counting each reference as what it refers to.
 pub(crate) const MOST_ELEMENTS: f64 = 200_000.0;
-/// Maximum depth of nested elements, references included, since each level takes space on the stack.
+/// Maximum nesting depth of elements, including references. Each level takes space on the stack.
 pub(crate) const MOST_DEPTH: usize = 100;
-/// Maximum depth of nested masks, patterns and clip paths, each of which holds a page of its own.
+/// Maximum nesting depth of masks, patterns and clip paths, each of which holds a page of its own.
 pub(crate) const MOST_NESTED: usize = 8;
-/// Maximum number of pixels in all pages that are held at the same time: half a gigabyte, as much as a photograph may take.
+/// Maximum number of pixels of pages held at the same time: half a gigabyte, as much as a photograph may take.
 pub(crate) const MOST_HELD_PX: f64 = 128e6;
 
 /// Steps per corner, which becomes several lines, on both sides of a stroke.
@@ -31,7 +30,7 @@ const ROW_STEPS: f64 = 3.0;
 /// The size of a path, in pixels of the page that it is painted on.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Outline {
-    /// Number of corners. A curve has several.
+    /// Number of corners. A curve counts as several.
     pub corners: f64,
     /// Total length of the path's lines.
     pub length_px: f64,
@@ -40,14 +39,13 @@ pub(crate) struct Outline {
 }
 
 impl Outline {
-    /// Returns the steps for finding the inside of the path. In each row of pixels, its lines are advanced and sorted.
+    /// Returns the number of steps to fill the path. In each row of pixels, its lines are advanced and sorted.
     pub fn fill_steps(&self) -> f64 {
         let rows = self.length_px + self.corners;
         CORNER_STEPS * self.corners + ROW_STEPS * rows * (1.0 + self.corners / self.page_height_px.max(1.0))
     }
 
-    /// Returns the steps for finding the inside of the path's stroke, which has lines on both sides of the path and around its
-    /// corners.
+    /// Returns the number of steps to stroke the path, which takes lines on both sides of it and around its corners.
     pub fn stroke_steps(&self, width_px: f64) -> f64 {
         let both = Self {
             corners: 4.0 * self.corners,
@@ -63,7 +61,7 @@ impl Outline {
 pub(crate) struct Steps(f64);
 
 impl Steps {
-    /// Adds to the count. Returns true if so many steps are allowed.
+    /// Adds to the count. Returns true if the total is still within the limit.
     #[must_use]
     pub fn take(&mut self, steps: f64) -> bool {
         self.0 += steps;

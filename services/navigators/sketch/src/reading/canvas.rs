@@ -1,5 +1,5 @@
-//! Drawings for tests: a small building in lines, at any angle, by a steady or an unsteady hand, on clean paper or on a
-//! photographed sheet.
+//! Drawings for tests: a small line-drawn building at any angle, drawn with a steady or an unsteady hand, on clean paper or on
+//! a photographed sheet.
 
 use std::io::Cursor;
 
@@ -23,7 +23,7 @@ pub const BUILDING: [[f64; 4]; 12] = [
     [40.0, 22.0, 100.0, 22.0],
 ];
 
-/// A line from one position to another, in image pixels.
+/// The two ends of a line, in image pixels.
 pub type Line = ((f64, f64), (f64, f64));
 
 /// A page of ink and paper.
@@ -93,7 +93,7 @@ impl Sheet {
     }
 }
 
-/// Photographs a page as a phone would: with light from one corner, darker edges, and grain.
+/// Makes the page look photographed by a phone: lit from one corner, darker towards the edges, and grainy.
 pub fn photographed(page: &GrayImage, seed: u64) -> GrayImage {
     let mut rng = seed::stream(seed, "grain");
     let (width, height) = (f64::from(page.width()), f64::from(page.height()));

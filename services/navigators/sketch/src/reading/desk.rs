@@ -1,10 +1,10 @@
-//! Takes drawings from the pad, one after the other, and keeps the last ones that were accepted.
+//! Accepts or refuses the drawings that arrive from the pad one after another.
 //!
-//! A drawing is either a sketch, or marks in the sketch. The first marks after a sketch place the robot: it starts where the
-//! route starts and faces along it (Boniardi et al. 2016, IV). Later marks leave the robot where it is, unless they contain a
-//! start. A drawing that is refused changes nothing.
+//! A drawing is either a sketch or a set of marks in the sketch. The first marks after a sketch place the robot: it starts
+//! where the route starts and faces along it (Boniardi et al. 2016, IV). Later marks leave the robot where it is, unless they
+//! contain a start. A drawing that is refused changes nothing.
 //!
-//! Drawings are parsed and checked in the same way as files. Nothing here opens a channel or a file.
+//! Drawings are parsed and checked just like files. Nothing here opens a channel or a file.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::DrawingKind;
@@ -18,10 +18,10 @@ use super::file::read;
 use super::places::{Intent, Places};
 use super::settings::Options;
 
-/// The name of a drawing that is not in a file, for error messages.
+/// Name that error messages use for a drawing that is not in a file.
 pub const NAME: &str = "the drawing";
-/// Time limit for a task from the pad, in seconds of simulation time. It is long, since a person watches and can abort the
-/// task.
+/// Time limit for a task from the pad, in seconds of simulation time. It is generous because a person is watching and can abort
+/// the task.
 const TIME_LIMIT_S: f64 = 1800.0;
 
 /// The accepted drawings, byte for byte, from which another [`Desk`] can be restored.
@@ -70,10 +70,10 @@ impl Desk {
         Ok(Self { options, drawing: None, places: None, state, range_max_m, doubts })
     }
 
-    /// Restores the state of another desk by taking its drawings again.
+    /// Restores the state of another desk by taking its drawings again, in order.
     ///
     /// # Errors
-    /// [`SketchError`] if a drawing is refused. A drawing that was once accepted is not.
+    /// [`SketchError`] if a drawing is refused. This does not happen with drawings that were accepted before.
     pub fn restore(&mut self, state: &State) -> Result<(), SketchError> {
         let parts = [
             (DrawingKind::Sketch, &state.sketch),
@@ -86,7 +86,7 @@ impl Desk {
         Ok(())
     }
 
-    /// Takes a drawing, and returns what it changes.
+    /// Takes a drawing and returns what it changes.
     ///
     /// # Errors
     /// [`SketchError`] that says what was expected and what was found. In this case, nothing has changed.
@@ -107,7 +107,7 @@ impl Desk {
         self.drawing.as_ref().zip(self.places.as_ref())
     }
 
-    /// Returns the doubts about the drawing and its marks, in words. Empty if there are none.
+    /// Returns the doubts about the drawing and its marks in words, or an empty string if there are none.
     pub fn doubts(&self) -> &str {
         &self.doubts
     }
@@ -142,7 +142,8 @@ impl Desk {
         doubts::hopeless(drawing, &places, &found)?;
         self.doubts = words(&found);
         let change = if stays.is_some() { Change::Tasks } else { Change::Start };
-        // A robot that stays keeps its start to the last bit, which the conversion to image pixels and back would not.
+        // A robot that stays keeps its start bit for bit. Converting the start to image pixels and back would change the last
+        // bits.
         let start = stays.map_or(places.start, |before| before.start);
         self.places = Some(Places { start, ..places });
         self.state.marks = bytes.to_vec();
@@ -233,7 +234,7 @@ mod tests {
         }
     }
 
-    /// Only two walls at a corner of the sheet are drawn. The first route is far from both of them, the second crosses one.
+    /// Only a corner of two walls is drawn. The first route stays far away from it, and the second crosses one of the walls.
     #[test]
     fn what_is_doubted_is_said_and_what_is_hopeless_is_refused() {
         const CORNER: &[u8] =

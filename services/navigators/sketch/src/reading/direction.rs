@@ -11,9 +11,9 @@ use super::edges::edges;
 use super::hough::{Lines, Segment, segments};
 use super::settings::Settings;
 
-/// Maximum side length of the picture in which lines are searched for, in pixels. A direction needs no finer picture.
+/// Maximum side length of the picture that is searched for lines, in pixels. A finer picture would not improve the direction.
 const LONGEST_SIDE: u32 = 1600;
-/// Number of clusters to begin with.
+/// Initial number of clusters.
 const CLUSTERS: usize = 4;
 /// Clusters whose centroids are closer than this are merged, because k-means cuts a single broad cluster to pieces.
 const SAME_CLUSTER_RAD: f64 = 12.0 * PI / 180.0;
@@ -29,7 +29,7 @@ pub(crate) fn walls(walls: &GrayImage, settings: &Settings, rng: &mut impl Rng) 
     dominant(&found.iter().map(Line::of).collect::<Vec<_>>())
 }
 
-/// Reduces a picture by a whole factor. If there is a wall anywhere in a block of pixels, the whole block becomes a wall.
+/// Shrinks a picture by a whole factor. A wall anywhere in a block of pixels makes the whole block a wall.
 fn reduced(walls: &GrayImage) -> GrayImage {
     let (width, height) = walls.dimensions();
     let factor = width.max(height).div_ceil(LONGEST_SIDE);
@@ -51,7 +51,7 @@ fn reduced(walls: &GrayImage) -> GrayImage {
     small
 }
 
-/// The direction of a line, as an angle of which a full turn stands for a right angle, and its weight.
+/// The weight and direction of a line, with directions scaled so that a right angle is a full turn.
 #[derive(Debug, Clone, Copy)]
 struct Line {
     /// Four times the direction, so that a right angle becomes a full turn.
@@ -82,7 +82,7 @@ fn apart(a: f64, b: f64) -> f64 {
     turn.min(2.0 * PI - turn)
 }
 
-/// Returns the circular mean of weighted directions, or `None` if they have no weight.
+/// Returns the circular mean of weighted directions, or `None` if the weights add up to nothing.
 fn centroid<'a>(lines: impl Iterator<Item = &'a Line>) -> Option<Line> {
     let (mut x, mut y, mut weight) = (0.0, 0.0, 0.0);
     for line in lines {
@@ -93,8 +93,8 @@ fn centroid<'a>(lines: impl Iterator<Item = &'a Line>) -> Option<Line> {
     (weight > 0.0).then(|| Line { turn_rad: y.atan2(x), weight })
 }
 
-/// Clusters lines by Lloyd's algorithm. The initial centres are the heaviest line, and then repeatedly the line that is
-/// farthest from the centres chosen so far.
+/// Clusters lines by Lloyd's algorithm. The first initial centre is the heaviest line; each further one is the line farthest
+/// from the centres chosen so far.
 fn k_means(lines: &[Line]) -> Vec<Line> {
     let mut centers = first_centers(lines);
     for _ in 0..50 {
@@ -127,7 +127,7 @@ fn first_centers(lines: &[Line]) -> Vec<Line> {
     centers
 }
 
-/// Merges the closest pair of clusters until all of them are well apart.
+/// Merges the closest clusters, pair by pair, until all of them are well apart.
 fn merged(mut clusters: Vec<Line>) -> Vec<Line> {
     while let Some((i, k)) = closest_pair(&clusters) {
         let last = clusters.swap_remove(k);

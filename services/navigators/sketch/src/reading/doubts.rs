@@ -1,9 +1,9 @@
-//! Finds out whether a robot can be driven by a drawing, and reports what is doubtful, with positions in image pixels.
+//! Checks whether a drawing can lead a robot anywhere, and reports what is doubtful about it, with positions in image pixels.
 //!
-//! The scale of a drawing is unknown. The localizer takes what is drawn to be 25 m long, and so do these checks. If there are
-//! walls all around the start, the drawing may also be a single room, and 6 m are enough. A drawing is therefore only doubted
-//! if the laser would see nothing at any likely scale. A doubt is a warning; [`hopeless`] refuses drawings in which nothing
-//! could be right.
+//! Nothing says how large a drawing is. Like the localizer, these checks assume that what is drawn is 25 m long. With walls all
+//! around the start, it may just as well be a single room, and 6 m are enough. What the laser would see is therefore doubted
+//! only if it would see nothing at any likely scale. A doubt is a warning; [`hopeless`] refuses drawings in which nothing could
+//! be right.
 
 use std::fmt;
 
@@ -17,23 +17,23 @@ use super::left_out::LeftOut;
 use super::places::{Places, flood};
 use super::walls::Kind;
 
-/// Assumed length of what is drawn, in metres: of a building, and of a single room.
+/// Assumed length of what is drawn, in metres: for a building, and for a single room.
 const BUILDING_M: f64 = 25.0;
 const ROOM_M: f64 = 6.0;
-/// Minimum share of the directions that lead to a wall if walls are all around.
+/// Walls count as all around a position if at least this share of the directions leads to one.
 const ENCLOSED_SHARE: f64 = 0.5;
-/// Number of directions in which walls are looked for.
+/// Number of directions in which to look for walls.
 const DIRECTIONS: u32 = 72;
-/// Share of the page that strokes must cover to make a drawing.
+/// Minimum share of the page that strokes must cover. Less is hardly a drawing.
 const LEAST_INK_SHARE: f64 = 0.002;
-/// Area of free space, in square metres, below which it leads nowhere.
+/// Minimum area of the free space around the start, in square metres. Less leads nowhere.
 const LEAST_ROOM_M2: f64 = 1.0;
 /// Maximum width of a door, in metres, in a building as small as a room.
 const DOOR_M: f64 = 1.0;
-/// Walls that are no farther from the page's edge than this share of its diagonal are a frame.
+/// Walls within this share of the page's diagonal from its edge count as a frame.
 const FRAME_SHARE: f64 = 0.02;
-/// A route that runs along a wall may touch it. Free cells that are joined within this many pen widths are on the same side of
-/// the wall.
+/// Radius, in pen widths, within which free cells must be joined to count as being on the same side of a wall. A route that
+/// runs along a wall may touch it.
 const BRUSH_PENS: f64 = 4.0;
 
 /// A reason to doubt that a drawing leads anywhere. Positions and lengths are in image pixels.
@@ -43,10 +43,10 @@ pub enum Doubt {
     NoWallNear {
         /// The start.
         at: [f64; 2],
-        /// Range of the laser.
+        /// Estimated range of the laser.
         reach_px: f64,
     },
-    /// The laser sees no wall on the path of a task, either.
+    /// The laser sees no wall anywhere along a task.
     OpenField {
         /// The task.
         task: String,
@@ -54,7 +54,7 @@ pub enum Doubt {
         from: [f64; 2],
         /// End of the path.
         to: [f64; 2],
-        /// Range of the laser.
+        /// Estimated range of the laser.
         reach_px: f64,
     },
     /// The free space around the start is too small for a room.
@@ -71,7 +71,7 @@ pub enum Doubt {
         /// Position of the crossing.
         at: [f64; 2],
     },
-    /// The walls do not enclose the start, so they hardly distinguish one position from another.
+    /// The walls do not enclose the start, so they hardly tell one position from another.
     Unenclosed {
         /// The start.
         at: [f64; 2],
@@ -85,7 +85,7 @@ pub enum Doubt {
     },
     /// Nothing is drawn except a frame around the page.
     OnlyFrame,
-    /// Something was left out, so walls may be missing.
+    /// Something was left out of the drawing, which may have been walls.
     LeftOut(LeftOut),
 }
 
@@ -134,8 +134,8 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// Returns the doubts about a drawing by which a robot is to be driven. `range_max_m` is the range of its laser, in metres. If
-/// it is `None`, nothing is checked that depends on what the laser sees.
+/// Returns the doubts about driving a robot by a drawing. `range_max_m` is the range of the robot's laser, in metres; if it is
+/// `None`, whatever depends on the laser is not checked.
 pub fn doubts(drawing: &DrawnMap, places: &Places, range_max_m: Option<f64>) -> Vec<Doubt> {
     let mut doubts = of_drawing(drawing);
     let walls = Walls::new(drawing);
@@ -167,10 +167,10 @@ pub fn of_drawing(drawing: &DrawnMap) -> Vec<Doubt> {
     is_bare.into_iter().chain(is_frame).chain(left_out).collect()
 }
 
-/// Refuses a drawing in which nothing could be right: there is no wall near the start, nor on the path of any task.
+/// Refuses a drawing in which nothing could be right, because there is no wall near the start, nor along any task.
 ///
 /// # Errors
-/// [`SketchError::OpenField`] if the doubts say so.
+/// [`SketchError::OpenField`] if `doubts` contains a [`Doubt::NoWallNear`], and a [`Doubt::OpenField`] for each task.
 pub fn hopeless(drawing: &DrawnMap, places: &Places, doubts: &[Doubt]) -> Result<(), SketchError> {
     let open = doubts.iter().filter(|doubt| matches!(doubt, Doubt::OpenField { .. })).count();
     let near = doubts.iter().find_map(|doubt| match doubt {
@@ -193,15 +193,14 @@ fn shut_in(drawing: &DrawnMap, walls: &Walls, start: &Point<Sketch>) -> Option<D
     is_small.then(|| Doubt::ShutIn { at: drawing.to_image(start), area_px2 })
 }
 
-/// Returns a doubt if the walls do not enclose the start. A filled drawing always encloses it, since it is solid beyond its
-/// page.
+/// Returns a doubt if the walls do not enclose the start. A filled drawing always does, since it is solid beyond the page.
 fn unenclosed(drawing: &DrawnMap, walls: &Walls, start: &Point<Sketch>) -> Option<Doubt> {
     let opening_px = walls.length_px() * DOOR_M / ROOM_M;
     let is_open = drawing.kind != Kind::Filled && !encloses(drawing, start, opening_px);
     is_open.then(|| Doubt::Unenclosed { at: drawing.to_image(start), opening_px: opening_px / drawing.scale })
 }
 
-/// Returns true if all walls lie along the page's edge. Filled drawings are checked as well, because a frame that touches the
+/// Returns true if all walls lie along the page's edge. This does not exclude filled drawings, because a frame that touches the
 /// edge is taken for one.
 fn is_frame(drawing: &DrawnMap) -> bool {
     let width = drawing.width_px as usize;
@@ -216,7 +215,7 @@ fn is_frame(drawing: &DrawnMap) -> bool {
     walls.all(|(i, _)| is_near(i))
 }
 
-/// Returns a doubt for each task whose path has no wall within reach of the laser.
+/// Returns a doubt for each task along whose path the laser sees no wall.
 fn open_fields<'a>(
     drawing: &'a DrawnMap,
     walls: &'a Walls,
@@ -241,7 +240,7 @@ fn open_fields<'a>(
     })
 }
 
-/// Returns a doubt for each route that crosses a wall, with the first crossing.
+/// Returns a doubt for each route that crosses a wall, with the position of the first crossing.
 fn crossings<'a>(drawing: &'a DrawnMap, places: &'a Places) -> impl Iterator<Item = Doubt> + 'a {
     let routes = places.tasks.iter().filter(|task| task.points.len() > 1);
     routes.filter_map(|task| {
@@ -269,7 +268,7 @@ fn crossing(drawing: &DrawnMap, line: &[Point<Sketch>]) -> Option<Point<Sketch>>
     None
 }
 
-/// Returns true if two positions are joined by free cells near them.
+/// Returns true if free cells nearby join the two positions.
 fn are_joined(drawing: &DrawnMap, from: &Point<Sketch>, to: &Point<Sketch>) -> bool {
     let reach_px = BRUSH_PENS * drawing.pen_width_px + 2.0 * from.distance(to);
     let cell = |point: &Point<Sketch>| [point.x.floor() as i64, point.y.floor() as i64];
@@ -289,7 +288,7 @@ fn are_joined(drawing: &DrawnMap, from: &Point<Sketch>, to: &Point<Sketch>) -> b
     false
 }
 
-/// Returns positions from one point to another, at most a step apart, including both ends.
+/// Returns the positions from one point to another, both included, at most `step_px` apart.
 fn along(from: &Point<Sketch>, to: &Point<Sketch>, step_px: f64) -> impl Iterator<Item = Point<Sketch>> {
     let count = (from.distance(to) / step_px).ceil().max(1.0) as usize;
     let (from, to) = (*from, *to);
@@ -299,12 +298,12 @@ fn along(from: &Point<Sketch>, to: &Point<Sketch>, step_px: f64) -> impl Iterato
     })
 }
 
-/// Counts of walls, by which a box of any size can be checked in constant time.
+/// A summed-area table of the walls, which can tell in constant time whether a box of any size contains any.
 struct Walls<'a> {
     drawing: &'a DrawnMap,
-    /// For each corner of a cell, the number of walls below and to the left of it.
+    /// For each corner of a cell, the number of wall cells below and to the left of it.
     sums: Vec<u32>,
-    /// First and last column, and first and last row, that contain walls.
+    /// The first and last column and the first and last row that contain walls.
     extent: [[usize; 2]; 2],
 }
 
@@ -327,20 +326,20 @@ impl<'a> Walls<'a> {
         Self { drawing, sums, extent }
     }
 
-    /// Returns the longer side of what is drawn. For a filled drawing, which is solid outside, this is the longer side of the
-    /// page.
+    /// Returns the longer side of what is drawn, in sketch pixels. For a filled drawing, which is solid outside, this is the
+    /// longer side of the page.
     fn length_px(&self) -> f64 {
         let sides = self.extent.map(|[low, high]| high.saturating_sub(low) + 1);
         sides.into_iter().max().unwrap_or(1) as f64
     }
 
-    /// Returns the range of a laser in sketch pixels, if this is the smallest building that is likely.
+    /// Returns the laser's range in sketch pixels, assuming the smallest building that this is likely to be.
     fn reach_px(&self, start: &Point<Sketch>, range_max_m: f64) -> f64 {
         let length_m = if self.are_around(start) { ROOM_M } else { BUILDING_M };
         range_max_m * self.length_px() / length_m
     }
 
-    /// Returns true if a wall lies within a square around a position. Its sides are twice `half_px`.
+    /// Returns true if there is a wall within the square around a position that extends `half_px` to each side.
     fn are_within(&self, place: &Point<Sketch>, half_px: f64) -> bool {
         let (width, height) = (self.drawing.width_px as usize, self.drawing.height_px as usize);
         let cells = |at: f64, most: usize| {
@@ -353,7 +352,7 @@ impl<'a> Walls<'a> {
         sum(right, high) + sum(left, low) > sum(left, high) + sum(right, low)
     }
 
-    /// Returns true if walls are all around a position.
+    /// Returns true if there are walls all around a position.
     fn are_around(&self, place: &Point<Sketch>) -> bool {
         let hits = (0..DIRECTIONS).filter(|&k| {
             let (sin, cos) = (f64::from(k) / f64::from(DIRECTIONS) * std::f64::consts::TAU).sin_cos();
@@ -371,7 +370,7 @@ mod tests {
     use super::*;
     use crate::reading::{Intent, Options, Settings, read};
 
-    /// Reads a drawing of strokes on 1000 x 800 px with these marks, and returns it with its doubts.
+    /// Reads a drawing of strokes on 1000 x 800 px with these marks and returns it with its doubts.
     fn doubted(strokes: &[&[[f64; 2]]], marks: serde_json::Value) -> (DrawnMap, Places, Vec<Doubt>) {
         let strokes: Vec<_> = strokes.iter().map(|points| json!({ "points": points })).collect();
         let mut page = json!({ "canvas": [1000, 800], "strokes": strokes });
@@ -426,8 +425,8 @@ mod tests {
         );
     }
 
-    /// A robot was driven by a single line without a warning, because the line had more ink than 0.2 % of the page, and the
-    /// start was near it.
+    /// A robot was driven by a single line without a warning: the line covered more than 0.2 % of the page, and the start was
+    /// near it.
     #[test]
     fn walls_that_do_not_enclose_the_start_are_doubted() {
         let line: &[[f64; 2]] = &[[50.0, 700.0], [950.0, 700.0]];

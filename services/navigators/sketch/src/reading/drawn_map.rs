@@ -11,7 +11,7 @@ use super::settings::Options;
 use super::walls::{Kind, Walls, diagonal};
 use super::{direction, pen};
 
-/// A drawing as a grid, with what else was found in the file.
+/// A drawing as a grid, with whatever else was found in the file.
 #[derive(Clone, PartialEq)]
 pub struct DrawnMap {
     /// Name of the file, for error messages.
@@ -22,11 +22,12 @@ pub struct DrawnMap {
     pub width_px: u32,
     /// Height of the grid, in sketch pixels.
     pub height_px: u32,
-    /// The cells, each [`FREE`] or [`WALL`]: `width_px * height_px` of them, with row 0 at the bottom.
+    /// The `width_px * height_px` cells, each [`FREE`] or [`WALL`], with row 0 at the bottom.
     pub cells: Vec<u8>,
-    /// Sketch pixels per image pixel, which is below 1 if the file is larger than the canvas.
+    /// Sketch pixels per image pixel. This is below 1 if the picture is larger than the canvas.
     pub scale: f64,
-    /// Width of the pen's strokes, in sketch pixels. For a filled drawing, it says how fine the edges are.
+    /// Width of the pen's strokes, in sketch pixels. For a filled drawing, which has no strokes, this is how fine its edges
+    /// are.
     pub pen_width_px: f64,
     /// Direction of the walls in (−π/4, π/4], in radians counter-clockwise as one looks at the drawing.
     pub wall_direction_rad: f64,

@@ -1,11 +1,11 @@
 //! Canny's edge detector (Canny 1986) for black-and-white pictures.
 //!
-//! It finds the same edges as imageproc 0.27, pixel by pixel, in a twentieth of the time. It compares the squares of gradients,
+//! This finds exactly the same edges as imageproc 0.27 in a twentieth of the time. It compares squared gradient magnitudes,
 //! which are integers, and computes a direction only where there may be an edge.
 
 use image::GrayImage;
 
-/// Standard deviation of the Gaussian blur, pixels.
+/// Standard deviation of the Gaussian blur, in pixels.
 const SIGMA: f32 = 1.4;
 /// Radius of the blur, in pixels.
 const REACH: usize = 3;
@@ -30,7 +30,7 @@ fn kernel() -> [f32; TAPS] {
     taps.map(|tap| tap / sum)
 }
 
-/// Blurs the mask by a Gaussian. Beyond the page, its outermost pixels are repeated.
+/// Blurs the mask with a Gaussian. Beyond the page, the outermost pixels are repeated.
 fn blurred(mask: &GrayImage) -> GrayImage {
     let (width, height) = (mask.width() as usize, mask.height() as usize);
     let kernel = kernel();
@@ -63,7 +63,7 @@ fn blurred(mask: &GrayImage) -> GrayImage {
     both
 }
 
-/// Blurs a row, by looking up each pixel's value by the pattern of ink around the pixel.
+/// Blurs a row. The value of each pixel is looked up by the pattern of ink around it.
 fn blur_row(row: &[u8], levels: &[u8], out: &mut [u8]) {
     let ink = |x: usize| usize::from(row[x.min(row.len() - 1)] > 0);
     let before = (0..REACH).fold(0, |pattern, _| pattern << 1 | ink(0));
@@ -77,7 +77,7 @@ fn blur_row(row: &[u8], levels: &[u8], out: &mut [u8]) {
 /// The Sobel gradients of a picture.
 struct Slopes<'a> {
     picture: &'a GrayImage,
-    /// Squared magnitudes.
+    /// Squared gradient magnitude of each pixel.
     strength: Vec<i32>,
 }
 
@@ -101,7 +101,7 @@ impl<'a> Slopes<'a> {
         slopes
     }
 
-    /// Returns the gradient along x and along y. Beyond the page, its outermost pixels are repeated.
+    /// Returns the gradient along x and along y. Beyond the page, the outermost pixels are repeated.
     fn slope(&self, x: usize, y: usize) -> [i32; 2] {
         let (width, height) = (self.picture.width() as usize, self.picture.height() as usize);
         let at = |dx: usize, dy: usize| {
@@ -114,8 +114,8 @@ impl<'a> Slopes<'a> {
         [column(2) - column(0), row(2) - row(0)]
     }
 
-    /// Returns the squared magnitudes, reduced to thin edges. A pixel becomes 0 if it is below [`WEAK`], or if a neighbour
-    /// across the edge is greater.
+    /// Thins the edges. Keeps the squared magnitudes that are at least [`WEAK`] and that no neighbour across the edge exceeds,
+    /// and sets all others to 0.
     fn thinned(&self) -> Vec<i32> {
         let (width, height) = (self.picture.width() as usize, self.picture.height() as usize);
         let mut thinned = vec![0; self.strength.len()];
@@ -147,7 +147,7 @@ impl<'a> Slopes<'a> {
     }
 }
 
-/// Computes the squared magnitudes of a row from the rows around it, except for its first and last pixel.
+/// Computes the squared magnitudes of a row, except for its first and last pixel, from the rows around it.
 fn inner_strengths([below, here, above]: [&[u8]; 3], out: &mut [i32]) {
     let Some(inner) = out.len().checked_sub(2) else { return };
     let [below, here, above] = [below, here, above].map(|row| &row[..inner + 2]);
@@ -161,7 +161,7 @@ fn inner_strengths([below, here, above]: [&[u8]; 3], out: &mut [i32]) {
     }
 }
 
-/// Follows edges from strong pixels to weak ones. Like imageproc, it goes to only six of the eight neighbours.
+/// Follows edges from strong pixels to weak ones. Like imageproc, this visits only six of the eight neighbours.
 fn hysteresis(strength: &[i32], width: u32, height: u32) -> GrayImage {
     let mut picture = GrayImage::new(width, height);
     let (width, edges): (_, &mut [u8]) = (width as usize, &mut picture);

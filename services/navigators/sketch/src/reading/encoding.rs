@@ -1,4 +1,4 @@
-//! Unpacks compressed files, and decodes text of any encoding.
+//! Unpacks compressed files and decodes text in whatever encoding it has.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -28,8 +28,8 @@ pub(crate) fn unpacked<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, [
     Ok(inside.into())
 }
 
-/// Decodes the text in a file. The encoding is found by the byte order mark, by the bytes of the first character, or by the XML
-/// declaration; otherwise it is UTF-8.
+/// Decodes the text in a file. Its encoding follows from the byte order mark, from a first character of two bytes, or from the
+/// XML declaration; otherwise UTF-8 is assumed.
 pub(crate) fn text<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, str>, SketchError> {
     let encoding = match (Encoding::for_bom(bytes), wide(bytes), declared(bytes)) {
         (Some((encoding, _)), ..) => encoding,
@@ -39,7 +39,7 @@ pub(crate) fn text<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, str>,
         })?,
         (None, None, None) => UTF_8,
     };
-    // A declaration that can be read as ASCII is not in UTF-16, but some programs declare UTF-16 and then write UTF-8.
+    // A declaration that reads as ASCII is not UTF-16, whatever it says: some programs declare UTF-16 and then write UTF-8.
     let is_ascii = [UTF_16LE, UTF_16BE].contains(&encoding) && bytes.starts_with(b"<?xml");
     let encoding = if is_ascii { UTF_8 } else { encoding };
     let (text, encoding, is_garbled) = encoding.decode(bytes);
@@ -52,7 +52,7 @@ pub(crate) fn text<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, str>,
     Ok(text)
 }
 
-/// Returns UTF-16 if the first character takes two bytes, which shows it even without a byte order mark.
+/// Recognizes UTF-16 without a byte order mark by its first character, which takes two bytes.
 pub(crate) fn wide(bytes: &[u8]) -> Option<&'static Encoding> {
     match bytes {
         [b'<' | b'{', 0, ..] => Some(UTF_16LE),
@@ -61,7 +61,7 @@ pub(crate) fn wide(bytes: &[u8]) -> Option<&'static Encoding> {
     }
 }
 
-/// Returns the encoding that an XML declaration names, if there is one.
+/// Returns the encoding that an XML declaration names, if any.
 fn declared(bytes: &[u8]) -> Option<String> {
     let head = &bytes[..bytes.len().min(MOST_DECLARATION)];
     let head: String = head.iter().map(|&byte| char::from(byte)).collect();

@@ -35,7 +35,7 @@ residents! { sketchnav_sketch, sketchnav_corridor, sketchnav_landmarks, sketchna
 /// The navigators of this project and those that were added.
 struct Known {
     navigators: RwLock<Vec<&'static Navigator>>,
-    /// The result of adding the channels of this project's navigators to the table.
+    /// Result of adding the channels of this project's navigators to the table of channels.
     residents: Result<(), RegisterError>,
 }
 
@@ -56,10 +56,10 @@ pub struct UnknownNavigator {
     pub found: String,
 }
 
-/// Adds navigators from outside this project, with their channels.
+/// Adds navigators of other projects, with their channels.
 ///
 /// # Errors
-/// [`RegisterError`] if two navigators have the same name, or if the table refuses a channel.
+/// [`RegisterError`] if the name of a navigator is already taken, or if the table of channels refuses one of its channels.
 pub fn register(navigators: &'static [Navigator]) -> Result<(), RegisterError> {
     KNOWN.residents.clone()?;
     let mut known = KNOWN.navigators.write().unwrap_or_else(PoisonError::into_inner);
@@ -90,8 +90,8 @@ pub fn of(mission: &Mission) -> Result<&'static Navigator, UnknownNavigator> {
     all().find(|navigator| navigator.kind == found).ok_or_else(unknown)
 }
 
-/// Returns the method by which a mission is driven, which is the one it names, or else the first method of its navigator. For a
-/// navigator without methods, this is the navigator's own name.
+/// Returns the method by which a mission is driven. This is the one it names, or else the first of its navigator. If the
+/// navigator has no methods, this is the navigator's own name.
 pub fn method(mission: &Mission) -> &str {
     let named = mission.navigator.given.get("method").and_then(toml::Value::as_str);
     let first = || of(mission).ok()?.methods.first().copied();
@@ -109,7 +109,7 @@ pub fn derived(spec: &ChannelSpec) -> impl Iterator<Item = &'static Derived> {
     derived::COMMON.iter().chain(of_navigators).filter(move |derived| derived.of == spec)
 }
 
-/// Reads a file on disk by the name that a mission gives it. Stages are given this function when they are created.
+/// Reads a file on disk by the name that a mission gives it. Stages are given this function when they start.
 ///
 /// # Errors
 /// Like [`sketchnav_files::read`]. A file that is too large is refused before it is read.

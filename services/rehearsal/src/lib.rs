@@ -1,9 +1,9 @@
-//! Runs a mission in one process, by calling the world and the stages of a navigator in turn.
+//! Runs a mission in a single process by calling the world and the stages of a navigator in turn.
 //!
-//! A rehearsal sends the very messages that the processes send in lockstep, byte for byte and channel by channel (except for
-//! health), and an [`Onlooker`] sees them all. There is no shared memory and no thread, and the clock is read only to measure
-//! how long a stage took. A person's answer ([`Onlooker::here`]) takes effect at the next instant, whereas processes may hear
-//! it at any instant. [`rerun`] executes one of the processes again on its inputs in a recording.
+//! A rehearsal sends exactly the messages that the processes send in lockstep, byte for byte and channel by channel (except for
+//! health), and an [`Onlooker`] sees them all. It needs no shared memory and no threads, and reads the clock only to measure
+//! how long the stages take. Note that a person's answer ([`Onlooker::here`]) takes effect at the next instant, whereas
+//! separate processes may hear it at any time. [`rerun`] executes one of the processes again on its inputs in a recording.
 
 mod parts;
 pub mod rerun;
@@ -37,21 +37,21 @@ pub enum RehearsalError {
     Stage(#[source] StageError),
 }
 
-/// Watches a mission. An onlooker can also say where the robot is, or end the mission. By default it does neither.
+/// Watches a mission. An onlooker can also say where the robot is or end the mission; by default it does neither.
 pub trait Onlooker: Tap {
-    /// Returns true to end the mission at this instant. Called after each instant.
+    /// Returns true to end the mission at this point. Called after each instant.
     fn has_enough(&self) -> bool {
         false
     }
 
-    /// Returns a person's answer to where the robot is, if there is one: its position, in pixels (frame `Sketch`), and its
-    /// heading, in radians. Called after each instant except the last.
+    /// Returns a person's answer to where the robot is, if there is one. Its position is in pixels (frame `Sketch`), its
+    /// heading in radians. Called after each instant except the last.
     fn here(&mut self) -> Option<Here> {
         None
     }
 }
 
-/// The time that each part of a mission took by the clock.
+/// Wall-clock time spent in each part of a mission.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Spent {
     /// Time spent in the simulation.
@@ -77,7 +77,7 @@ pub struct Rehearsal {
 }
 
 impl Rehearsal {
-    /// Creates a rehearsal, for which it reads the files that the run's mission names.
+    /// Creates a rehearsal and reads the files that the run's mission names.
     ///
     /// # Errors
     /// [`RehearsalError`] that names the file, the key or the position.
@@ -85,7 +85,7 @@ impl Rehearsal {
         Self::by(run, &read_file)
     }
 
-    /// Creates a rehearsal with a drawing that is not in a file: `bytes` are used in place of the file that the mission names.
+    /// Creates a rehearsal with a drawing that is not in a file. `bytes` are used in place of the file that the mission names.
     ///
     /// # Errors
     /// Like [`Rehearsal::new`].
@@ -110,14 +110,14 @@ impl Rehearsal {
         })
     }
 
-    /// Simulates real time on a slow machine, where the stages take this many instants for a step. Meanwhile the world
-    /// continues with the previous command, and the stages skip the readings of that time. 0 is lockstep.
+    /// Simulates real time on a slow machine, where each step takes the stages this many instants. In the meantime, the world
+    /// carries on with the previous command, and readings go unused. 0 is lockstep.
     #[must_use]
     pub fn thinking_for(self, thinking_scans: u32) -> Self {
         Self { thinking_scans, ..self }
     }
 
-    /// Drives the mission to its end, or until the onlooker has seen enough. Returns the time that each part took.
+    /// Drives the mission to its end, or until the onlooker has seen enough. Returns the time spent in each part.
     ///
     /// # Errors
     /// [`RehearsalError::Stage`] if a stage cannot use the drawing or the tasks.
@@ -150,7 +150,7 @@ impl Rehearsal {
         }
     }
 
-    /// Passes on what the sketcher made of a person's input, and gives the order to start.
+    /// Passes the sketcher's messages on to the other stages and gives the order to start.
     fn begin(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { sketcher, localizer, planner, supervisor, kind, .. } = self;
         for part in [&mut *sketcher, localizer, planner] {

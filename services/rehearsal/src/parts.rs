@@ -1,5 +1,4 @@
-//! The parts of a rehearsal. Each stands in for a process: it has the computation of the process and the messages that it has
-//! sent.
+//! The parts of a rehearsal. Each takes the place of a process, with that process's computation and the messages it has sent.
 
 use std::time::{Duration, Instant as Clock};
 
@@ -16,7 +15,7 @@ use sketchnav_stage::{
 
 use crate::RehearsalError;
 
-/// The world: its simulation, and the messages that it has sent.
+/// The world: its simulation, and the messages it has sent.
 pub(crate) struct World {
     simulation: sim::World,
     pub(crate) memory: InProcess,
@@ -62,7 +61,7 @@ impl World {
     }
 }
 
-/// Returns the sequence number of each sensor's newest message, for a tick. It is 0 if the sensor has sent none.
+/// Returns the sequence number of each sensor's newest message, for the tick. The number is 0 if a sensor has not sent any.
 fn newest_readings(memory: &InProcess) -> [u64; MAX_SENSORS] {
     let mut newest = [0; MAX_SENSORS];
     for (newest, sensor) in newest.iter_mut().zip(channels::sensors()) {
@@ -91,7 +90,7 @@ impl Senses for Said<'_> {
     }
 }
 
-/// A process of the navigator: its stage, and the messages that it has sent.
+/// A process of the navigator: its stage, and the messages it has sent.
 pub(crate) struct Part {
     access: Access,
     stage: Box<dyn Hosted>,
@@ -101,7 +100,7 @@ pub(crate) struct Part {
 }
 
 impl Part {
-    /// Creates the part of a process, or returns `None` if the process hosts no stage.
+    /// Creates the part for a process, or returns `None` if the process hosts no stage.
     pub(crate) fn new(
         process: Process,
         run: &RunConfig,
@@ -119,7 +118,7 @@ impl Part {
         self.stage.is_ready()
     }
 
-    /// Passes an instruction or a request to the stage, which answers a request at once.
+    /// Passes an instruction or a request to the stage. If it is a request, the stage answers it at once.
     pub(crate) fn hear(
         &mut self,
         spec: &'static ChannelSpec,
@@ -142,7 +141,7 @@ impl Part {
         said
     }
 
-    /// Takes the stage's step for an instant.
+    /// Lets the stage take its step for an instant.
     pub(crate) fn step(
         &mut self,
         (tick, stamp_ns): (u64, u64),
@@ -158,7 +157,7 @@ impl Part {
     }
 }
 
-/// Sends an order in place of the supervisor, and returns the message.
+/// Sends an order in place of the supervisor and returns the message.
 pub(crate) fn order(
     memory: &mut InProcess,
     stamp_ns: u64,

@@ -1,10 +1,10 @@
-//! Executes the core of one service again, on the inputs in a recording.
+//! Executes the core of one service again on the inputs in a recording.
 //!
-//! Inputs come in the order of their stamps, and those of one instant in the order of a step. A process takes its inputs by
-//! their stamps, so this is the order in which it originally saw them.
+//! Inputs arrive in order of their stamps, and those of the same instant in the order of a step. Since a process takes its
+//! inputs by their stamps, this is the order in which it saw them the first time.
 //!
-//! Two things are not recorded in real time and cannot be reproduced: which command had arrived when the world went on, and
-//! between which two estimates an order reached the planner.
+//! In real time, two things are not recorded and so cannot be repeated: which command had arrived by the time the world moved
+//! on, and between which two estimates an order reached the planner.
 
 mod subject;
 
@@ -66,7 +66,7 @@ pub enum RerunError {
 pub struct Rerun {
     /// The first difference, if there is one. Side A is the recording.
     pub difference: Option<Difference>,
-    /// Number of messages that are the same.
+    /// Number of messages that agree with the recording.
     pub same: u64,
     /// Number of messages that the service sent this time.
     pub sent: u64,
@@ -76,11 +76,11 @@ pub struct Rerun {
     pub simulated_s: f64,
     /// The messages that the service rejected as invalid.
     pub rejected: Rejections,
-    /// Time that the core took, excluding reading, encoding, comparing and writing.
+    /// Time spent in the core, excluding reading, encoding, comparing and writing.
     pub core: Duration,
     /// Durations of the core's steps.
     pub steps: StepTimes,
-    /// Time that the whole execution took.
+    /// Time that everything took, including reading and comparing.
     pub wall: Duration,
 }
 
@@ -91,7 +91,7 @@ pub struct StepTimes {
     pub count: usize,
     /// The mean duration.
     pub mean: Duration,
-    /// 99 % of the steps took at most this long.
+    /// Duration that 99 % of the steps did not exceed.
     pub within_99: Duration,
     /// The longest duration.
     pub longest: Duration,
@@ -116,13 +116,13 @@ pub fn outputs(process: Process, kind: &str) -> impl Iterator<Item = &'static Ch
     channels::written_by(process, kind).filter(|spec| spec.is_recorded())
 }
 
-/// Executes `process` of the recorded run again, and compares the messages that it sends with the recorded ones. The run may
-/// have other parameters than the recording.
+/// Executes `process` of the recorded run again and compares the messages it sends with the recorded ones. The run need not
+/// have the same parameters as the recording.
 ///
-/// `copy` receives all messages: the recorded ones of the other processes, and those that this process sends now.
+/// `copy` receives every message: the recorded ones of the other processes, and those that this process sends now.
 ///
 /// # Errors
-/// [`RerunError`] if the recording cannot be read, if the process has no core, or if the run cannot be reproduced.
+/// [`RerunError`] if the recording cannot be read, the process has no core, or the run cannot be repeated.
 pub fn rerun<W: std::io::Write>(
     recording: &Recording,
     process: Process,
@@ -200,8 +200,8 @@ fn has_order(
     Ok(false)
 }
 
-/// Returns the ticks that the recorded process answered, or `None` if it answered all of them. In real time, it may have missed
-/// the first ticks, or skipped some.
+/// Returns the ticks that the recorded process answered, or `None` if it answered all of them. In real time, a process may miss
+/// the first ticks or skip some.
 fn answered(
     recording: &Recording,
     process: Process,
@@ -213,7 +213,7 @@ fn answered(
     };
     let ticks: Result<BTreeSet<u64>, _> =
         recording.headers(spec)?.map(|header| Ok(header?.source_seq)).collect();
-    // A log that has not been localized yet has no answers: then every tick is to be answered.
+    // A log that has not been localized yet has no answers, in which case every tick is answered.
     Ok(Some(ticks?).filter(|ticks| !ticks.is_empty()))
 }
 
@@ -245,7 +245,7 @@ impl SentTopic {
         Self { spec, topic: Arc::new(topic), spare: spec.message.spare() }
     }
 
-    /// Returns the topic of a channel, and adds it to `topics` if it is missing.
+    /// Returns the topic of a channel, adding it to `topics` if it is missing.
     fn of<'a>(topics: &'a mut Vec<Self>, spec: &'static ChannelSpec) -> &'a mut Self {
         let index = topics.iter().position(|topic| topic.spec == spec).unwrap_or_else(|| {
             topics.push(Self::new(spec));

@@ -1,4 +1,4 @@
-//! Any mission either drives for an instant or is rejected, and nothing panics. `fuzz/` has the same check as a target.
+//! Any mission either drives for an instant or is rejected, and nothing panics. `fuzz/` has the same check as a fuzz target.
 
 use std::path::Path;
 

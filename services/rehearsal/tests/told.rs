@@ -89,7 +89,7 @@ fn the_localizer_goes_on_from_where_somebody_said() {
 fn the_planner_of_a_lost_robot_goes_on_when_somebody_has_said_where_it_is() {
     let is_lost = |it: &Witness| it.status.last().is_some_and(|s| s.state == TaskState::Paused.code());
     let where_it_believes = |it: &Witness| it.believed(it.estimates.len() - 1);
-    // These parameters make the robot so impatient that it is lost after a few instants.
+    // These parameters make the robot so impatient that it considers itself lost after a few instants.
     let witness =
         Witness::new(is_lost, where_it_believes).drives(&[("astray_factor", 0.1), ("astray_m", 0.1)]);
     let told = witness.told.unwrap();

@@ -35,7 +35,7 @@ codes! {
         Rival = 3 "rival",
     }
 
-    /// What a sample of the drawing's outline was matched with.
+    /// The kind of match that a sample of the drawing's outline has.
     pub enum PartnerKind {
         /// No match in what was seen.
         Nothing = 0 "nothing",
@@ -159,9 +159,9 @@ messages! {
         pub rival_margin: f64,
         /// Position of the goal in that alignment, or of the gap that leads to it.
         pub rival_m: [f64; 2],
-        /// Position of the goal or gap that the robot is looking for.
+        /// Position of the target that the robot is looking for.
         pub target_m: [f64; 2],
-        /// What the robot is looking for.
+        /// Kind of target.
         pub aim: u32 as CourseAim,
         /// Number of gaps in the outline of what was seen.
         pub gap_count: u32,
@@ -175,7 +175,7 @@ messages! {
         pub way_m: [[f32; 2]; 128] where way_count counts,
     }
 
-    /// The robot asks a person where in the drawing it is. The answer is an order `here`.
+    /// The robot's question to a person: where in the drawing it is. The answer is an order `here`.
     pub struct Question version 1 in "sketch" {
         /// Kind of question.
         pub kind: u32 as QuestionKind,
@@ -241,7 +241,7 @@ parts! {
         pub x_m: f32,
         /// Second coordinate of the sample's match in the map, in metres.
         pub y_m: f32,
-        /// What the sample was matched with, as a code of [`PartnerKind`].
+        /// Kind of match, as a code of [`PartnerKind`].
         pub partner: u32,
         /// Share of the outline around the goal that the sample stands for.
         pub goal_share: f32,

@@ -1,4 +1,4 @@
-//! The drawing as localizers and planners see it: a grid of free and wall cells, with the direction of the walls.
+//! The drawing as the localizer and the planner see it: a grid of free and wall cells, with the direction of the walls.
 
 use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Sketch};
@@ -33,7 +33,7 @@ impl SketchGrid {
     /// Creates a grid from a message and the cells that follow it.
     ///
     /// # Errors
-    /// [`CellsError`] if there are no cells, or not as many as the message says.
+    /// [`CellsError`] if there are no cells, or not as many as the size in the message demands.
     pub fn of_map(map: &SketchMap, cells: &[u8]) -> Result<Self, CellsError> {
         let (width, height) = (map.width_px, map.height_px);
         Self::new(width as usize, height as usize, cells, map.wall_direction_rad)
@@ -52,7 +52,7 @@ impl SketchGrid {
         })
     }
 
-    /// Returns a flag for each cell, row by row from the bottom, which is true for a wall.
+    /// Returns the cells row by row from the bottom, with `true` for a wall.
     pub fn walls(&self) -> &[bool] {
         &self.wall
     }
@@ -85,7 +85,7 @@ impl SketchGrid {
         self.wall_direction_rad
     }
 
-    /// Returns true if the cell is wall. Cells outside the grid are wall.
+    /// Returns true if the cell is a wall. Everything outside the grid is.
     pub fn is_wall_cell(&self, column: i64, row: i64) -> bool {
         let inside = (0..self.width as i64).contains(&column) && (0..self.height as i64).contains(&row);
         !inside || self.wall[row as usize * self.width + column as usize]

@@ -1,4 +1,4 @@
-//! The sketcher as a stage, which reads the drawing of a mission, or the drawings that people send while the mission runs.
+//! The sketcher stage. It reads the mission's drawing, or the drawings that people send while the mission runs.
 
 use crate::messages::{ROUTE, Route, SKETCH, SketchMap};
 use crate::mission::SketchMission;
@@ -34,8 +34,8 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
     Ok(Box::new(FileSketcher { bytes: load(&mission, files)?, mission, options }))
 }
 
-/// Reads the drawing of a run and places its start and tasks in it. If both the mission and the drawing give a start or tasks,
-/// the mission takes precedence.
+/// Reads the drawing of a run and places its start and tasks in it. What the mission says takes precedence over what the
+/// drawing itself marks.
 ///
 /// # Errors
 /// [`SketchError`] if the drawing is missing, or if [`read`] or [`Intent::place`] refuses it.
@@ -45,8 +45,8 @@ pub fn understand(run: &RunConfig, files: &Files<'_>) -> Result<(DrawnMap, Place
     understand_bytes(&mission, &options, &load(&mission, files)?)
 }
 
-/// Returns what a person should know about a drawing before a robot is driven by it. Empty if people draw while the mission
-/// runs, because there is no drawing yet.
+/// Returns what a person should know about a drawing before a robot is driven by it. There is nothing to return if people draw
+/// while the mission runs.
 ///
 /// # Errors
 /// [`SketchError`] if the drawing cannot be read, or if [`reading::doubts::hopeless`] refuses it.
@@ -95,7 +95,7 @@ fn understand_bytes(
     Ok((drawing, places))
 }
 
-/// Sends the sketch and the route of the mission's drawing once. After a crash, it simply reads the drawing again.
+/// Sends the sketch and the route of the mission's drawing once. It has no state: after a crash, it reads the drawing again.
 struct FileSketcher {
     mission: SketchMission,
     options: Options,
@@ -125,10 +125,10 @@ fn write_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap, cells:
     fill_cells(drawing, cells);
 }
 
-/// Answers each drawing of the pad with one message, after sending the sketch and the route that follow from the drawing.
+/// Answers each drawing from the pad with one message, after sending the sketch and the route that follow from it.
 ///
-/// Its state contains the drawings that were accepted, since the pad has forgotten them, and the answer to the last drawing. A
-/// restarted sketcher needs both.
+/// The state contains the drawings accepted so far, which the pad has forgotten, and the answer to the last one. A restarted
+/// sketcher needs both.
 struct LiveSketcher {
     desk: Desk,
     answer: Option<Answer>,
@@ -138,12 +138,11 @@ struct LiveSketcher {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Answer {
     kind: u32,
-    /// The change that the drawing made, or the reason that it was refused.
+    /// The change that the drawing made, or the reason for refusing it.
     outcome: Result<Change, String>,
 }
 
-/// The state of the sketcher if people draw. `D` is the desk's state, and `A` the last answer; when a checkpoint is written,
-/// they are references.
+/// The state of the sketcher if people draw. `D` and `A` are the desk's state and the last answer, or references to them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct State<D = desk::State, A = Option<Answer>> {
     desk: D,
@@ -168,7 +167,7 @@ impl Stage for LiveSketcher {
         Ok(())
     }
 
-    /// Sends the sketch, the route and the answer. The route names, as its cause, the sketch in which its tasks are placed.
+    /// Sends the sketch, the route and the answer. The `source_seq` of the route says which sketch its tasks are placed in.
     fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Some(Answer { kind, outcome }) = &self.answer else { return Ok(()) };
         if let Some((drawing, places)) = self.desk.placed() {

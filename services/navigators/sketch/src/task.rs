@@ -6,8 +6,8 @@ use sketchnav_schemas::message::Text;
 
 use crate::messages::{Route, RouteTask};
 
-/// A task, which is a goal if it has one point, and a drawn route if it has more. `P` is a position in the frame [`Sketch`], or
-/// in image pixels.
+/// A task: a goal if it has a single point, a drawn route if it has more. `P` is a position in the frame [`Sketch`], or in
+/// image pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Task<P = Point<Sketch>> {
     /// Human-readable name.

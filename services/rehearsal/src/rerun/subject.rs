@@ -28,7 +28,7 @@ pub(super) struct Staged {
     part: Part,
     /// The newest message of each channel that the process reads.
     inputs: InProcess,
-    /// The channel whose messages the process answers with a step.
+    /// The channel whose messages trigger a step.
     trigger: Option<&'static ChannelSpec>,
     reads: Vec<&'static ChannelSpec>,
     /// The ticks to answer, or `None` to answer all of them.
@@ -57,7 +57,7 @@ impl Subject {
         })))
     }
 
-    /// Restricts the answers to these ticks. `None` lifts the restriction.
+    /// Answers only these ticks. `None` answers all of them.
     pub(super) fn answers(&mut self, ticks: Option<BTreeSet<u64>>) {
         if let Self::Stage(staged) = self {
             staged.answered = ticks;
@@ -73,7 +73,7 @@ impl Subject {
         Ok(said.map_err(RehearsalError::Stage)?)
     }
 
-    /// Passes a message of another process to this one, which sends the messages that follow from it.
+    /// Hears a message of another process, and sends whatever follows from it.
     pub(super) fn hear(&mut self, message: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
         match self {
             Self::World(world, steps) => {
@@ -86,8 +86,8 @@ impl Subject {
         }
     }
 
-    /// Returns the invalid messages among the inputs, and the duration of each step. None are counted for the world, which
-    /// receives only commands.
+    /// Returns the invalid messages among the inputs, and the duration of each step. For the world, which receives only
+    /// commands, no invalid messages are counted.
     pub(super) fn finish(self) -> (Rejections, Vec<Duration>) {
         match self {
             Self::World(_, steps) => (Rejections::default(), steps),

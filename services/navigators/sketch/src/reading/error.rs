@@ -1,9 +1,9 @@
-//! Errors in drawings, each of which says what was expected, what was found, and where.
+//! Errors that drawings cause. Each says what was expected, what was found, and where.
 
 use sketchnav_schemas::mission::MissionError;
 
-/// An error in a drawing, in its marks, or in the sketcher's parameters. Positions are in image pixels (column, row) of the
-/// file as the person sees it.
+/// An error in a drawing, its marks, or the sketcher's parameters. Positions are in image pixels (column, row) of the file as
+/// the person sees it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SketchError {
     /// The mission's keys for this navigator are invalid.
@@ -23,7 +23,7 @@ pub enum SketchError {
         /// The type that the first bytes suggest.
         found: String,
     },
-    /// The file is of a supported type, but truncated or garbled.
+    /// The file is of a supported type but truncated or garbled.
     #[error("{file}: expected a whole {kind} file: {reason}")]
     Broken {
         /// The file.
@@ -48,7 +48,7 @@ pub enum SketchError {
     Strokes {
         /// The file.
         file: String,
-        /// The value's position in the file.
+        /// The key of the value.
         key: String,
         /// The expected value.
         expected: &'static str,
@@ -60,7 +60,7 @@ pub enum SketchError {
     NoWalls {
         /// The file.
         file: String,
-        /// A description of what is there instead, and of what to do.
+        /// What the page shows instead, and what to do about it.
         found: String,
     },
     /// A value in a style cannot be read, so what it paints would be missing.
@@ -85,7 +85,7 @@ pub enum SketchError {
         /// The file.
         file: String,
     },
-    /// Something is marked before anything is drawn.
+    /// Marks arrived before there was a drawing.
     #[error("expected a drawing before what is marked in it, found none")]
     NoSketch,
     /// The drawing is neither a sketch nor a route.
@@ -94,10 +94,10 @@ pub enum SketchError {
         /// The number in the message.
         found: u32,
     },
-    /// The drawing crashes the sketcher.
+    /// The drawing has repeatedly crashed the sketcher.
     #[error("expected a drawing that can be read, found one by which the sketcher ended {attempts} times")]
     Fatal {
-        /// Number of times that it was read.
+        /// Number of attempts to read the drawing.
         attempts: u32,
     },
     /// Neither the mission nor the drawing says where the robot starts.
@@ -113,7 +113,7 @@ pub enum SketchError {
         "navigator.start_heading_deg: expected degrees, or a drawn route as first task that leads more than {threshold_px:.0} px away; found neither"
     )]
     NoHeading {
-        /// Distance that a route must cover to give the heading, in image pixels.
+        /// Distance from its start that a route must reach to give the heading, in image pixels.
         threshold_px: f64,
     },
     /// A position is outside the drawing.
@@ -156,14 +156,15 @@ pub enum SketchError {
         /// The nearest position that can be reached.
         nearest: [f64; 2],
     },
-    /// The start and the goals are in a field without walls, so nothing shows its size, or where in it the robot is.
+    /// Neither the start nor the tasks are near any walls, so nothing shows how large the drawing is, or where in it the robot
+    /// is.
     #[error("navigator.start at ({:.0}, {:.0}) of {file}: expected walls around the start or on the way, found none within the laser's reach (about {reach_px:.0} px). Draw the walls around them", start[0], start[1])]
     OpenField {
         /// The start.
         start: [f64; 2],
         /// The drawing.
         file: String,
-        /// Range of the laser, in image pixels.
+        /// Estimated range of the laser, in image pixels.
         reach_px: f64,
     },
     /// There are no tasks or points, or more than a route message holds.
@@ -194,7 +195,7 @@ pub enum SketchError {
     },
 }
 
-/// Unsupported types that people draw in, each with the offset of its signature, the signature, and its name.
+/// Unsupported file types that people draw in: the offset of their magic bytes, the magic bytes, and a name.
 const OTHERS: [((usize, &[u8]), &str); 11] = [
     ((0, b"%PDF"), "a PDF"),
     ((0, b"%!PS"), "PostScript"),
@@ -209,7 +210,7 @@ const OTHERS: [((usize, &[u8]), &str); 11] = [
     ((0, b"PK\x03\x04"), "a ZIP archive, as many drawing programs save in"),
 ];
 
-/// Root elements of XML that is not SVG, with a name for each kind of file.
+/// Root elements of XML files other than SVG, with a name for each kind of file.
 const ROOTS: [(&str, &str); 5] = [
     ("xournal", "a note of Xournal++"),
     ("mxfile", "a drawing of draw.io"),
@@ -218,16 +219,16 @@ const ROOTS: [(&str, &str); 5] = [
     ("diagram", "a drawing of Dia"),
 ];
 
-/// Strings by which JSON of other programs is recognized, with a name for each kind of file.
+/// Strings that identify JSON from other programs, with a name for each kind of file.
 const OTHER_JSON: [(&str, &str); 3] = [
     ("\"excalidraw\"", "a drawing of Excalidraw"),
     ("\"tldrawFileFormatVersion\"", "a drawing of tldraw"),
     ("\"FeatureCollection\"", "GeoJSON"),
 ];
-/// Number of bytes at the beginning of a file in which other programs' formats are recognized.
+/// Number of bytes at the beginning of a file that are searched for signs of another program.
 const MOST_HEAD: usize = 1024;
 
-/// Returns the picture that the YAML of a map names, or `None` if the bytes are not such a file.
+/// Returns the picture that a map's YAML file names, or `None` if the bytes are not such a file.
 fn map_picture(bytes: &[u8]) -> Option<String> {
     let head = String::from_utf8_lossy(bytes.get(..MOST_HEAD).unwrap_or(bytes));
     let value = |key: &str| head.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
@@ -235,7 +236,7 @@ fn map_picture(bytes: &[u8]) -> Option<String> {
     Some(value("image")?.trim().trim_matches(['"', '\'']).to_owned())
 }
 
-/// Makes errors for one file.
+/// Makes the errors about one file.
 pub(crate) struct Broken<'a> {
     /// Name of the file.
     pub file: &'a str,
@@ -258,7 +259,7 @@ impl Broken<'_> {
         SketchError::NoWalls { file: self.file(), found: found.into() }
     }
 
-    /// Returns an error for XML whose root element is not SVG's.
+    /// Returns the error for XML whose root element is not `svg`.
     pub(crate) fn other_xml(&self, root: &str) -> SketchError {
         let known = ROOTS.iter().find(|(known, _)| *known == root);
         let kind =
@@ -266,7 +267,7 @@ impl Broken<'_> {
         SketchError::Unsupported { file: self.file(), found: format!("{kind}; export it as SVG or PNG") }
     }
 
-    /// Returns an error for JSON in which no strokes can be read, which is either another program's or broken.
+    /// Returns the error for JSON without readable strokes, which comes from another program or is broken.
     pub(crate) fn other_json(&self, text: &str, reason: impl std::fmt::Display) -> SketchError {
         let head = &text.as_bytes()[..text.len().min(MOST_HEAD)];
         let has = |mark: &str| head.windows(mark.len()).any(|found| found == mark.as_bytes());

@@ -1,4 +1,4 @@
-//! Reads a drawing from a file of any format.
+//! Reads a drawing from a file in any supported format.
 
 use image::ImageFormat;
 
@@ -11,20 +11,20 @@ use super::settings::Options;
 use super::walls::Walls;
 use super::{encoding, ink, raster, strokes, vector};
 
-/// Share of the ink that may be lost without a warning. People who erase with white leave some ink of a second tone.
+/// Maximum share of ink that may be lost without a warning. People who erase with white paint leave some ink in a second tone.
 const MOST_LOST: f64 = 0.1;
 
-/// Reads a drawing: PNG, JPEG, GIF, WebP, BMP, PNM, SVG or [`strokes`](super::strokes) in JSON, which are recognized by their
-/// content. The file may be packed with gzip (`.svgz`). Text may be in UTF-8, UTF-16, or the encoding that its XML declaration
-/// names.
+/// Reads a drawing. The file may be PNG, JPEG, GIF, WebP, BMP, PNM, SVG or [`strokes`](super::strokes) in JSON, optionally
+/// packed with gzip (`.svgz`); its content decides which. Text may be in UTF-8, UTF-16, or the encoding that its XML
+/// declaration names.
 ///
-/// `file` is the file's name, for error messages. A drawing of more than
-/// [`MAX_SKETCH_CELLS`](crate::messages::MAX_SKETCH_CELLS) pixels is scaled down, and so are positions in image pixels, see
+/// `file` is the file's name, which error messages mention. A drawing of more than
+/// [`MAX_SKETCH_CELLS`](crate::messages::MAX_SKETCH_CELLS) pixels is scaled down, and points in image pixels along with it; see
 /// [`DrawnMap::scale`].
 ///
 /// # Errors
-/// [`SketchError`] if the file is not a drawing, is truncated, is of an unsupported type or too large to decode, if a style
-/// cannot be read, or if there are no walls or no free space.
+/// [`SketchError`] if the file is empty, truncated, of an unsupported type or too large to decode, if a style in it cannot be
+/// read, or if the drawing has no walls or no free space.
 pub fn read(bytes: &[u8], file: &str, options: &Options) -> Result<DrawnMap, SketchError> {
     let broken = Broken { file };
     let bytes = &*encoding::unpacked(bytes, &broken)?;
@@ -74,7 +74,7 @@ fn blank(tones: &Tones) -> String {
     }
 }
 
-/// The types of files that contain drawings.
+/// The types of files that can contain drawings.
 enum Type {
     Picture(ImageFormat),
     Svg,
@@ -82,7 +82,7 @@ enum Type {
 }
 
 impl Type {
-    /// Recognizes the type by the first bytes, since a file name may be wrong.
+    /// Recognizes the type by the first bytes, because a file's name may be wrong.
     fn of(bytes: &[u8]) -> Option<Self> {
         if let Some(format) = raster::format_of(bytes) {
             return Some(Self::Picture(format));

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 use image::GrayImage;
 use rand::{Rng, RngExt};
 
-/// Number of directions of lines over half a turn, which are half a degree apart.
+/// Number of line directions in half a turn. They are half a degree apart.
 const DIRECTIONS: usize = 360;
 
 /// Criteria for a line.
@@ -70,8 +70,8 @@ pub(crate) fn segments(edges: &GrayImage, lines: Lines, rng: &mut impl Rng) -> V
     found
 }
 
-/// Rounds to the nearest integer, with halves away from zero, for |x| below 2³¹. Older processors have no instruction for this,
-/// so `f64::round` would be slow.
+/// Rounds to the nearest integer, with halves away from zero, for |x| below 2³¹. This avoids `f64::round`, for which older
+/// processors have no instruction.
 fn rounded(x: f64) -> i32 {
     // The greatest number below one half. Adding one half itself would round this very number up to one.
     (x + 0.499_999_999_999_999_94_f64.copysign(x)) as i32
@@ -94,7 +94,7 @@ struct Table {
     states: Vec<State>,
     /// Cosine and sine of each direction's normal.
     normals: Vec<(f64, f64)>,
-    /// Number of lines per direction, one for each distance from the origin, of both signs.
+    /// Number of bins per direction, one for each signed distance of a line from the origin.
     distances: usize,
     votes: Vec<u16>,
 }
@@ -136,7 +136,8 @@ impl Table {
         i * self.distances + (rounded(distance) as isize + self.distances as isize / 2) as usize
     }
 
-    /// Lets the pixel vote for every line through it. Returns the direction with the most votes so far, and their number.
+    /// Casts the pixel's votes, one for every line through it. Returns the direction with the most votes so far, and how many
+    /// it has.
     fn vote(&mut self, pixel: (i32, i32)) -> (usize, u32) {
         let (mut best, mut most) = (0, 0);
         for i in 0..DIRECTIONS {
@@ -152,7 +153,7 @@ impl Table {
         (best, u32::from(most))
     }
 
-    /// Removes a pixel with its votes.
+    /// Removes a pixel along with its votes.
     fn take(&mut self, pixel: (i32, i32)) {
         let Some(index) = self.index(pixel) else { return };
         if self.states[index] == State::Voted {
@@ -164,7 +165,7 @@ impl Table {
         self.states[index] = State::Gone;
     }
 
-    /// Returns the stretch of edge pixels through `pixel` in this direction, and removes its pixels.
+    /// Returns the stretch of edge pixels through `pixel` in this direction and removes its pixels.
     fn longest(&mut self, pixel: (i32, i32), direction: usize, gap_px: u32) -> Segment {
         let (cos, sin) = self.normals[direction];
         let to = self.follow(pixel, (-sin, cos), gap_px);
@@ -173,7 +174,8 @@ impl Table {
         Segment { from, to }
     }
 
-    /// Returns the last edge pixel before a wide gap, in a corridor three pixels wide, and removes the pixels that it passes.
+    /// Returns the last edge pixel before a wide gap, within a corridor three pixels wide. Removes the edge pixels that it
+    /// passes.
     fn follow(&mut self, start: (i32, i32), along: (f64, f64), gap_px: u32) -> (i32, i32) {
         let longer = along.0.abs().max(along.1.abs());
         let step = (along.0 / longer, along.1 / longer);

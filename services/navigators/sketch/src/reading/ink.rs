@@ -1,16 +1,16 @@
-//! Separates ink from paper, to find the pixels of a picture that are walls.
+//! Separates ink from paper, which decides which pixels of a picture are walls.
 //!
-//! Pictures are of three kinds. A *clean* picture has two tones that are far apart, and little else; Otsu's threshold separates
-//! them. Every other picture is taken for a *photograph* of strokes on paper under uneven light. Each of its pixels is divided
-//! by the brightness of the paper around it (a box mean over an integral image, without the strokes), and Otsu's threshold then
-//! finds the strokes of the levelled picture.
+//! Pictures come in three kinds. A *clean* picture has two tones that are far apart and little else, and is separated by Otsu's
+//! threshold. Anything else is taken for a *photograph* of strokes on paper under uneven light. Each of its pixels is divided
+//! by the brightness of the paper around it (a box mean over an integral image, leaving out the strokes), and Otsu's threshold
+//! then finds the strokes in the levelled picture.
 //!
-//! A clean picture is either a *line drawing*, whose strokes are walls, or *filled*, with free space in one tone and the
-//! outside and everything solid in the other. The tone along the border is paper in a line drawing, and solid in a filled one.
-//! The picture is filled if much of the other tone lies deep inside its areas, as strokes never do.
+//! A clean picture is either a *line drawing*, whose strokes are walls, or *filled*, with free space in one tone, and the
+//! outside and everything solid in the other. The tone along the border is paper in a line drawing and solid in a filled one.
+//! To find out which it is, look at the other tone: strokes are thin, whereas much of the free space in a filled drawing lies
+//! deep inside.
 //!
-//! Transparent paper is taken to be white, as on a screen, unless the ink would vanish on white. In that case it is taken to be
-//! black.
+//! Transparent paper counts as white, as on a screen, or as black if the ink would vanish on white.
 //!
 //! Sources: Otsu 1979 (threshold); Bradley and Roth 2007 (adaptive threshold by integral image).
 
@@ -29,16 +29,16 @@ const CLEAN_SHARE: f64 = 0.9;
 /// Minimum number of levels between the two tones of a clean picture, and between ink and paper in any picture.
 const CLEAN_CONTRAST: usize = 64;
 const LEAST_CONTRAST: f64 = 24.0;
-/// Distance from its edge, as a share of the diagonal, beyond which an area is no stroke.
+/// Depth, as a share of the diagonal, beyond which a pixel lies too far from the edge of its area to be part of a stroke.
 const DEEP_SHARE: f64 = 0.02;
-/// Share of a tone's area that must lie deeper than [`DEEP_SHARE`] for the tone to be free space. Some pillars and tables may
-/// be filled, but not most of a drawing.
+/// Maximum share of a tone's area that may be deeper than [`DEEP_SHARE`] if the tone is strokes; with more, it is free space.
+/// Some pillars and tables may be filled in, but not most of a drawing.
 const DEEP_AREA_SHARE: f64 = 0.3;
 /// Width of the window whose mean is the paper's brightness, as a share of the longer side.
 const PAPER_WINDOW_SHARE: f64 = 0.125;
 /// The level of bare paper in a levelled picture.
 const PAPER_LEVEL: f64 = 200.0;
-/// Distance from a wall within which tones belong to its edge, in pixels.
+/// Distance from a wall, in pixels, within which the tones of its edge reach.
 const EDGE_PX: f64 = 2.0;
 /// Strokes differ from the mean around them by at least this share.
 const STROKE_SHARE: f64 = 0.08;
@@ -60,20 +60,20 @@ pub(crate) fn find(tones: &Tones, tone: WallTone) -> Option<Ink> {
     match &tones.cover {
         None => on_black(),
         Some(cover) if !is_light_pen(&tones.ink, cover) => on_white().or_else(on_black),
-        // The mission says that the walls are dark.
+        // The mission says that walls are dark, so they are drawn on light paper.
         Some(_) if tone == WallTone::Dark => on_white(),
         Some(_) => on_black(),
     }
 }
 
-/// Returns true if the ink consists of strokes, most of which would vanish on white paper.
+/// Returns true if the ink is strokes, most of which would vanish on white paper.
 fn is_light_pen(ink: &GrayImage, cover: &GrayImage) -> bool {
     let [on_white, ..] = vanishing(ink, cover);
     on_white > 0.5 && is_strokes(&covered(cover))
 }
 
-/// Returns the share of the strokes on transparent paper that vanish on the paper that [`find`] takes, but would be seen on the
-/// other. This is 0 if the ink does not consist of strokes, as with white rooms between black walls.
+/// Returns the share of the strokes on transparent paper that vanish on the paper chosen by [`find`] but would be visible on
+/// the other. This is 0 if the ink is not strokes, as with white rooms between black walls.
 pub(crate) fn lost_share(tones: &Tones, tone: WallTone) -> f64 {
     let Some(cover) = &tones.cover else { return 0.0 };
     let [on_white, on_black, on_both] = vanishing(&tones.ink, cover);
@@ -88,7 +88,7 @@ fn vanishing(ink: &GrayImage, cover: &GrayImage) -> [f64; 3] {
     let (mut lost, mut all) = ([0_u64; 3], 0_u64);
     for (&ink, &cover) in ink.iter().zip(cover.iter()) {
         all += u64::from(cover);
-        // The tone on white paper is the tone on black paper, plus the paper that shows through.
+        // On white paper, a pixel has its tone on black paper plus whatever shows of the paper.
         let [on_white, on_black] = [cover - ink.min(cover), ink];
         for (lost, contrast) in lost.iter_mut().zip([on_white, on_black, on_white.max(on_black)]) {
             *lost += if f64::from(contrast) < LEAST_CONTRAST { u64::from(cover) } else { 0 };
@@ -123,7 +123,7 @@ fn map(picture: &GrayImage, f: impl Fn(u8) -> u8) -> GrayImage {
     mapped
 }
 
-/// Counts the pixels of each tone. Since most of them are bare paper, eight pixels that are alike are counted at once.
+/// Counts the pixels of each tone. Most pixels are bare paper, so eight equal ones are counted at once.
 fn histogram(picture: &GrayImage) -> [u64; 256] {
     let mut counts = [0; 256];
     let (eights, rest) = picture.as_raw().as_chunks::<8>();
@@ -138,7 +138,7 @@ fn histogram(picture: &GrayImage) -> [u64; 256] {
     counts
 }
 
-/// Returns true if nearly all pixels have one of two tones, which are far apart.
+/// Returns true if nearly all pixels are of two tones that are far apart.
 fn is_clean(counts: &[u64; 256]) -> bool {
     let band = |tone: usize| -> u64 {
         counts[tone.saturating_sub(TONE_BAND)..=(tone + TONE_BAND).min(255)].iter().sum()
@@ -192,8 +192,8 @@ fn clean(picture: &GrayImage, counts: &[u64; 256], tone: WallTone) -> Option<Ink
     Some(Ink { walls, kind, faint })
 }
 
-/// Returns the share of the strokes that stand out from the paper and are not walls. This is 0 if they are areas, as with
-/// tinted rooms.
+/// Returns the share of the strokes that stand out from the paper but are not walls. This is 0 if they are areas rather than
+/// strokes, such as tinted rooms.
 fn faint_share(picture: &GrayImage, counts: &[u64; 256], walls: &GrayImage) -> f64 {
     let paper = (0..=255_u8).max_by_key(|&tone| counts[usize::from(tone)]).unwrap_or(255);
     // A wall's edge has all tones between the wall's and the paper's.
@@ -225,7 +225,7 @@ fn border_is(mask: &GrayImage) -> bool {
     2 * inside > all
 }
 
-/// Returns true if little of the mask lies deep inside it.
+/// Returns true if the mask consists of strokes, that is, if little of it lies deep inside.
 fn is_strokes(mask: &GrayImage) -> bool {
     let diagonal = f64::from(mask.width()).hypot(mask.height().into());
     pen::share_deeper(mask, (DEEP_SHARE * diagonal).max(2.0)) < DEEP_AREA_SHARE
@@ -247,14 +247,14 @@ fn photograph(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
     Some(Ink { walls, kind: Kind::Photograph, faint: 0.0 })
 }
 
-/// Returns true if the strokes are darker than the paper. Strokes are few and stand out from their surroundings, whereas most
-/// of the page is paper, which hardly does. The skew of the differences therefore shows on which side the strokes are.
+/// Returns true if the strokes are darker than the paper. Strokes are few and stand out from their surroundings, whereas paper
+/// is plentiful and hardly does. The skew of the differences therefore tells on which side the strokes are.
 fn strokes_are_dark(picture: &GrayImage, around: &GrayImage) -> bool {
     let pairs = picture.iter().zip(around.iter()).map(|(&v, &m)| (f64::from(v), f64::from(m).max(1.0)));
     pairs.map(|(v, m)| ((v - m) / m).powi(3)).sum::<f64>() <= 0.0
 }
 
-/// Returns the picture with the paper at the same level everywhere, and the strokes below it.
+/// Returns the picture with the paper at the same level everywhere and the strokes below it.
 fn levelled(picture: &GrayImage, around: &GrayImage, radius: u32, dark: bool) -> GrayImage {
     let bare = |i: usize| {
         let (tone, mean) = (f64::from(picture.as_raw()[i]), f64::from(around.as_raw()[i]));
@@ -270,8 +270,8 @@ fn levelled(picture: &GrayImage, around: &GrayImage, radius: u32, dark: bool) ->
     level
 }
 
-/// Returns, for each pixel, the mean of the pixels within `radius` for whose index `counts` is true. If there are none, the
-/// pixel keeps its own tone. The means are computed from integral images.
+/// Returns, for each pixel, the mean of those pixels within `radius` for whose index `counts` is true. If there are none, the
+/// pixel stays as it is. The means are computed from integral images.
 fn box_mean(picture: &GrayImage, radius: u32, counts: impl Fn(usize) -> bool) -> GrayImage {
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let stride = width + 1;

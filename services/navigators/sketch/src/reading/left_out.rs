@@ -1,13 +1,13 @@
-//! Content of a drawing that is not read as walls, and that a person may miss.
+//! Content of a drawing that is not read as walls but that a person may miss.
 
 use std::fmt;
 
-/// Something that is left out, or drawn otherwise than the file says.
+/// Something that is left out of a drawing, or drawn differently from what the file says.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LeftOut {
-    /// Texts, and HTML inside SVG, since labels are not walls.
+    /// Texts, including HTML inside SVG. Labels are not walls.
     Labels(usize),
-    /// A picture that is not in the drawing, or is of an unsupported type.
+    /// A picture that is not embedded in the drawing, or is of an unsupported type.
     Picture {
         /// The element that refers to it.
         element: String,
@@ -21,7 +21,7 @@ pub enum LeftOut {
         /// The reference.
         found: String,
     },
-    /// Ink on transparent paper whose tone is that of the paper on which the rest is read.
+    /// Ink on transparent paper that has the same tone as the paper on which the rest is read.
     Tone {
         /// Share of the ink.
         share: f64,
@@ -31,11 +31,11 @@ pub enum LeftOut {
         /// Share of all strokes.
         share: f64,
     },
-    /// A stroke that its gradient or pattern does not paint.
+    /// A stroke whose gradient or pattern paints nothing.
     Paint(String),
     /// An element of which a filter, a mask, a clip path or a gradient leaves nothing.
     Effect(String),
-    /// A clip path or a mask that is not an element of the drawing, and therefore hides nothing.
+    /// A clip path or a mask that is not defined in the drawing and therefore hides nothing.
     Clip {
         /// The element.
         element: String,
@@ -51,22 +51,22 @@ pub enum LeftOut {
     },
     /// Shapes in a part of the drawing that is another document.
     Foreign(String),
-    /// Path data or points that cannot be read from some character on.
+    /// Path data or points that become unreadable at some character.
     Points {
         /// The element.
         element: String,
-        /// The text from that character on.
+        /// The beginning of the unreadable text.
         found: String,
     },
-    /// Custom properties of an element that refers to another one, which is drawn with the custom properties of its own
-    /// position in the file.
+    /// Custom properties of an element that refers to another one. The other element does not see them: it is drawn with those
+    /// of its own position in the file.
     Variables(String),
-    /// Rules of a style sheet that apply only on some screens, or are in another file.
+    /// Rules of a style sheet that apply only on some screens or are in another file.
     Rules(String),
 }
 
 impl LeftOut {
-    /// Returns true if walls may be missing because of it.
+    /// Returns true if walls may be missing because this was left out.
     pub fn is_doubtful(&self) -> bool {
         !matches!(self, Self::Labels(_))
     }

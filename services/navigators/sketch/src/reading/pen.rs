@@ -1,7 +1,7 @@
-//! Measures the pen's strokes, and repairs what a person with that pen did not mean to draw.
+//! Measures the width of the pen and repairs what a person with that pen did not mean to draw.
 //!
-//! A gap narrower than the stroke is a slip of the hand rather than a door. A morphological closing with a disc as wide as the
-//! stroke fills it. Distances are Euclidean and exact.
+//! A gap narrower than the stroke is a slip of the hand rather than a door, so a morphological closing with a disc as wide as
+//! the stroke fills it. Distances are Euclidean and exact.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use super::bits::{Bits, disc};
 const FAR: u16 = u16::MAX;
 
 /// Returns the width of the strokes in a mask, in pixels, or `None` if the mask is empty or full. This is twice the median
-/// distance from a ridge of the distance transform to the paper, and accurate to a pixel.
+/// distance from a ridge of the distance transform to the paper, which is accurate to within a pixel.
 pub(crate) fn stroke_width(mask: &GrayImage) -> Option<f64> {
     let depth = squared_depths(mask)?;
     let mut ridges = ridge_depths(mask, &depth);
@@ -27,8 +27,7 @@ pub(crate) fn stroke_width(mask: &GrayImage) -> Option<f64> {
     Some(2.0 * f64::from(*median).sqrt() - 1.0)
 }
 
-/// Returns the share of a mask's pixels that are farther than `depth_px` from its edge. This is 0 for an empty mask, and 1 for
-/// a full one.
+/// Returns the share of a mask's pixels that are farther than `depth_px` from its edge: 0 for an empty mask, 1 for a full one.
 pub(crate) fn share_deeper(mask: &GrayImage, depth_px: f64) -> f64 {
     let Some(depths) = squared_depths(mask) else { return 1.0 };
     let (mut inside, mut deeper) = (0_u64, 0_u64);
@@ -39,11 +38,12 @@ pub(crate) fn share_deeper(mask: &GrayImage, depth_px: f64) -> f64 {
     deeper as f64 / inside.max(1) as f64
 }
 
-/// Returns the squared distance of each pixel of a mask to the nearest pixel outside, in pixels², or `None` if no pixel is
-/// outside. Pixels outside have the distance 0.
+/// Returns the squared distance, in pixels², from each pixel of a mask to the nearest pixel outside it, or `None` if no pixel
+/// is outside. For pixels outside, the distance is 0.
 ///
-/// The distances are exact. Those within columns are combined row by row, by the lower envelope of parabolas (Meijster,
-/// Roerdink and Hesselink 2000). Each stretch of the mask is computed by itself, since no pixel beyond its ends can be nearer.
+/// The result is exact. Distances are first found within columns and then combined row by row, by the lower envelope of
+/// parabolas (Meijster, Roerdink and Hesselink 2000). Each stretch of the mask in a row can be handled separately, since no
+/// pixel beyond its ends is nearer.
 pub(crate) fn squared_depths(mask: &GrayImage) -> Option<Vec<u32>> {
     if mask.iter().all(|&v| v > 0) {
         return None;
@@ -72,7 +72,8 @@ fn stretches(row: &[u8]) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// Returns the distance of each pixel to the nearest pixel outside, up or down, in pixels, or [`FAR`] if there is none.
+/// Returns the distance, in pixels, from each pixel to the nearest one outside the mask in its column, or [`FAR`] if there is
+/// none.
 fn column_depths(mask: &GrayImage) -> Vec<u16> {
     let width = mask.width() as usize;
     let mut depths = vec![0; mask.len()];
@@ -93,8 +94,8 @@ fn column_depths(mask: &GrayImage) -> Vec<u16> {
     depths
 }
 
-/// The lower envelope of the parabolas over one stretch. Each parabola has its apex, its height there, and the position from
-/// which it is the lowest.
+/// The lower envelope of the parabolas over one stretch. For each parabola it holds the apex, the height there, and the
+/// position from which the parabola is the lowest.
 #[derive(Default)]
 struct Envelope {
     parabolas: Vec<[i32; 3]>,
@@ -145,13 +146,13 @@ fn ridge_depths(mask: &GrayImage, depth: &[u32]) -> Vec<u32> {
     inside.filter(|&i| deepest(i)).map(|i| depth[i]).collect()
 }
 
-/// Fills the gaps between the walls that a disc of diameter `width_px` cannot enter. `beyond` says whether everything beyond
-/// the page's edge is wall.
+/// Fills the gaps between walls that a disc of diameter `width_px` cannot enter. If `beyond` is true, everything beyond the
+/// page's edge counts as wall.
 pub(crate) fn close_gaps(walls: &GrayImage, width_px: f64, beyond: bool) -> GrayImage {
     if width_px < 1.0 {
         return walls.clone();
     }
-    // Adds a quarter of a pixel, because the middle of an even stroke lies between two rows of cells.
+    // The extra quarter of a pixel is needed because the middle of an even stroke lies between two rows of cells.
     let reach = width_px / 2.0 + 0.25;
     if !beyond {
         return closed(walls, reach);
@@ -169,9 +170,9 @@ fn closed(walls: &GrayImage, reach: f64) -> GrayImage {
     open.dilated(&disc).inverted().into_mask()
 }
 
-/// Removes specks, which are connected pieces of ink whose area is less than four times the square of the stroke width.
+/// Removes specks, that is, connected pieces of ink with an area below four times the squared stroke width.
 pub(crate) fn without_speckles(mut walls: GrayImage) -> GrayImage {
-    // The grain of the paper is everywhere, and would be taken for the pen. Therefore the finest specks are removed first.
+    // The grain of the paper is everywhere and would be mistaken for the pen, so the finest specks have to go first.
     drop_smaller(&mut walls, 8);
     if let Some(width) = stroke_width(&walls) {
         drop_smaller(&mut walls, (4.0 * width * width) as u32);

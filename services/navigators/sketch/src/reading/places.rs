@@ -1,8 +1,9 @@
-//! Places the robot's start and tasks in the drawing. The mission or the drawing gives them in image pixels. They are checked
-//! against the drawing, and converted to its frame.
+//! Places the robot's start and tasks in the drawing. The mission or the drawing gives them in image pixels; here they are
+//! checked against the drawing and converted to its frame.
 //!
-//! Every position must lie in the drawing and in free space, and, as far as the drawing shows, it must be reachable from the
-//! start over free cells. Only a drawn route may brush a wall by a pen's width, except at its ends.
+//! Every position must lie in the drawing, in free space, and within reach of the start over free cells, as far as the drawing
+//! shows. The inner points of a drawn route are the exception: they may brush a wall by a pen's width and are not checked for
+//! reach.
 
 use std::ops::Range;
 
@@ -21,7 +22,7 @@ use crate::task::{ImageTask, Task};
 /// Time limit for a task that only the drawing names, in seconds of simulation time.
 const MARKED_TIME_LIMIT_S: f64 = 180.0;
 
-/// The start and the tasks that a person wants, in image pixels.
+/// The start and tasks that a person asked for, in image pixels.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Intent {
     /// Position at which the robot starts.
@@ -72,7 +73,7 @@ impl Intent {
         }
     }
 
-    /// Takes from `other` what `self` leaves open: the start, its heading, or the tasks.
+    /// Fills in whatever `self` leaves open from `other`: the start, its heading, or the tasks.
     pub fn or(self, other: Self) -> Self {
         // A heading belongs to its start. The heading of another start would be wrong here.
         let (start, heading_deg) = match (self.start, other.start) {
@@ -83,13 +84,14 @@ impl Intent {
         Self { start, heading_deg, tasks }
     }
 
-    /// Checks everything against the drawing, and converts it to the drawing's frame.
+    /// Checks everything against the drawing and converts it to the drawing's frame.
     ///
-    /// If no start is given and the first task is a route, the robot starts at its first point (Boniardi et al. 2016, IV).
+    /// If no start is given and the first task is a route, the robot starts at the route's first point (Boniardi et al. 2016,
+    /// IV).
     ///
     /// # Errors
-    /// [`SketchError`] if a position is outside the drawing, inside a wall or unreachable, if the start or the heading is
-    /// missing, or if there are no tasks or points, or too many. The error names the start or the task, the position in image
+    /// [`SketchError`] if a position is outside the drawing, inside a wall or unreachable, if the start or its heading is
+    /// missing, or if there are too many tasks or points, or none. The error names the start or the task, the position in image
     /// pixels, and what was expected.
     pub fn place(&self, drawing: &DrawnMap, settings: &Settings) -> Result<Places, SketchError> {
         self.check_counts()?;
@@ -152,7 +154,7 @@ fn no_start(drawing: &DrawnMap) -> SketchError {
     SketchError::NoStart { file: drawing.file.clone() }
 }
 
-/// Converts a position, which must be in the drawing, and returns it with the index of its cell.
+/// Converts a position that must be in the drawing. Returns it with the index of its cell.
 fn inside(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<(Point<Sketch>, usize), SketchError> {
     let point = drawing.from_image(at);
     let index = drawing.index(&point).ok_or_else(|| SketchError::Outside {
@@ -165,13 +167,13 @@ fn inside(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<(Point<Sketch>
     Ok((point, index))
 }
 
-/// Converts a position, which must be in free space.
+/// Converts a position that must be in free space.
 fn free(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
     let (point, index) = inside(drawing, what, at)?;
     if drawing.cells[index] == FREE { Ok(point) } else { Err(in_wall(drawing, what, at)) }
 }
 
-/// Converts a position, which must be in free space, or in a wall but no farther than a pen's width from free space.
+/// Converts a position that must be in free space, or in a wall but within a pen's width of free space.
 fn brushing(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
     let (point, index) = inside(drawing, what, at)?;
     let near = |point: &Point<Sketch>| {
@@ -196,7 +198,7 @@ fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketc
     nearest(drawing, point, |cell| drawing.cell(cell) == Some(FREE))
 }
 
-/// Returns the centre of the nearest cell for which `is_meant` holds. Searches the rings of growing squares.
+/// Returns the centre of the nearest cell for which `is_meant` holds, searching growing square rings around the point.
 fn nearest(
     drawing: &DrawnMap,
     point: &Point<Sketch>,
@@ -222,7 +224,7 @@ fn nearest(
     best
 }
 
-/// Returns the heading in radians of a robot that starts where a drawn route begins, or `None` if the route never gets far
+/// Returns the heading, in radians, of a robot that starts where a drawn route begins, or `None` if the route never gets far
 /// enough.
 ///
 /// The heading is the direction from the route's first point to the first one that is farther away than
@@ -251,8 +253,8 @@ fn route_heading(
     route_heading_rad(route, diagonal_px, settings).ok_or(SketchError::NoHeading { threshold_px })
 }
 
-/// The free cells that are joined to the start over the sides of free cells. Corners do not join cells, because a line that
-/// climbs pixel by pixel is a wall.
+/// The free cells that are connected to the start through cell sides. Corners do not connect cells, because a wall may be a
+/// line that climbs pixel by pixel.
 struct Reachable<'a> {
     drawing: &'a DrawnMap,
     start: Point<Sketch>,
@@ -284,7 +286,7 @@ impl<'a> Reachable<'a> {
     }
 }
 
-/// Returns the cells that are reached from `start`, found by whole stretches of free cells at a time.
+/// Returns which cells can be reached from `start`. Whole stretches of free cells are visited at a time.
 pub(crate) fn flood(drawing: &DrawnMap, start: &Point<Sketch>) -> Vec<bool> {
     let width = drawing.width_px as usize;
     let rows: Vec<Vec<Range<usize>>> = drawing.cells.chunks_exact(width).map(free_stretches).collect();

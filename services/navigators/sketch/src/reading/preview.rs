@@ -1,4 +1,4 @@
-//! A picture for people of how a drawing was understood: walls, their direction, start, goals and routes.
+//! A picture that shows people how their drawing was understood: walls, their direction, start, goals and routes.
 
 use std::io::Cursor;
 
@@ -19,9 +19,9 @@ const ACROSS: Rgb<u8> = Rgb([40, 110, 200]);
 const START: Rgb<u8> = Rgb([20, 140, 60]);
 const GOAL: Rgb<u8> = Rgb([170, 60, 170]);
 
-/// Paints the drawing as PNG. Walls are dark, and free space is white, or grey if it cannot be reached from the start. In the
-/// middle, a red line shows the wall direction, and a blue line the direction across it. The start is green, and goals and
-/// routes are purple.
+/// Paints the drawing as PNG. Walls are dark; free space is white, or grey if it cannot be reached from the start. A red line
+/// in the middle shows the wall direction, a blue one the direction across it. The start is green, and goals and routes are
+/// purple.
 ///
 /// # Errors
 /// [`SketchError::Broken`] if the picture cannot be encoded.
@@ -55,7 +55,7 @@ fn paper(drawing: &DrawnMap, places: Option<&Places>) -> RgbImage {
     })
 }
 
-/// A picture with row 0 at the top, which is painted in the coordinates of the drawing's frame.
+/// A picture with row 0 at the top, painted in the coordinates of the drawing's frame.
 struct Page {
     picture: RgbImage,
     height: f32,

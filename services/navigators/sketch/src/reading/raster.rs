@@ -1,7 +1,8 @@
-//! Decodes raster pictures (PNG, JPEG, GIF, WebP, BMP and PNM) within bounds, and scales them to the canvas. Only the first
-//! frame of an animation counts.
+//! Decodes raster pictures (PNG, JPEG, GIF, WebP, BMP and PNM) within bounds and scales them to the canvas. Of an animation,
+//! only the first frame is read.
 //!
-//! The rows of the output run from the bottom up. This and the other decoders are the only code in which row 0 is at the top.
+//! The rows of the output run from the bottom up. Only the decoders, here and elsewhere, deal with pictures whose row 0 is at
+//! the top.
 
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -20,14 +21,14 @@ const MAX_SIDE: u32 = 30_000;
 const MAX_DECODER_BYTES: u64 = 512 << 20;
 /// Maximum number of pixels in all passes of a JPEG. Each pass of a progressive JPEG goes through the whole picture.
 const MAX_PASSED_PIXELS: u64 = 2_000_000_000;
-/// Maximum side length of a sketch, in pixels. It bounds the Hough transform's table for a drawing like a ribbon.
+/// Maximum side length of a sketch, in pixels. This bounds the table of the Hough transform for ribbon-like drawings.
 const MAX_CANVAS_SIDE: u32 = 10_000;
 
-/// A decoded picture; rows from the bottom up.
+/// A decoded picture, with rows from the bottom up.
 pub(crate) struct Tones {
-    /// Brightness of the ink times its coverage, which is the picture on black paper.
+    /// Brightness of the ink times its coverage. This is how the picture looks on black paper.
     pub ink: GrayImage,
-    /// Coverage of the ink, or `None` if paper shows nowhere.
+    /// Coverage of the ink, or `None` if no paper shows anywhere.
     pub cover: Option<GrayImage>,
     /// Sketch pixels per image pixel.
     pub scale: f64,
@@ -40,7 +41,7 @@ impl Tones {
         Self { ink, cover: (!is_opaque).then_some(cover), scale }
     }
 
-    /// Returns the picture on white paper.
+    /// Returns the picture as it looks on white paper.
     pub fn on_white(&self) -> Cow<'_, GrayImage> {
         let Some(cover) = &self.cover else { return Cow::Borrowed(&self.ink) };
         let mut picture = self.ink.clone();
@@ -52,8 +53,7 @@ impl Tones {
     }
 }
 
-/// Returns the size on the canvas of a drawing of `width` x `height`, and the scale that leads to it, which is at most
-/// `scale_max`.
+/// Returns the size on the canvas of a drawing of `width` x `height`, and the scale that leads to it, at most `scale_max`.
 pub(crate) fn fit(width: f64, height: f64, scale_max: f64) -> (u32, u32, f64) {
     let by_cells = (MAX_SKETCH_CELLS as f64 / (width * height)).sqrt();
     let by_side = f64::from(MAX_CANVAS_SIDE) / width.max(height);
@@ -67,8 +67,8 @@ pub(crate) fn fit(width: f64, height: f64, scale_max: f64) -> (u32, u32, f64) {
     }
 }
 
-/// Returns the format of a picture, if it is one that is decoded here. It is found by the first bytes, because file names and
-/// declared types may be wrong.
+/// Returns the format of a picture, judging by its first bytes, or `None` if it is not decoded here. File names and declared
+/// types are ignored because they may be wrong.
 pub(crate) fn format_of(bytes: &[u8]) -> Option<ImageFormat> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => Some(ImageFormat::Png),
@@ -140,14 +140,14 @@ fn decode(
     Ok((image, orientation))
 }
 
-/// Returns true if the last scan of a JPEG is complete. The decoder would silently fill the rest of a truncated picture with
-/// grey.
+/// Returns true if the last scan of a JPEG is complete. This has to be checked because the decoder silently fills the rest of a
+/// truncated picture with grey.
 fn jpeg_ends(bytes: &[u8]) -> bool {
     let scan = bytes.windows(2).rposition(|pair| pair == [0xff, 0xda]);
     scan.is_some_and(|start| bytes[start..].windows(2).any(|pair| pair == [0xff, 0xd9]))
 }
 
-/// Counts the scans of a JPEG, including those of a preview in it.
+/// Counts the scans of a JPEG, including those of an embedded preview.
 fn jpeg_passes(bytes: &[u8]) -> u64 {
     bytes.windows(2).filter(|pair| *pair == [0xff, 0xda]).count() as u64
 }

@@ -12,7 +12,7 @@ use super::error::SketchError;
 pub struct Options {
     /// Tone of the walls.
     pub walls: WallTone,
-    /// Seed of the run, by which the Hough transform draws its votes.
+    /// Seed of the run. The Hough transform draws its votes at random.
     pub seed: u64,
     /// The parameters that can be tuned.
     pub settings: Settings,
@@ -46,8 +46,8 @@ pub struct Settings {
     pub start_spread_share: f64,
     /// Standard deviation of the start heading, in degrees.
     pub start_spread_deg: f64,
-    /// Distance that a drawn route must cover to give the start heading, as a share of the diagonal. People begin with a
-    /// squiggle, which says nothing about it (Boniardi et al. 2016, IV).
+    /// Distance from its start that a drawn route must reach to give the start heading, as a share of the diagonal. People
+    /// begin with a squiggle, which should not count (Boniardi et al. 2016, IV).
     pub heading_distance_share: f64,
     /// Minimum length of a line that counts for the wall direction, as a share of the diagonal.
     pub line_length_share: f64,
@@ -69,7 +69,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Takes the settings from a mission's parameters, and checks them. A key that is left out keeps its default.
+    /// Takes the settings from a mission's parameters and checks them. Keys that are left out keep their defaults.
     ///
     /// # Errors
     /// [`SketchError::Mission`] if a key is unknown or a value of the wrong type, or [`SketchError::Setting`] if a value is out

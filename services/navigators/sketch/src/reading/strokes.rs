@@ -9,9 +9,9 @@
 //!   "goals": [ { "name": "kitchen", "at": [800, 400] } ],
 //!   "route": [[150, 200], [400, 220], [800, 400]] }
 //! ```
-//! `canvas` and `strokes` are required. Under the key `pad`, a page may keep data that only it needs. A stroke is 5 px wide
-//! unless it has a `width_px`, and an obstacle is solid. A heading is in degrees, counter-clockwise from "to the right" as one
-//! looks at the drawing.
+//! Only `canvas` and `strokes` are required. A page may keep its own data under the key `pad`. A stroke is 5 px wide unless it
+//! has a `width_px`, and an obstacle is solid. Headings are in degrees, counter-clockwise from "to the right" as one looks at
+//! the drawing.
 
 use resvg::tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke as Pen, Transform,
@@ -47,7 +47,7 @@ struct Page {
     goals: Vec<GoalMark>,
     #[serde(default)]
     route: Option<Vec<[f64; 2]>>,
-    /// Data of the page, which is not read here.
+    /// The page's own data, ignored here.
     #[serde(default, rename = "pad")]
     _pad: serde::de::IgnoredAny,
 }
@@ -68,7 +68,7 @@ fn width_px() -> f64 {
 #[serde(deny_unknown_fields)]
 struct Obstacle {
     polygon: Vec<[f64; 2]>,
-    /// Human-readable label, which is not read here.
+    /// Human-readable label, ignored here.
     #[serde(default, rename = "label")]
     _label: String,
 }
@@ -136,7 +136,7 @@ impl Page {
         })
     }
 
-    /// Checks that the drawing does not take too much work to paint.
+    /// Checks that the drawing does not take too many steps to paint.
     fn check_work(&self, scale: f64, page: [u32; 2], broken: &Broken) -> Result<(), SketchError> {
         let page = page.map(f64::from);
         let (mut steps, area) = (Steps::default(), page[0] * page[1]);
@@ -164,7 +164,7 @@ impl Page {
         heavy.map_or(Ok(()), |i| Err(too_much("obstacles", i)))
     }
 
-    /// Returns every point of the walls, with the name of its list and the index of its stroke or obstacle there.
+    /// Returns every point of the walls, with the name of its list and the index of its stroke or obstacle in it.
     fn points(&self) -> impl Iterator<Item = (&'static str, usize, &[f64; 2])> {
         let strokes = self.strokes.iter().map(|s| &s.points).enumerate().map(|(i, p)| ("strokes", i, p));
         let polygons = self.obstacles.iter().map(|o| &o.polygon).enumerate();
@@ -209,8 +209,8 @@ impl Stroke {
         length_px(&self.points)
     }
 
-    /// Returns the stroke in pieces, each of which begins where the previous one ends. Because of the round caps, they look
-    /// like the whole stroke.
+    /// Splits the stroke into pieces, each of which begins where the previous one ends. Thanks to their round caps, the pieces
+    /// look like the whole stroke.
     fn pieces(&self) -> impl Iterator<Item = &[[f64; 2]]> {
         let count = self.points.len();
         let starts = (0..count.saturating_sub(1).max(1)).step_by(PIECE_CORNERS - 1);
@@ -228,7 +228,7 @@ fn path(points: &[[f64; 2]], closed: bool) -> Option<Path> {
     builder.move_to(first[0] as f32, first[1] as f32);
     rest.iter().for_each(|p| builder.line_to(p[0] as f32, p[1] as f32));
     if rest.iter().all(|p| p == first) {
-        // A tap of the pen becomes a line of a hair's length, so that its round caps are drawn.
+        // A tap of the pen becomes a very short line, because only a line gets round caps.
         builder.line_to(first[0] as f32 + 0.1, first[1] as f32);
     }
     if closed {

@@ -1,4 +1,4 @@
-//! Tests the whole path from bytes to messages. Each decoder has the tests of its own kind of drawing beside it.
+//! Tests the whole path from bytes to messages. Tests of a single kind of drawing are next to its decoder.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -55,7 +55,7 @@ pub(super) fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// Encodes a page of black ink on white paper as PNG, with ink of another tone and with transparent paper.
+/// Encodes a page of black ink on white paper as PNG, replacing the ink by another tone and making the paper transparent.
 pub(super) fn transparent(page: &GrayImage, ink: u8) -> Vec<u8> {
     let pixels = image::GrayAlphaImage::from_fn(page.width(), page.height(), |x, y| {
         image::LumaA([ink, 255 - page.get_pixel(x, y).0[0]])
@@ -65,7 +65,7 @@ pub(super) fn transparent(page: &GrayImage, ink: u8) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Returns the SVG element of an embedded picture.
+/// Returns a picture as an element of an SVG.
 pub(super) fn picture(bytes: &[u8]) -> String {
     format!("<image width='2000' height='1200' href='data:image/png;base64,{}'/>", base64(bytes))
 }
@@ -97,8 +97,7 @@ pub(super) fn too_large(bytes: &[u8]) -> String {
 pub(super) const ROOMS: [&str; 4] =
     ["M100 100 H1900", "M1900 100 V1100 H100", "M100 1100 V100", "M1000 100 V700 M1000 900 V1100"];
 
-/// Returns an SVG of the rooms. `paint` is all attributes that make a stroke, and `before` is what the page contains before the
-/// rooms.
+/// Returns an SVG of the rooms. `paint` holds the attributes of the strokes, and `before` is drawn before the rooms.
 pub(super) fn rooms(before: &str, paint: &str) -> Vec<u8> {
     let walls: String =
         ROOMS.iter().map(|d| format!("<path d='{d}' fill='none' stroke-width='9' {paint}/>")).collect();
@@ -143,7 +142,7 @@ fn hairline_gaps_close_and_doors_stay() {
         let sheet = Sheet { pen: 5.0, ..Sheet::default() };
         let box_of = [(50.0, 50.0), (550.0, 50.0), (550.0, 450.0), (50.0, 450.0)];
         let mut lines: Vec<_> = (0..4).map(|i| (box_of[i], box_of[(i + 1) % 4])).collect();
-        // Round pens draw half a width beyond the end of a line.
+        // A round pen draws half its width beyond the end of a line.
         lines.push(((50.0, 250.0), (300.0 - gap / 2.0 - 2.5, 250.0)));
         lines.push(((300.0 + gap / 2.0 + 2.5, 250.0), (550.0, 250.0)));
         sheet.lines(&lines)

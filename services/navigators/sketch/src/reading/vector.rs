@@ -1,8 +1,8 @@
 //! Renders drawings in SVG as a browser would show them on white paper. Text is not drawn, because labels are not walls, and no
-//! other file is opened. What is left out is reported.
+//! other file is opened. Whatever this leaves out is reported.
 //!
-//! First [`styles`] works out the styles. Then the cost of the drawing is counted: that of references before they are followed,
-//! and that of painting before anything is painted.
+//! First, [`styles`] works out the styles. Then the cost is counted before it is incurred: that of references before any is
+//! followed, and that of painting before anything is painted.
 
 mod pictures;
 mod references;
@@ -23,35 +23,35 @@ use super::raster::{Tones, fit};
 
 /// Maximum size of a file that is parsed, in bytes.
 const MAX_BYTES: usize = 16 << 20;
-/// Maximum number of XML nodes that are parsed: elements, texts and comments.
+/// Maximum number of XML nodes (elements, texts and comments) that are parsed.
 const MAX_NODES: u32 = 1_000_000;
-/// Maximum number of languages that a drawing asks for.
+/// Maximum number of languages taken from a drawing.
 const MOST_LANGUAGES: usize = 64;
-/// Minimum length of the longer side of a rendered drawing, in pixels. Smaller drawings are scaled up, since their units may be
-/// metres.
+/// Minimum length of the longer side of the rendered drawing, in pixels. Smaller drawings are enlarged, because their units may
+/// be metres.
 const MIN_SIDE_PX: f64 = 1024.0;
 
-/// Share by which the width of a stroke may differ from the width that it should have.
+/// Relative deviation that the width of a stroke may have without being reported.
 const OFF_WIDTH: f64 = 0.05;
 
 /// A rendered SVG.
 pub(crate) struct Page {
     /// The rendered picture. Its scale is in sketch pixels per user unit.
     pub tones: Tones,
-    /// Content that is not drawn.
+    /// Content that was left out.
     pub left_out: Vec<LeftOut>,
-    /// Content that is drawn.
+    /// Content that was drawn.
     pub content: Content,
 }
 
-/// The amount of content to paint.
+/// How much there is to paint in a drawing, by kind.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Content {
     /// Number of shapes with a fill or a stroke.
     pub shapes: usize,
     /// Number of pictures.
     pub pictures: usize,
-    /// Pixels per user unit of the finest picture.
+    /// Pixels of the finest picture per user unit.
     fineness: f64,
 }
 
@@ -82,7 +82,8 @@ pub(crate) fn page(text: &str, broken: &Broken) -> Result<Page, SketchError> {
     Ok(Page { tones: Tones::new(gray(&page), cover(&page), scale), left_out, content })
 }
 
-/// Parses an SVG. Errors name other kinds of XML, and web pages, which need not be XML.
+/// Parses an SVG. If the file is other XML, the error says which kind. Web pages are recognized even though they need not be
+/// XML.
 fn parse_svg<'a>(text: &'a str, broken: &Broken) -> Result<Document<'a>, SketchError> {
     let begin = text.trim_start().get(..14).unwrap_or("").to_ascii_lowercase();
     if begin.starts_with("<!doctype html") || begin.starts_with("<html") {
@@ -98,7 +99,7 @@ fn parse<'a>(text: &'a str, broken: &Broken) -> Result<Document<'a>, SketchError
     Document::parse_with_options(text, options).map_err(|error| broken.decode("SVG", error))
 }
 
-/// Returns options by which the renderer opens no file, and finds only the pictures that were decoded.
+/// Returns options with which the renderer opens no files and finds only pictures that are already decoded.
 fn closed(files: Vec<Arc<Vec<u8>>>, languages: Vec<String>) -> Options<'static> {
     let resolver = ImageHrefResolver {
         resolve_data: Box::new(|_, _, _| None),
@@ -107,22 +108,22 @@ fn closed(files: Vec<Arc<Vec<u8>>>, languages: Vec<String>) -> Options<'static> 
     Options { image_href_resolver: resolver, languages, ..Options::default() }
 }
 
-/// Returns all languages that a drawing asks for, since walls are walls in each of them.
+/// Returns all languages that a drawing asks for, because walls are walls in any language.
 fn languages(document: &Document) -> Vec<String> {
     let lists = document.descendants().filter_map(|node| node.attribute("systemLanguage"));
     let all: BTreeSet<_> = lists.flat_map(|list| list.split(',')).map(|one| one.trim().to_owned()).collect();
     all.into_iter().take(MOST_LANGUAGES).chain(["en".to_owned()]).collect()
 }
 
-/// What the renderer has made of the watched elements. The renderer does not report what it drops: a straight line along an
-/// axis has no box to which a gradient, a filter, a mask or a clip path could be fitted.
+/// Records what the renderer has made of the watched elements. The renderer silently drops what it cannot paint: a straight
+/// line along an axis, for example, has no box to which a gradient, a filter, a mask or a clip path could be fitted.
 struct Seen<'a> {
     served: &'a BTreeMap<String, String>,
     unscaled: &'a BTreeMap<String, String>,
     ids: BTreeSet<&'a str>,
-    /// The shapes whose strokes were to be painted by a gradient or a pattern, but are not.
+    /// The shapes whose strokes should have been painted by a gradient or a pattern, but were not.
     unpainted: BTreeSet<&'a str>,
-    /// The strokes that should have kept their width, with the drawn width as a multiple of it.
+    /// The strokes that should have kept their width, and how many times as wide they are drawn.
     widened: BTreeMap<&'a str, f64>,
 }
 
@@ -132,9 +133,9 @@ impl<'a> Seen<'a> {
         Self { served, unscaled, ids, unpainted, widened }
     }
 
-    /// Looks at a group. Returns true if it shows anything.
+    /// Inspects a group and everything in it. Returns true if it shows anything.
     fn look(&mut self, group: &'a Group) -> bool {
-        // A mask with nothing in it hides everything.
+        // An empty mask hides everything.
         if group.mask().is_some_and(|mask| !mask.root().has_children()) {
             return false;
         }
@@ -184,8 +185,8 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// Completes the last column or row of a page that ends within a pixel. Such a column or row is only partly covered, as if
-/// there were paper beyond the page's edge, so it is replaced by its neighbour.
+/// Repairs the last column and row of a page that ends within a pixel. They are only partly covered, as if there were paper
+/// beyond the page's edge, so each is replaced by its neighbour.
 fn complete(page: &mut Pixmap, ends: [f64; 2]) {
     let [width, height] = [page.width(), page.height()].map(|side| side as usize);
     let is_partial = |side: usize, end: f64| side > 1 && 255.0 * (side as f64 - end) > 0.5;

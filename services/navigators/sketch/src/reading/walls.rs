@@ -6,7 +6,7 @@ use super::Marks;
 use super::left_out::LeftOut;
 use super::pen;
 
-/// Assumed width of the brush of a filled drawing, which shows no pen, as a share of the diagonal.
+/// Assumed brush width of a filled drawing, which shows no pen, as a share of the diagonal.
 const BRUSH_SHARE: f64 = 0.004;
 
 /// The kind of a drawing.
@@ -37,7 +37,7 @@ pub(crate) struct Walls {
 }
 
 impl Walls {
-    /// Returns the width of the strokes, in sketch pixels. For a filled drawing, it says how fine the edges are.
+    /// Returns the width of the strokes, in sketch pixels. For a filled drawing, this is how fine its edges are.
     pub fn pen_width(&self) -> f64 {
         let brush = (BRUSH_SHARE * diagonal(self.mask.width(), self.mask.height())).max(1.0);
         match self.kind {

@@ -30,8 +30,8 @@ fn tones_are_told_apart() {
     }
 }
 
-/// Some people draw free space in white and everything else in black. Black is then solid, although there is more of it, and
-/// although it is not a line.
+/// Some people draw free space in white and everything else in black. The black is solid then, even though there is more of it
+/// and it is not a line.
 #[test]
 fn a_filled_drawing_is_solid_outside() {
     let page = GrayImage::from_fn(300, 200, |x, y| {
@@ -80,14 +80,14 @@ fn a_large_picture_is_scaled_and_its_points_along() {
     assert!((place.y - f64::from(drawing.height_px) + 600.0 * drawing.scale).abs() < 1e-9);
     let back = drawing.to_image(&place);
     assert!((back[0] - 1800.0).abs() < 1e-9 && (back[1] - 600.0).abs() < 1e-9);
-    // The wall is still at its position, scaled.
+    // The wall is where it was, but scaled.
     let small = |x: f64, y: f64| drawing.cell(&drawing.from_image([x, y]));
     let unit = 2400.0 / 140.0;
     assert_eq!(small(1800.0, 1200.0 + 30.0 * unit), Some(WALL));
     assert_eq!(small(1800.0, 1200.0 + 20.0 * unit), Some(FREE));
 }
 
-/// Maps saved by map_server were refused, and had to be converted first.
+/// Maps saved by map_server used to be refused and had to be converted first.
 #[test]
 fn the_picture_of_a_map_is_read() {
     let page = Sheet::default().building(0.0);
@@ -102,7 +102,7 @@ fn the_picture_of_a_map_is_read() {
     }
 }
 
-/// Each pass of a progressive JPEG goes through all of the pixels, but takes only a few bytes of the file.
+/// Each pass of a progressive JPEG goes through all of its pixels but takes only a few bytes of the file.
 #[test]
 fn a_jpeg_of_passes_without_end_is_refused_before_it_is_decoded() {
     let page = encoded(&Sheet::default().building(0.0), ImageFormat::Jpeg);
@@ -112,7 +112,7 @@ fn a_jpeg_of_passes_without_end_is_refused_before_it_is_decoded() {
     assert!(error.ends_with("2000 megapixels in all passes, found 10001 passes of 600 x 500"), "{error}");
 }
 
-/// A picture of 30000 x 30000 pixels in a few bytes. Its header must be enough to refuse it.
+/// A few bytes can announce a picture of 30000 x 30000 pixels. The header must be enough to refuse it.
 #[test]
 fn a_picture_bomb_is_refused_before_it_is_decoded() {
     let mut png = encoded(&GrayImage::new(3, 3), ImageFormat::Png);

@@ -1,6 +1,6 @@
-//! Pictures in `data:` URLs inside an SVG, of all formats that drawings may have. They are decoded here, within the same bounds
-//! as other pictures, and handed to the renderer as PNG. The renderer's own decoders have no bounds, and silently leave out
-//! what they cannot read.
+//! Pictures embedded in an SVG by `data:` URLs, in any format that a drawing may have. They are decoded here, within the same
+//! bounds as other pictures, and handed to the renderer as PNG, because the renderer's own decoders have no bounds and silently
+//! leave out whatever they cannot read.
 
 use std::io::Cursor;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use crate::reading::error::{Broken, SketchError};
 use crate::reading::raster::{MAX_PIXELS, format_of, upright};
 
-/// Scheme of the references from `<image>` elements to pictures.
+/// URL scheme by which an `<image>` refers to a decoded picture.
 const SCHEME: &str = "picture:";
 
 /// The pictures of a drawing.
@@ -24,8 +24,8 @@ pub(super) struct Pictures {
 }
 
 impl Pictures {
-    /// Takes in the picture to which a reference leads, and returns the reference that the renderer is to have. If it does not
-    /// lead to a picture in the drawing, returns what it leads to as an inner `Err`.
+    /// Decodes the picture that `link` refers to, and returns the reference that the renderer should use instead. If `link` is
+    /// not a picture embedded in the drawing, returns a description of it as the inner `Err`.
     ///
     /// # Errors
     /// [`SketchError`] if the picture is broken or too large.
@@ -53,7 +53,7 @@ impl Pictures {
     }
 }
 
-/// Returns the picture for a reference from [`Pictures::add`].
+/// Returns the picture that a reference returned by [`Pictures::add`] stands for.
 pub(super) fn find<'a>(files: &'a [Arc<Vec<u8>>], reference: &str) -> Option<&'a Arc<Vec<u8>>> {
     files.get(reference.strip_prefix(SCHEME)?.parse::<usize>().ok()?)
 }

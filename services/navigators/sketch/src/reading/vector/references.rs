@@ -1,5 +1,6 @@
-//! Counts the elements of an SVG, where each reference counts as what it refers to. This is done before anything follows the
-//! references, because ten lines of `<use>` can stand for a billion elements. The SVG no longer has style sheets.
+//! Counts the elements of an SVG, with each reference counted as what it refers to. This has to happen before anything follows
+//! the references, since ten lines of `<use>` can stand for a billion elements. Style sheets have already been removed at this
+//! point.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +17,7 @@ pub(crate) struct TooMuch {
     pub found: String,
 }
 
-/// Checks that a document does not have too many elements, and does not nest them too deeply.
+/// Checks that a document neither has too many elements nor nests them too deeply.
 pub(crate) fn check(document: &Document) -> Result<(), TooMuch> {
     let mut ids = BTreeMap::new();
     for node in document.descendants() {
@@ -37,8 +38,8 @@ pub(super) fn name(node: Node) -> String {
 
 struct Count<'a, 'input> {
     ids: BTreeMap<&'a str, Node<'a, 'input>>,
-    /// The count of each node, if it is known. It is 0 while it is being computed, so that a reference to an enclosing element
-    /// is ignored.
+    /// The count of each node, once known. It is 0 while it is being computed, so that a reference to an enclosing element is
+    /// ignored.
     counts: Vec<Option<f64>>,
 }
 
@@ -69,7 +70,7 @@ impl<'a, 'input> Count<'a, 'input> {
         Ok(sum)
     }
 
-    /// Returns the elements to which this one refers, and how often each is drawn for it.
+    /// Returns the elements that this one refers to, and how many times each is drawn for it.
     fn references(&self, node: Node<'a, 'input>) -> Vec<(Node<'a, 'input>, f64)> {
         let attributes = node.attributes().flat_map(|attribute| {
             let link =
@@ -85,7 +86,7 @@ impl<'a, 'input> Count<'a, 'input> {
     }
 }
 
-/// Returns the maximum number of positions of a shape at which a marker is drawn.
+/// Returns an upper bound for the number of markers drawn on a shape.
 fn places(node: Node) -> f64 {
     let shape =
         ["d", "points"].into_iter().filter_map(|key| node.attribute(key)).map(str::len).sum::<usize>();
@@ -117,7 +118,7 @@ mod tests {
         checked(inside).unwrap_err().found
     }
 
-    /// Returns nested levels of elements, each of which stands for ten of the previous level.
+    /// Builds `levels` elements, each of which stands for ten of the previous one.
     fn tenfold(
         levels: usize,
         element: impl Fn(usize, &str) -> String,

@@ -1,14 +1,14 @@
-//! Works out the styles of an SVG before it is rendered. The renderer knows only the colours of CSS 3, and silently drops each
-//! line whose colour it cannot read. The result is the same drawing with plain attributes only, without style sheets, `var()`
-//! and colour functions.
+//! Works out the styles of an SVG before it is rendered. This is necessary because the renderer only knows the colours of CSS
+//! 3, and silently drops every line whose colour it cannot read. The result is the same drawing with plain attributes only: no
+//! style sheets, no `var()`, and no colour functions.
 //!
-//! As in CSS, the valid declaration of the highest precedence applies. An invalid declaration is dropped, and the one before it
-//! or the attribute applies. A declaration that may be valid but cannot be worked out is dropped in the same way, as by a
-//! browser that does not know it yet. If none is left, the drawing is refused with an error that names the element, the
-//! property and the value.
+//! As in CSS, the valid declaration with the highest precedence wins; an invalid declaration is dropped in favour of the next
+//! one or the attribute. A declaration that may be valid but cannot be worked out is dropped as well, just as a browser does
+//! that does not know it yet. If none is left, the drawing is refused with an error that names the element, the property and
+//! the value.
 //!
-//! Text, scripts, animations and descriptions are left out. What a person would miss is reported. Sources: CSS Cascading and
-//! Inheritance Level 4; SVG 2, 6.
+//! Text, scripts, animations and descriptions are left out, and anything a person would miss is reported. Sources: CSS
+//! Cascading and Inheritance Level 4; SVG 2, 6.
 
 mod colours;
 mod missed;
@@ -43,33 +43,33 @@ const XLINK: &str = "http://www.w3.org/1999/xlink";
 const MOST_STEPS: u64 = 100_000_000;
 /// Maximum size of the drawing with plain attributes, in bytes.
 const MOST_BYTES: usize = 64 << 20;
-/// Maximum number of characters of a value that an error shows.
+/// Maximum number of characters of a value in an error message.
 const SHOWN: usize = 80;
 
-/// CSS properties of geometry, which become attributes of elements other than `svg`.
+/// CSS properties that become geometry attributes, except on `svg` elements.
 const GEOMETRY: [&str; 9] = ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "height"];
-/// Attributes that are lengths of shapes, and the shapes that have them.
+/// Length attributes of shapes, and the shapes that have them.
 const LENGTHS: [&str; 13] =
     ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "height", "x1", "y1", "x2", "y2"];
 const SHAPES: [&str; 6] = ["circle", "ellipse", "image", "line", "rect", "use"];
-/// Elements that are drawn with strokes.
+/// Elements that are drawn by strokes.
 const STROKED: [&str; 7] = ["circle", "ellipse", "line", "path", "polygon", "polyline", "rect"];
-/// Properties that the renderer reads only from the attribute `style`.
+/// Properties that the renderer honours only in a `style` attribute.
 const STYLE_ONLY: [&str; 3] = ["mix-blend-mode", "isolation", "image-rendering"];
 
 /// A drawing with plain attributes only.
 pub(crate) struct Flat {
     /// The SVG.
     pub text: String,
-    /// The pictures in the drawing, as PNG. An `<image>` refers to them by the reference from [`Pictures::add`].
+    /// The pictures in the drawing, as PNG. An `<image>` refers to them by what [`Pictures::add`] returned.
     pub pictures: Vec<Arc<Vec<u8>>>,
-    /// Content that is not drawn, and that a person may miss.
+    /// Content that is left out and that a person may miss.
     pub left_out: Vec<LeftOut>,
-    /// The ids of shapes whose strokes are painted by a gradient or a pattern, with their names for messages.
+    /// The ids of shapes whose strokes are painted by a gradient or a pattern, with their names for error messages.
     pub served: BTreeMap<String, String>,
-    /// The ids of elements that are seen through a filter, a mask or a clip path, with their names for messages.
+    /// The ids of elements seen through a filter, a mask or a clip path, with their names for error messages.
     pub affected: BTreeMap<String, String>,
-    /// The ids of shapes whose strokes should keep their width at every scale, with their names for messages.
+    /// The ids of shapes whose strokes should keep their width at every scale, with their names for error messages.
     pub unscaled: BTreeMap<String, String>,
 }
 
@@ -112,7 +112,7 @@ fn is_svg(node: Node) -> bool {
     node.is_element() && matches!(node.tag_name().namespace(), None | Some(SVG))
 }
 
-/// The properties and states that an element inherits.
+/// Everything that an element inherits.
 #[derive(Clone, Default)]
 struct Scope {
     variables: Variables,
@@ -120,9 +120,9 @@ struct Scope {
     declared: BTreeSet<String>,
     /// The value of the property `stroke`.
     stroke: Option<String>,
-    /// True if the element's colour scheme is dark only.
+    /// True if the colour scheme is dark, with no other allowed.
     is_dark: bool,
-    /// True if nothing of the element is shown, so that nothing of it can be missed.
+    /// True if the element is not shown. Then nobody can miss anything in it.
     is_hidden: bool,
     /// True if the element is drawn elsewhere, or not at all.
     is_template: bool,
@@ -136,8 +136,7 @@ struct Candidate<'a> {
     is_attribute: bool,
 }
 
-/// The properties of an element with the values that are declared for each, the one of the highest precedence last, and the
-/// custom properties.
+/// The properties of an element, each with its declared values in order of increasing precedence, and its custom properties.
 #[derive(Default)]
 struct Declared<'a> {
     properties: BTreeMap<String, Vec<Candidate<'a>>>,
@@ -163,7 +162,7 @@ impl<'a> Declared<'a> {
         longhands.iter().for_each(|name| self.add(name, value, false));
     }
 
-    /// Returns whether the colour scheme is dark only, or `None` if no colour scheme is declared.
+    /// Returns whether the colour scheme is dark with no other allowed, or `None` if no colour scheme is declared.
     fn is_dark(&self, variables: &Variables) -> Option<bool> {
         let value = self.properties.get("color-scheme")?.last()?.value;
         let value = variables.resolve(value).ok()?.to_ascii_lowercase();
@@ -175,7 +174,7 @@ impl<'a> Declared<'a> {
 /// The style sheets of a drawing.
 struct Styles<'a> {
     rules: Vec<Rule<'a>>,
-    /// Number of steps that are left.
+    /// Number of steps left.
     steps: Cell<u64>,
     broken: &'a Broken<'a>,
 }
@@ -188,7 +187,8 @@ impl<'a> Styles<'a> {
         left.map(drop).ok_or_else(|| self.broken.too_large(limit(), "more".into()))
     }
 
-    /// Refuses a rule whose selector cannot be read, since it may be the one by which the walls are seen.
+    /// Refuses a rule whose selector cannot be read if it affects what is seen, since it may be the rule that makes the walls
+    /// visible.
     fn check_selectors(&self) -> Result<(), SketchError> {
         for Rule { selector, declarations, .. } in &self.rules {
             let Err(text) = selector else { continue };
@@ -207,7 +207,7 @@ impl<'a> Styles<'a> {
         Ok(())
     }
 
-    /// Refuses a length that cannot be read, since its shape would not be drawn.
+    /// Refuses a length that cannot be read, because the renderer would not draw its shape.
     fn check_length(&self, node: Node, key: &str, value: &str, scope: &Scope) -> Result<(), SketchError> {
         if scope.is_hidden || !LENGTHS.contains(&key) || !SHAPES.contains(&node.tag_name().name()) {
             return Ok(());
@@ -228,7 +228,7 @@ impl<'a> Styles<'a> {
         }
     }
 
-    /// Returns everything that is declared for an element. `style` is its attribute without comments.
+    /// Returns all declarations for an element. `style` is the element's `style` attribute without comments.
     fn declared<'n>(&self, node: Node<'n, '_>, style: &'n str) -> Result<Declared<'n>, SketchError>
     where
         'a: 'n,
@@ -252,7 +252,7 @@ impl<'a> Styles<'a> {
         Ok(declared)
     }
 
-    /// Returns the value of a property, or `None` if the element has no value of its own.
+    /// Returns the value of a property, or `None` if the element does not set it.
     fn settled(
         &self,
         node: Node,
@@ -273,7 +273,7 @@ impl<'a> Styles<'a> {
                     "inherit" => return Ok((!is_inherited(property)).then(|| "inherit".to_owned())),
                     "initial" => return Ok(initial(property).map(str::to_owned)),
                     "unset" | "revert" | "revert-layer" => return Ok(None),
-                    // The attribute `transform` has a syntax of its own, which the renderer knows.
+                    // The attribute `transform` has its own syntax, which the renderer understands.
                     _ if *is_attribute && kind == Kind::Transform => Checked::Valid(text.clone()),
                     _ if scope.is_dark => check(kind, in_dark(text.trim()).trim()),
                     _ => check(kind, text.trim()),
@@ -382,7 +382,7 @@ impl Walk<'_, '_> {
         self.write(format_args!("</{tag}>"))
     }
 
-    /// Writes all attributes of an element, except for styles.
+    /// Writes all attributes of an element except those that are styles.
     fn attributes(&mut self, node: Node, declared: &Declared, scope: &Scope) -> Result<(), SketchError> {
         let is_root = node.parent_element().is_none();
         let mut links = Vec::new();
@@ -401,7 +401,7 @@ impl Walk<'_, '_> {
                 _ => {}
             }
         }
-        // A plain `href` takes precedence over that of XLink.
+        // A plain `href` takes precedence over `xlink:href`.
         links.sort_unstable();
         links.first().map_or(Ok(()), |(_, link)| self.link(node, link, scope))
     }
@@ -440,7 +440,7 @@ impl Walk<'_, '_> {
         self.left_out.push(what);
     }
 
-    /// Writes the properties that apply, as attributes. Returns all declared properties that apply.
+    /// Writes the properties in force as attributes, and returns them.
     fn properties(
         &mut self,
         node: Node,
@@ -483,13 +483,13 @@ impl Walk<'_, '_> {
     }
 }
 
-/// Returns true if a CSS property is a geometry attribute of this element.
+/// Returns true if a CSS property sets the geometry of this element.
 fn is_geometry(node: Node, property: &str) -> bool {
     let is_svg_element = node.tag_name().name() == "svg";
     !is_svg_element && (GEOMETRY.contains(&property) || property == "d" && node.tag_name().name() == "path")
 }
 
-/// Returns the data in `path("…")`, and any other value as it is.
+/// Returns the data in `path("…")`, or any other value unchanged.
 fn path_of<'v>(property: &str, value: &'v str) -> &'v str {
     let inside = (property == "d").then(|| function(value)).flatten();
     match inside {

@@ -19,8 +19,8 @@ fn an_svg_in_metres_is_read() {
     assert!(drawing.wall_direction_rad.abs() < 0.01);
 }
 
-/// A filter of one line kept the sketcher busy for hours, because each octave of noise, and each neighbour of a pixel, is
-/// computed for every pixel.
+/// A filter of one line kept the sketcher busy for hours, because every octave of noise and every neighbour is computed for
+/// each pixel.
 #[test]
 fn a_filter_that_takes_hours_is_refused_by_its_name() {
     let filtered = |part: &str| {
@@ -78,8 +78,8 @@ fn masks_and_patterns_inside_each_other_are_few() {
     assert!(error.contains("held at the same time") && error.contains("pattern \"h\""), "{error}");
 }
 
-/// If one path has half a million corners, its lines may cross each row of pixels, and are sorted there. Each dash adds two
-/// corners.
+/// A path with half a million corners may cross every row of pixels that many times, and the crossings in each row have to be
+/// sorted. A dash counts as two corners.
 #[test]
 fn a_path_that_crosses_itself_without_end_is_refused() {
     let zigzag = |count: usize| -> String {
@@ -224,8 +224,8 @@ fn pictures_inside_an_svg_are_drawn() {
     assert!(too_large(&svg(&many)).contains("steps of painting"));
 }
 
-/// The last row of a page that ends within a pixel was only half covered, and was read as a wall along the edge. On a page
-/// whose walls have the colour of its ground, it was the only wall.
+/// If a page ended within a pixel, its last row was only half covered and was read as a wall along the edge. On a page whose
+/// walls have the colour of the background, it was the only wall.
 #[test]
 fn a_page_that_ends_within_a_pixel_has_no_wall_along_its_edge() {
     for colour in ["white", "black", "#404040"] {
@@ -257,7 +257,7 @@ fn xml_of_other_programs_is_named() {
     }
 }
 
-/// Half of the walls were white and half of them black, on transparent paper. One half was read, and the other half was dropped
+/// With half of the walls white and half of them black on transparent paper, one half was read and the other was dropped
 /// without a warning.
 #[test]
 fn ink_of_two_tones_on_transparent_paper_is_doubted() {
@@ -284,8 +284,8 @@ fn ink_of_two_tones_on_transparent_paper_is_doubted() {
     assert_eq!(left_out("white", "rgb(255 255 255 / 5%)"), []);
 }
 
-/// A gradient is fitted to the box of what it paints, and a straight line along an axis has none. Such a line was silently left
-/// out, and so were walls for readers of another language.
+/// A gradient is fitted to the box of what it paints, and a straight line along an axis has none. Such lines used to vanish
+/// silently, and so did walls for readers of another language.
 #[test]
 fn walls_that_would_vanish_are_drawn_or_named() {
     let gradient =
@@ -307,7 +307,7 @@ fn walls_that_would_vanish_are_drawn_or_named() {
     }
 }
 
-/// A straight line along an axis under a filter, a mask or a clip path in units of its own box was silently left out.
+/// A straight line along an axis vanished silently under a filter, a mask or a clip path in units of its own box.
 #[test]
 fn lines_that_an_effect_leaves_nothing_of_are_named() {
     let effects = "<filter id='f'><feGaussianBlur stdDeviation='2'/></filter>\
@@ -361,8 +361,8 @@ fn lines_that_a_gradient_cannot_paint_are_named_wherever_they_are_drawn() {
     assert_eq!(left_out(&format!("{slanted}<use href='#l' x='100' y='900'/>")), "");
 }
 
-/// Illustrator keeps its own data in the first part of a `<switch>`, and the drawing in the second part was left out as a
-/// label.
+/// Illustrator keeps its own data in the first part of a `<switch>`. The drawing in the second part was mistaken for a label
+/// and left out.
 #[test]
 fn a_switch_shows_its_first_part_that_needs_no_extension() {
     let walls = String::from_utf8(rooms("", "stroke='black'")).unwrap();
@@ -375,7 +375,8 @@ fn a_switch_shows_its_first_part_that_needs_no_extension() {
     assert_eq!(drawing.left_out, []);
 }
 
-/// CAD programs keep pens at the same width at every scale. In a drawing in metres, they were silently drawn 40 times as wide.
+/// CAD programs keep their pens at the same width at every scale. In a drawing in metres, they were silently drawn 40 times as
+/// wide.
 #[test]
 fn what_is_drawn_otherwise_than_it_says_is_named() {
     let left_out = |text: &str| {
@@ -398,7 +399,7 @@ fn what_is_drawn_otherwise_than_it_says_is_named() {
     );
 }
 
-/// Walls in a light colour, such as yellow, were silently left out if there were dark walls.
+/// Walls in a light colour, such as yellow, were silently left out if there were dark walls as well.
 #[test]
 fn strokes_that_are_fainter_than_the_walls_are_named() {
     let left_out = |second: &str| {

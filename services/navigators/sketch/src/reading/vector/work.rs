@@ -1,5 +1,5 @@
-//! Counts the work of rendering an SVG, on its tree, in the order in which resvg walks through it. The cost of a mask, a
-//! pattern or a filter depends on the pixels that it covers where it is used.
+//! Counts the work of rendering an SVG by walking through its tree in the same order as resvg. What a mask, a pattern or a
+//! filter costs depends on how many pixels it covers in the place where it is used.
 
 use resvg::tiny_skia::{PathSegment, Point, Rect, Transform};
 use resvg::usvg::{ClipPath, Group, Image, Mask, Node, Paint, Path, Pattern, filter};
@@ -11,13 +11,13 @@ use super::references::TooMuch;
 const PLAIN: f64 = 1.0;
 const GRADIENT: f64 = 8.0;
 const PATTERN: f64 = 30.0;
-/// Steps per pixel of an intermediate page, which is created, painted, and laid over the page below.
+/// Steps per pixel of an intermediate page, which has to be created, painted, and composited with the page below.
 const LAYER: f64 = 35.0;
-/// Steps per pixel of a picture, for decoding it or painting it.
+/// Steps per pixel of a picture, both for decoding and for painting it.
 const PICTURE: f64 = 30.0;
-/// Steps per pixel for a simple part of a filter. A part that looks at many neighbours takes more.
+/// Steps per pixel for a simple filter primitive. Those that look at many neighbours take more.
 const FILTER: f64 = 30.0;
-/// Maximum side length of an intermediate page of resvg, in canvases.
+/// Size of the largest intermediate page that resvg creates, in canvases in either direction.
 const WIDEST: f64 = 5.0;
 /// Maximum number of lines as which a curve is painted.
 const LINES_OF_CURVE: f64 = 8.0;
@@ -35,7 +35,7 @@ struct Work {
     canvas: [f64; 2],
 }
 
-/// The surroundings in which something is painted.
+/// The context in which something is painted.
 #[derive(Clone, Copy)]
 struct Place {
     transform: Transform,
@@ -48,7 +48,7 @@ struct Place {
 }
 
 impl Place {
-    /// Returns the number of sketch pixels per unit along the longer axis.
+    /// Returns the number of sketch pixels per unit, along the axis where it is greater.
     fn scale(&self) -> f64 {
         let Transform { sx, kx, ky, sy, .. } = self.transform;
         f64::from(sx.hypot(ky)).max(f64::from(kx.hypot(sy)))
@@ -58,7 +58,7 @@ impl Place {
         Self { transform: self.transform.pre_concat(transform), ..*self }
     }
 
-    /// Returns the place inside another mask, pattern or clip path, which is called `name`.
+    /// Enters another mask, pattern or clip path, called `name`. Fails if they are nested too deeply.
     fn inside(&self, name: &str) -> Result<Self, TooMuch> {
         if self.nested == MOST_NESTED {
             let limit = format!("{MOST_NESTED} masks, patterns and clip paths of SVG inside each other");
@@ -67,7 +67,8 @@ impl Place {
         Ok(Self { nested: self.nested + 1, ..*self })
     }
 
-    /// Returns the place on a new page of this size, while as much memory as for `pages` such pages is held.
+    /// Moves to a new page of the given size. `pages` is how many such pages have to be held for it; fails if that is too many
+    /// pixels.
     fn with_page(&self, page: [f64; 2], pages: f64, name: &str) -> Result<Self, TooMuch> {
         let held_px = self.held_px + pages * page[0] * page[1];
         if held_px <= MOST_HELD_PX {
@@ -77,7 +78,7 @@ impl Place {
         Err(TooMuch { limit, found: format!("{:.0} million at {name}", held_px / 1e6) })
     }
 
-    /// Returns the size of a box on the page, which is at most `most`. A box that cannot be transformed has the size `most`.
+    /// Returns the size of a box on the page, at most `most`. If the box cannot be transformed, returns `most`.
     fn size(&self, area: Rect, most: [f64; 2]) -> [f64; 2] {
         let area = area.transform(self.transform);
         area.map_or(most, |area| {
@@ -112,7 +113,7 @@ impl Work {
         }
     }
 
-    /// Counts a picture, which is decoded each time that it is painted.
+    /// Counts a picture. It is decoded each time it is painted.
     fn image(&mut self, image: &Image, place: Place) -> Result<(), TooMuch> {
         let size = image.size();
         let own = [f64::from(size.width()), f64::from(size.height())];
@@ -140,7 +141,7 @@ impl Work {
 
     fn mask(&mut self, mask: &Mask, place: Place) -> Result<(), TooMuch> {
         let name = named("mask", mask.id());
-        // The mask itself, its region, and the result of both.
+        // Held are the mask itself, its region, and the combination of the two.
         let place = place.inside(&name)?.with_page(place.page, 1.5, &name)?;
         self.take(LAYER * place.page[0] * place.page[1], || name)?;
         self.nodes(mask.root(), place)?;
@@ -155,7 +156,8 @@ impl Work {
         clip.clip_path().map_or(Ok(()), |clip| self.clip(clip, place))
     }
 
-    /// Counts the content of a clip path. Its groups have no intermediate pages, except for clip paths of their own.
+    /// Counts the content of a clip path. Unlike elsewhere, its groups have no intermediate pages, except for clip paths of
+    /// their own.
     fn clipped(&mut self, group: &Group, place: Place) -> Result<(), TooMuch> {
         for node in group.children() {
             match node {
@@ -212,7 +214,7 @@ impl Work {
         for primitive in filter.primitives() {
             let (kind, weight) = weight(primitive.kind(), scale, place.page);
             let name = format!("{}, {kind}", named("filter", filter.id()));
-            // The result of each part is held until the filter is done.
+            // The result of each primitive is held until the filter is done.
             place = place.with_page(place.page, 1.0, &name)?;
             self.take(FILTER * weight * pixels, || name.clone())?;
             if let filter::Kind::Image(image) = primitive.kind() {
@@ -223,7 +225,7 @@ impl Work {
     }
 }
 
-/// Returns the name of a part of a filter, and its cost per pixel as a multiple of a simple part's.
+/// Returns the name of a filter primitive, and its cost per pixel relative to a simple one.
 fn weight(kind: &filter::Kind, scale: f64, page: [f64; 2]) -> (&'static str, f64) {
     match kind {
         filter::Kind::Turbulence(turbulence) => ("feTurbulence", 4.0 * f64::from(turbulence.num_octaves())),
@@ -249,7 +251,7 @@ fn named(what: &str, id: &str) -> String {
     if id.is_empty() { format!("a {what} without id") } else { format!("{what} {id:?}") }
 }
 
-/// Returns the outline of a path as it is painted, where no line counts as longer than the width plus the height of the page.
+/// Returns the outline of a path as it is painted. No line counts as longer than the page's width plus its height.
 fn outline(path: &Path, place: &Place) -> Outline {
     let (scale, most) = (place.scale(), place.page[0] + place.page[1]);
     let mut outline = Outline { page_height_px: place.page[1], ..Outline::default() };

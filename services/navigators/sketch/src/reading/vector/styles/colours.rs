@@ -1,16 +1,16 @@
 //! Converts CSS colours to sRGB. (CSS Color Module Level 4; `light-dark()` and `color-mix()` of Level 5.)
 //!
-//! A drawing is read on white paper. Therefore `light-dark()` stands for the light colour, unless the drawing's scheme is dark
-//! ([`in_dark`]), and system colours are those of a light page. Colours that no screen shows are clipped, as browsers do.
+//! A drawing is read on white paper. This means that `light-dark()` stands for its light colour, unless the drawing's scheme is
+//! dark ([`in_dark`]), and that system colours are those of a light page. Out-of-gamut colours are clipped, as browsers do.
 
 use color::{ColorSpaceTag, DynamicColor, HueDirection, Srgb, parse_color};
 
 use super::syntax::{find, function, split, words};
 
-/// Maximum depth of nested functions.
+/// Maximum nesting depth of functions.
 const MOST_DEPTH: usize = 8;
 
-/// Functions that are colours in CSS.
+/// CSS functions that return a colour.
 const FUNCTIONS: [&str; 17] = [
     "rgb",
     "rgba",
@@ -56,16 +56,16 @@ const SYSTEM: [(&str, [u8; 3]); 21] = [
     ("windowtext", [0, 0, 0]),
 ];
 
-/// The meaning of a text as a colour.
+/// A text read as a colour.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Colour {
     /// A colour in sRGB: `#rrggbb`, or `#rrggbbaa` if it is translucent.
     Srgb(String),
     /// The value of the property `color`.
     Current,
-    /// A colour in CSS that cannot be worked out here, for the given reason.
+    /// A CSS colour that cannot be worked out here, with the reason.
     Unreadable(String),
-    /// Not a colour in CSS.
+    /// Not a CSS colour.
     Invalid,
 }
 
@@ -83,7 +83,7 @@ pub(super) fn read(text: &str) -> Colour {
     }
 }
 
-/// Replaces each `light-dark()` in a value by its second colour, for a drawing whose colour scheme is dark.
+/// Replaces each `light-dark()` in a value by its second colour, as a dark colour scheme demands.
 pub(super) fn in_dark(value: &str) -> String {
     const NAME: &str = "light-dark(";
     let (small, mut text, mut end) = (value.to_ascii_lowercase(), String::new(), 0);
@@ -123,7 +123,7 @@ fn resolved(text: &str, depth: usize) -> Result<DynamicColor, Trouble> {
     }
 }
 
-/// Returns the reason that a colour function could not be parsed. Arguments that would have to be computed are not a mistake.
+/// Explains why a colour function could not be parsed. Arguments that would have to be computed are not mistakes.
 fn trouble(name: &str, arguments: &str) -> Result<DynamicColor, Trouble> {
     let first = words(arguments).next().unwrap_or("");
     if first.eq_ignore_ascii_case("from") {
@@ -155,7 +155,7 @@ fn mixed(arguments: &str, depth: usize) -> Result<DynamicColor, Trouble> {
     let parts: Vec<_> = split(arguments, b',').collect();
     let (space, first, second) = match parts[..] {
         [space, first, second] => (space, first, second),
-        // Level 5 mixes in Oklab if no space is given.
+        // Level 5 mixes in Oklab if no colour space is given.
         [first, second] => ("in oklab", first, second),
         _ => return Err(Trouble::Invalid),
     };
@@ -199,7 +199,7 @@ fn way(text: &str) -> Result<(ColorSpaceTag, HueDirection), Trouble> {
     Ok((space, way))
 }
 
-/// Parses a colour of a mix, with its share if one is given.
+/// Reads one of the colours of a mix, with its share if one is given.
 fn part(text: &str, depth: usize) -> Result<(DynamicColor, Option<f32>), Trouble> {
     let (mut color, mut share) = (None, None);
     for word in words(text) {

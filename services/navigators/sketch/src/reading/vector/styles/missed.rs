@@ -1,4 +1,4 @@
-//! Finds what a person may miss of a drawing: content that is left out, refers to nothing, or may be silently dropped by the
+//! Finds what a person may miss in a drawing: anything that is left out, refers to nothing, or may be silently dropped by the
 //! renderer.
 
 use std::collections::BTreeMap;
@@ -12,7 +12,7 @@ use crate::reading::error::SketchError;
 use crate::reading::left_out::LeftOut;
 use crate::reading::vector::references::name;
 
-/// Elements that paint nothing, whose content is silently left out.
+/// Elements that paint nothing. Their content is left out without a report.
 const SILENT: [&str; 13] = [
     "animate",
     "animateColor",
@@ -28,21 +28,21 @@ const SILENT: [&str; 13] = [
     "title",
     "view",
 ];
-/// Elements whose effects are watched, in addition to those that are drawn with strokes.
+/// Elements whose effects are watched, in addition to [`STROKED`].
 const AFFECTED: [&str; 3] = ["g", "image", "use"];
-/// Properties by which an element may vanish.
+/// Properties that can make an element vanish.
 const EFFECTS: [&str; 3] = ["clip-path", "filter", "mask"];
 /// Elements whose content is drawn elsewhere, or not at all.
 pub(super) const TEMPLATES: [&str; 7] = ["clipPath", "defs", "filter", "marker", "mask", "pattern", "symbol"];
-/// Maximum number of characters of unreadable shape data that a warning shows.
+/// Maximum number of characters of unreadable shape data in a warning.
 const SHOWN_POINTS: usize = 16;
 
 impl Walk<'_, '_> {
-    /// Returns true if nothing of an element is drawn. Records what a person may miss of it.
+    /// Returns true if an element is not drawn at all, and records it if a person may miss it.
     pub(super) fn is_left_out(&mut self, node: Node, tag: &str, scope: &Scope) -> bool {
         let is_label = |node: Node| matches!(node.tag_name().name(), "text" | "foreignObject");
-        // A browser shows the first part of a `<switch>` that it supports, and it supports HTML. Extensions are specific to
-        // programs, and none is known here.
+        // A browser shows the first part of a `<switch>` that it supports, and HTML is supported. Extensions are private to
+        // programs, and none is supported here.
         let is_extended = |child: &Node| child.attribute("requiredExtensions").is_some();
         if node.parent_element().is_some_and(|parent| parent.tag_name().name() == "switch")
             && is_extended(&node)
@@ -61,7 +61,7 @@ impl Walk<'_, '_> {
         true
     }
 
-    /// Remembers an element that the renderer may silently draw in another way. The element gets an id if it has none.
+    /// Remembers an element that the renderer may silently draw differently, and gives it an id if it has none.
     pub(super) fn watch(
         &mut self,
         node: Node,
@@ -93,7 +93,7 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
-    /// Returns true if a shape's stroke is painted by a gradient or a pattern, without another paint to fall back on.
+    /// Returns true if a shape's stroke is painted by a gradient or a pattern and has no fallback.
     fn is_served(&self, node: Node, scope: &Scope) -> bool {
         let mut parts = words(scope.stroke.as_deref().unwrap_or(""));
         let (server, fallback) = (parts.next().and_then(url), parts.next());
@@ -101,8 +101,8 @@ impl Walk<'_, '_> {
         is_known && fallback.is_none() && STROKED.contains(&node.tag_name().name())
     }
 
-    /// Returns true if an element that shows something has a filter, a mask or a clip path. A `<use>` may instead refer to an
-    /// element that has one of these or a gradient.
+    /// Returns true if an element shows something and has a filter, a mask or a clip path. A `<use>` counts, too, if it refers
+    /// to an element with one of these or a gradient.
     fn is_affected(&self, node: Node, settled: &BTreeMap<String, String>) -> Result<bool, SketchError> {
         let mut values = EFFECTS.iter().filter_map(|property| settled.get(*property));
         if values.any(|value| words(value).any(|word| url(word).is_some_and(|link| self.is_known(link)))) {
@@ -127,8 +127,8 @@ impl Walk<'_, '_> {
         Ok(found)
     }
 
-    /// Records a reference to a paint or a filter that the drawing does not have, which leaves nothing to be seen, and a clip
-    /// path or a mask that cannot be worked out.
+    /// Records references that hide something or fail to: a paint or filter that is not in the drawing leaves nothing to be
+    /// seen, and a clip path or mask that cannot be worked out hides nothing.
     pub(super) fn check_reference(&mut self, node: Node, property: &str, value: &str, scope: &Scope) {
         let all: Vec<_> = words(value).collect();
         let is_own = |word: &&str| url(word).is_some() || ["none", "inherit"].contains(word);
@@ -148,7 +148,7 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Records shape data that cannot be read, since the shape ends there.
+    /// Records unreadable shape data, because the shape ends where it begins.
     pub(super) fn check_points(&mut self, node: Node, key: &str, value: &str, scope: &Scope) {
         let commands = match (node.tag_name().name(), key) {
             ("path", "d") if value.trim() != "none" => "MmZzLlHhVvCcSsQqTtAa",
@@ -177,7 +177,7 @@ fn is_shown(node: Node) -> bool {
     is_one_of(node, &STROKED) || is_one_of(node, &["image", "use"])
 }
 
-/// Returns true if an attribute of an element, including its style, refers to a gradient, a filter or the like.
+/// Returns true if any attribute of an element, including `style`, refers to a gradient, a filter or the like.
 fn has_url(node: Node) -> bool {
     node.attributes().any(|attribute| attribute.value().to_ascii_lowercase().contains("url("))
 }

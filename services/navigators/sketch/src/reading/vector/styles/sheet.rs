@@ -1,4 +1,4 @@
-//! Style sheets: finds the rules that apply to a drawing on a light page, in order of precedence. Selectors are parsed by
+//! Style sheets. Finds the rules that apply to a drawing on a light page, in order of precedence, with selectors parsed by
 //! simplecss.
 
 use std::cell::Cell;
@@ -9,9 +9,9 @@ use simplecss::{AttributeOperator, Element, PseudoClass, Selector};
 
 use super::syntax::{Block, Declaration, blocks, declarations, find, function, split, without_comments};
 
-/// Maximum depth of nested blocks of rules.
+/// Maximum nesting depth of blocks of rules.
 const MOST_DEPTH: usize = 8;
-/// Attribute that stands for `:root`, which simplecss does not know.
+/// Attribute that replaces `:root`, which simplecss does not support.
 const ROOT: &str = "sketchnav-root";
 /// States that an element of a still picture is never in.
 const DYNAMIC: [&str; 14] = [
@@ -43,7 +43,7 @@ pub(super) struct Written {
 struct WrittenRule {
     selector: String,
     body: String,
-    /// True if the rule is in a layer, and therefore has a lower precedence than all rules outside layers.
+    /// True if the rule is in a layer. It then has lower precedence than all rules outside layers.
     in_layer: bool,
 }
 
@@ -86,7 +86,7 @@ impl Written {
                 self.left_out.push(format!("@{name} {condition}"));
                 return;
             }
-            // Fonts, animations, and pages for printing.
+            // Fonts, animations and printed pages do not affect the drawing.
             _ => return,
         };
         match body {
@@ -105,8 +105,8 @@ impl Written {
         }
     }
 
-    /// Returns true if a list of media queries applies on a light screen of any size. If that depends on the screen, the list
-    /// is recorded as left out.
+    /// Returns true if a list of media queries matches a light screen of any size. If that depends on the screen, the list is
+    /// recorded as left out.
     fn is_shown(&mut self, queries: &str) -> bool {
         let shown: Vec<_> = split(queries, b',').map(is_shown).collect();
         let known = shown.contains(&Some(true));
@@ -116,7 +116,7 @@ impl Written {
         known
     }
 
-    /// Returns the rules with their selectors, the one of the highest precedence last.
+    /// Returns the rules with their selectors, in order of increasing precedence.
     pub fn rules(&self) -> Vec<Rule<'_>> {
         let mut rules: Vec<_> = self.rules.iter().filter_map(WrittenRule::rule).collect();
         rules.sort_by_key(|rule| {
@@ -126,7 +126,7 @@ impl Written {
     }
 }
 
-/// Returns whether a media query applies, or `None` if that depends on the screen.
+/// Returns whether a media query matches, or `None` if that depends on the screen.
 fn is_shown(query: &str) -> Option<bool> {
     let query = query.to_ascii_lowercase();
     let (inverted, query) = query.strip_prefix("not ").map_or((false, query.as_str()), |rest| (true, rest));
@@ -149,7 +149,7 @@ fn is_shown(query: &str) -> Option<bool> {
     all.map(|holds| holds != inverted)
 }
 
-/// A rule with its selector, or with the text of a selector that cannot be read.
+/// A rule with its selector, or with the selector's text if it cannot be read.
 pub(super) struct Rule<'a> {
     pub selector: Result<Selector<'a>, &'a str>,
     pub declarations: Vec<Declaration<'a>>,
@@ -159,7 +159,7 @@ pub(super) struct Rule<'a> {
 impl WrittenRule {
     fn rule(&self) -> Option<Rule<'_>> {
         let text = self.selector.as_str();
-        // Rules for parts of text, and for states that a picture is never in, do not matter.
+        // Skips pseudo-elements, and states that a picture is never in.
         if text.contains("::") || DYNAMIC.iter().any(|state| holds_state(text, state)) {
             return None;
         }
@@ -172,15 +172,15 @@ impl WrittenRule {
     }
 }
 
-/// Returns true if a compound selector asks for a state, except inside `:not()` and the like.
+/// Returns true if a compound selector asks for a state, other than inside `:not()` and the like.
 fn holds_state(selector: &str, state: &str) -> bool {
     let end = find(selector, b"(");
     let plain = &selector[..end];
     plain.contains(state) && function(selector).is_none()
 }
 
-/// An element as selectors see it. Steps to other elements are counted, because there are many ways to look for a chain of ten
-/// ancestors.
+/// An element as selectors see it. Steps from element to element are counted, because a chain of ten ancestors can be matched
+/// in many ways.
 pub(super) struct Seen<'a, 'input, 'count> {
     pub node: Node<'a, 'input>,
     pub steps: &'count Cell<u64>,

@@ -11,7 +11,7 @@ pub(super) struct Declaration<'a> {
     pub important: bool,
 }
 
-/// A part of a style sheet: the text before a block, and the block, which is `None` if the part ends with a semicolon.
+/// A part of a style sheet: the prelude, and the body of its block. There is no body if the part ends with a semicolon.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Block<'a> {
     pub prelude: &'a str,
@@ -39,7 +39,7 @@ pub(super) fn find(text: &str, stops: &[u8]) -> usize {
     text.len()
 }
 
-/// Splits a text at the separators outside strings and brackets.
+/// Splits a text at the separators outside strings and brackets, and trims the pieces.
 pub(super) fn split(text: &str, separator: u8) -> impl Iterator<Item = &str> {
     let mut rest = Some(text);
     std::iter::from_fn(move || {
@@ -61,7 +61,7 @@ pub(super) fn words(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Returns the declarations of a block. Anything else is left out, as CSS says.
+/// Returns the declarations of a block. Anything else in it is ignored, as CSS requires.
 pub(super) fn declarations(block: &str) -> impl Iterator<Item = Declaration<'_>> {
     split(block, b';').filter_map(|text| {
         let (name, value) = text.split_once(':')?;
@@ -102,7 +102,7 @@ pub(super) fn blocks(sheet: &str) -> impl Iterator<Item = Block<'_>> {
     })
 }
 
-/// Skips white space, stray ends of rules, and the marks that hid style sheets from browsers of the nineties.
+/// Skips white space, stray semicolons and braces, and the marks that used to hide style sheets from browsers of the nineties.
 fn skip(text: &str) -> &str {
     let mut rest = text.trim_start();
     while let Some(after) = ["<!--", "-->", ";", "}"].into_iter().find_map(|mark| rest.strip_prefix(mark)) {
@@ -120,11 +120,11 @@ pub(super) fn function(value: &str) -> Option<(String, &str)> {
         return None;
     }
     let close = find(inside, b")");
-    // CSS closes any brackets that are still open at the end.
+    // CSS implicitly closes whatever is still open at the end.
     (close + 1 >= inside.len()).then(|| (name.to_ascii_lowercase(), inside[..close].trim()))
 }
 
-/// Returns a text without its comments. If a comment separates two names, a space takes its place.
+/// Returns the text without its comments. A comment between two names becomes a space.
 pub(super) fn without_comments(text: &str) -> Cow<'_, str> {
     if !text.contains("/*") {
         return text.into();

@@ -49,7 +49,7 @@ fn the_weightiest_declaration_that_holds_counts() {
         ("<style>:root{--a:#111} path{stroke:var(--a)}</style><path id='w'/>", "#111111"),
         ("<g style='--a: light-dark(#111, white)'><path id='w' stroke='var(--a, red)'/></g>", "#111111"),
         ("<path id='w' stroke='var(--a, rgb(17 17 17 / 100%))'/>", "#111111"),
-        // A scheme that is dark only takes the second colour. One that leaves the choice is read on white paper.
+        // A scheme that allows only dark takes the second colour. One that leaves the choice is read on white paper.
         ("<g style='color-scheme: dark'><path id='w' stroke='light-dark(red, #111)'/></g>", "#111111"),
         (
             "<style>:root{color-scheme:only dark}</style><path id='w' stroke='light-dark(red, #111)'/>",
@@ -120,7 +120,7 @@ fn what_cannot_be_read_is_refused_by_element_property_and_value() {
         let error = refusal(inside);
         assert!(error.contains(words), "{error}\nexpected {words}");
     }
-    // Nothing is refused for elements that are not shown, or for properties that do not affect what is seen.
+    // Bad values don't matter in elements that are not shown, or in properties that do not affect what is seen.
     for inside in [
         "<g display='none'><path stroke='blac'/></g>",
         "<text stroke='blac'>a</text>",

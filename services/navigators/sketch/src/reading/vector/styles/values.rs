@@ -1,4 +1,4 @@
-//! CSS properties that affect how a drawing is drawn, and checks of their values.
+//! The CSS properties that affect how a drawing looks, and checks of their values.
 
 use super::colours::{self, Colour};
 use super::syntax::{function, split, words};
@@ -20,13 +20,13 @@ pub(super) enum Kind {
     Visibility,
     /// A list of transformations.
     Transform,
-    /// A transformation in a property that only CSS has, such as `rotate`, and that is not drawn.
+    /// A transformation by a property that exists only in CSS, such as `rotate`. It is not drawn.
     Undrawable,
-    /// Any value, which is left to the renderer.
+    /// Any value; the renderer decides what to make of it.
     Any,
 }
 
-/// Properties whose values the renderer gets as they are.
+/// Properties whose values are passed to the renderer unchanged.
 const ANY: [&str; 45] = [
     "alignment-baseline",
     "baseline-shift",
@@ -75,7 +75,7 @@ const ANY: [&str; 45] = [
     "writing-mode",
 ];
 
-/// Returns the kind of a property, or `None` if it does not affect how a drawing is drawn.
+/// Returns the kind of a property, or `None` if it does not affect how a drawing looks.
 pub(super) fn kind(property: &str) -> Option<Kind> {
     Some(match property {
         "fill" | "stroke" => Kind::Paint,
@@ -90,7 +90,7 @@ pub(super) fn kind(property: &str) -> Option<Kind> {
     })
 }
 
-/// Returns true if an element without a value of its own takes the value of its parent.
+/// Returns true if elements without a value for this property inherit their parent's.
 pub(super) fn is_inherited(property: &str) -> bool {
     !matches!(
         property,
@@ -118,8 +118,8 @@ pub(super) fn is_inherited(property: &str) -> bool {
     )
 }
 
-/// Returns the initial value of an inherited property. Other properties do not need one, since they have it whenever nothing is
-/// declared.
+/// Returns the initial value of an inherited property. Other properties don't need it here: they have it whenever they are not
+/// set.
 pub(super) fn initial(property: &str) -> Option<&'static str> {
     Some(match property {
         "fill" | "color" => "black",
@@ -142,11 +142,11 @@ pub(super) enum Checked {
     Valid(String),
     /// The value is not valid for the property.
     Invalid,
-    /// The value may be valid in CSS, but cannot be drawn for the given reason.
+    /// The value may be valid in CSS but cannot be drawn, for the given reason.
     Unreadable(String),
 }
 
-/// Checks a value in which each `var()` was replaced, and which is not a keyword that all properties take.
+/// Checks a value whose `var()` have been replaced and that is not one of the keywords all properties take.
 pub(super) fn check(kind: Kind, value: &str) -> Checked {
     match kind {
         Kind::Paint => paint(value),
@@ -167,7 +167,7 @@ pub(super) fn check(kind: Kind, value: &str) -> Checked {
 
 /// The units that the renderer knows.
 const UNITS: [&str; 10] = ["", "px", "%", "em", "ex", "in", "cm", "mm", "pt", "pc"];
-/// Units of CSS that the renderer does not know, most of which depend on a page around the drawing.
+/// CSS units that the renderer does not know. Most of them depend on a page around the drawing.
 const FOREIGN_UNITS: [&str; 14] =
     ["rem", "ch", "rch", "lh", "rlh", "cap", "ic", "vw", "vh", "vi", "vb", "vmin", "vmax", "q"];
 
@@ -197,7 +197,7 @@ fn paint(value: &str) -> Checked {
     }
 }
 
-/// Returns the target of `url()`, or `None` for other words.
+/// Returns the target of `url()`, or `None` for any other word.
 pub(super) fn url(value: &str) -> Option<&str> {
     let is_url = value.get(..4)?.eq_ignore_ascii_case("url(");
     let inside = value.get(4..).filter(|_| is_url)?.strip_suffix(')')?;
@@ -213,7 +213,7 @@ fn colour(value: &str) -> Checked {
     }
 }
 
-/// Reads a colour in sRGB that the colour of a profile follows, as SVG 1.1 allows.
+/// Reads an sRGB colour that is followed by a colour in a profile, as SVG 1.1 allows.
 fn before_profile(value: &str) -> Checked {
     let mut parts = words(value);
     let (first, second, rest) = (parts.next(), parts.next(), parts.next());
@@ -266,7 +266,7 @@ fn number_end(text: &str) -> usize {
     end
 }
 
-/// Converts CSS transformations to those of SVG, in user units and degrees.
+/// Converts CSS transformations to the syntax of SVG, in user units and degrees.
 fn transform(value: &str) -> Checked {
     if value.eq_ignore_ascii_case("none") {
         return Checked::Valid(String::new());
@@ -300,7 +300,7 @@ fn transformation(name: &str, arguments: &str) -> Option<String> {
         ("scalex", 1) => numbers().map(|list| call("scale", &[list[0], 1.0])),
         ("scaley", 1) => numbers().map(|list| call("scale", &[1.0, list[0]])),
         ("rotate", 1) => angles().map(|list| call("rotate", &list)),
-        // Only SVG has the form with a centre.
+        // Rotation about a centre exists only in SVG.
         ("rotate", 3) => numbers().map(|list| call("rotate", &list)),
         ("skewx", 1) => angles().map(|list| call("skewX", &list)),
         ("skewy", 1) => angles().map(|list| call("skewY", &list)),

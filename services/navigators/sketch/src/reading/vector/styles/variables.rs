@@ -5,9 +5,9 @@ use std::rc::Rc;
 
 use super::syntax::{find, function};
 
-/// Maximum length of a value after substitution, in bytes. Ten lines of `var()` can stand for a billion words.
+/// Maximum length of a value after substitution, in bytes, since ten lines of `var()` can stand for a billion words.
 const MOST_BYTES: usize = 16 << 10;
-/// Maximum depth of references between properties.
+/// Maximum depth of properties that refer to each other.
 const MOST_DEPTH: usize = 32;
 
 /// The reason that a value with `var()` cannot be resolved.
@@ -28,12 +28,12 @@ impl Unresolved {
     }
 }
 
-/// The custom properties of an element, including those that it inherits.
+/// The custom properties of an element, inherited ones included.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Variables(Rc<BTreeMap<String, Result<String, Unresolved>>>);
 
 impl Variables {
-    /// Returns the custom properties of an element inside this one, whose own declarations are `own`.
+    /// Returns the custom properties of a child element with the declarations `own`.
     pub fn with(&self, own: &BTreeMap<&str, &str>) -> Self {
         if own.is_empty() {
             return self.clone();
@@ -64,11 +64,11 @@ impl Variables {
     }
 }
 
-/// The custom properties of one element while they are worked out, each of them only once.
+/// The custom properties of one element while they are being worked out. Each is worked out only once.
 struct Element<'a> {
     own: &'a BTreeMap<&'a str, &'a str>,
     inherited: &'a Variables,
-    /// The element's own properties that are known so far. An unset property is `None`.
+    /// The element's own properties worked out so far, with `None` for those that are unset.
     known: BTreeMap<String, Option<Result<String, Unresolved>>>,
 }
 
@@ -83,7 +83,7 @@ impl Element<'_> {
         if depth > MOST_DEPTH {
             return endless();
         }
-        // A property that is asked for while it is being worked out refers to itself.
+        // If this is looked up again before the value is known, the property refers to itself.
         self.known.insert(name.to_owned(), endless());
         let value = match declared.to_ascii_lowercase().as_str() {
             "inherit" | "unset" | "revert" | "revert-layer" => self.inherited.0.get(name).cloned(),
@@ -173,7 +173,7 @@ mod tests {
     fn an_element_inherits_and_overrides() {
         let outer = variables(&[("--a", "1"), ("--b", "2"), ("--c", "var(--a)")]);
         let inner = outer.with(&BTreeMap::from([("--a", "9"), ("--b", "initial")]));
-        // A value that was computed for the outer element stays as it is.
+        // Values computed for the outer element do not change.
         assert_eq!(inner.resolve("var(--a) var(--c)").as_deref(), Ok("9 1"));
         assert!(inner.resolve("var(--b)").is_err());
     }

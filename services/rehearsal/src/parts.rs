@@ -15,7 +15,7 @@ use sketchnav_stage::{
 
 use crate::RehearsalError;
 
-/// The world: its simulation, and the messages it has sent.
+/// The world, with its simulation and the messages it has sent.
 pub(crate) struct World {
     simulation: sim::World,
     pub(crate) memory: InProcess,
@@ -90,7 +90,7 @@ impl Senses for Said<'_> {
     }
 }
 
-/// A process of the navigator: its stage, and the messages it has sent.
+/// A process of the navigator, with its stage and the messages it has sent.
 pub(crate) struct Part {
     access: Access,
     stage: Box<dyn Hosted>,

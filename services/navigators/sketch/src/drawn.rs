@@ -1,4 +1,4 @@
-//! Drawings made on the pad: reads their walls for the page and saves them as missions that can be driven without it.
+//! Handles drawings made on the pad: reads their walls for the page, and saves them as missions that can be driven without it.
 
 use crate::mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_schemas::geometry::Point;
@@ -41,8 +41,7 @@ fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
         let settings = Settings::of(&mission.parameters)?;
         drawn.start_heading_deg = heading_deg(kept, &settings);
     }
-    // Without this, the new tasks would inherit the old tasks' places in the true world. Where the new ones lie there is
-    // unknown.
+    // Without this, the new tasks would inherit the old tasks' places in the true world, although their own places are unknown.
     mission.task.clear();
     drawn.write_to(mission);
     Ok(())

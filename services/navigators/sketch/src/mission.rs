@@ -1,4 +1,4 @@
-//! The keys of a mission of kind `sketch`: the drawing, the robot's start in it, and the tasks.
+//! The keys of a mission of kind `sketch`, which give the drawing, the robot's start in it, and the tasks.
 //!
 //! All code reads and writes these keys through [`SketchMission`].
 

@@ -1,4 +1,4 @@
-//! The drawing as the localizer and the planner see it: a grid of free and wall cells, with the direction of the walls.
+//! The drawing as the localizer and the planner see it, which is a grid of free and wall cells with the direction of the walls.
 
 use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Sketch};

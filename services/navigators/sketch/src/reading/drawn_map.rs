@@ -1,4 +1,4 @@
-//! The result of reading a drawing: its cells, its frame, and the direction of its walls.
+//! The result of reading a drawing, with its cells, its frame, and the direction of its walls.
 
 use sketchnav_schemas::codes::{FREE, WALL};
 use sketchnav_schemas::geometry::{Point, Sketch};

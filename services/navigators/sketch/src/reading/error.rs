@@ -60,7 +60,7 @@ pub enum SketchError {
     NoWalls {
         /// The file.
         file: String,
-        /// What the page shows instead, and what to do about it.
+        /// Description of what the page shows, with advice on what to do.
         found: String,
     },
     /// A value in a style cannot be read, so what it paints would be missing.

@@ -1,4 +1,4 @@
-//! The progressive probabilistic Hough transform: line segments in an edge picture.
+//! Finds line segments in an edge picture by the progressive probabilistic Hough transform.
 //!
 //! Source: Matas, Galambos and Kittler, *Robust detection of lines using the progressive probabilistic Hough transform*,
 //! Computer Vision and Image Understanding 78 (2000). Edge pixels vote in random order. As soon as a line has enough votes, the

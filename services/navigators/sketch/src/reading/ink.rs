@@ -66,14 +66,14 @@ pub(crate) fn find(tones: &Tones, tone: WallTone) -> Option<Ink> {
     }
 }
 
-/// Returns true if the ink is strokes, most of which would vanish on white paper.
+/// Returns true if the ink consists of strokes and most of it would vanish on white paper.
 fn is_light_pen(ink: &GrayImage, cover: &GrayImage) -> bool {
     let [on_white, ..] = vanishing(ink, cover);
     on_white > 0.5 && is_strokes(&covered(cover))
 }
 
 /// Returns the share of the strokes on transparent paper that vanish on the paper chosen by [`find`] but would be visible on
-/// the other. This is 0 if the ink is not strokes, as with white rooms between black walls.
+/// the other. This is 0 if the ink does not consist of strokes, as with white rooms between black walls.
 pub(crate) fn lost_share(tones: &Tones, tone: WallTone) -> f64 {
     let Some(cover) = &tones.cover else { return 0.0 };
     let [on_white, on_black, on_both] = vanishing(&tones.ink, cover);

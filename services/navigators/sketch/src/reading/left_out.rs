@@ -11,7 +11,7 @@ pub enum LeftOut {
     Picture {
         /// The element that refers to it.
         element: String,
-        /// What it refers to.
+        /// The target of the reference.
         found: String,
     },
     /// A reference to something that the drawing does not have.

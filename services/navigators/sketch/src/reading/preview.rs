@@ -1,4 +1,4 @@
-//! A picture that shows people how their drawing was understood: walls, their direction, start, goals and routes.
+//! A picture that shows people how their drawing was understood, with the wall direction, the start, goals and routes.
 
 use std::io::Cursor;
 

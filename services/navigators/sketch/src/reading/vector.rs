@@ -44,7 +44,7 @@ pub(crate) struct Page {
     pub content: Content,
 }
 
-/// How much there is to paint in a drawing, by kind.
+/// Amount of content to paint.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Content {
     /// Number of shapes with a fill or a stroke.
@@ -172,7 +172,7 @@ impl<'a> Seen<'a> {
         path.stroke().is_some() || path.fill().is_some() && has_area
     }
 
-    /// Returns what is not drawn as it should be.
+    /// Returns everything that is not drawn as it should be.
     fn lost(self, affected: &BTreeMap<String, String>) -> Vec<LeftOut> {
         let Self { served, ids, mut unpainted, widened, .. } = self;
         let is_lost = |(id, _): &(&String, &String)| !ids.contains(id.as_str());

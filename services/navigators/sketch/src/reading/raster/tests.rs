@@ -1,4 +1,4 @@
-//! Tests with pictures: drawings made here and, if they are available, drawings by people.
+//! Tests with pictures made here and, if they are available, with drawings by people.
 
 #![expect(clippy::disallowed_methods, reason = "tests read drawings by people")]
 

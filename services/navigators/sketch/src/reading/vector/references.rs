@@ -13,7 +13,7 @@ use super::super::budget::{MOST_DEPTH, MOST_ELEMENTS};
 pub(crate) struct TooMuch {
     /// The limit, in words.
     pub limit: String,
-    /// What was found, and where.
+    /// The excess that was found, and where.
     pub found: String,
 }
 

@@ -3,9 +3,9 @@
 //! style sheets, no `var()`, and no colour functions.
 //!
 //! As in CSS, the valid declaration with the highest precedence wins; an invalid declaration is dropped in favour of the next
-//! one or the attribute. A declaration that may be valid but cannot be worked out is dropped as well, just as a browser does
-//! that does not know it yet. If none is left, the drawing is refused with an error that names the element, the property and
-//! the value.
+//! one or the attribute. A declaration that may be valid but cannot be worked out is dropped as well, as in a browser that does
+//! not support it yet. If none is left, the drawing is refused with an error that names the element, the property and the
+//! value.
 //!
 //! Text, scripts, animations and descriptions are left out, and anything a person would miss is reported. Sources: CSS
 //! Cascading and Inheritance Level 4; SVG 2, 6.
@@ -52,7 +52,7 @@ const GEOMETRY: [&str; 9] = ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "he
 const LENGTHS: [&str; 13] =
     ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "height", "x1", "y1", "x2", "y2"];
 const SHAPES: [&str; 6] = ["circle", "ellipse", "image", "line", "rect", "use"];
-/// Elements that are drawn by strokes.
+/// Shapes, which can be drawn by a stroke.
 const STROKED: [&str; 7] = ["circle", "ellipse", "line", "path", "polygon", "polyline", "rect"];
 /// Properties that the renderer honours only in a `style` attribute.
 const STYLE_ONLY: [&str; 3] = ["mix-blend-mode", "isolation", "image-rendering"];
@@ -61,7 +61,7 @@ const STYLE_ONLY: [&str; 3] = ["mix-blend-mode", "isolation", "image-rendering"]
 pub(crate) struct Flat {
     /// The SVG.
     pub text: String,
-    /// The pictures in the drawing, as PNG. An `<image>` refers to them by what [`Pictures::add`] returned.
+    /// The pictures in the drawing, as PNG. [`Pictures::add`] returned the references by which an `<image>` refers to them.
     pub pictures: Vec<Arc<Vec<u8>>>,
     /// Content that is left out and that a person may miss.
     pub left_out: Vec<LeftOut>,
@@ -122,7 +122,7 @@ struct Scope {
     stroke: Option<String>,
     /// True if the colour scheme is dark, with no other allowed.
     is_dark: bool,
-    /// True if the element is not shown. Then nobody can miss anything in it.
+    /// True if the element is not shown, in which case nothing in it can be missed.
     is_hidden: bool,
     /// True if the element is drawn elsewhere, or not at all.
     is_template: bool,
@@ -187,8 +187,8 @@ impl<'a> Styles<'a> {
         left.map(drop).ok_or_else(|| self.broken.too_large(limit(), "more".into()))
     }
 
-    /// Refuses a rule whose selector cannot be read if it affects what is seen, since it may be the rule that makes the walls
-    /// visible.
+    /// Refuses rules whose selectors cannot be read. If such a rule affects what is seen, it may be the one that makes the
+    /// walls visible.
     fn check_selectors(&self) -> Result<(), SketchError> {
         for Rule { selector, declarations, .. } in &self.rules {
             let Err(text) = selector else { continue };

@@ -198,7 +198,7 @@ fn pictures_inside_an_svg_are_drawn() {
         let drawing = cells(&svg(&inside));
         let wrong = wrong_share(&drawing, &page);
         assert!(wrong < 0.01, "{format:?}: {:.2} %", 100.0 * wrong);
-        // The same with a stroke over the picture.
+        // The same drawing with a stroke over the picture.
         let both = cells(&svg(&format!("{inside}<path d='M0 1150 H2000' stroke='black' stroke-width='9'/>")));
         let more = both.cells.iter().filter(|&&cell| cell == WALL).count();
         assert!(more > expected.cells.iter().filter(|&&cell| cell == WALL).count() + 15_000);

@@ -19,7 +19,7 @@ const PICTURE: f64 = 30.0;
 const FILTER: f64 = 30.0;
 /// Size of the largest intermediate page that resvg creates, in canvases in either direction.
 const WIDEST: f64 = 5.0;
-/// Maximum number of lines as which a curve is painted.
+/// Maximum number of lines that a curve is painted as.
 const LINES_OF_CURVE: f64 = 8.0;
 
 /// Checks that rendering `root` on a page of `width` x `height` does not take too much work.
@@ -67,8 +67,8 @@ impl Place {
         Ok(Self { nested: self.nested + 1, ..*self })
     }
 
-    /// Moves to a new page of the given size. `pages` is how many such pages have to be held for it; fails if that is too many
-    /// pixels.
+    /// Moves to a new page of the given size, for which `pages` pages of that size have to be held. Fails if too many pixels
+    /// would be held.
     fn with_page(&self, page: [f64; 2], pages: f64, name: &str) -> Result<Self, TooMuch> {
         let held_px = self.held_px + pages * page[0] * page[1];
         if held_px <= MOST_HELD_PX {
@@ -141,7 +141,7 @@ impl Work {
 
     fn mask(&mut self, mask: &Mask, place: Place) -> Result<(), TooMuch> {
         let name = named("mask", mask.id());
-        // Held are the mask itself, its region, and the combination of the two.
+        // The mask itself, its region, and the combination of the two are held at the same time.
         let place = place.inside(&name)?.with_page(place.page, 1.5, &name)?;
         self.take(LAYER * place.page[0] * place.page[1], || name)?;
         self.nodes(mask.root(), place)?;

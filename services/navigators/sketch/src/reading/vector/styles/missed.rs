@@ -127,8 +127,8 @@ impl Walk<'_, '_> {
         Ok(found)
     }
 
-    /// Records references that hide something or fail to: a paint or filter that is not in the drawing leaves nothing to be
-    /// seen, and a clip path or mask that cannot be worked out hides nothing.
+    /// Records references that do not work. A paint or filter that is not in the drawing leaves nothing to be seen, and a clip
+    /// path or mask that cannot be worked out hides nothing.
     pub(super) fn check_reference(&mut self, node: Node, property: &str, value: &str, scope: &Scope) {
         let all: Vec<_> = words(value).collect();
         let is_own = |word: &&str| url(word).is_some() || ["none", "inherit"].contains(word);
@@ -148,7 +148,7 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// Records unreadable shape data, because the shape ends where it begins.
+    /// Records shape data that becomes unreadable, because the renderer ends the shape there.
     pub(super) fn check_points(&mut self, node: Node, key: &str, value: &str, scope: &Scope) {
         let commands = match (node.tag_name().name(), key) {
             ("path", "d") if value.trim() != "none" => "MmZzLlHhVvCcSsQqTtAa",

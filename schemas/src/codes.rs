@@ -1,8 +1,8 @@
-//! The small numbers inside messages, as types.
+//! Enumerations whose values are small numbers inside messages.
 
 use crate::declare::codes;
 
-/// A type whose values are small numbers in messages: `as Process` after a field of a declaration.
+/// A type whose values are small numbers in messages. A declaration names it after the field, as in `as Process`.
 pub trait Code {
     /// Every value, in order.
     const VALUES: &'static [Value];
@@ -15,7 +15,7 @@ pub struct Value {
     pub name: &'static str,
     /// The number in the message.
     pub code: u32,
-    /// What it means.
+    /// The meaning of the value.
     pub doc: &'static str,
 }
 
@@ -55,7 +55,7 @@ codes! {
         Person = 3 "person",
     }
 
-    /// How sure the localizer is.
+    /// The certainty of the localizer.
     pub enum Tracking {
         /// Waiting for the sketch or the first scan.
         Waiting = 0 "waiting",
@@ -145,7 +145,8 @@ codes! {
 }
 
 impl TaskState {
-    /// Whether a task in this state is over. [`TaskState::Finished`] refers to the mission.
+    /// Returns true if a task in this state is over. [`TaskState::Finished`] refers to the mission and therefore does not
+    /// count.
     pub const fn is_end(self) -> bool {
         matches!(self, Self::Reached | Self::Blocked | Self::Lost | Self::TimedOut | Self::Aborted)
     }

@@ -1,8 +1,8 @@
-//! The messages common to all navigators, as they are in shared memory.
+//! The messages common to all navigators, as they are laid out in shared memory.
 //!
 //! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums, so its bytes are its value: two runs that
-//! send the same bytes have sent the same messages. Text and lists have a fixed capacity and a count; what is beyond the count
-//! is zero.
+//! sent the same bytes sent the same messages. Text and lists have a fixed capacity and a count. The entries beyond the count
+//! are zero.
 
 mod dots;
 mod markers;
@@ -30,28 +30,28 @@ pub unsafe trait Message: Pod {
     /// The memory layout of the message.
     fn layout() -> Layout;
 
-    /// Checks the contents, see [`crate::valid`]; if the declaration names no check, all are valid.
+    /// Checks the contents as described in [`crate::valid`]. If the declaration names no check, all contents are valid.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// [`Invalid`] with the first invalid field.
     fn check(&self) -> Result<(), Invalid>;
-    /// Whether the contents are valid.
+    /// Returns true if the contents are valid.
     fn is_valid(&self) -> bool {
         self.check().is_ok()
     }
     /// The message's header.
     fn header(&self) -> &Header;
-    /// The message's header.
+    /// The message's header, mutable.
     fn header_mut(&mut self) -> &mut Header;
 
-    /// Name, version and a fingerprint of the layout, nested structs included: two builds that
-    /// disagree about a message cannot meet on a channel.
+    /// Returns the name, the version and a fingerprint of the layout, which includes nested structs. Two builds that
+    /// disagree about a message therefore cannot connect to each other on a channel.
     fn type_name() -> String {
         format!("{}/{:016x}", Self::NAME, fingerprint(&Self::layout().expanded()))
     }
 }
 
-/// FNV-1a, 64 bit.
+/// The 64-bit FNV-1a hash of `text`.
 pub const fn fingerprint(text: &str) -> u64 {
     let bytes = text.as_bytes();
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
@@ -64,18 +64,19 @@ pub const fn fingerprint(text: &str) -> u64 {
 }
 
 layout! {
-    /// What every message begins with.
+    /// The fields that every message begins with.
     pub struct Header {
         /// Number of the message on its channel: 1, 2, 3 …, never reused in a mission.
         pub seq: u64,
-        /// Simulation time at which the content was true, nanoseconds since the mission's start.
+        /// Simulation time at which the content was true, in nanoseconds since the mission's start.
         pub stamp_ns: u64,
         /// `seq` of the tick that caused this message. A sensor's reading is its own cause.
         pub source_seq: u64,
     }
 }
 
-/// A heading as the z and w of its unit quaternion, so that the ROS 2 form has the same bits.
+/// Returns the z and w of the unit quaternion of a heading. Messages store these rather than the angle, so that the ROS 2
+/// form has the same bits.
 pub fn orientation(yaw_rad: f64) -> (f64, f64) {
     ((yaw_rad / 2.0).sin(), (yaw_rad / 2.0).cos())
 }
@@ -111,23 +112,23 @@ layout! {
 layout! {
     /// A velocity in the robot's own axes.
     pub struct Twist {
-        /// Forward, m/s.
+        /// Forward velocity, in m/s.
         pub vx_mps: f64,
-        /// To the left, m/s (0 for a differential drive).
+        /// Velocity to the left, in m/s. 0 for a differential drive.
         pub vy_mps: f64,
-        /// Counter-clockwise, rad/s.
+        /// Counter-clockwise turn rate, in rad/s.
         pub yaw_rate_radps: f64,
     }
 }
 
 impl PoseM {
-    /// From a pose of any metric frame.
+    /// Converts a pose in any metric frame.
     pub fn new<F>(pose: &Pose<F>) -> Self {
         let (orientation_z, orientation_w) = orientation(pose.yaw_rad);
         Self { x_m: pose.x, y_m: pose.y, orientation_z, orientation_w }
     }
 
-    /// Heading, radians in (−π, π].
+    /// The heading, in radians in (−π, π].
     pub fn yaw_rad(&self) -> f64 {
         crate::geometry::wrap_angle(2.0 * self.orientation_z.atan2(self.orientation_w))
     }
@@ -139,7 +140,7 @@ impl PoseM {
 }
 
 impl PosePx {
-    /// From a pose in the sketch.
+    /// Converts a pose in the sketch.
     pub fn new(pose: &Pose<Sketch>) -> Self {
         let (orientation_z, orientation_w) = orientation(pose.yaw_rad);
         Self { x_px: pose.x, y_px: pose.y, orientation_z, orientation_w }
@@ -174,7 +175,7 @@ impl<const N: usize> Text<N> {
         Self(bytes)
     }
 
-    /// The text of `words`, cut as by [`Text::new`]; allocates nothing.
+    /// The text of `words`, cut off like that of [`Text::new`]. Allocates nothing.
     pub fn of(words: impl std::fmt::Display) -> Self {
         let mut text = Appended { bytes: [0; N], length: 0 };
         // Cutting is not an error, so writing fails only if `words` itself does.
@@ -239,23 +240,23 @@ impl<const N: usize> std::fmt::Debug for Text<N> {
     }
 }
 
-/// Most beams a scan can hold: a full circle at a quarter of a degree.
+/// Maximum number of beams in a scan: a full circle at a quarter of a degree.
 pub const MAX_BEAMS: usize = 1440;
-/// Most tasks of a mission.
+/// Maximum number of tasks in a mission.
 pub const MAX_TASKS: usize = 64;
-/// Most points of all goals and drawn routes of a mission together.
+/// Maximum number of points in all goals and drawn routes of a mission together.
 pub const MAX_ROUTE_POINTS: usize = 8192;
-/// Longest drawing that can be sent, bytes.
+/// Maximum size of a drawing that can be sent, in bytes.
 pub const MAX_DRAWING_BYTES: usize = 8 << 20;
-/// Most points of all strokes and obstacles of a drawing that is sent.
+/// Maximum number of points in all strokes and obstacles of a drawing that is sent.
 pub const MAX_DRAWN_POINTS: usize = 1 << 18;
-/// Most kinds of sensors of a robot.
+/// Maximum number of sensor channels that a [`Tick`] can name.
 pub const MAX_SENSORS: usize = 16;
-/// Most contacts of one step.
+/// Maximum number of contacts in one step.
 pub const MAX_CONTACTS: usize = 8;
-/// Most sonars that a ring can hold.
+/// Maximum number of sonars in a ring.
 pub const MAX_SONARS: usize = 32;
-/// Most people in a world.
+/// Maximum number of people in a world.
 pub const MAX_PEOPLE: usize = 100;
 
 messages! {
@@ -291,7 +292,7 @@ messages! {
 
     /// Dead reckoning in frame [`Odom`] (ROS 2: `nav_msgs/Odometry`).
     pub struct Odometry version 1 valid if valid::odometry {
-        /// Pose by the robot's own count; starts at the origin.
+        /// Pose by dead reckoning, which starts at the origin.
         pub pose: PoseM,
         /// Estimated velocity.
         pub twist: Twist,
@@ -508,17 +509,17 @@ parts! {
     }
 }
 
-/// Where a person says that the robot is, in the sketch.
+/// Where a person says that the robot is in the sketch.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Here {
-    /// The place.
+    /// Position.
     pub at: Point<Sketch>,
-    /// The heading, radians, if it is given.
+    /// Heading in radians, if one is given.
     pub yaw_rad: Option<f64>,
 }
 
 impl MissionCommand {
-    /// Where a person says that the robot is; `None` for every order except `here`, and if a number is not finite.
+    /// Returns where a person says that the robot is, or `None` if the order is not `here` or a number is not finite.
     pub fn here(&self) -> Option<Here> {
         let is_finite = self.here_px.iter().chain([&self.here_yaw_rad]).all(|number| number.is_finite());
         (self.order == Order::Here.code() && is_finite).then(|| Here {
@@ -527,7 +528,7 @@ impl MissionCommand {
         })
     }
 
-    /// Writes where the robot is.
+    /// Sets the robot's position and, if there is one, its heading.
     pub fn set_here(&mut self, here: &Here) {
         self.here_px = [here.at.x, here.at.y];
         self.here_yaw_rad = here.yaw_rad.unwrap_or_default();
@@ -536,7 +537,7 @@ impl MissionCommand {
 }
 
 impl LaserScan {
-    /// The ranges that count.
+    /// The ranges that are in use, without the unused rest of `ranges_m`.
     pub fn ranges(&self) -> &[f32] {
         &self.ranges_m[..(self.beam_count as usize).min(MAX_BEAMS)]
     }
@@ -548,7 +549,7 @@ impl LaserScan {
 }
 
 impl SonarScan {
-    /// The ranges that count.
+    /// The ranges that are in use, without the unused rest of `ranges_m`.
     pub fn ranges(&self) -> &[f32] {
         &self.ranges_m[..(self.sonar_count as usize).min(MAX_SONARS)]
     }
@@ -567,7 +568,7 @@ impl Odometry {
 }
 
 impl People {
-    /// The people that count.
+    /// The entries of `people` that are in use.
     pub fn people(&self) -> &[WalkingPerson] {
         &self.people[..(self.count as usize).min(MAX_PEOPLE)]
     }

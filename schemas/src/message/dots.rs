@@ -1,13 +1,13 @@
-//! What a camera that looks down on a plane of dots sees (Park and Kender 1995).
+//! The view of a camera that looks down on a plane of dots (Park and Kender 1995).
 //!
-//! Places in the view are metres in the window's own axes, from its centre: x to its right, y upwards.
+//! Positions in the view are in metres from the window's centre, in the window's own axes: x to its right, y upwards.
 
 use crate::declare::{messages, parts};
 use crate::valid;
 
-/// Most dots that a view shows.
+/// Maximum number of dots in a view.
 pub const MAX_DOTS: usize = 64;
-/// Most dots of a plane.
+/// Maximum number of dots in a plane.
 pub const MAX_PLANE_DOTS: usize = 20_000;
 
 messages! {
@@ -37,7 +37,7 @@ parts! {
 }
 
 impl DotView {
-    /// The dots that count.
+    /// The entries of `dots` that are in use.
     pub fn dots(&self) -> &[SeenDot] {
         &self.dots[..(self.dot_count as usize).min(MAX_DOTS)]
     }

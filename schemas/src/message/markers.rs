@@ -1,9 +1,9 @@
-//! What a camera that finds fiducial markers sees.
+//! The view of a camera that finds fiducial markers.
 
 use crate::declare::{messages, parts};
 use crate::valid;
 
-/// Most markers that a camera sees at a time.
+/// Maximum number of markers that a camera sees at a time.
 pub const MAX_MARKERS: usize = 32;
 
 messages! {
@@ -45,7 +45,7 @@ parts! {
 }
 
 impl MarkerView {
-    /// The markers that count.
+    /// The entries of `markers` that are in use.
     pub fn markers(&self) -> &[SeenMarker] {
         &self.markers[..(self.marker_count as usize).min(MAX_MARKERS)]
     }

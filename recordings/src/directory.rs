@@ -45,7 +45,7 @@ impl Topic {
 pub(crate) struct Directory {
     schemas: BTreeMap<u16, Arc<Schema>>,
     topics: BTreeMap<u16, Arc<Topic>>,
-    /// What the file says about itself, once its header has been read.
+    /// The file's header, once it has been read.
     pub(crate) header: FileHeader,
 }
 

@@ -61,7 +61,7 @@ pub enum RecordingError {
         topic: String,
         /// The form of the messages.
         found: String,
-        /// What would convert them to ROS 2 messages.
+        /// What would convert the messages into ROS 2 messages.
         way_on: &'static str,
     },
     /// A message does not match the schema that the file has for its topic.

@@ -192,8 +192,8 @@ impl Open {
                     self.damaged(damage)
                 })?;
                 if self.is_wary && end < self.file.at() {
-                    // The message index may state a wrong length that covers the next chunk, so continue right after this
-                    // chunk.
+                    // The record's stated length may be wrong and cover the next chunk, so continue where the chunk's own
+                    // content ends.
                     self.file.seek(end).map_err(|stop| self.stopped(stop))?;
                 }
                 Ok(Some(Piece::Chunk))

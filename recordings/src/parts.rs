@@ -25,7 +25,7 @@ impl Parts {
         self.open.packed()
     }
 
-    /// What the file says about itself. Empty before the first part has been read.
+    /// The file's header. Empty before the first part has been read.
     pub fn header(&self) -> &FileHeader {
         &self.open.directory().header
     }

@@ -125,7 +125,7 @@ impl Recording {
         Ok(())
     }
 
-    /// What the file says about itself: its profile and the library that wrote it.
+    /// The file's header: its profile and the library that wrote it.
     pub fn header(&self) -> &FileHeader {
         &self.header
     }

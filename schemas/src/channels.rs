@@ -211,9 +211,9 @@ channels! {
     MISSION: Request MissionCommand = "mission", Supervisor => [Localizer, Planner];
     /// Collisions with walls, furniture and people.
     CONTACT: Detail Contact = "contact", World => [], up to 4 a tick;
-    /// The true pose; no navigator may open it.
+    /// The true pose, which no navigator may open.
     TRUTH: Truth GroundTruth = "truth", World => [];
-    /// The true positions of people; no navigator may open it.
+    /// The true positions of people, which no navigator may open.
     PEOPLE: Truth People = "people", World => [];
     /// Dead reckoning.
     ODOMETRY: Sensor Odometry = "odometry", World => [Localizer, Planner], up to 8 a tick;

@@ -184,7 +184,7 @@ pub enum FaultPlanError {
     /// An invalid value.
     #[error("fault {number}: {key}: expected {expected}, found {found}")]
     Value {
-        /// Which fault, from 1.
+        /// Number of the fault, from 1.
         number: usize,
         /// The key.
         key: &'static str,

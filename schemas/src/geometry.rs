@@ -13,13 +13,14 @@ use serde::{Deserialize, Serialize};
 /// The building's own frame: metres, x to the right, y up. Only the simulator and the judge know it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct World;
-/// Where the robot believes it is by counting wheel turns, in metres. Drifts.
+/// The frame of the odometry, in which the robot tracks its pose by counting wheel turns. In metres. Drifts relative to
+/// [`World`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Odom;
 /// The robot itself: metres, x forward, y to the left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Base;
-/// The drawing, in pixels. The origin is the lower left corner of the lower left pixel; x points right and y **up**.
+/// The drawing, in pixels. The origin is the lower left corner of the lower left pixel, x points right and y **up**.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sketch;
 

@@ -124,7 +124,7 @@ pub mod example {
 
         /// A situation.
         pub struct ExamplePlace version 1 in "map" {
-            /// A place.
+            /// A position.
             pub at_m: [f64; 2],
         }
 

@@ -11,15 +11,15 @@ pub const MAX_DOTS: usize = 64;
 pub const MAX_PLANE_DOTS: usize = 20_000;
 
 messages! {
-    /// What a square window shows of a plane of dots. A view has no names and no numbers: all dots are alike.
+    /// The part of a plane of dots that a square window shows. All dots are alike, without names or numbers.
     pub struct DotView version 1 in "window" valid if valid::view {
-        /// The side of the window.
+        /// Side of the window.
         pub side_m: f32,
-        /// How far the camera sees beyond each edge of the window.
+        /// Distance that the camera sees beyond each edge of the window.
         pub margin_m: f32,
         /// Time between two views.
         pub frame_time_s: f32,
-        /// How many entries of `dots` count.
+        /// Number of entries of `dots` in use.
         pub dot_count: u32 as Count,
         /// The dots, from the bottom of the view to its top.
         pub dots: [SeenDot; 64] where dot_count counts,
@@ -29,9 +29,9 @@ messages! {
 parts! {
     /// A dot in view.
     pub struct SeenDot {
-        /// To the right of the window's centre, metres.
+        /// Position to the right of the window's centre, in metres.
         pub x_m: f32,
-        /// Above the window's centre, metres.
+        /// Position above the window's centre, in metres.
         pub y_m: f32,
     }
 }

@@ -47,7 +47,7 @@ impl Derived {
     /// Appends what is derived from a message of the channel to `out`, in CDR.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the message cannot be expressed in ROS 2; `out` is then of no use.
+    /// [`Ros2Error`] if the message cannot be expressed in ROS 2. The content of `out` is then unusable.
     ///
     /// # Panics
     /// If `message` does not have the channel's size and alignment.

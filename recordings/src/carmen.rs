@@ -114,7 +114,7 @@ struct Chain {
     odometry: Pose<Odom>,
 }
 
-/// An iterator over the scans of a log.
+/// An iterator over the scans of a log and the lines that are left out.
 pub struct CarmenLog<R> {
     lines: Lines<R>,
     reading: Reading,

@@ -240,7 +240,7 @@ impl<W: Write> Copy<W> {
         self.mcap.attach(&file).map_err(RecordingError::Write)
     }
 
-    /// Copies metadata, unless metadata with the same name were copied before.
+    /// Copies metadata, unless metadata with the same name was copied before.
     ///
     /// # Errors
     /// [`RecordingError::Write`] if the sink fails.

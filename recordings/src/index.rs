@@ -208,7 +208,7 @@ impl Index {
         found.ok_or_else(|| open.stopped(Damage::NoIndex.into()))
     }
 
-    /// Reads the metadata of a name from where the index says they are.
+    /// Reads the metadata of a name from where the index says it is.
     pub(crate) fn metadata(
         &self,
         path: &Path,

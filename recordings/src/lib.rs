@@ -11,11 +11,11 @@
 //! - [`foreign`] recognizes files that are not recordings, or not ours; [`dynamic`] reads any ROS 2 message by the schema in
 //!   the file.
 //! - [`carmen`] and [`mod@import`] read other people's logs; [`sources`] handles the files of a run inside its recording.
-//!
 //! This crate does not judge or draw recordings; `sketchnav-lab` does. Nothing here reads a clock, or depends on how a
 //! message travels between processes. Recordings are read from files and written to any sink that the caller provides. Only
-//! two modules touch other files: [`sources`] reads the files that a mission of this machine names, and [`series`] lists the
-//! files in a folder. Whatever a recording says, nothing outside of it is read.
+//! three modules touch other files: [`sources`] reads the files that a mission of this machine names, [`series`] lists the
+//! files in a folder, and [`rosbag2`] reads the metadata of a folder. Whatever a recording says, nothing outside of it is
+//! read.
 
 pub mod carmen;
 mod content;

@@ -100,8 +100,7 @@ impl Recording {
     }
 
     /// Reads the attachments and metadata that the index lists and that are not known yet. The project's own recorder
-    /// writes them first, but other tools may write them anywhere. Those of other software's recordings are not needed
-    /// here.
+    /// writes them first, but other tools may put them anywhere. In recordings by other software they are not needed here.
     fn describe_by(&mut self, index: &Index) -> Result<(), RecordingError> {
         if !self.has_run() && !index.attachments.iter().any(|entry| entry.name == RUN_ATTACHMENT) {
             return Ok(());
@@ -166,12 +165,12 @@ impl Recording {
     }
 
     /// The value of `key` in the metadata `name`. For a recording by other software, only metadata before the first message
-    /// are known.
+    /// is known.
     pub fn fact(&self, name: &str, key: &str) -> Option<&str> {
         Some(self.metadata.get(name)?.get(key)?.as_str())
     }
 
-    /// All metadata by name. For a recording by other software, only those before the first message.
+    /// All metadata by name. For a recording by other software, only what precedes the first message.
     pub fn metadata(&self) -> &BTreeMap<String, BTreeMap<String, String>> {
         &self.metadata
     }
@@ -184,7 +183,7 @@ impl Recording {
         Ok(self.index()?.directory.topics().map(|(_, topic)| Arc::clone(topic)).collect())
     }
 
-    /// The attachments by name. For a recording by other software, only those before the first message.
+    /// The attachments by name. For a recording by other software, only those that precede the first message.
     pub fn attachments(&self) -> &BTreeMap<String, Attachment> {
         &self.attachments
     }

@@ -264,7 +264,7 @@ pub enum Record<'a> {
     ChunkIndex(ChunkEntry),
     /// An index entry for an attachment.
     AttachmentIndex(AttachmentEntry),
-    /// An index entry for metadata: where their record begins, its length including its frame, and their name.
+    /// An index entry for metadata: where its record begins, the record's length including the frame, and the name.
     MetadataIndex(u64, u64, String),
     /// The statistics of the index.
     Statistics(Statistics),

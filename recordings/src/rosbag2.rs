@@ -20,7 +20,7 @@ pub const METADATA: &str = "metadata.yaml";
 pub const PACKED: &str = "zstd";
 /// The only compression that rosbag2 supports.
 const COMPRESSION: &str = "zstd";
-/// Limit for the metadata, which have a line for each topic and up to a few thousand topics.
+/// Limit for the metadata, which has a few lines for each of up to a few thousand topics.
 const BAG: sketchnav_files::Limit = sketchnav_files::Limit { what: "the metadata of a bag", bytes: 64 << 20 };
 
 /// A rosbag2 folder, as described by its metadata.
@@ -32,14 +32,14 @@ pub struct Bag {
     pub files: Vec<PathBuf>,
     /// The names of the listed files that are missing.
     pub missing: Vec<String>,
-    /// Number of messages in all files, if the metadata state it.
+    /// Number of messages in all files, if the metadata states it.
     pub messages: Option<u64>,
 }
 
 /// Reasons why a rosbag2 folder cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum BagError {
-    /// The metadata cannot be read, or are invalid.
+    /// The metadata cannot be read, or is invalid.
     #[error("{path}: {reason}", path = path.display())]
     Metadata {
         /// The file.
@@ -96,8 +96,8 @@ impl Bag {
     /// Reads the metadata of `folder`. Returns `None` if it has none.
     ///
     /// # Errors
-    /// [`BagError::Metadata`] if the metadata are invalid, [`BagError::Compression`] if the files are compressed by
-    /// anything but zstd.
+    /// [`BagError::Metadata`] if the metadata is invalid, [`BagError::Compression`] if the files are compressed by anything
+    /// but zstd.
     pub fn read(folder: &Path) -> Result<Option<Self>, BagError> {
         let path = folder.join(METADATA);
         let wrong = |reason: String| BagError::Metadata { path: path.clone(), reason };

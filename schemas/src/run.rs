@@ -92,7 +92,7 @@ pub struct RunConfig {
     pub robot: Robot,
     /// The mission's seed.
     pub seed: u64,
-    /// How simulated time passes.
+    /// How simulated time passes during the run.
     pub pace: Pace,
     /// Path of the recording, or `None` if nothing is recorded.
     pub recording: Option<String>,

@@ -1,4 +1,4 @@
-//! Reads a log line by line, however damaged any of them are. A line that is too long is skipped, and compressed data that
+//! Reads a log line by line, however damaged its lines are. A line that is too long is skipped, and compressed data that
 //! breaks off ends the log.
 
 use std::io::{self, BufRead, ErrorKind, Read};

@@ -14,7 +14,7 @@ const STILL: f64 = 1e-3;
 /// If the distances travelled according to the ODOM lines and to the scans' own poses differ by more than this share, they
 /// are not the same odometry. In a log that a mapper has corrected, they differ by less than a tenth.
 const MOST_DIFFERENCE: f64 = 0.2;
-/// Maximum distance travelled, in metres, between scans without an ODOM line between them.
+/// Maximum distance, in metres, that the robot may travel during scans without an ODOM line between them.
 const LONGEST_GAP_M: f64 = 0.5;
 /// Headings in radians that are not wrapped exceed this after two full turns. Headings in degrees nearly always do.
 const FEW_TURNS_RAD: f64 = 2.0 * std::f64::consts::TAU;

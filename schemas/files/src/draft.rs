@@ -85,7 +85,8 @@ fn open_to_write(path: &Path) -> io::Result<File> {
     File::options().write(true).open(path)
 }
 
-/// Opens a named pipe that some process reads. Without this check the call would block, possibly forever.
+/// Opens a named pipe that some process reads. The first open does not block and fails if there is no reader. A plain open
+/// would wait for one, possibly forever.
 fn open_pipe(path: &Path) -> io::Result<File> {
     let looked = File::options().write(true).custom_flags(O_NONBLOCK).open(path);
     // This stays open until the end: if it were closed as the pipe's only writer, the reader would see the end of the file.

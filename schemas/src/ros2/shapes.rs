@@ -49,13 +49,13 @@ pub fn first<T>(all: &[T], count: u32) -> &[T] {
     &all[..(count as usize).min(all.len())]
 }
 
-/// Where the robot is meant to go.
+/// Colour of where the robot is meant to go.
 pub const ROUTE_COLOR: [f32; 4] = [0.85, 0.33, 0.1, 0.9];
-/// What the robot sees.
+/// Colour of what the robot sees.
 pub const SEEN_COLOR: [f32; 4] = [0.93, 0.69, 0.13, 1.0];
-/// What the robot remembers.
+/// Colour of what the robot remembers.
 pub const REMEMBERED_COLOR: [f32; 4] = [0.47, 0.53, 0.6, 0.9];
-/// A person.
+/// Colour of people.
 pub const PERSON_COLOR: [f32; 4] = [0.49, 0.18, 0.56, 0.9];
 
 /// The shapes of one message, in one frame.

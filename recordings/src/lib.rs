@@ -11,6 +11,7 @@
 //! - [`foreign`] recognizes files that are not recordings, or not ours; [`dynamic`] reads any ROS 2 message by the schema in
 //!   the file.
 //! - [`carmen`] and [`mod@import`] read other people's logs; [`sources`] handles the files of a run inside its recording.
+//!
 //! This crate does not judge or draw recordings; `sketchnav-lab` does. Nothing here reads a clock, or depends on how a
 //! message travels between processes. Recordings are read from files and written to any sink that the caller provides. Only
 //! three modules touch other files: [`sources`] reads the files that a mission of this machine names, [`series`] lists the

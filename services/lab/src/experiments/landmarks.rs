@@ -1,5 +1,6 @@
 //! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`,
-//! `landmark-isolation`, `landmark-deformed`, `landmark-labels`; by the thesis's own conditions: [`thesis`].
+//! `landmark-isolation`, `landmark-deformed`, `landmark-labels`; by the thesis's own conditions: [`thesis`], and what
+//! these leave open: [`unknowns`].
 //!
 //! The scenes and sketches are not those of the thesis, whose figures are lost: see [`sketchnav_sim::scenes`]. A drive
 //! succeeds where the robot stops before the object at the route's end.
@@ -9,6 +10,7 @@ pub mod isolation;
 mod published;
 mod tables;
 pub mod thesis;
+pub mod unknowns;
 mod variants;
 
 use std::path::Path;

@@ -393,7 +393,7 @@ pub struct DeformOptions {
 #[derive(Debug, Clone, Args)]
 pub struct EvalOptions {
     /// One or more methods of the suite's kind of navigator, separated by commas; an unknown name lists all of them.
-    /// Default: the default method of that kind.
+    /// Default: the suite's methods, otherwise the default method of that kind.
     #[arg(long = "method", value_delimiter = ',')]
     pub methods: Vec<String>,
     /// Repetitions of each trial, each with its own seed. Default: set by the suite.

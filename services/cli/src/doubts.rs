@@ -16,7 +16,7 @@ use crate::output::say;
 /// about unknown areas of the world's map.
 ///
 /// # Errors
-/// Returns the sketcher's error if a file cannot be read or makes no sense at all.
+/// Returns the sketcher's error if a file cannot be read or is entirely invalid.
 pub fn of(run: &RunConfig, files: &dyn Files) -> Result<Doubts, Failure> {
     let navigator = sketchnav_navigators::of(&run.mission).or_input()?;
     let by_sketcher = navigator.doubts.filter(|_| !run.without.contains(&Process::Sketcher));

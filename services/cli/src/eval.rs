@@ -116,7 +116,7 @@ fn project(named: Option<&Path>) -> anyhow::Result<PathBuf> {
     here.ancestors().find(has_missions).map(Path::to_path_buf).with_context(missing)
 }
 
-/// Classifies every error as bad input, since it concerns data of the user's that a suite cannot read.
+/// Classifies an error as bad input, since the user can correct data that a suite cannot read.
 fn classify(error: EvalError) -> Failure {
     Failure::Input(error.into())
 }
@@ -140,7 +140,8 @@ fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Returns the methods that the user asked for or, by default, the first one of the suite's kind of navigator.
+/// Returns the methods that the user asked for. By default, these are the suite's own methods or, if it names none, the
+/// first method of its kind of navigator.
 fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> {
     let Some(first) = suite.trials.first() else { return Ok(options.methods.clone()) };
     let known = sketchnav_navigators::of(&first.mission)?.methods;

@@ -3,8 +3,8 @@
 //!
 //! | to | take |
 //! |---|---|
-//! | write a navigator | [`sketchnav_stage`], with an example of a [`Stage`](sketchnav_stage::Stage); [`Navigator`]; [`main_with`] makes a program of it |
-//! | see which process sends what to which | [`sketchnav_schemas::channels`], the pipeline as one table; messages in [`sketchnav_schemas::message`] |
+//! | write a navigator | [`sketchnav_stage`], with an example [`Stage`](sketchnav_stage::Stage); [`Navigator`]; [`main_with`] |
+//! | see which process sends what to which | [`sketchnav_schemas::channels`]; messages in [`sketchnav_schemas::message`] |
 //! | drive a mission in a test, without processes | [`sketchnav_rehearsal`] |
 //! | read, repair or compare recordings | [`sketchnav_recordings`] |
 //! | compute qualitative relations of objects | [`sketchnav_qualitative`]: no robot in it |

@@ -47,7 +47,7 @@ pub struct Connected {
     pub pid: Option<u32>,
 }
 
-/// Measures the channels of a system for a second. Also returns the system's name.
+/// Measures the channels of a system for a second. Also returns its kind of navigator.
 pub fn measure(system: System) -> Result<(String, Vec<Figures>), Failure> {
     let kind = system.run_config().or_input()?.mission.navigator_kind().to_owned();
     let name = system.name().to_owned();

@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(place.run("echo text --file x.mcap --field a"), "");
     }
 
-    /// A single message that could not be decoded used to end `echo` and `relations`.
+    /// A single message that could not be decoded used to make `echo` and `relations` fail.
     #[test]
     fn a_message_that_cannot_be_decoded_is_skipped() {
         let cut = |count: usize| {

@@ -117,8 +117,8 @@ fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
     given.order == ordered.order.code() && given.task == ordered.task && given.here() == ordered.here
 }
 
-/// Returns the index, from 0, of the task that the order refers to. For an order to resume, it is the index of a
-/// landmark state instead.
+/// Returns the index, from 0, of the task that the order refers to. With `--state`, returns the number, from 1, of the
+/// landmark state from which to resume.
 fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, Failure> {
     let (order, tasks) = (options.order, run.mission.task.len() as u32);
     if let Some(state) = options.state {
@@ -142,8 +142,8 @@ fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, 
     Ok(task)
 }
 
-/// Checks that the order `here` has a position and that the mission has a drawing, and that no other order has a
-/// position.
+/// Checks that the order `here` has a position and goes to a robot that estimates its position in a drawing, and that
+/// no other order has a position.
 fn check_place(options: &SendOptions, run: &RunConfig) -> Result<(), Failure> {
     let kind = run.mission.navigator_kind();
     match (options.order, options.at) {

@@ -400,7 +400,8 @@ fn ask(port: u16, request: &str) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// Whatever a command makes of nonsense, it must end with one of its own exit codes, say what is wrong, and not panic.
+/// Asserts that a command, whatever it makes of nonsense, ends with one of its own exit codes, says what is wrong, and
+/// does not panic.
 fn must_be_civil(ended: &Ended, what: &str) {
     let panicked = ["panicked", "RUST_BACKTRACE", "overflow"].iter().any(|word| ended.err.contains(word));
     assert!(matches!(ended.code, Some(0..=4)) && !panicked, "{what}: {ended}");

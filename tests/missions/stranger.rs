@@ -1,4 +1,4 @@
-//! A navigator by somebody else consists of one file. Once it is registered, everything in the project works with it.
+//! A third-party navigator is a single file. Once it is registered, everything in the project works with it.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;

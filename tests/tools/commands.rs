@@ -220,7 +220,7 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
     place.assert_nothing_left(NAME);
 }
 
-/// The estimate follows the order, and a position outside the drawing is bad input.
+/// Orders `here`, which the estimate must follow. A position outside the drawing is bad input.
 fn says_where_it_is(place: &Place) {
     let told = place.fine("send here --at 1700,300 --heading -90 --json").json();
     assert_eq!(

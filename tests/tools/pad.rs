@@ -205,7 +205,8 @@ fn what_may_not_come_in_is_refused_and_the_mission_goes_on() {
     refused(post("/api/path", &[own, json], b"[1"), 400, "the path");
     refused(post("/api/nothing", &[own, json], b""), 404, "nothing");
     assert_eq!(page.until_state("ended")["task"]["reached"], 1, "the mission went on");
-    // Once the robot stands still, a drawing that the sketcher cannot use is rejected with the sketcher's reason.
+    // Once the robot stands still, drawings and paths that the sketcher cannot use are rejected with the sketcher's
+    // reason.
     refused(page.post_as("/api/sketch", "image/png", b"\x89PNG\r\n\x1a\nnothing"), 422, "PNG");
     refused(page.post("/api/path", br#"{"route":[[0,0],[222,221]]}"#), 422, "route point 1");
     let uploads = (0..20).map(|_| page.post("/api/path", b"{}").0);

@@ -26,7 +26,7 @@ use crate::output::out;
 use injector::{Hit, Injector, Plan};
 use safety::{Safety, safety};
 
-/// The result; `--json` prints exactly this.
+/// The result of both runs, printed as it is by `--json`.
 #[derive(Debug, Serialize)]
 struct Report {
     kills: usize,

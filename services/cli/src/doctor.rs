@@ -46,12 +46,12 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// A finding that everything is in order.
+    /// Creates a finding that everything is in order.
     pub fn fine(check: &'static str, found: impl Into<String>) -> Self {
         Self { check, level: Level::Fine, found: found.into(), advice: None }
     }
 
-    /// A finding of a problem, with advice on what to do about it.
+    /// Creates a finding of a problem, with advice on what to do about it.
     pub fn of(
         check: &'static str,
         level: Level,

@@ -1,4 +1,4 @@
-//! How a command ends: the exit codes and what is printed with them.
+//! Ends commands: the exit codes, and what is printed with them.
 
 use std::ffi::OsString;
 use std::process::ExitCode;

@@ -28,7 +28,7 @@ use crate::report;
 use crate::view::Beside;
 use crate::warnings;
 
-/// How often the progress line is updated.
+/// Time between updates of the progress line.
 const REFRESH: Duration = Duration::from_millis(100);
 
 /// The files of the demo, which are embedded in the program.

@@ -239,7 +239,7 @@ impl Report {
     }
 }
 
-/// What a recording lacks because its files could not be written.
+/// The losses of a recording whose files could not be written.
 struct Gap {
     words: String,
     missing: u64,

@@ -248,7 +248,7 @@ impl KillSignal {
     /// All kinds of faults.
     pub const ALL: [Self; 4] = [Self::Kill, Self::Stop, Self::Term, Self::Starve];
 
-    /// The corresponding action in a schedule.
+    /// Returns the corresponding action in a schedule.
     pub fn action(self) -> Action {
         match self {
             Self::Kill => Action::Kill,

@@ -262,7 +262,7 @@ pub struct JudgeOptions {
     /// sim/missions/routes/anchors.toml. Adds whether the robot's path was homotopic to the drawn route.
     #[arg(long, value_name = "TOML")]
     pub anchors: Option<PathBuf>,
-    /// Write a line for each estimate beside its truth; for several recordings, into a folder.
+    /// Write a line with each estimate and the truth to this file or, for several recordings, to a file each in this folder.
     #[arg(long, value_name = "CSV")]
     pub csv: Option<PathBuf>,
     /// Write the true and the estimated trajectory, in metres, into this folder in evo's format.

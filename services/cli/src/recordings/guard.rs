@@ -8,7 +8,7 @@ use sketchnav_files::draft::{Draft, Sink, is_same};
 use sketchnav_recordings::copy::{self, Copy, Held};
 use sketchnav_recordings::{RecordingError, info};
 
-/// What a recording must not replace.
+/// The files that a recording must not replace.
 #[derive(Debug, Default)]
 pub struct Guard {
     /// The files that the recording was made from.

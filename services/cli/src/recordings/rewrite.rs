@@ -143,7 +143,7 @@ impl Made {
     }
 }
 
-/// What a copy lacks of the original content of its sources.
+/// The losses of a copy compared with the original content of its sources.
 struct Lost {
     /// Losses noticed while the copy was made.
     now: Lacks,

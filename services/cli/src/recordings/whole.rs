@@ -21,7 +21,7 @@ use crate::output::say;
 /// The endings of names of recordings, including those packed by rosbag2 or zstd.
 const NAMES: [&str; 3] = [".mcap", ".mcap.zstd", ".mcap.zst"];
 
-/// What a recording, or a copy of one, lacks compared with the original content of its files.
+/// The losses of a recording, or of a copy of one, compared with the original content of its files.
 #[derive(Debug, Default)]
 pub struct Lacks {
     /// The files that end before their writers had finished.

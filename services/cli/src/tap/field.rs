@@ -58,7 +58,7 @@ impl Field {
         Ok(Self { text: text.to_owned(), steps: steps.ok_or_else(wrong)?.concat() })
     }
 
-    /// The path as it was given.
+    /// Returns the path as it was given.
     pub fn text(&self) -> &str {
         &self.text
     }

@@ -71,7 +71,7 @@ pub struct Gatherer {
     status: Option<MissionStatus>,
 }
 
-/// What a process has reported since it was last started.
+/// The reports of a process since it was last started.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Life {
     last: Health,

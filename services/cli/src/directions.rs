@@ -37,7 +37,7 @@ enum Table {
     Landmarks,
     /// The transition matrix as CSV: the distance between each pair of landmarks (Park and Kender 1995, table 2).
     Distances,
-    /// The transition matrix as CSV: -ln R of each transition.
+    /// The transition matrix as CSV: -ln R of each transition, where R is its reliability.
     Unreliability,
 }
 

@@ -1,4 +1,4 @@
-//! The activity on the channels of a running system: rates, sizes, and the connected processes.
+//! Measures the activity on the channels of a running system: rates, sizes, and the connected processes.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -53,7 +53,7 @@ pub fn measure(system: System) -> Result<(String, Vec<Figures>), Failure> {
     let name = system.name().to_owned();
     let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
     let specs: Vec<_> = channels::of_kind(&kind).collect();
-    // The connected processes are listed before this observer connects.
+    // The connected processes are listed before this observer connects, so that it is not among them.
     let peers = specs.iter().map(|spec| node.peers(spec)).collect::<Result<Vec<_>, _>>();
     let peers = peers.context("listing the connected processes")?;
     let mut counted = open(&node, &specs)?;

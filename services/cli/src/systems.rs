@@ -1,4 +1,4 @@
-//! The systems on this machine.
+//! Lists the systems on this machine, cleans up after dead ones, and finds a running one by name.
 
 use std::path::Path;
 

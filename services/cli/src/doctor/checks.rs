@@ -239,7 +239,7 @@ fn other_builds() -> Option<Finding> {
     let mut others = BTreeSet::new();
     for system in System::list().ok()? {
         let processes = system.processes().unwrap_or_default();
-        // A driver and an observer are separate programs.
+        // Drivers and observers may be other programs, so only the supervisor is compared.
         let supervisor = processes.iter().find(|(name, _)| name == "supervisor");
         if supervisor.is_some_and(|(_, pid)| is_other(*pid)) {
             others.insert(system.name().to_owned());

@@ -26,7 +26,7 @@ const PAPER: &str = Method::Boniardi2015.word();
 
 /// The suites: a new one is a line here and a module of its own. Where all are driven, some compare methods, or are
 /// about another one than the first of their navigator.
-const SUITES: [(&str, Loader, &[&str]); 29] = [
+const SUITES: [(&str, Loader, &[&str]); 30] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),

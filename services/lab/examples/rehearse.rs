@@ -72,7 +72,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Returns how many tasks were reached, and how many there were.
+/// Returns the number of tasks that were reached, and the number of all tasks.
 fn rehearse_all(options: &Options) -> anyhow::Result<(usize, usize)> {
     let drawing = tempfile::Builder::new().prefix("control-").suffix(".svg").tempfile()?;
     let set: toml::Table = toml::from_str(&options.set.join("\n"))?;

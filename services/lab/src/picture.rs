@@ -44,7 +44,7 @@ pub enum PictureError {
     Png(#[from] image::ImageError),
 }
 
-/// The drawing and the robot's beliefs, to be drawn by [`sketch`].
+/// The drawing and the robot's beliefs, to be drawn by [`sketch()`].
 #[derive(Debug, Clone)]
 pub struct SketchPicture<'a> {
     /// Heading of the picture.
@@ -61,7 +61,7 @@ pub struct SketchPicture<'a> {
     pub tasks: &'a [TaskPicture<Sketch>],
 }
 
-/// The true floor and what truly happened on it, to be drawn by [`floor`].
+/// The true floor and what truly happened on it, to be drawn by [`floor()`].
 #[derive(Debug, Clone)]
 pub struct FloorPicture<'a> {
     /// Heading of the picture.
@@ -115,7 +115,7 @@ pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     Ok(sheet.finish())
 }
 
-/// A moment of a run in a drawing, to be drawn by [`moment`].
+/// A moment of a run in a drawing, to be drawn by [`moment()`].
 #[derive(Debug, Clone)]
 pub struct Moment<'a> {
     /// Heading of the picture.

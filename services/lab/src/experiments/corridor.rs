@@ -95,7 +95,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the suite `corridor-turns`.
 ///
 /// # Errors
-/// The same as for [`suite`].
+/// Same as [`suite`].
 pub fn turns(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     for corridor in Corridor::shipped().into_iter().filter(|corridor| corridor.shape != Shape::Straight) {
@@ -111,7 +111,7 @@ pub fn turns(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the suite `corridor-person`.
 ///
 /// # Errors
-/// The same as for [`suite`].
+/// Same as [`suite`].
 pub fn person(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     let is_chosen = |corridor: &Corridor| {

@@ -1,7 +1,7 @@
 //! The cost of a drive in time, commands, messages, computation and energy (Patil 2019, 5.5, tables 5.1 and 5.2).
 //!
 //! The thesis wanted to compare energy but could not, since its battery only showed whole volts. Here energy follows from a
-//! model. A robot that is switched on draws [`IDLE_W`], rolling costs a force of [`ROLLING`] times its weight, speeding up
+//! model. A robot that is switched on draws [`IDLE_W`], rolling takes a force of [`ROLLING`] times its weight, speeding up
 //! costs its kinetic energy, and braking recovers nothing.
 
 use serde::{Deserialize, Serialize};

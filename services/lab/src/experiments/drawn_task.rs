@@ -48,7 +48,8 @@ impl<'a> DrawnTask<'a> {
         Some(join.is_homotopic(&self.true_way(), &drawn))
     }
 
-    /// Returns true if the task was reached according to the robot's own pose in the drawing, see [`crate::judge::on_sketch`].
+    /// Returns true if the task was reached according to the robot's own pose in the drawing. See
+    /// [`crate::judge::on_sketch`].
     pub fn is_reached_on_sketch(&self) -> bool {
         let (Some(&goal), Some(map)) = (self.task.aim.points().last(), self.driven.log.map()) else {
             return false;

@@ -1,4 +1,5 @@
-//! The true floor as a grid, which says where the robot fits and finds shortest paths. In metres, in the frame `World`.
+//! The true floor as a grid, which says where the robot fits and finds shortest paths. Positions are in metres, in the frame
+//! `World`.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -1,7 +1,7 @@
 //! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`, `landmark-isolation`,
 //! `landmark-deformed` and `landmark-labels`. For suites by the thesis's own conditions, see [`thesis`].
 //!
-//! The scenes and sketches are not those of the thesis, whose figures are lost; see [`sketchnav_sim::scenes`]. A drive
+//! The scenes and sketches are not those of the thesis, whose figures are lost (see [`sketchnav_sim::scenes`]). A drive
 //! succeeds if the robot stops in front of the object at the end of the route.
 
 mod figures;
@@ -159,7 +159,7 @@ impl Version {
 /// Loads the suite `landmark-features`.
 ///
 /// # Errors
-/// The same as for [`scenes`].
+/// Same as [`scenes`].
 pub fn features(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     for version in &VERSIONS {
@@ -196,7 +196,7 @@ fn source(folders: &Folders, scene: &Scene) -> WorldSource {
 /// Loads the suite `landmark-deformed`.
 ///
 /// # Errors
-/// The same as for [`scenes`].
+/// Same as [`scenes`].
 pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
         title: "Twelve scenes by ten sketches of each degree, deformed as people deform them.".into(),
@@ -208,7 +208,7 @@ pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
 /// sketch.
 ///
 /// # Errors
-/// The same as for [`scenes`].
+/// Same as [`scenes`].
 pub fn labels(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
         title: "The same scenes and sketches by a robot with a camera: objects have markers, which the mission gives the labels of the sketch.".into(),
@@ -244,7 +244,7 @@ fn by_degrees(folders: &Folders, trial: ByDegree) -> Result<Suite, EvalError> {
 /// Loads the suite `landmark-choice`. Its scenes and sketches are for choosing parameters, and none of them is reported on.
 ///
 /// # Errors
-/// The same as for [`scenes`].
+/// Same as [`scenes`].
 pub fn choice(folders: &Folders) -> Result<Suite, EvalError> {
     const FIRST: u64 = 101;
     let mut trials = Vec::new();

@@ -83,7 +83,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the suite of drawings by which nothing may be chosen.
 ///
 /// # Errors
-/// The same as for [`suite`].
+/// Same as [`suite`].
 pub fn exam(folders: &Folders) -> Result<Suite, EvalError> {
     six(folders, false)
 }
@@ -91,7 +91,7 @@ pub fn exam(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the drives of [`suite`] with a person who looks on and answers.
 ///
 /// # Errors
-/// The same as for [`suite`].
+/// Same as [`suite`].
 pub fn answered(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(with_onlooker(ten(folders, true)?))
 }
@@ -99,7 +99,7 @@ pub fn answered(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads the drives of [`exam`] with a person who looks on and answers.
 ///
 /// # Errors
-/// The same as for [`suite`].
+/// Same as [`suite`].
 pub fn exam_answered(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(with_onlooker(six(folders, true)?))
 }

@@ -119,7 +119,7 @@ impl<'a> Bystander<'a> {
         Some(Here { at: pose.position(), yaw_rad })
     }
 
-    /// Returns the pose at which the person puts the robot, which is on the free position nearest to the truth, with people's
+    /// Returns the pose at which the person puts the robot, which is at the free position nearest to the truth, with people's
     /// errors.
     fn point_at(&mut self, robot: &Pose<World>) -> Pose<Sketch> {
         let drawn = self.person.drawn(robot);

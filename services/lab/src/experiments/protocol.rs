@@ -4,7 +4,7 @@
 //!
 //! The paper "required the executed trajectories to be topologically consistent with the sketch". If a drawing is joined to
 //! its floor by anchors, a task does not count as reached if the path is not homotopic to the drawing's. The drawings of
-//! Building 079 have no anchors. In its drawing c, a wall ends too early, so the planner's path from room 2 to room 3 is
+//! Building 079 have no anchors. In drawing c, a wall ends too early, so the planner's path from room 2 to room 3 is
 //! not homotopic to the one on the floor.
 
 use std::path::{Path, PathBuf};
@@ -94,7 +94,7 @@ pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
 /// Loads Table II in the shipped laboratory, a part of which is shown at a different scale by both drawings.
 ///
 /// # Errors
-/// The same as for [`building`].
+/// Same as [`building`].
 pub fn laboratory(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         title: "Table II of Boniardi et al. 2015: seven legs joined to a chain, ten attempts; the lower part is drawn at half the scale.".into(),

@@ -166,7 +166,7 @@ fn drive_from(
 /// Drives one repetition of a trial and returns how its tasks ended.
 ///
 /// # Errors
-/// The same as for [`drive`].
+/// Same as [`drive`].
 pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Vec<TaskOutcome>, EvalError> {
     let runs = drive(trial, method, seed)?;
     Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())

@@ -32,7 +32,7 @@ pub struct Plot {
     pub marks: Vec<Mark>,
 }
 
-/// The shape of marks.
+/// The shape of the marks in a plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {

@@ -11,7 +11,7 @@ pub use sketchnav_directions::experiments::Table;
 
 use crate::error::EvalError;
 
-/// The size of a study.
+/// The number of worlds in a study, and its seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
     /// Number of random worlds.
@@ -40,16 +40,16 @@ pub struct Study {
     pub run: fn(Size) -> Result<Vec<Figure>, EvalError>,
 }
 
-/// A table and the way it is drawn.
+/// A table and how to draw it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// The numbers.
     pub table: Table,
-    /// The way the table is drawn.
+    /// How to draw the table.
     pub drawn: Drawn,
 }
 
-/// The way a table is drawn.
+/// How to draw a table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Drawn {
     /// The table is not drawn.

@@ -43,9 +43,9 @@ impl StartError {
 pub struct Restart {
     /// True pose of the robot.
     pub start: Start,
-    /// Heading that the person gives for the robot, in degrees.
+    /// Position at which the person marks the robot, in image pixels.
     pub marked: Option<[f64; 2]>,
-    /// The direction in which the person says that it faces, degrees.
+    /// Heading that the person gives for the robot, in degrees.
     pub marked_heading_deg: f64,
 }
 

@@ -41,7 +41,7 @@ pub struct Figures {
     pub verdict: Option<Verdict>,
     /// Number of estimates that have a true pose of the same instant.
     pub estimates: usize,
-    /// The way in which the trajectory was converted to metres: `map` or `mean scales`.
+    /// Conversion of the trajectory to metres: `map` or `mean scales`.
     pub metres_by: &'static str,
     /// The reason why the trajectory is not aligned with the true one although there are estimates. There is then neither an
     /// absolute nor a local error.
@@ -157,7 +157,8 @@ fn unanswered(log: &Log) -> u64 {
     if log.answered_scans == 0 { 0 } else { log.scans.saturating_sub(log.answered_scans) }
 }
 
-/// Returns the true and the estimated trajectory in metres, and the way in which the estimated one was converted.
+/// Returns the true and the estimated trajectory in metres, and the name of the conversion
+/// that was used for the estimated one.
 pub fn metric(log: &Log, map: Option<MetricMap>) -> (Vec<Pose<World>>, Vec<Pose<World>>, &'static str) {
     let truth = log.instants.iter().map(|i| i.truth).collect();
     let (estimate, by) = match map {

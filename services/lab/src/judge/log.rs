@@ -137,7 +137,7 @@ const SHOWN: [&ChannelSpec; 5] =
     [PARTICLES.spec, CORRESPONDENCE.spec, LANDMARK_ROUTE.spec, LANDMARK_VIEW.spec, LANDMARK_PROGRESS.spec];
 
 impl Log {
-    /// Returns the way in which the planner reports to drive, if this differs from what the method says.
+    /// Returns the planner's own name for how it drives, if this differs from the method of the mission.
     pub fn driven(&self) -> Option<&'static str> {
         let drove_by_rooms = self.status.iter().any(|status| status.reason.as_str() == ROOMS);
         drove_by_rooms.then_some(ROOMS)

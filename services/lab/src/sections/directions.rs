@@ -63,7 +63,7 @@ fn walls(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Arc<Walls>> {
 /// Returns the verdicts on a run's journeys, or nothing if its world has no dots or landmarks.
 ///
 /// # Errors
-/// The same as for [`dots`].
+/// Same as [`dots`].
 pub fn verdicts(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
     let Some(dots) = dots(run, files)? else { return Ok(Vec::new()) };
     let names: Vec<_> = run.mission.task.iter().map(|task| task.name.clone()).collect();
@@ -73,7 +73,7 @@ pub fn verdicts(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result
 /// Returns the verdicts on journeys by custom maps, judged by the plane inside the recording.
 ///
 /// # Errors
-/// The same as for [`dots`]. Also fails if the recorded run cannot be read.
+/// Same as [`dots`]. Also fails if the recorded run cannot be read.
 pub fn verdicts_of(recording: &Recording, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
     if log.journeys.is_empty() {
         return Ok(Vec::new());
@@ -85,7 +85,7 @@ pub fn verdicts_of(recording: &Recording, log: &Log) -> anyhow::Result<Vec<Journ
 /// Draws the plane or land of a run with its journeys. Returns `None` if the world has no dots or landmarks.
 ///
 /// # Errors
-/// The same as for [`dots`].
+/// Same as [`dots`].
 pub fn plane_picture(
     run: &RunConfig,
     files: &dyn Files,

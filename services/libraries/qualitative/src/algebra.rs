@@ -12,7 +12,7 @@ use std::str::FromStr;
 
 use crate::error::Error;
 
-/// Maximum number of base relations in a calculus.
+/// Maximum number of base relations in a calculus. The rectangle algebra has the most, with 169.
 pub const MAX_RELATIONS: usize = 192;
 const WORDS: usize = MAX_RELATIONS / 64;
 

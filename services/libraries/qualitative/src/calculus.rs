@@ -19,7 +19,7 @@ pub trait Calculus {
     /// ignored.
     const OF_MOTION: bool;
 
-    /// Returns the relation that holds, or `None` if there is none yet because the calculus needs two scenes.
+    /// Returns the relation that holds, or `None` if the calculus needs two scenes and there is only one.
     fn relate(&self, before: Before<'_, Self::Scene>, now: &Self::Scene) -> Option<Self::Relation>;
 }
 

@@ -13,7 +13,7 @@
 //! the two point away from each other, and (+,+) otherwise.
 //!
 //! Only 41 combinations of these signs exist. The side of j relative to i does not always follow from the relation of i to
-//! j, so the converse is a set: see [`Qrpc::converses`].
+//! j, so the converse is a set. See [`Qrpc::converses`].
 
 use std::fmt;
 use std::str::FromStr;

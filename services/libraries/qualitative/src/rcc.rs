@@ -51,7 +51,7 @@ words! {
 }
 
 words! {
-    /// QSRlib's RCC4. Its base relations do not all have a converse, see [`Rcc4::converses`].
+    /// QSRlib's RCC4. Its base relations do not all have a converse. See [`Rcc4::converses`].
     Rcc4, "rcc4", limits = coarse_limits, {
         /// Disconnected.
         Dc = "dc",

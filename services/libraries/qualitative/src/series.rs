@@ -22,7 +22,7 @@ use crate::error::Error;
 pub struct Options {
     /// Merge consecutive equal relations.
     pub collapse: bool,
-    /// Insert relations that continuous motion must have passed through between two observations, see [`Relation::between`].
+    /// Insert relations that continuous motion must have passed through between two observations. See [`Relation::between`].
     pub validate: bool,
     /// Maximum pause between two samples that belong together, in seconds, or `None` for no limit.
     pub max_gap_s: Option<f64>,

@@ -11,7 +11,7 @@ use crate::experiments::run;
 use crate::experiments::suite::{Folders, Published, Suite};
 use crate::experiments::trial::{Page, Trial};
 
-/// Returns a sketch file that shows scene A truly, but with the given route.
+/// Returns a sketch file that shows a scene truly, with the given route.
 fn true_sketch(scene: &Scene, route: &[At]) -> Page {
     const SIDE: f64 = 1000.0;
     const ORIGIN: At = [100.0, 600.0];
@@ -40,7 +40,7 @@ fn by_bytes(method: &str) -> toml::Table {
 /// Loads the suite `landmark-isolation` (Chronis 2007, 5.2.3 and 5.3.1).
 ///
 /// # Errors
-/// The same as for [`super::scenes`].
+/// Same as [`super::scenes`].
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let scene = Scene::a();
     let words = text(&folders.project.join(FOLDER).join("route.txt"));

@@ -142,7 +142,7 @@ fn notices(missing: usize) -> Vec<String> {
 /// Loads the suite `landmark-published`.
 ///
 /// # Errors
-/// The same as for [`super::scenes`].
+/// Same as [`super::scenes`].
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let (trials, missing) = drawn(folders, DEGREE, |scene| format!("scene {}", scene.name.to_uppercase()))?;
     Ok(Suite {
@@ -161,7 +161,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
 /// draw.
 ///
 /// # Errors
-/// The same as for [`super::scenes`].
+/// Same as [`super::scenes`].
 pub fn degrees(folders: &Folders) -> Result<Suite, EvalError> {
     let (mut trials, mut missing) = (Vec::new(), 0);
     let line = |degree: f64| format!("degree {degree:.2}");

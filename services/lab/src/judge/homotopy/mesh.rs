@@ -81,7 +81,8 @@ impl<F: Copy> Plane<F> {
     }
 
     /// Returns the position of the crossing of a straight line with the edge, from 0 at `from` to 1 at `to`. The test is half
-    /// open: a point on an edge's line counts as being on its right, so that no line crosses twice or never there.
+    /// open: a point on an edge's line counts as being on its right, so a line
+    /// through it crosses exactly once.
     fn crossing(&self, from: Point<F>, to: Point<F>, edge: [usize; 2]) -> Option<f64> {
         let [a, b] = edge.map(|i| self.corners[i]);
         let (before, after) = (area(a, b, from), area(a, b, to));

@@ -85,7 +85,7 @@ impl<'a> View<'a> {
         Self { forces, heading_rad }
     }
 
-    /// Returns how true it is that the argument is in a direction, see [`degree_of_truth`].
+    /// Returns how true it is that the argument is in a direction. See [`degree_of_truth`].
     pub fn degree(&self, direction_rad: f64) -> Option<f64> {
         degree_of_truth(self.forces, self.heading_rad + direction_rad)
     }

@@ -1,5 +1,6 @@
 //! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`, `landmark-isolation`,
-//! `landmark-deformed` and `landmark-labels`. For suites by the thesis's own conditions, see [`thesis`].
+//! `landmark-deformed` and `landmark-labels`. For suites by the thesis's own conditions, see [`thesis`]. For what these leave
+//! open, see [`unknowns`].
 //!
 //! The scenes and sketches are not those of the thesis, whose figures are lost (see [`sketchnav_sim::scenes`]). A drive
 //! succeeds if the robot stops in front of the object at the end of the route.
@@ -9,6 +10,7 @@ pub mod isolation;
 mod published;
 mod tables;
 pub mod thesis;
+pub mod unknowns;
 mod variants;
 
 use std::path::Path;
@@ -110,7 +112,7 @@ struct Version {
     features: [bool; 4],
     /// Parameter c of the distance measure by which returns are joined (4.4).
     joining_c: f64,
-    /// Distance in inches up to which a proximity is known, which is 11 before version 3 (5.1).
+    /// Tolerance of a proximity, in inches, which is 11 before version 3 (5.1).
     proximity_in: f64,
 }
 

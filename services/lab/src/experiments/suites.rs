@@ -49,6 +49,7 @@ const SUITES: [(&str, Loader, &[&str]); 29] = [
     ("landmark-published", landmarks::thesis::suite, &[]),
     ("landmark-published-degrees", landmarks::thesis::degrees, &[]),
     ("landmark-scenes", landmarks::scenes, &[]),
+    ("landmark-unknowns", landmarks::unknowns::suite, &[]),
     ("people", people::suite, &[OUTLINE, BEAM, PAPER]),
     ("people-answers", people::answered, &[]),
     ("people-exam", people::exam, &[OUTLINE, BEAM, PAPER]),

@@ -36,10 +36,10 @@ const DEGREES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 /// Maximum number of drawings that are examined to find one with the published counts.
 const MOST_DRAWINGS: u64 = 2_000;
 
-const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes and sketches are lost. Here both scenes are rebuilt from the text, and a program draws sketches that give as many states as those of the thesis; none was driven before it was chosen.";
+pub(super) const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes and sketches are lost. Here both scenes are rebuilt from the text, and a program draws sketches that give as many states as those of the thesis; none was driven before it was chosen.";
 
 /// Returns the robot with the dimensions and limits of the thesis.
-fn robot() -> Result<Robot, EvalError> {
+pub(super) fn robot() -> Result<Robot, EvalError> {
     let mut robot = files::robot(ROBOT)?;
     robot.radius_m = 10.0 * INCH_M;
     robot.limits.speed_mps = 25.0 * INCH_M;
@@ -51,7 +51,7 @@ fn robot() -> Result<Robot, EvalError> {
 }
 
 /// Returns the keys of a mission whose sketch comes with the trial.
-fn by_bytes() -> toml::Table {
+pub(super) fn by_bytes() -> toml::Table {
     toml::Table::from_iter([("drawing".to_owned(), "sketch".into())])
 }
 

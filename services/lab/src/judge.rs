@@ -5,7 +5,7 @@
 //! own belief instead, as the authors do.
 //!
 //! This module is pure: messages and the mission go in, and a [`Verdict`] or [`figures::Figures`] comes out. Nothing here
-//! prints, and only [`log::Log`], which holds the parts of a recording that the judge needs, opens one.
+//! prints, and nothing reads a recording except [`log::Log`], which collects the messages that the judge needs.
 
 pub mod anchors;
 pub mod directions;

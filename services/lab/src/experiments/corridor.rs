@@ -1,8 +1,9 @@
-//! Suites of corridors with markers: `corridor` (Patil 2019, 5.4), `corridor-turns` and `corridor-person`.
+//! The suites of corridors with markers: `corridor` (Patil 2019, 5.4), `corridor-turns` and `corridor-person`.
 //!
-//! A drive fails and ends with the first touch. The lines of suite `corridor` are the twelve conditions of the thesis:
-//! three starts, with markers opposite or staggered, and with equal numbers on both walls or not. Each is driven there and
-//! back, in corridors of several widths. What figures 5.2 to 5.7 of the thesis say is put beside the results in words.
+//! A drive ends with the first touch and has then failed. The lines of the `corridor` suite are the twelve conditions of
+//! the thesis: three starts, with markers opposite each other or staggered, and with equal or different numbers of them on
+//! the two walls. Each condition is driven there and back, in corridors of several widths. The table also shows, in words,
+//! what figures 5.2 to 5.7 of the thesis say.
 
 use std::path::Path;
 
@@ -64,7 +65,7 @@ impl Beside {
     }
 }
 
-/// Loads the suite `corridor`.
+/// Loads the `corridor` suite.
 ///
 /// # Errors
 /// [`EvalError`] if a file is missing.
@@ -92,7 +93,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `corridor-turns`.
+/// Loads the `corridor-turns` suite.
 ///
 /// # Errors
 /// Same as [`suite`].
@@ -108,7 +109,7 @@ pub fn turns(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite { title, trials, lines, repetitions: REPETITIONS, ..Suite::default() })
 }
 
-/// Loads the suite `corridor-person`.
+/// Loads the `corridor-person` suite.
 ///
 /// # Errors
 /// Same as [`suite`].

@@ -1,5 +1,6 @@
-//! Suite `corridor-cost`: the cost of a drive along a corridor (Patil 2019, 5.5, tables 5.1 and 5.2). It is driven by each
-//! method of the kind `corridor`, and by a map. The map is a drawing of degree 0, which traces the walls of the corridor.
+//! The `corridor-cost` suite measures the cost of a drive along a corridor (Patil 2019, 5.5, tables 5.1 and 5.2). The
+//! corridor is driven by each method of the kind `corridor`, and by a map. The map is a drawing of degree 0, which means
+//! that it traces the walls exactly.
 
 use std::sync::Arc;
 

@@ -1,8 +1,8 @@
-//! Suites `corridor-published` and `corridor-published-10hz` drive the twelve conditions of Patil 2019 in one corridor, as
-//! far as the thesis describes its drives. Suite `corridor-unknowns` varies what the thesis leaves open, one condition at a
-//! time.
+//! The `corridor-published` and `corridor-published-10hz` suites drive the twelve conditions of Patil 2019 in one corridor,
+//! as far as the thesis describes its drives. The `corridor-unknowns` suite varies what the thesis leaves open, one
+//! condition at a time.
 //!
-//! These suites differ from the suite `corridor` as follows, with the source in parentheses:
+//! These suites differ from the `corridor` suite as follows, with the source in parentheses:
 //!
 //! - There is one corridor, driven from A to B and back to A as one mission (5.4.1). A drive counts as reached if both ways
 //!   are.
@@ -79,7 +79,7 @@ struct Draws {
     without: Vec<&'static str>,
 }
 
-/// Loads the suite `corridor-published`, with 5.5 pairs per second.
+/// Loads the `corridor-published` suite, with 5.5 pairs per second.
 ///
 /// # Errors
 /// [`EvalError`] if a file is missing.
@@ -87,7 +87,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     at(folders, 5.5)
 }
 
-/// Loads the suite `corridor-published-10hz`.
+/// Loads the `corridor-published-10hz` suite.
 ///
 /// # Errors
 /// Same as [`suite`].
@@ -114,7 +114,7 @@ fn at(folders: &Folders, pair_rate_hz: f64) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `corridor-unknowns`.
+/// Loads the `corridor-unknowns` suite.
 ///
 /// # Errors
 /// Same as [`suite`].

@@ -1,9 +1,9 @@
-//! Suite `deformed`: drawings of four floors, deformed as people deform what they draw. Drawings are deformed to four
-//! degrees with `sketchnav deform`; degree 1 has the statistics of people.
+//! The `deformed` suite drives by drawings of four floors that are deformed in the way people deform what they draw. The
+//! drawings are made by `sketchnav deform` at four degrees, of which degree 1 has the statistics of people.
 //!
-//! Each trial drives from a place in one region to a place in another, whose positions in the drawing follow from the
-//! deformation. Arrival is judged by region, as in suite `people`. Places that a drawing forgot are never starts or goals.
-//! Trials are named by floor, degree, number and pair, and drawings with the same number share the same places at all
+//! Each trial drives from a place in one region to a place in another. The positions of both places in the drawing follow
+//! from the deformation, and a place that the drawing forgot is never used. As in the `people` suite, arrival is judged by
+//! region. Trials are named by floor, degree, number and pair. Drawings with the same number share the same places at all
 //! degrees.
 
 use std::path::Path;
@@ -215,7 +215,7 @@ fn regions(floor: &Floor, ground: &Ground) -> Vec<Region> {
     entered(polygons, ground)
 }
 
-/// Returns the regions of suite `people`.
+/// Returns the regions of the `people` suite.
 fn annotated(ground: &Ground) -> Result<Vec<Region>, EvalError> {
     let regions = Regions::shipped()?;
     let polygons = regions.enterable().map(|(name, polygon)| (name.to_owned(), polygon.to_vec()));

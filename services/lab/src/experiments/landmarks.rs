@@ -84,7 +84,7 @@ fn sketched(folders: &Folders) -> Result<Vec<Trial>, EvalError> {
     Ok(trials)
 }
 
-/// Loads the suite `landmark-scenes`.
+/// Loads the `landmark-scenes` suite.
 ///
 /// # Errors
 /// [`EvalError`] if a file is missing.
@@ -158,7 +158,7 @@ impl Version {
     }
 }
 
-/// Loads the suite `landmark-features`.
+/// Loads the `landmark-features` suite.
 ///
 /// # Errors
 /// Same as [`scenes`].
@@ -195,7 +195,7 @@ fn source(folders: &Folders, scene: &Scene) -> WorldSource {
     WorldSource { floor_plan: Some(text(&open)), furniture, ..WorldSource::default() }
 }
 
-/// Loads the suite `landmark-deformed`.
+/// Loads the `landmark-deformed` suite.
 ///
 /// # Errors
 /// Same as [`scenes`].
@@ -206,7 +206,7 @@ pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `landmark-labels`, which has the drives of `landmark-deformed` with a robot that reads the names in the
+/// Loads the `landmark-labels` suite, which has the drives of `landmark-deformed` with a robot that reads the names in the
 /// sketch.
 ///
 /// # Errors
@@ -243,7 +243,7 @@ fn by_degrees(folders: &Folders, trial: ByDegree) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `landmark-choice`. Its scenes and sketches are for choosing parameters, and none of them is reported on.
+/// Loads the `landmark-choice` suite. Its scenes and sketches are for choosing parameters, and none of them is reported on.
 ///
 /// # Errors
 /// Same as [`scenes`].

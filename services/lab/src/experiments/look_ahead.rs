@@ -1,11 +1,11 @@
-//! Suite `routes-look-ahead`: the drives of suite `routes` for several values of r_H, the planner's look-ahead on the drawn
-//! route.
+//! The `routes-look-ahead` suite repeats the drives of the `routes` suite with several values of r_H, which is how far the
+//! planner looks ahead on the drawn route.
 //!
 //! Boniardi et al. 2016, V-B, state the trade-off without figures. With a large r_H, the robot follows "the locally optimal
-//! trajectory", which "results in considerable displacement from the drawn path". With one too small, "the planner is not
+//! trajectory", which "results in considerable displacement from the drawn path". If r_H is too small, "the planner is not
 //! able to react quickly enough to unmapped obstacles and the safety of the navigation is severely affected". The table
-//! therefore shows the displacement and the number of drives that touched something. Each floor has four things that are in
-//! no drawing.
+//! therefore shows the displacement and the number of drives that touched something. Each floor has four obstacles that are
+//! in no drawing.
 
 use sketchnav_schemas::codes::Process;
 

@@ -1,7 +1,7 @@
-//! Suite `people`: ten drawings of one environment by ten people. Two annotators matched places in the drawings to places
-//! in the environment. Suite `people-exam` has six more drawings by other people. Parameters may be chosen by the first
-//! suite, but never by the second. In suites `people-answers` and `people-exam-answers`, the same drives are watched by a
-//! [person] who answers the robot's questions.
+//! The `people` suite drives by ten drawings of one environment, made by ten people. Two annotators matched places in the
+//! drawings to places in the environment. The `people-exam` suite has six more drawings by other people. Parameters may be
+//! chosen by the first suite, but never by the second. In the `people-answers` and `people-exam-answers` suites, the same
+//! drives are watched by a [person] who answers the robot's questions.
 //!
 //! Each trial drives from one matched place to another in a different region, with the start marked as people mark it.
 //! Arrival is judged by region, since two annotators' marks in one hall can be metres apart. Data: M. Mielle et al., "A

@@ -1,4 +1,4 @@
-//! Suite `routes`: 25 drawings, each with a route for the robot to follow (Boniardi et al. 2016, V).
+//! The `routes` suite has 25 drawings, each with a route for the robot to follow (Boniardi et al. 2016, V).
 //!
 //! A trial succeeds if the robot reports that it has arrived, truly is within the mission's limit of the intended goal, and
 //! took a path that is homotopic to the drawn route with respect to what the person drew ([`crate::judge::homotopy`]). The

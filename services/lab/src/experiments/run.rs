@@ -49,7 +49,8 @@ pub struct Driven {
     pub verdicts: Vec<TaskVerdict>,
 }
 
-/// Records a run. If another run is to take over after a failed task, this ends the run.
+/// Records a run, and ends it early if nothing that follows would count: after a failed task if another run takes over, after
+/// a contact if contacts are failures, and when the person gives up.
 struct Watcher<'a> {
     log: Log,
     stamps_ns: Vec<u64>,

@@ -1,6 +1,7 @@
-//! Suite `sensitivity`: success as a function of one condition at a time, with all others unchanged.
+//! The `sensitivity` suite varies one condition at a time, with all others unchanged, and measures how success depends on
+//! it.
 //!
-//! The trials are those of suite `deformed` at degree 0.5 on the shipped floors, two for each drawing. A condition changes
+//! The trials are those of the `deformed` suite at degree 0.5 on the shipped floors, two for each drawing. A condition changes
 //! the trial rather than parameters of the methods, except for the parameter that gives the expected size of a building.
 //! All lines of a trial have the same seeds, so that they differ only by the condition.
 

@@ -239,7 +239,8 @@ impl Log {
         self.faults.iter().map(FaultInfo::new).collect()
     }
 
-    /// Takes a message of a recording. Sensor messages other than markers are counted and checked but not decoded.
+    /// Takes a message of a recording. Sensor messages other than markers are checked, and scans
+    /// counted, but they are not decoded.
     fn take(&mut self, raw: &RawMessage, recording: &Recording) -> Result<(), RecordingError> {
         let Some(spec) = of_topic(&raw.topic.name) else { return Ok(()) };
         self.rejected.look_at(raw, spec);

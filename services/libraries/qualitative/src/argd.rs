@@ -57,7 +57,7 @@ impl Scale {
     ///
     /// # Errors
     /// [`Error::Thresholds`] if there are no thresholds or more than [`MAX_THRESHOLDS`]; [`Error::Threshold`] if a threshold is
-    /// not above 0, exceeds [`MAX_COORDINATE`] or is given twice.
+    /// not a number above 0, exceeds [`MAX_COORDINATE`] or is given twice.
     pub fn new<L: Into<String>>(
         labels: impl IntoIterator<Item = (L, f64)>,
         bound: Bound,

@@ -23,7 +23,7 @@ fn point(i: u32, salt: u32) -> Point {
     Point::try_from(walk(i, salt)).unwrap()
 }
 
-/// Checks this with every option that adds work, so with insertions, jumps and gaps.
+/// Checks that a stream does not allocate, with every option that adds work: insertions, jumps and gaps.
 fn allocates_nothing<C: Calculus>(calculus: C, scene: impl Fn(u32) -> C::Scene) {
     let mut stream = Stream::new(calculus, Options { max_gap_s: Some(3.0), ..Options::default() });
     let mut found = 0;

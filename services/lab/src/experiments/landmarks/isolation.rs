@@ -1,4 +1,4 @@
-//! Suite `landmark-isolation`: landmark states without people's errors (Chronis 2007, 5.2.3 and 5.3.1).
+//! The `landmark-isolation` suite drives by landmark states without people's errors (Chronis 2007, 5.2.3 and 5.3.1).
 
 use serde_json::json;
 use sketchnav_schemas::codes::Process;
@@ -37,7 +37,7 @@ fn by_bytes(method: &str) -> toml::Table {
     ])
 }
 
-/// Loads the suite `landmark-isolation` (Chronis 2007, 5.2.3 and 5.3.1).
+/// Loads the `landmark-isolation` suite (Chronis 2007, 5.2.3 and 5.3.1).
 ///
 /// # Errors
 /// Same as [`super::scenes`].

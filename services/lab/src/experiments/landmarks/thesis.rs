@@ -1,4 +1,4 @@
-//! Suites `landmark-published` and `landmark-published-degrees`: Chronis 2007, 5.2, by its own conditions.
+//! The `landmark-published` and `landmark-published-degrees` suites drive Chronis 2007, 5.2, under its own conditions:
 //!
 //! - The robot has the dimensions and limits given in the thesis: 20 inches wide (4.3.2), 25 inches and up to 105 degrees
 //!   per second (4.7), and sonars from 17 to 255 inches (4.2).
@@ -139,7 +139,7 @@ fn notices(missing: usize) -> Vec<String> {
     [NOTICE.to_owned()].into_iter().chain(missing).collect()
 }
 
-/// Loads the suite `landmark-published`.
+/// Loads the `landmark-published` suite.
 ///
 /// # Errors
 /// Same as [`super::scenes`].
@@ -157,7 +157,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `landmark-published-degrees`, which shows how the figures of `landmark-published` depend on how people
+/// Loads the `landmark-published-degrees` suite, which shows how the figures of `landmark-published` depend on how people
 /// draw.
 ///
 /// # Errors

@@ -1,4 +1,4 @@
-//! Suite `landmark-unknowns`: varies what Chronis 2007 leaves open, one reading at a time, with sketches without errors.
+//! The `landmark-unknowns` suite varies what Chronis 2007 leaves open, one reading at a time, with sketches without errors.
 //!
 //! Both scenes of the thesis are lost. Here each is rebuilt [`REBUILT`] times: once as in the other suites, and then with
 //! every object except the goal moved at random by up to the tolerance of the relations that the scenes were rebuilt from.

@@ -155,8 +155,8 @@ mod tests {
         }
     }
 
-    /// Returns a reading of a world with y up and a drawing with rows down. If `turn` keeps places as they are up to this, the
-    /// rotation is zero.
+    /// Returns the reading of a drawing in which each place of the world is drawn at `turn` of its position. Note that y points
+    /// up in the world, but rows point down in the drawing, so `turn` has to flip y for a rotation of zero.
     fn reading(turn: impl Fn([f64; 2]) -> [f64; 2]) -> Reading {
         let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]];
         let matches = corners.iter().enumerate().map(|(number, &at)| Match {

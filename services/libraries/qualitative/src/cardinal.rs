@@ -1,4 +1,5 @@
-//! Cardinal directions between points (Frank 1991): eight cones of 45°, or the same position. QSRlib's `cardir`.
+//! Cardinal directions between points (Frank 1991): eight cones of 45°, or the same position. In QSRlib this is
+//! `cardir`.
 //!
 //! North is along the second axis, east along the first. The cones around the axes (n, e, s, w) are open and those between
 //! them are closed, so that converse and mirror image also hold at the borders. QSRlib's cones are half open instead.

@@ -1,4 +1,4 @@
-//! Moving or stationary (MOS): the motion of one object between two times. QSRlib's `mos`.
+//! Moving or stationary (MOS): the motion of one object between two times. In QSRlib this is `mos`.
 
 use crate::algebra::words;
 use crate::calculus::{Before, Calculus, Quantisation};

@@ -1,4 +1,4 @@
-//! Order along the first axis: left, together or right. This is QSRlib's minimal working example, `mwe`.
+//! Order along the first axis: left, together or right. In QSRlib this is the minimal working example, `mwe`.
 //!
 //! For the x coordinate, this is the point algebra of Vilain and Kautz (1986), with "left" for <, "together" for = and
 //! "right" for >.

@@ -4,8 +4,8 @@
 //! QSRlib differs from this crate's own calculi as follows:
 //!
 //! - **QTC**: if both points coincide, all signs are 0. Times are counted from 1, unless neither collapsing nor validation
-//!   is on. When the distance passes the threshold, QTC_BC inserts a relation that [`crate::qtc::QtcBc`] shows to be
-//!   insufficient. Every object must be seen at all times.
+//!   is on. When the distance passes the threshold, QTC_BC may insert a relation that continuous motion cannot reach
+//!   (compare [`crate::qtc::QtcBc`]). Every object must be seen at all times.
 //! - **RCC**: regions with a gap of up to twice the quantisation are connected. With a quantisation above 0, regions that
 //!   touch or are less than the quantisation apart count as overlapping.
 //! - **RCC4**: equal regions are `pp` in both directions.

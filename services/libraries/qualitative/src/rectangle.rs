@@ -1,5 +1,5 @@
-//! Rectangle algebra (Balbiani, Condotta and del Cerro 1998), which consists of Allen's relation on each axis. QSRlib's
-//! `ra`.
+//! Rectangle algebra (Balbiani, Condotta and del Cerro 1998), which consists of Allen's relation on each axis. In QSRlib
+//! this is `ra`.
 
 use std::fmt;
 use std::str::FromStr;

@@ -1,4 +1,4 @@
-//! Series of relations, which turn samples in time into relations that held over periods.
+//! Turns samples in time into series of relations, each with the period in which it held.
 //!
 //! A [`Stream`] takes one sample at a time. It keeps only the last one and does not allocate. [`series`] does the same for
 //! a whole recording.

@@ -1,5 +1,5 @@
 //! The ternary point configuration calculus (TPCC; Moratz, Nebel and Freksa 2003), which describes the position of a
-//! referent as seen by an observer at the origin who looks at the relatum. QSRlib's `tpcc`.
+//! referent as seen by an observer at the origin who looks at the relatum. In QSRlib this is `tpcc`.
 //!
 //! The direction straight on is called "back", since it is behind the relatum. The word of a relation begins with c (close:
 //! no farther from the relatum than the origin is) or d (distant). This is followed by a sector of 45°, or by s for a

@@ -1,4 +1,4 @@
-//! The `deformed` suite drives by drawings of four floors that are deformed in the way people deform what they draw. The
+//! The `deformed` suite drives with drawings of four floors that are deformed in the way people deform what they draw. The
 //! drawings are made by `sketchnav deform` at four degrees, of which degree 1 has the statistics of people.
 //!
 //! Each trial drives from a place in one region to a place in another. The positions of both places in the drawing follow

@@ -1,5 +1,5 @@
 //! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`, `landmark-isolation`,
-//! `landmark-deformed` and `landmark-labels`. For suites by the thesis's own conditions, see [`thesis`]. For what these leave
+//! `landmark-deformed` and `landmark-labels`. For suites under the thesis's own conditions, see [`thesis`]. For what these leave
 //! open, see [`unknowns`].
 //!
 //! The scenes and sketches are not those of the thesis, whose figures are lost (see [`sketchnav_sim::scenes`]). A drive

@@ -1,4 +1,4 @@
-//! The `people` suite drives by ten drawings of one environment, made by ten people. Two annotators matched places in the
+//! The `people` suite drives with ten drawings of one environment, made by ten people. Two annotators matched places in the
 //! drawings to places in the environment. The `people-exam` suite has six more drawings by other people. Parameters may be
 //! chosen by the first suite, but never by the second. In the `people-answers` and `people-exam-answers` suites, the same
 //! drives are watched by a [person] who answers the robot's questions.

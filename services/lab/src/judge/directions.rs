@@ -1,7 +1,7 @@
 //! Judges how journeys by custom maps ended, as one of six kinds of success and failure (Park and Kender 1995, 7.2.6).
 //!
-//! The navigator knows whether it reports its goal. Whether it truly attained the landmarks that its map means is judged by
-//! the true dots. The landmark that the map-maker means is the true dot nearest to where the map-maker sees it.
+//! The navigator reports whether it arrived. Whether it truly attained the landmarks that its map refers to is judged by the
+//! true dots. A landmark on the map refers to the true dot that is nearest to where the map-maker sees the landmark.
 
 use serde::Serialize;
 use sketchnav_directions::messages::Journey;
@@ -18,12 +18,12 @@ use super::{TaskSpan, spans};
 pub struct JourneyVerdict {
     /// Name of the task.
     pub task: String,
-    /// One of the six kinds, or `None` if the journey has not ended or the landmarks that its map means are not known.
+    /// One of the six kinds, or `None` if the journey has not ended or its map's landmarks are not known.
     #[serde(serialize_with = "as_word")]
     pub kind: Option<Kind>,
     /// Number of entries that the navigator finished.
     pub accepted: u32,
-    /// Number of finished entries whose landmark is the one that the map means.
+    /// Number of finished entries whose landmark is the one that the map refers to.
     pub right: u32,
     /// Number of recoveries.
     pub recoveries: u32,
@@ -116,7 +116,7 @@ mod tests {
 
     const DOTS: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
 
-    /// Returns the log of a journey over three dots, whose map means dots 0, 1 and 2.
+    /// Returns the log of a journey over three dots, whose map refers to dots 0, 1 and 2.
     fn log(taken: &[usize], state: TaskState, change: impl Fn(&mut Journey)) -> Log {
         let mut log = Log::default();
         let mut itinerary = Box::new(bytemuck::Zeroable::zeroed());

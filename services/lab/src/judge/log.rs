@@ -65,7 +65,7 @@ pub struct Log {
     pub markers: Vec<MarkerView>,
     /// The channel `journey`.
     pub journeys: Vec<Journey>,
-    /// The map-maker's itinerary: the landmarks that its maps mean.
+    /// The map-maker's itinerary, with the landmarks that its maps refer to.
     pub itinerary: Option<Box<Itinerary>>,
     /// Positions x and y of the dots as the map-maker saw them, in metres.
     pub seen_dots: Vec<[f64; 2]>,

@@ -1,4 +1,4 @@
-//! Judges which landmark states of a drive were matched by the objects that the sketch means (Chronis 2007, 5.2.1).
+//! Judges which landmark states of a drive were matched by the objects that the sketch depicts (Chronis 2007, 5.2.1).
 //!
 //! The thesis determined by hand "whether the sonar range system readings were from the extracted objects or random
 //! objects". Here the true scene says which objects were hit by the sonars of a seen object, and the names are compared.
@@ -33,7 +33,7 @@ pub struct StateDriven {
     /// True if the robot matched the state. The first state is always matched (rule 1), and the last one if the robot arrived
     /// (rule 2).
     pub matched: bool,
-    /// True if the state was matched by the objects that the sketch means. For the last state, true if the robot stopped at its
+    /// True if the state was matched by the objects that the sketch depicts. For the last state, true if the robot stopped at its
     /// goal.
     pub correct: bool,
     /// True if the piece of the route that ends with this state is a turn.

@@ -42,7 +42,7 @@ words! {
 
 const COUNT: usize = 13;
 
-/// The comparisons of endpoints: begin with begin, end with end, the end of a with the begin of b, and the begin of a with
+/// The comparisons of endpoints: start with start, end with end, the end of a with the start of b, and the start of a with
 /// the end of b.
 type Ends = [Ordering; 4];
 

@@ -12,7 +12,7 @@ use crate::calculus::{Before, Calculus};
 use crate::error::Error;
 use crate::geometry::{Rect, not_negative};
 
-/// The relation of one rectangle to another. There are 169 of them.
+/// One of the 169 relations of one rectangle to another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Rectangular {
     /// The relation of the projections on the first axis.

@@ -34,7 +34,7 @@ impl Default for Options {
     }
 }
 
-/// The way in which a relation follows the preceding one.
+/// Classifies how a relation follows the preceding one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Change {
     /// The relation is the first in the series or the first after a gap.
@@ -59,7 +59,7 @@ pub struct Timed<R> {
     pub from_s: f64,
     /// Time of the last sample that shows the relation, in seconds. For an inserted relation, the time of the sample after it.
     pub to_s: f64,
-    /// The way in which the relation follows the preceding one.
+    /// Change from the preceding relation to this one.
     pub change: Change,
 }
 

@@ -57,7 +57,7 @@ struct Cut {
 #[derive(Debug, Clone, Copy)]
 struct Line {
     edge: usize,
-    /// The begin of the edge, across and along the direction. `slope` is the slope of its line.
+    /// The start of the edge, across and along the direction. `slope` is the slope of its line.
     begin: [f64; 2],
     slope: f64,
     /// The position along the direction of the cut at each side of the strip.

@@ -1,9 +1,9 @@
-//! The suite `landmark-unknowns`: what Chronis 2007 leaves open, varied one by one, by sketches without errors.
+//! The `landmark-unknowns` suite varies what Chronis 2007 leaves open, one reading at a time, with sketches without errors.
 //!
 //! Both scenes of the thesis are lost. Here each is rebuilt [`REBUILT`] times: once as in the other suites, and then with
-//! every object but the goal moved at random by up to the tolerance of the relations from which the scenes were rebuilt. The
-//! sketch is the scene itself, in whole pixels of a PDA, with the exact way. So whatever fails here is not due to how people
-//! draw.
+//! every object except the goal moved at random by up to the tolerance of the relations that the scenes were rebuilt from.
+//! The sketch is the scene itself, in whole pixels of a PDA, with the exact route. Any failure is therefore not due to how
+//! people draw.
 
 use rand::RngExt;
 use sketchnav_deform::scenes::sketch;
@@ -18,36 +18,36 @@ use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::trial::Trial;
 
 const TITLE: &str = "Two scenes of Chronis 2007, rebuilt with their objects slightly elsewhere, by exact sketches: what the thesis leaves open, one reading after the other.";
-/// How often each scene is rebuilt.
+/// Number of times each scene is rebuilt.
 const REBUILT: u64 = 30;
-/// How far an object may be from where it was rebuilt, along each axis, in metres: 5 pixels of 5 inches, the tolerance of the
-/// relations that are printed of scene A (figure 4.29).
+/// Maximum displacement of an object along each axis, in metres. This is 5 pixels of 5 inches, the tolerance of the
+/// relations that are printed for scene A (figure 4.29).
 const MOVED_M: f64 = 25.0 * INCH_M;
-/// How far objects stay from the way, and from each other, in metres.
+/// Minimum distance of moved objects from the route, in metres. `BETWEEN_M` is their minimum distance from each other.
 const BESIDE_WAY_M: f64 = 0.6;
 const BETWEEN_M: f64 = 0.4;
-/// After so many attempts an object stays where it is.
+/// Number of attempts to move an object. If all of them fail, the object stays where it is.
 const ATTEMPTS: usize = 100;
 
 /// One way to read what the text leaves open.
 #[derive(Debug, Clone, Copy)]
 struct Reading {
-    /// How far the points are apart over five of which the heading is averaged (4.3), in inches.
+    /// Distance, in inches, between points of the route. The heading is averaged over five of them (4.3).
     step_in: f64,
-    /// Whether objects after the first have their direction alone (table 4.1).
+    /// True if objects after the first only have their direction (table 4.1).
     is_by_direction: bool,
-    /// After so many times the estimate the robot is lost (4.8).
+    /// Multiple of the estimated time after which the robot is lost (4.8).
     patience: f64,
-    /// By how much the last leg may change the estimate (4.8).
+    /// Maximum factor by which the last leg may change the estimate (4.8).
     most_stretch: f64,
-    /// To how many inches a proximity is known (4.3.2).
+    /// Tolerance of a proximity, in inches (4.3.2).
     proximity_in: f64,
 }
 
 const PUBLISHED: Reading =
     Reading { step_in: 20.0, is_by_direction: false, patience: 2.0, most_stretch: 2.0, proximity_in: 22.0 };
 
-/// The readings: the one that `landmark-published` drives, and those that differ from it in one or two respects.
+/// The readings: that of `landmark-published`, and others that differ from it in one or two respects.
 const READINGS: [(&str, Reading); 10] = [
     ("as published", PUBLISHED),
     ("others by direction", Reading { is_by_direction: true, ..PUBLISHED }),
@@ -83,7 +83,7 @@ impl Reading {
     }
 }
 
-/// The scene with its objects slightly elsewhere; number 0 is the scene itself.
+/// Returns the scene with its objects slightly displaced. Number 0 is the scene itself.
 fn rebuilt(scene: &Scene, number: u64) -> Scene {
     let mut found = scene.clone();
     if number == 0 {
@@ -109,7 +109,7 @@ fn rebuilt(scene: &Scene, number: u64) -> Scene {
 /// Loads the suite `landmark-unknowns`.
 ///
 /// # Errors
-/// As [`super::scenes`].
+/// Same as [`super::scenes`].
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let robot = thesis::robot()?;
     let mut trials = Vec::new();
@@ -118,7 +118,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
             [Scene::a(), Scene::b()].iter().flat_map(|scene| (0..REBUILT).map(move |n| (scene, n)))
         {
             let rebuilt = rebuilt(scene, number);
-            // Exact, so it fits the screen as the scene does.
+            // An exact sketch fits the screen if the scene does, so no scene should be skipped here.
             let Some(file) = sketch(&rebuilt, 0.0, number).on_a_pda() else { continue };
             let line = format!("{words}, scene {}", scene.name.to_uppercase());
             let name = format!("{}/{}/{number:02}", words.replace([' ', ','], "-"), scene.name);

@@ -5,8 +5,8 @@
 //! cargo run --example driver -- lab 5
 //! ```
 //!
-//! The robot here is a point in two rooms, exact and without noise. Put your laser, your wheels and your clock in place of
-//! [`Robot`]. `tests/missions/driver.rs` drives a mission with it.
+//! The robot here is a point in two rooms, exact and without noise. Replace [`Robot`] by your own laser, wheels and
+//! clock. `tests/missions/driver.rs` drives a mission with this driver.
 
 use std::time::{Duration, Instant};
 
@@ -18,7 +18,7 @@ use sketchnav_schemas::geometry::{Base, Odom, Pose};
 use sketchnav_schemas::message::{Header, LaserScan, Odometry, PoseM, Twist};
 use sketchnav_schemas::robot::Laser;
 
-/// Two rooms of 3 × 4 m with a door of 1.2 m between them, metres: from x, y to x, y.
+/// The walls of two rooms of 3 × 4 m with a door of 1.2 m between them, each from x, y to x, y, in metres.
 const WALLS: [[f64; 4]; 6] = [
     [0.0, 0.0, 6.0, 0.0],
     [6.0, 0.0, 6.0, 4.0],
@@ -27,9 +27,9 @@ const WALLS: [[f64; 4]; 6] = [
     [3.0, 0.0, 3.0, 1.4],
     [3.0, 2.6, 3.0, 4.0],
 ];
-/// Where the robot is in them when the driver begins: the origin of its odometry.
+/// Where the robot is when the driver begins, in metres. This is the origin of its odometry.
 const START: [f64; 2] = [1.0, 1.0];
-/// After this long without a new command the robot stands still.
+/// If no new command arrives for this long, the robot stops.
 const COMMAND_LIMIT: Duration = Duration::from_millis(500);
 
 fn main() -> anyhow::Result<()> {
@@ -40,11 +40,12 @@ fn main() -> anyhow::Result<()> {
     let (mut ticks, mut commands) = (node.writer(TICK)?, node.reader(COMMAND)?);
     let run = node.run_config()?;
     let laser = run.robot.laser()?;
-    // Wheels are read more often than a laser scans: say, 50 times a second, with a scan and a tick at every fifth reading.
+    // Wheels are read more often than a laser scans, for example 50 times a second, with a scan and a tick at every
+    // fifth reading.
     let readings = std::env::args().nth(2).map_or(Ok(1), |number| number.parse::<u32>());
     let readings = readings.context("expected how many readings of the odometry come with a scan")?.max(1);
     let period = Duration::from_secs_f64(1.0 / laser.rate_hz) / readings;
-    // If a driver has died, this one continues its numbers, its clock and its odometry.
+    // If an earlier driver has died, this one continues its numbers, its clock and its odometry.
     scans.resume_after_history();
     odometry.resume_after_history();
     ticks.resume_after_history();
@@ -55,7 +56,7 @@ fn main() -> anyhow::Result<()> {
     let mut robot = Robot { pose, twist: STANDSTILL };
     let (began, mut commanded) = (Instant::now(), Instant::now());
     for reading in 1.. {
-        // An instant ends with its tick, which names what was sent before. The writers number the messages.
+        // An instant ends with its tick, which names the messages sent before it. The writers number the messages.
         let stamp_ns = (clock + began.elapsed()).as_nanos() as u64;
         let header = Header { seq: 0, stamp_ns, source_seq: 0 };
         odometry.send(|message| robot.write_odometry(header, message))?;
@@ -107,7 +108,7 @@ impl Robot {
         *message = Odometry { header, pose: PoseM::new(&self.pose), twist: self.twist };
     }
 
-    /// Beams run counter-clockwise; no return is +∞ (REP 117).
+    /// Writes a scan. Beams run counter-clockwise, and a beam without a return is +∞ (REP 117).
     fn write_scan(&self, header: Header, laser: &Laser, scan: &mut LaserScan) {
         let sensor = self.pose.compose(&laser.mount());
         let field = laser.field_of_view_deg.to_radians();
@@ -127,7 +128,7 @@ impl Robot {
     }
 }
 
-/// How far the next wall is from `eye` in a direction, metres; +∞ if there is none.
+/// Returns the distance from `eye` to the nearest wall in a direction, in metres, or +∞ if there is none.
 fn nearest_wall_m(eye: [f64; 2], direction_rad: f64) -> f64 {
     let (sin, cos) = direction_rad.sin_cos();
     let hits = WALLS.iter().filter_map(|&[ax, ay, bx, by]| {

@@ -1,4 +1,4 @@
-//! How fast recordings are read: the summary of one of 1 GB, five seconds from its middle, a whole channel.
+//! Measures how fast recordings are read: the summary of a 1 GB recording, five seconds from its middle, and a whole channel.
 //! `SKETCHNAV_BENCH_BYTES` sets the size of the file, which is written once into a temporary folder.
 
 use std::fs::File;
@@ -24,8 +24,8 @@ fn bytes() -> u64 {
     std::env::var("SKETCHNAV_BENCH_BYTES").ok().and_then(|text| text.parse().ok()).unwrap_or(1_000_000_000)
 }
 
-/// Writes scans of noise, which cannot be compressed, and odometry, flushed every 16 steps as by a recorder. Returns the number
-/// of steps.
+/// Writes scans of noise, which cannot be compressed, and odometry, flushed every 16 steps as by a recorder. Returns the
+/// number of steps.
 fn write(path: &Path) -> u64 {
     let run: RunConfig =
         serde_json::from_str(include_str!("../../services/recorder/tests/run.json")).expect("a run");

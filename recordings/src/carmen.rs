@@ -1,18 +1,18 @@
-//! Laser logs of the CARMEN toolkit: one record per line, in the formats of `record.rs`.
+//! Reads laser logs of the CARMEN toolkit, which have one record per line, in the formats of `record.rs`.
 //!
-//! **Odometry.** In logs that a mapper has corrected, both poses of a FLASER are the reference pose, and the first ODOM line
-//! after it repeats that pose. The odometry is therefore chained from the steps between consecutive ODOM lines, without the one
-//! that leads to such a repetition, so that the mapper's corrections never reach it. In raw logs the chain is the odometry
-//! itself: there the first ODOM line after a FLASER continues from the ODOM line before, and its pose is the FLASER's only if
-//! the robot stands still. If there are no ODOM lines, or none that move, the robot's pose that each scan states is the
-//! odometry.
+//! **Odometry.** In logs that a mapper has corrected, both poses of a FLASER line are the reference pose, and the first ODOM
+//! line after it repeats that pose. The odometry is therefore chained from the steps between consecutive ODOM lines, leaving
+//! out each step that leads to such a repetition, so that the mapper's corrections never reach the odometry. In raw logs the
+//! chain is identical to the odometry: the first ODOM line after a FLASER line continues from the previous ODOM line, and its
+//! pose is that of the FLASER line only if the robot stands still. If there are no ODOM lines, or none that move, the
+//! odometry is the robot's pose that each scan states.
 //!
-//! **What cannot be read** (a line that is cut, garbled, too long or has a wrong number of fields, or the end of a truncated
-//! compressed file) is an [`Entry::LeftOut`] with its line, after which reading continues. A number that no laser measures is
-//! only left out of its scan.
+//! **Unreadable lines** (a line that is cut off, garbled, too long or has the wrong number of fields, or the end of a
+//! truncated compressed file) become an [`Entry::LeftOut`] with their line number, after which reading continues. A number
+//! that no laser measures is only left out of its scan.
 //!
-//! A log is read twice: [`Survey::of`] finds out which kinds of lines it has, which decides how [`CarmenLog`] reads it. Both
-//! read line by line from any [`BufRead`]; a line is never longer than 256 KiB.
+//! A log is read twice. [`Survey::of`] finds out which kinds of lines the log has, which determines how [`CarmenLog`] reads
+//! it. Both read line by line from any [`BufRead`], and no line is longer than 256 KiB.
 
 mod lines;
 mod record;
@@ -31,35 +31,35 @@ pub use survey::{Doubt, OdometrySource, Reading, Shape, Shapes, Survey};
 /// A scan of a log.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CarmenScan {
-    /// The line, from 1.
+    /// Line number, from 1.
     pub line: u64,
-    /// Seconds, by the log's clock.
+    /// Time by the log's clock, in seconds.
     pub time_s: f64,
-    /// Where its beams point.
+    /// The directions of the beams.
     pub beams: Beams,
-    /// Ranges in metres, from the right to the left; NaN if the log has no number that a laser measures.
+    /// Ranges in metres, from right to left. NaN if the log has no number that a laser measures.
     pub ranges_m: Vec<f32>,
-    /// The maximum range that the log states, metres.
+    /// The maximum range that the log states, in metres.
     pub range_max_m: Option<f64>,
-    /// Where the robot was, according to the corrected log; `None` if its lines state no pose.
+    /// The pose according to the corrected log, or `None` if the log's lines state no pose.
     pub reference: Option<Pose<World>>,
-    /// Where the robot was by its own odometry.
+    /// The pose according to the robot's own odometry.
     pub odometry: Pose<Odom>,
 }
 
 impl CarmenScan {
-    /// The number of readings that are not a distance.
+    /// Number of readings that are not a distance.
     pub fn unreadable(&self) -> usize {
         self.ranges_m.iter().filter(|range| range.is_nan()).count()
     }
 }
 
-/// A line that is left out.
+/// A line that was left out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LeftOut {
-    /// Its number, from 1.
+    /// Line number, from 1.
     pub line: u64,
-    /// Why.
+    /// The reason.
     pub why: Fault,
 }
 
@@ -69,7 +69,7 @@ impl std::fmt::Display for LeftOut {
     }
 }
 
-/// What a log yields.
+/// An item that is read from a log.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Entry {
     /// A scan.
@@ -78,42 +78,43 @@ pub enum Entry {
     LeftOut(LeftOut),
 }
 
-/// Why a log cannot be read at all.
+/// Reasons why a log cannot be read at all.
 #[derive(Debug, thiserror::Error)]
 pub enum CarmenError {
-    /// The system.
+    /// The system cannot read the file.
     #[error("line {line}: {source}")]
     Io {
         /// The line.
         line: u64,
-        /// What it says.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// No line is a scan.
+    /// The log has no line that is a scan.
     #[error("expected FLASER, ROBOTLASER1 or RAWLASER1 lines, found {found}")]
     NoScans {
-        /// What there is instead.
+        /// The kinds of lines that it has instead.
         found: String,
     },
-    /// Scans without poses do not say where the robot has moved.
+    /// The scans state no poses and there are no ODOM lines, so it is unknown where the robot has moved.
     #[error("expected ODOM lines beside {kind} lines, which state no pose, found none")]
     NoOdometry {
-        /// The scans.
+        /// The kind of scan lines.
         kind: ScanKind,
     },
 }
 
-/// The odometry of ODOM lines; see the module's documentation.
+/// The odometry chained from ODOM lines. See the module's documentation.
 #[derive(Debug, Clone, Copy)]
 struct Chain {
-    /// The last ODOM line.
+    /// The pose in the last ODOM line.
     last: Option<Pose<Odom>>,
-    /// Right after a scan, the robot's pose that it states: an ODOM line that repeats it restarts the chain from there.
+    /// Set right after a scan: the robot's pose that the scan states. If the next ODOM line repeats it, the chain restarts
+    /// from there.
     reset: Option<Pose<Odom>>,
     odometry: Pose<Odom>,
 }
 
-/// The scans of a log, one by one.
+/// An iterator over the scans of a log and the lines that are left out.
 pub struct CarmenLog<R> {
     lines: Lines<R>,
     reading: Reading,
@@ -128,7 +129,7 @@ impl Default for Chain {
 }
 
 impl Chain {
-    /// Takes an ODOM line.
+    /// Takes the pose in an ODOM line.
     fn take(&mut self, now: Pose<Odom>) {
         let starts_again = self.reset.take() == Some(now);
         if let Some(last) = self.last.replace(now).filter(|_| !starts_again) {
@@ -136,14 +137,14 @@ impl Chain {
         }
     }
 
-    /// Takes the robot's pose that a scan states.
+    /// Takes the pose of the robot that a scan states.
     fn meet(&mut self, stated: Option<Pose<Odom>>) {
         self.reset = stated.or(self.reset);
     }
 }
 
 impl<R: BufRead> CarmenLog<R> {
-    /// Reads a log from its beginning.
+    /// Reads a log from its beginning, in the way that its survey determined.
     pub fn new(input: R, reading: Reading) -> Self {
         Self { lines: Lines::new(input), reading, chain: Chain::default(), is_over: false }
     }
@@ -183,7 +184,7 @@ impl<R: BufRead> CarmenLog<R> {
         Ok(None)
     }
 
-    /// The scan, completed by what the lines before it say.
+    /// Completes a scan with what the lines before it state.
     fn finish(&self, scan: ScanLine) -> Result<CarmenScan, Fault> {
         if scan.surplus.is_some() && scan.surplus != self.reading.surplus {
             return Err(scan.surplus_fault());

@@ -1,4 +1,4 @@
-//! What a recording is made of: messages, and what describes them.
+//! The parts of a recording: messages, and what describes them.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -18,25 +18,26 @@ use crate::records::{Attachment, MAX_RECORD_BYTES, MessageHead};
 pub struct RawMessage {
     /// The topic on which it was sent.
     pub topic: Arc<Topic>,
-    /// Its number on its channel.
+    /// Sequence number of the message on its channel.
     pub sequence: u32,
-    /// Simulation time, nanoseconds; on `/health`, which several processes write, no earlier than that of the message before.
+    /// Simulation time, in nanoseconds. On `/health`, which several processes write, it is never earlier than that of the
+    /// previous message.
     pub stamp_ns: u64,
-    /// When it was sent, nanoseconds, if the file stores that separately.
+    /// Time at which the message was sent, in nanoseconds, if the file stores that separately.
     pub publish_ns: u64,
-    /// Its CDR, unpacked if rosbag2 has compressed each message. See [`RawMessage::is_damaged`].
+    /// CDR of the message, unpacked if rosbag2 compressed the message individually. See [`RawMessage::is_damaged`].
     pub cdr: Vec<u8>,
 }
 
-/// How data packed by zstd begins. CDR begins with a zero.
+/// The first bytes of data packed by zstd. CDR begins with a zero, so the two cannot be confused.
 const ZSTD_MAGIC: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
-/// Whether rosbag2 has compressed the message individually (`compression_mode: MESSAGE`).
+/// Returns true if rosbag2 compressed the message individually (`compression_mode: MESSAGE`).
 pub(crate) fn is_packed(data: &[u8]) -> bool {
     data.starts_with(&ZSTD_MAGIC)
 }
 
-/// A message as it was before it was compressed individually; `None` if it was not, or cannot be unpacked.
+/// Unpacks a message that was compressed individually. Returns `None` if it was not, or if it cannot be unpacked.
 fn unpacked(data: &[u8]) -> Option<Vec<u8>> {
     if !is_packed(data) {
         return None;
@@ -47,20 +48,20 @@ fn unpacked(data: &[u8]) -> Option<Vec<u8>> {
     (cdr.len() <= MAX_RECORD_BYTES).then_some(cdr)
 }
 
-/// What a recording is made of.
+/// A part of a recording.
 #[derive(Debug, Clone)]
 pub enum Part {
     /// A topic, before its first message.
     Topic(Arc<Topic>),
     /// A message.
     Message(RawMessage),
-    /// Facts under a name.
+    /// Metadata: key-value pairs under a name.
     Metadata(String, BTreeMap<String, String>),
-    /// A file inside the file.
+    /// A file embedded in the recording.
     Attachment(Attachment),
-    /// The last part: whether the writer finished, or the file is cut off.
+    /// The last part.
     End {
-        /// Whether the writer finished.
+        /// True if the writer finished, false if the file is cut off.
         clean: bool,
     },
 }
@@ -73,12 +74,13 @@ impl RawMessage {
         Self { topic: Arc::clone(topic), sequence, stamp_ns, publish_ns, cdr }
     }
 
-    /// Whether rosbag2 has compressed the message individually and it cannot be unpacked; its content is then unknown.
+    /// Returns true if rosbag2 compressed the message individually but it cannot be unpacked, so that its content is
+    /// unknown.
     pub fn is_damaged(&self) -> bool {
         self.topic.is_cdr() && is_packed(&self.cdr)
     }
 
-    /// The message as a `T`, and the slice that follows it.
+    /// Decodes the message as a `T` and the slice that follows it.
     ///
     /// # Errors
     /// [`RecordingError::Message`] if it is not a `T`.
@@ -86,7 +88,7 @@ impl RawMessage {
         self.decode_by(T::from_cdr)
     }
 
-    /// Decodes a message, accepting values that are off by rounding.
+    /// Decodes a message, and accepts values that are off by rounding errors.
     fn decode_by<M>(&self, decode: impl Fn(&[u8], u64) -> Result<M, Ros2Error>) -> Result<M, RecordingError> {
         let seq = self.sequence.into();
         let decoded = match decode(&self.cdr, seq) {
@@ -97,7 +99,7 @@ impl RawMessage {
         decoded.map_err(|source| RecordingError::Message { topic: topic(), seq, source })
     }
 
-    /// The message by its bytes, as one of the channel `spec`.
+    /// Decodes the message as one of the channel `spec`, into bytes.
     ///
     /// # Errors
     /// As [`RawMessage::typed`].
@@ -105,7 +107,7 @@ impl RawMessage {
         self.decode_by(|cdr, seq| spec.message.decode(cdr, seq))
     }
 
-    /// As [`RawMessage::typed`], by the channel to which it belongs.
+    /// Like [`RawMessage::typed`], with the type of the channel to which the message belongs.
     ///
     /// # Errors
     /// As [`RawMessage::typed`].
@@ -113,16 +115,18 @@ impl RawMessage {
         self.typed()
     }
 
-    /// As [`RawMessage::typed`], for the recording at `path`, provided that the topic's type is `T`'s.
+    /// Like [`RawMessage::typed`], but first checks that the topic's type is that of `T`. `path` is the recording, for
+    /// errors.
     ///
     /// # Errors
-    /// As [`RawMessage::typed`]; [`RecordingError::Type`] if the topic's type is another one.
+    /// As [`RawMessage::typed`], and [`RecordingError::Type`] if the topic has another type.
     pub fn typed_in<T: Ros2>(&self, path: &Path) -> Result<(T, Vec<u8>), RecordingError> {
         self.must_be(T::TYPE, path)?;
         self.typed()
     }
 
-    /// As [`RawMessage::decode`], for the recording at `path`, provided that the topic's type is the channel's.
+    /// Like [`RawMessage::decode`], but first checks that the topic's type is that of the channel. `path` is the recording,
+    /// for errors.
     ///
     /// # Errors
     /// As [`RawMessage::typed_in`].

@@ -1,8 +1,8 @@
-//! Recordings made from recordings: repaired, filtered, merged, split. Messages, schemas, attachments and facts are copied as
-//! they are, byte for byte, whatever they mean, even from a file of another profile.
+//! Makes recordings from recordings: repairs, filters, merges and splits them. Messages, schemas, attachments and metadata
+//! are copied byte for byte, whatever they mean, even from a file with another profile.
 //!
-//! This never holds more in memory than the chunks whose times overlap, and never writes a file by itself: the caller provides
-//! the sinks.
+//! Only the chunks whose times overlap are in memory at any time, and files are written only to sinks that the caller
+//! provides.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -26,72 +26,72 @@ use crate::selection::Selection;
 use crate::sequence::Sequence;
 use crate::writer::{Mcap, TOPICS_METADATA, begin};
 
-/// Metadata that is generated again for the messages that are actually there.
+/// Metadata that is not copied, because it is generated again for the messages of the copy.
 const MADE_ANEW: [&str; 2] = [TOPICS_METADATA, "missing"];
 
-/// The outcome of a copy.
+/// The result of a copy.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Copied {
-    /// Messages in the copy.
+    /// Number of messages in the copy.
     pub messages: u64,
-    /// Damaged chunks that were left out.
+    /// Number of damaged chunks that were left out.
     pub lost_chunks: u64,
-    /// Bytes of the original that could not be read as records.
+    /// Number of bytes of the original that could not be read as records.
     pub lost_bytes: u64,
     /// The parts that were left out.
     pub lost: Vec<Lost>,
-    /// Chunks with a wrong checksum that were copied on request.
+    /// Number of chunks with a wrong checksum that were copied on request.
     pub kept_damaged: u64,
-    /// Whether the original had its end and its index.
+    /// True if the original had its end and its index.
     pub was_whole: bool,
 }
 
 /// A part of a recording that was left out of a copy.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Lost {
-    /// Where it begins.
+    /// Where the part begins.
     pub at: u64,
-    /// How long it is.
+    /// Length of the part, in bytes.
     pub bytes: u64,
-    /// Why.
+    /// Why the part was left out.
     pub reason: String,
-    /// How many messages are in it, if the file says so.
+    /// Number of messages in the part, if the file says so.
     pub messages: Option<u64>,
 }
 
 /// What to do with chunks that have a wrong checksum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Damaged {
-    /// They are left out.
+    /// Leaves the chunks out.
     #[default]
     LeaveOut,
-    /// Their messages are copied, if they can be told apart.
+    /// Copies the messages of the chunks, if they can be told apart.
     Keep,
 }
 
 impl Copied {
-    /// Whether something of the original is not in the copy.
+    /// Returns true if something in the original is not in the copy.
     pub fn has_loss(&self) -> bool {
         self.lost_chunks + self.lost_bytes > 0
     }
 }
 
-/// What a recording contains, however damaged it is.
+/// How many messages a recording contains, however damaged it is.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Held {
-    /// Messages that can be read, plus those that the file says are in the parts that cannot.
+    /// Number of messages that can be read, plus those that the file says are in the parts that cannot.
     pub messages: u64,
-    /// Whether that is all: whether the file says for each damaged part how many messages are in it.
+    /// True if the file says for each damaged part how many messages are in it, so that no messages beyond these can exist.
     pub is_known: bool,
 }
 
-/// Writes messages as they are.
+/// Writes a copy, whose messages stay as they are.
 pub struct Copy<W: Write> {
     mcap: Mcap<W>,
-    /// The number in the copy of each topic as declared.
+    /// The topics as declared, with the number of each in the copy.
     topics: Vec<(Arc<Topic>, u16)>,
     counts: BTreeMap<String, Count>,
-    /// Topics whose messages before the first one were left out on purpose and are therefore not missing.
+    /// Topics whose messages before the first one were left out on purpose, and therefore do not count as missing.
     late: BTreeSet<String>,
     attached: BTreeSet<String>,
     told: BTreeSet<String>,
@@ -100,24 +100,24 @@ pub struct Copy<W: Write> {
     left_out: Rejections,
 }
 
-/// What is known about a topic so far.
+/// The counts of a topic so far.
 #[derive(Default)]
 struct Count {
-    /// `None` before the first number.
+    /// `None` before the first sequence number.
     sequence: Option<Sequence>,
     facts: TopicFacts,
 }
 
 impl<W: Write> Copy<W> {
-    /// Begins a copy.
+    /// Begins a copy of ROS 2 messages.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
+    /// [`RecordingError::Write`] if `sink` fails.
     pub fn new(sink: W) -> Result<Self, RecordingError> {
         Self::of_profile(sink, "ros2")
     }
 
-    /// The same for messages of another profile, as declared by the file.
+    /// Like [`Copy::new`], for messages of the profile that the original declares.
     ///
     /// # Errors
     /// As [`Copy::new`].
@@ -135,7 +135,8 @@ impl<W: Write> Copy<W> {
         })
     }
 
-    /// Continues after another copy, which ends with these numbers: what is in that one is not missing here.
+    /// Continues after another copy, whose last sequence numbers are `last`. Messages in that copy do not count as missing
+    /// in this one.
     fn resume_after(&mut self, last: &BTreeMap<String, u64>) {
         let go_on = |(topic, last): (&String, &u64)| {
             (topic.clone(), Count { sequence: Some(Sequence::after(*last)), ..Count::default() })
@@ -143,36 +144,37 @@ impl<W: Write> Copy<W> {
         self.counts = last.iter().map(go_on).collect();
     }
 
-    /// Messages before the first one of these topics are left out on purpose and therefore not missing.
+    /// Declares that messages before the first one of these topics are left out on purpose, and therefore do not count as
+    /// missing.
     pub(crate) fn begins_late(&mut self, topics: BTreeSet<String>) {
         self.late = topics;
     }
 
-    /// The last number of each topic.
+    /// The last sequence number of each topic.
     fn last_numbers(&self) -> BTreeMap<String, u64> {
         let last = |(topic, count): (&String, &Count)| Some((topic.clone(), count.sequence.as_ref()?.last()));
         self.counts.iter().filter_map(last).collect()
     }
 
-    /// Messages so far.
+    /// Number of messages so far.
     pub fn messages(&self) -> u64 {
         self.messages
     }
 
-    /// Bytes of all messages so far, as they were before compression.
+    /// Size of all messages so far before compression, in bytes.
     pub fn message_bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// The damaged messages that were left out: see [`RawMessage::is_damaged`].
+    /// The damaged messages that were left out. See [`RawMessage::is_damaged`].
     pub fn left_out(&self) -> &Rejections {
         &self.left_out
     }
 
-    /// Declares a topic, if it is new.
+    /// Declares a topic if it is new, and returns its number in the copy.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
+    /// [`RecordingError::Write`] if the sink fails.
     pub fn declare(&mut self, topic: &Arc<Topic>) -> Result<u16, RecordingError> {
         if let Some((_, id)) =
             self.topics.iter().find(|(known, _)| Arc::ptr_eq(known, topic) || known == topic)
@@ -192,10 +194,10 @@ impl<W: Write> Copy<W> {
         Ok(id)
     }
 
-    /// Appends a message; counts one that is damaged instead.
+    /// Appends a message. A damaged message is counted and left out.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
+    /// [`RecordingError::Write`] if the sink fails.
     pub fn message(&mut self, message: &RawMessage) -> Result<(), RecordingError> {
         let channel_id = self.declare(&message.topic)?;
         if message.is_damaged() {
@@ -224,10 +226,10 @@ impl<W: Write> Copy<W> {
         count.facts.see_number(sequence, has_many_writers(name), seq);
     }
 
-    /// Copies an embedded file, once for each name.
+    /// Copies an attachment, unless one with the same name was copied before.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
+    /// [`RecordingError::Write`] if the sink fails.
     pub fn attachment(&mut self, file: &Attachment) -> Result<(), RecordingError> {
         if !self.attached.insert(file.name.clone()) {
             return Ok(());
@@ -238,10 +240,10 @@ impl<W: Write> Copy<W> {
         self.mcap.attach(&file).map_err(RecordingError::Write)
     }
 
-    /// Copies facts, once for each name.
+    /// Copies metadata, unless metadata with the same name was copied before.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
+    /// [`RecordingError::Write`] if the sink fails.
     pub fn metadata(&mut self, name: &str, facts: &BTreeMap<String, String>) -> Result<(), RecordingError> {
         if MADE_ANEW.contains(&name) || !self.told.insert(name.to_owned()) {
             return Ok(());
@@ -253,7 +255,7 @@ impl<W: Write> Copy<W> {
     /// Copies a part of any kind.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
+    /// [`RecordingError::Write`] if the sink fails.
     pub fn part(&mut self, part: &Part) -> Result<(), RecordingError> {
         match part {
             Part::Topic(topic) => self.declare(topic).map(drop),
@@ -264,10 +266,10 @@ impl<W: Write> Copy<W> {
         }
     }
 
-    /// Ends the copy with its index and returns the sink, flushed.
+    /// Ends the copy with its index and returns the flushed sink.
     ///
     /// # Errors
-    /// [`RecordingError::Write`].
+    /// [`RecordingError::Write`] if the sink fails.
     pub fn finish(mut self) -> Result<W, RecordingError> {
         let missing = |(topic, count): (&String, &Count)| (topic.clone(), count.facts.missing.to_string());
         let missing: BTreeMap<_, _> = self.counts.iter().map(missing).collect();
@@ -284,26 +286,26 @@ impl<W: Write> Copy<W> {
     }
 }
 
-/// Copies everything in a recording that can be read. A recording that a kill cut off is read up to the cut. Damaged chunks and
-/// a damaged beginning are left out, and listed.
+/// Copies everything in a recording that can be read. A recording that a kill cut off is read up to the cut. Damaged chunks
+/// and a damaged beginning are left out and listed.
 ///
 /// # Errors
-/// [`RecordingError::File`], [`RecordingError::Foreign`] or [`RecordingError::Damaged`] if it is no recording at all,
-/// [`RecordingError::Write`].
+/// [`RecordingError::File`] if the file cannot be read, [`RecordingError::Foreign`] or [`RecordingError::Damaged`] if it is
+/// not a recording at all, and [`RecordingError::Write`] if the sink fails.
 pub fn recover<W: Write>(
     path: &Path,
     damaged: Damaged,
     copy: &mut Copy<W>,
 ) -> Result<Copied, RecordingError> {
     if let Some(index) = Index::of_summary_in(&mut Open::damaged_file(path)?.0)? {
-        // This way the topics are known even if the chunk that declares them is damaged.
+        // This makes the topics known even if the chunk that declares them is damaged.
         index.directory.topics().try_for_each(|(_, topic)| copy.declare(topic).map(drop))?;
     }
     let copied = Salvage::of(path, damaged)?.run(|part| copy.part(&part))?;
     Ok(Copied { messages: copy.messages(), ..copied })
 }
 
-/// What a recording contains; a copy that replaces it must not have less.
+/// Counts the messages of a recording. A copy that replaces the recording must not have fewer.
 ///
 /// # Errors
 /// As [`recover`].
@@ -315,25 +317,25 @@ pub fn held(path: &Path) -> Result<Held, RecordingError> {
     Ok(Held { messages, is_known: copied.lost.iter().all(|lost| lost.messages.is_some()) })
 }
 
-/// The profile that a recording declares, however damaged it is: `ros2`, `ros1`, or nothing.
+/// Returns the profile that a recording declares, however damaged it is: `ros2`, `ros1`, or empty.
 ///
 /// # Errors
 /// As [`recover`].
 pub fn profile(path: &Path) -> Result<String, RecordingError> {
     let (mut open, _) = Open::damaged_file(path)?;
-    // The first record; a damaged one says nothing.
+    // Reads the first record. If it is damaged, the profile stays empty.
     let _ = open.in_file();
     Ok(open.directory().header.profile.clone())
 }
 
-/// Most lost parts that are listed individually.
+/// Maximum number of lost parts that are listed individually.
 const MAX_LOST: usize = 1000;
 
 /// A pass over a recording that may be damaged anywhere.
 struct Salvage {
     open: Open,
     copied: Copied,
-    /// Messages read before the current chunk.
+    /// Number of messages read before the current chunk.
     before_chunk: u64,
 }
 
@@ -351,14 +353,14 @@ impl Salvage {
         Ok(Self { open, copied: Copied { lost_bytes, ..Copied::default() }, before_chunk: 0 })
     }
 
-    /// Hands over all parts that can be read.
+    /// Hands all parts that can be read to `take`.
     fn run(
         mut self,
         mut take: impl FnMut(Part) -> Result<(), RecordingError>,
     ) -> Result<Copied, RecordingError> {
         loop {
             let next = self.open.next_piece();
-            // Redundant records may precede it.
+            // Redundant records may precede the piece, so its position is only known now.
             let (at, _) = self.open.record();
             let goes_on = match next {
                 Ok(Piece::Part(Part::Message(message))) if message.is_damaged() => {
@@ -389,12 +391,12 @@ impl Salvage {
         }
     }
 
-    /// Continues after the damage; returns false if nothing after it makes sense.
+    /// Continues after the damage. Returns false if nothing after it makes sense.
     fn pass_over(&mut self, at: u64, damage: &Damage) -> Result<bool, RecordingError> {
         let was_inside = self.open.abandon_chunk();
         let end = self.open.file.at();
         if !was_inside && end - at <= FRAME_BYTES && matches!(damage, Damage::TooLong { .. }) {
-            // Only the record's length was read, and it is not a valid one.
+            // Only the length of the record was read, and it is invalid.
             return self.search(at, &damage.to_string());
         }
         let reason = damage.to_string();
@@ -414,7 +416,7 @@ impl Salvage {
         Ok(true)
     }
 
-    /// Searches for a chunk after `at`, where the records stop making sense.
+    /// Searches for a chunk after `at`, where the records stop making sense. Returns false if there is none.
     fn search(&mut self, at: u64, reason: &str) -> Result<bool, RecordingError> {
         let found = self.open.file.find_chunk(at + 1).map_err(|stop| self.open.stopped(stop))?;
         let bytes = found.unwrap_or(self.open.file.bytes()) - at;
@@ -425,7 +427,7 @@ impl Salvage {
         Ok(found.is_some())
     }
 
-    /// Leaves out one message of a chunk that begins at byte `at`.
+    /// Leaves out one message of the chunk that begins at byte `at`.
     fn lose_message(&mut self, at: u64, message: &RawMessage) {
         let bytes = message.cdr.len() as u64;
         let reason = format!("{}, message {}: {DAMAGED}", message.topic.name, message.sequence);
@@ -440,7 +442,7 @@ impl Salvage {
     }
 }
 
-/// Whether it is a chunk as a whole that is damaged, rather than another record of the file.
+/// Returns true if a chunk as a whole is damaged, rather than another record of the file.
 fn is_of_chunk(damage: &Damage) -> bool {
     match damage {
         Damage::Content { kind, .. } | Damage::Checksum { kind, .. } => *kind == "chunk",
@@ -449,7 +451,7 @@ fn is_of_chunk(damage: &Damage) -> bool {
     }
 }
 
-/// Whether a record other than a chunk has content of its own: those of the index have none.
+/// Returns true if a record other than a chunk has content of its own, which records of the index do not.
 fn holds_something(damage: &Damage) -> bool {
     match damage {
         Damage::Content { kind, .. } => {
@@ -459,11 +461,11 @@ fn holds_something(damage: &Damage) -> bool {
     }
 }
 
-/// Copies the selected messages, in the order of the file, and everything that is not a message. If the times do not begin with
-/// the recording, nothing counts as missing before a topic's first message.
+/// Copies the selected messages in the order of the file, and everything that is not a message. If the selected times begin
+/// after the recording does, nothing counts as missing before a topic's first message.
 ///
 /// # Errors
-/// [`RecordingError`].
+/// [`RecordingError`] if the recording cannot be read or the copy cannot be written.
 pub fn filter<W: Write>(
     recording: &Recording,
     selection: &Selection,
@@ -480,11 +482,11 @@ pub fn filter<W: Write>(
     Ok(())
 }
 
-/// Copies the selected messages of the parts of a growing recording, in order of time, as a recording of its own, which begins
-/// with the latched messages that were sent before.
+/// Copies the selected messages of the parts of a growing recording, in order of time, as a separate recording. It begins
+/// with the latched messages that were sent earlier.
 ///
 /// # Errors
-/// [`RecordingError`].
+/// [`RecordingError`] if a part cannot be read or the copy cannot be written.
 pub fn window<W: Write>(
     parts: &[Recording],
     selection: &Selection,
@@ -512,7 +514,7 @@ pub fn window<W: Write>(
     Ok(())
 }
 
-/// Copies what describes a recording, wherever in the file it is.
+/// Copies the metadata and attachments of a recording, wherever they are in the file.
 pub(crate) fn describe<W: Write>(recording: &Recording, copy: &mut Copy<W>) -> Result<(), RecordingError> {
     let (path, index) = (recording.path(), recording.index()?);
     for name in index.metadata_names() {
@@ -527,8 +529,8 @@ pub(crate) fn topic_names(recording: &Recording) -> Result<BTreeSet<String>, Rec
     Ok(recording.topics()?.iter().map(|topic| topic.name.clone()).collect())
 }
 
-/// The topics that, according to the recording, miss nothing before their first message, whatever its number. Such a recording
-/// is itself part of another one, or was written by other software.
+/// Returns the topics for which the recording states nothing missing before the first message, even if its number is not 1.
+/// Such a recording is itself part of another one, or was written by other software.
 fn late_topics(recording: &Recording) -> Result<BTreeSet<String>, RecordingError> {
     if !recording.is_ours()? {
         // Other software may begin counting anywhere.
@@ -540,11 +542,11 @@ fn late_topics(recording: &Recording) -> Result<BTreeSet<String>, RecordingError
     Ok(late.map(|(topic, _)| topic).collect())
 }
 
-/// Copies several recordings as one, in order of time; their description is that of the first. What precedes the first message
-/// of a topic does not count as missing.
+/// Copies several recordings as one, in order of time. The description is that of the first recording. Messages before the
+/// first one of a topic do not count as missing.
 ///
 /// # Errors
-/// [`RecordingError`].
+/// [`RecordingError`] if a recording cannot be read or the copy cannot be written.
 pub fn merge<W: Write>(recordings: &[Recording], copy: &mut Copy<W>) -> Result<(), RecordingError> {
     recordings.iter().try_for_each(|recording| describe(recording, copy))?;
     let mut lines = Vec::new();
@@ -566,34 +568,35 @@ pub fn merge<W: Write>(recordings: &[Recording], copy: &mut Copy<W>) -> Result<(
     }
 }
 
-/// When a part is full.
+/// The limit at which a part is full.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
-    /// Messages of this many bytes, before compression and without the latched ones repeated from before.
+    /// Maximum size of the messages, in bytes, before compression and without the latched messages that are repeated at the
+    /// beginning.
     Bytes(u64),
-    /// This much time, nanoseconds.
+    /// Maximum duration, in nanoseconds.
     Time(u64),
 }
 
-/// What is in a part.
+/// Facts about a part.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct PartFacts {
-    /// Time of its first message, nanoseconds.
+    /// Time of the first message, in nanoseconds.
     pub first_ns: u64,
-    /// Time of its last message, nanoseconds.
+    /// Time of the last message, in nanoseconds.
     pub last_ns: u64,
-    /// Messages by topic.
+    /// Number of messages by topic.
     pub messages: BTreeMap<String, u64>,
     /// The damaged messages of this part that were left out.
     #[serde(skip_serializing_if = "Rejections::is_empty")]
     pub left_out: Rejections,
 }
 
-/// Copies a recording in parts, in order of time; each begins with the latched messages that were sent before. `next` opens the
-/// sink of the part with that number, from 0.
+/// Splits a recording into parts, in order of time. Each part begins with the latched messages that were sent before it.
+/// `next` opens the sink for the part with the given number, counted from 0.
 ///
 /// # Errors
-/// [`RecordingError`].
+/// [`RecordingError`] if the recording cannot be read or a part cannot be written.
 pub fn split<W: Write>(
     recording: &Recording,
     limit: Option<Limit>,
@@ -619,14 +622,14 @@ pub fn split<W: Write>(
     Ok(split.parts)
 }
 
-/// A recording that is being cut.
+/// A recording while it is being split.
 struct Split<'a> {
     recording: &'a Recording,
-    /// The completed ones.
+    /// The completed parts.
     parts: Vec<PartFacts>,
-    /// The last number of each topic in the part before.
+    /// The last sequence number of each topic in the previous part.
     last: BTreeMap<String, u64>,
-    /// The last message of each topic.
+    /// The last message of each latched topic.
     latched: BTreeMap<String, RawMessage>,
 }
 
@@ -639,7 +642,7 @@ impl Split<'_> {
         let facts = PartFacts { first_ns, last_ns: first_ns, ..PartFacts::default() };
         let mut part = OpenPart { copy, facts, latched_bytes: 0 };
         for old in self.latched.values() {
-            // Sent again at the beginning of the part, as a late reader would get it.
+            // The message is sent again at the beginning of the part, as a late reader would receive it.
             part.take(&RawMessage { stamp_ns: first_ns, ..old.clone() })?;
         }
         part.latched_bytes = part.copy.message_bytes();
@@ -657,7 +660,8 @@ impl Split<'_> {
 struct OpenPart<W: Write> {
     copy: Copy<W>,
     facts: PartFacts,
-    /// Size of what was sent again at its beginning; not part of the limit, which might be less than that.
+    /// Size of the messages that were repeated at the beginning, in bytes. The limit does not include them, since it might
+    /// be smaller.
     latched_bytes: u64,
 }
 

@@ -1,9 +1,9 @@
-//! The first difference of two recordings.
+//! Finds the first difference of two recordings.
 //!
-//! The messages of each channel are compared byte for byte, in the order of their channel; how the channels are interleaved
-//! does not matter. Health, faults and latency are left out, since they depend on wall-clock time and chance, and so are
-//! transforms, since they are derived from the odometry. Both files are read side by side, and only as much of them is kept as
-//! they are apart. [`Tolerances`] are for what need not be the same to the bit.
+//! The messages of each channel are compared byte for byte, in the order of the channel. It does not matter how the channels
+//! are interleaved. Health, faults and latency are left out because they depend on wall-clock time and chance, and transforms
+//! because they are derived from the odometry. Both files are read side by side, and only the messages between the two
+//! positions are kept in memory. [`Tolerances`] allow fields to differ slightly.
 
 use std::collections::VecDeque;
 use std::fmt;
@@ -22,32 +22,32 @@ use crate::writer::topic_name;
 pub struct Difference {
     /// The channel.
     pub channel: &'static str,
-    /// The message's number.
+    /// Sequence number of the message.
     pub seq: u64,
-    /// Simulation time of the message.
+    /// Simulation time of the message, in seconds.
     pub stamp_s: f64,
     /// What differs.
     pub what: What,
 }
 
-/// What differs.
+/// The kind of a difference.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum What {
     /// The message is in one recording only.
     OnlyIn(Side),
-    /// A field has two values.
+    /// A field differs.
     Field {
-        /// `pose.x_px`, `ranges_m[3]`, `cells[17]`.
+        /// Path of the field: `pose.x_px`, `ranges_m[3]`, `cells[17]`.
         field: String,
         /// Its value in the first recording.
         a: String,
         /// Its value in the second recording.
         b: String,
     },
-    /// Bytes that are not a message of the channel's type.
+    /// The bytes differ and are not messages of the channel's type.
     Bytes {
-        /// The first byte that differs.
+        /// Offset of the first byte that differs.
         offset: usize,
     },
 }
@@ -74,11 +74,11 @@ impl fmt::Display for Difference {
     }
 }
 
-/// The first difference of the recordings `a` and `b`, by simulation time. Among differences at the same time, the first in the
-/// table of channels counts. `None` if they are the same.
+/// Returns the first difference of the recordings `a` and `b` by simulation time, or `None` if they are the same. Of several
+/// differences at the same time, the one whose channel is first in the table of channels is returned.
 ///
 /// # Errors
-/// [`RecordingError`] if one of them cannot be read.
+/// [`RecordingError`] if one of the recordings cannot be read.
 pub fn diff(a: &Path, b: &Path) -> Result<Option<Difference>, RecordingError> {
     let (mut a, mut b) = (compared(a)?, compared(b)?);
     let compared = channels::all().filter(|spec| spec.is_recorded() && spec.role != Role::Report);
@@ -105,22 +105,22 @@ fn compared(path: &Path) -> Result<impl Iterator<Item = Result<RawMessage, Recor
     }))
 }
 
-/// How far the fields of messages may be apart.
+/// The differences that are tolerated in the fields of messages.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Tolerances(Vec<Tolerance>);
 
-/// How far one field may be apart.
+/// The difference that is tolerated in one field.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tolerance {
     /// The channel.
     pub channel: String,
-    /// `pose.x_px`; `pose` stands for everything in it, `covariance` for all its entries.
+    /// Path of the field, such as `pose.x_px`. `pose` stands for all fields in it, and `covariance` for all its entries.
     pub field: String,
-    /// The largest difference that is tolerated.
+    /// The largest tolerated difference.
     pub at_most: f64,
 }
 
-/// `estimate.pose.x_px=0.5`: channel, field, difference.
+/// Parses channel, field and difference, as in `estimate.pose.x_px=0.5`.
 impl std::str::FromStr for Tolerance {
     type Err = String;
 
@@ -136,7 +136,7 @@ impl std::str::FromStr for Tolerance {
             format!("expected CHANNEL.FIELD=NUMBER, as estimate.pose.x_px=0.5, found {text:?}")
         })?;
         let layout = spec.message.layout();
-        // No number is shorter than four bytes.
+        // The smallest number takes four bytes, so steps of four find every field.
         let mut leaves = (0..layout.size()).step_by(4).filter_map(|offset| layout.leaf_at(offset));
         let is_found = leaves.any(|leaf| tolerance.covers(&leaf.path));
         let known: Vec<_> = layout.fields.iter().map(|field| field.name).collect();
@@ -166,7 +166,7 @@ impl FromIterator<Tolerance> for Tolerances {
 }
 
 impl Tolerances {
-    /// Whether such a difference in a field is tolerated.
+    /// Returns true if this difference in a field is tolerated.
     fn forgive(&self, channel: &str, field: &str, a: Option<f64>, b: Option<f64>) -> bool {
         let own = self.0.iter().filter(|t| t.channel == channel && t.covers(field));
         let (Some(a), Some(b)) = (a, b) else { return false };
@@ -174,7 +174,7 @@ impl Tolerances {
     }
 }
 
-/// The messages of a channel that wait for their counterpart, and where the channel first differs.
+/// The messages of a channel that wait for their counterparts, and the first difference on the channel.
 struct Lane {
     spec: &'static ChannelSpec,
     topic: String,
@@ -183,14 +183,14 @@ struct Lane {
     compared: u64,
 }
 
-/// Two streams of messages that are compared as they come.
+/// Compares two streams of messages as they arrive.
 pub struct Comparison {
     lanes: Vec<Lane>,
     tolerances: Tolerances,
 }
 
 impl Comparison {
-    /// A comparison of these channels.
+    /// Creates a comparison of these channels.
     pub fn of(channels: impl IntoIterator<Item = &'static ChannelSpec>, tolerances: Tolerances) -> Self {
         let lane = |spec: &'static ChannelSpec| Lane {
             spec,
@@ -202,7 +202,7 @@ impl Comparison {
         Self { lanes: channels.into_iter().map(lane).collect(), tolerances }
     }
 
-    /// Whether messages of the topic are compared.
+    /// Returns true if messages of the topic are compared.
     pub fn is_about(&self, topic: &str) -> bool {
         self.lanes.iter().any(|lane| lane.topic == topic)
     }
@@ -216,12 +216,12 @@ impl Comparison {
         }
     }
 
-    /// How many messages were found to be the same.
+    /// Number of messages that were found to be the same on both sides.
     pub fn same(&self) -> u64 {
         self.lanes.iter().map(|lane| lane.compared).sum()
     }
 
-    /// The earliest difference of all.
+    /// Returns the earliest difference.
     pub fn finish(mut self) -> Option<Difference> {
         self.lanes.iter_mut().for_each(Lane::finish);
         let differences = self.lanes.into_iter().filter_map(|lane| lane.difference);
@@ -247,7 +247,7 @@ impl Lane {
         }
     }
 
-    /// What is still waiting has no counterpart.
+    /// Reports a message that is still waiting, since it has no counterpart.
     fn finish(&mut self) {
         let [a, b] = &mut self.waiting;
         let rest = (a.pop_front().map(|m| (m, Side::A))).or(b.pop_front().map(|m| (m, Side::B)));
@@ -264,14 +264,15 @@ impl Lane {
     }
 }
 
-/// How two messages with the same number differ; `None` if all of it is tolerated.
+/// Returns how two messages with the same number differ, or `None` if all differences are tolerated.
 fn explain(spec: &ChannelSpec, a: &RawMessage, b: &RawMessage, tolerances: &Tolerances) -> Option<What> {
     let offset = a.cdr.iter().zip(&b.cdr).position(|(a, b)| a != b);
     let bytes = What::Bytes { offset: offset.unwrap_or(a.cdr.len().min(b.cdr.len())) };
     field(spec, a, b, tolerances).unwrap_or(Some(bytes))
 }
 
-/// The field that differs, `Some(None)` if all differences are tolerated; `None` if these are not messages of the channel.
+/// Returns the field that differs, or `Some(None)` if all differences are tolerated. Returns `None` if these are not messages
+/// of the channel.
 fn field(
     spec: &ChannelSpec,
     a: &RawMessage,
@@ -290,7 +291,7 @@ fn field(
     Some(different_cells(of_a.cells(), of_b.cells()))
 }
 
-/// The first difference in the cells, or bytes, that follow a message; if one slice begins with the other, their lengths.
+/// Returns the first difference in the cells that follow a message. If one slice begins with the other, their lengths differ.
 fn different_cells(a: &[u8], b: &[u8]) -> Option<What> {
     let field = |field: String, a: usize, b: usize| What::Field { field, a: a.to_string(), b: b.to_string() };
     match a.iter().zip(b).position(|(a, b)| a != b) {

@@ -1,4 +1,4 @@
-//! What a recording declares: schemas and topics, by their numbers in the file.
+//! The schemas and topics that a recording declares, by their numbers in the file.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -10,42 +10,42 @@ use crate::records::{ChannelRecord, FileHeader, Schema};
 /// A topic of a recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topic {
-    /// `/scan`.
+    /// Name, such as `/scan`.
     pub name: String,
-    /// `sensor_msgs/msg/LaserScan`; empty if the file does not say.
+    /// ROS 2 type, such as `sensor_msgs/msg/LaserScan`. Empty if the file does not state it.
     pub ros2_type: String,
-    /// `cdr`: how its messages are encoded.
+    /// Encoding of the messages, such as `cdr`.
     pub encoding: String,
-    /// The form of its messages.
+    /// The schema of the messages.
     pub schema: Arc<Schema>,
-    /// What else the file says about it.
+    /// Metadata of the topic.
     pub metadata: BTreeMap<String, String>,
 }
 
 impl Topic {
-    /// Whether it is the topic of that channel.
+    /// Returns true if this is the topic of `channel`.
     pub fn is<T>(&self, channel: Channel<T>) -> bool {
         channel.spec.is_topic(&self.name)
     }
 
-    /// Whether its messages are in CDR.
+    /// Returns true if the messages are in CDR.
     pub fn is_cdr(&self) -> bool {
         self.encoding == "cdr"
     }
 
-    /// Whether a late reader is to be given its last message again.
+    /// Returns true if a late reader is to receive the last message again.
     pub fn is_latched(&self) -> bool {
         let said = self.metadata.get("offered_qos_profiles");
         said.is_some_and(|profile| profile.contains("transient_local") || profile.contains("durability: 1"))
     }
 }
 
-/// Schemas and topics by number.
+/// The schemas and topics by number.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Directory {
     schemas: BTreeMap<u16, Arc<Schema>>,
     topics: BTreeMap<u16, Arc<Topic>>,
-    /// What the file says about itself, once that has been read.
+    /// The file's header, once it has been read.
     pub(crate) header: FileHeader,
 }
 
@@ -54,7 +54,7 @@ impl Directory {
         self.schemas.entry(id).or_insert_with(|| Arc::new(schema));
     }
 
-    /// The topic, if it is new.
+    /// Adds a topic and returns it, or returns `None` if its number is already known.
     pub(crate) fn add_channel(&mut self, channel: ChannelRecord) -> Option<Arc<Topic>> {
         if self.topics.contains_key(&channel.id) {
             return None;

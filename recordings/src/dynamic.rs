@@ -1,7 +1,7 @@
-//! Any ROS 2 message as JSON, by the schema that the file has for its topic. This reads recordings by other software whose
-//! types are unknown to this project; JSON text is passed on.
+//! Decodes any ROS 2 message into JSON, by the schema that the file has for its topic. This reads recordings by other
+//! software whose types are unknown to this project. Messages that are JSON already are passed on.
 //!
-//! This module is pure, and checks every length against the bytes that are there. Sources: the MCAP specification (`ros2msg`),
+//! This module is pure, and checks every length against the bytes that exist. Sources: the MCAP specification (`ros2msg`),
 //! OMG DDS-XTypes 1.3, section 7.4 (plain CDR, version 1).
 
 mod cdr;
@@ -18,13 +18,13 @@ use crate::error::RecordingError;
 use crate::foreign::Form;
 use definition::Types;
 
-/// Why a message cannot be read by its schema.
+/// Reasons why a message cannot be read by its schema.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum DynamicError {
-    /// The definition is written in another language.
+    /// The definition is written in an unsupported language.
     #[error("expected a definition in ros2msg, found {found:?}")]
     Language {
-        /// Its name.
+        /// The language's name.
         found: String,
     },
     /// A line of the definition is invalid.
@@ -47,7 +47,7 @@ pub enum DynamicError {
         /// The type.
         kind: String,
     },
-    /// Characters of this type are not read.
+    /// A type of character that is not supported.
     #[error("type not supported: {kind}")]
     NotRead {
         /// The type.
@@ -56,40 +56,41 @@ pub enum DynamicError {
     /// The bytes before the message declare another encoding.
     #[error("expected plain CDR, which begins with 00 00 or 00 01, found {found:02x?}")]
     Encapsulation {
-        /// The first bytes.
+        /// The first bytes of the message.
         found: Vec<u8>,
     },
     /// The message ends before its definition does.
     #[error("byte {at}: expected {expected}, found the end of the message")]
     Short {
-        /// Where, from its start.
+        /// Offset from the start of the message, in bytes.
         at: usize,
-        /// What would have come.
+        /// What should have followed.
         expected: &'static str,
     },
     /// The message continues after its definition.
     #[error("expected the end of the message, found {bytes} more bytes")]
     Surplus {
-        /// How many.
+        /// Number of surplus bytes.
         bytes: usize,
     },
     /// A JSON message is not valid JSON.
     #[error("expected JSON: {reason}")]
     Json {
-        /// What is wrong.
+        /// The parser's error.
         reason: String,
     },
 }
 
 impl DynamicError {
-    /// Whether the message alone is at fault, and not the definition that others of its topic have, too.
+    /// Returns true if only this message is at fault, and not the definition that it shares with the other messages of its
+    /// topic.
     pub fn is_one_message(&self) -> bool {
         use DynamicError::{Encapsulation, Json, Short, Surplus};
         matches!(self, Encapsulation { .. } | Short { .. } | Surplus { .. } | Json { .. })
     }
 }
 
-/// Reads messages of any topic; remembers their definitions.
+/// Decodes messages of any topic, and caches their definitions.
 #[derive(Debug, Default)]
 pub struct Decoder {
     known: BTreeMap<String, Known>,
@@ -102,10 +103,11 @@ struct Known {
 }
 
 impl Decoder {
-    /// The message as JSON: an object with the fields of its definition, sorted by name.
+    /// Decodes the message into JSON: an object with the fields of its definition, sorted by name.
     ///
     /// # Errors
-    /// [`RecordingError::Form`] if it is not a ROS 2 message, [`RecordingError::Dynamic`] if it does not fit its definition.
+    /// [`RecordingError::Form`] if it is not a ROS 2 message, [`RecordingError::Dynamic`] if it does not match its
+    /// definition.
     pub fn decode(&mut self, message: &RawMessage) -> Result<Value, RecordingError> {
         let topic = &message.topic;
         let wrong = |source| RecordingError::Dynamic {
@@ -127,7 +129,7 @@ impl Decoder {
     }
 
     fn types(&mut self, topic: &Arc<Topic>) -> &Result<Types, DynamicError> {
-        // A file may declare a topic more than once, with different definitions.
+        // A file may declare a topic more than once, with different definitions, so the cached one may be another.
         if self.known.get(&topic.name).is_some_and(|known| !Arc::ptr_eq(&known.topic, topic)) {
             self.known.remove(&topic.name);
         }
@@ -136,7 +138,8 @@ impl Decoder {
     }
 }
 
-/// Recorders that have not found a definition leave it empty, which is one of a message without fields.
+/// Recorders that did not find a definition leave it empty, which looks like the definition of a message without fields.
+/// Reports such a definition as missing.
 fn undefined(why: DynamicError, topic: &Topic) -> DynamicError {
     match why {
         DynamicError::Surplus { .. } if topic.schema.data.trim_ascii().is_empty() => {

@@ -1,4 +1,4 @@
-//! What can be wrong with a recording.
+//! The errors of reading and writing recordings.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use crate::foreign::{Foreign, OF_ANY_MCAP, OF_ROS2};
 use crate::records::Damage;
 use crate::writer::LIBRARY;
 
-/// What can be wrong with a recording.
+/// An error of reading or writing a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
     /// The file cannot be opened or read.
@@ -17,7 +17,7 @@ pub enum RecordingError {
     File {
         /// The file.
         path: PathBuf,
-        /// What the system says.
+        /// The system's error.
         source: std::io::Error,
     },
     /// The file is not an MCAP file, or its bytes are damaged.
@@ -26,9 +26,9 @@ pub enum RecordingError {
     Damaged {
         /// The file.
         path: PathBuf,
-        /// How many messages were read before.
+        /// Number of messages that were read before the damage.
         messages: u64,
-        /// What is wrong.
+        /// The damage.
         source: Damage,
     },
     /// The file is something other than an MCAP file.
@@ -36,7 +36,7 @@ pub enum RecordingError {
     Foreign {
         /// The file.
         path: PathBuf,
-        /// What it is.
+        /// What the file is instead.
         found: Foreign,
     },
     /// The recording was not written by this project.
@@ -49,32 +49,32 @@ pub enum RecordingError {
     NotOurs {
         /// The file.
         path: PathBuf,
-        /// What it lacks.
+        /// The missing part.
         missing: &'static str,
-        /// What wrote it.
+        /// The library that wrote the recording.
         library: String,
     },
-    /// The messages of a topic are in a form that is not read here.
+    /// The messages of a topic are in a form that is not supported.
     #[error("{topic}: expected messages of ROS 2 in CDR, found {found}; {OF_ANY_MCAP} accept them; {way_on}")]
     Form {
         /// The topic.
         topic: String,
-        /// What they are.
+        /// The form of the messages.
         found: String,
-        /// What would convert them to ROS 2 messages.
+        /// What would convert the messages into ROS 2 messages.
         way_on: &'static str,
     },
-    /// A message does not fit the schema that the file has for it.
+    /// A message does not match the schema that the file has for its topic.
     #[error("{topic}, message at {stamp_ns} ns: {source}")]
     Dynamic {
         /// The topic.
         topic: String,
-        /// Its time.
+        /// Time of the message, in nanoseconds.
         stamp_ns: u64,
-        /// What is wrong.
+        /// The reason.
         source: DynamicError,
     },
-    /// A topic has messages of another type.
+    /// The messages of a topic have another type than expected.
     #[error("{path}: topic {topic}: expected {expected}, found {found}", path = path.display())]
     Type {
         /// The file.
@@ -86,22 +86,22 @@ pub enum RecordingError {
         /// The ROS 2 type in the file.
         found: String,
     },
-    /// A message cannot be expressed in ROS 2, or what is recorded is not such a message.
+    /// A message cannot be expressed in ROS 2, or a recorded message is not of the expected type.
     #[error("{topic}, message {seq}: {source}")]
     Message {
         /// The topic.
         topic: String,
-        /// The message's number.
+        /// Sequence number of the message.
         seq: u64,
-        /// What is wrong.
+        /// The reason.
         source: Ros2Error,
     },
-    /// The run's description cannot be written.
+    /// The description of a run cannot be read or written.
     #[error("the run's {what}: {reason}")]
     Run {
-        /// Which part of it.
+        /// The part of the description.
         what: &'static str,
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
     /// A file of the run is not in its recording.
@@ -113,12 +113,12 @@ pub enum RecordingError {
     NotInside {
         /// The recording.
         recording: PathBuf,
-        /// What the file is called inside.
+        /// The name of the file inside the recording.
         name: PathBuf,
         /// The path in `run.json`.
         called: String,
     },
-    /// The channel is not one that is recorded.
+    /// The channel is one that is not recorded.
     #[error("channel {channel} is not recorded")]
     NotRecorded {
         /// The channel.
@@ -132,18 +132,18 @@ pub enum RecordingError {
         /// The topic.
         topic: String,
     },
-    /// The file cannot be written: the disk is full, most likely.
+    /// The recording cannot be written, most likely because the disk is full.
     #[error("the recording cannot be written: {0}{why}", why = cause(.0))]
     Write(mcap::McapError),
 }
 
-/// What the system says (no space left, say), which the error itself has only as its source.
+/// Returns the system's message, such as "no space left". The error itself contains it only as its source.
 fn cause(error: &mcap::McapError) -> String {
     std::error::Error::source(error).map_or(String::new(), |source| format!(": {source}"))
 }
 
 fn written_by(library: &str) -> String {
-    // A copy of ours of what others wrote says nothing of them.
+    // If the file is our copy of other software's recording, its library names us and not that software.
     if library.is_empty() || library.starts_with(LIBRARY) {
         String::new()
     } else {
@@ -152,7 +152,7 @@ fn written_by(library: &str) -> String {
 }
 
 impl RecordingError {
-    /// Whether only a single message was refused and the recording continues.
+    /// Returns true if only a single message was refused and the recording continues.
     pub fn is_one_message(&self) -> bool {
         match self {
             Self::Dynamic { source, .. } => source.is_one_message(),

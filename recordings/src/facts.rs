@@ -1,4 +1,4 @@
-//! Facts about a recording's topics and processes, known without reading all messages again.
+//! Facts about a recording's topics and processes that can be known without reading all messages again.
 
 use std::collections::BTreeMap;
 
@@ -9,25 +9,25 @@ use sketchnav_schemas::message::Health;
 use crate::error::RecordingError;
 use crate::sequence::{Gap, MAX_GAPS, Seen, Sequence};
 
-/// Facts about a topic that are known without reading all messages.
+/// Facts about a topic that the recording states, so that not all messages have to be read.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TopicFacts {
-    /// Time of the earliest message and of the latest, nanoseconds.
+    /// Times of the earliest and the latest message, in nanoseconds.
     pub times_ns: Option<(u64, u64)>,
-    /// How many messages the numbers show to be missing.
+    /// Number of missing messages according to the sequence numbers.
     pub missing: u64,
     /// The first gaps.
     pub gaps: Vec<Gap>,
 }
 
 impl TopicFacts {
-    /// Notes a message of this time.
+    /// Takes the time of a message into account.
     pub(crate) fn see_time(&mut self, ns: u64) {
         self.times_ns = Some(self.times_ns.map_or((ns, ns), |(first, last)| (first.min(ns), last.max(ns))));
     }
 
-    /// Notes a message of this number, and what is missing before it. If several processes write, each with numbers of its own,
-    /// the numbers say nothing, and every message counts as new.
+    /// Takes the sequence number of a message into account, and counts what is missing before it. If several processes
+    /// write the channel, each with numbers of its own, the numbers mean nothing, and every message counts as new.
     pub(crate) fn see_number(&mut self, sequence: &mut Sequence, has_many_writers: bool, seq: u64) -> Seen {
         if has_many_writers {
             return Seen::New { missing: 0 };
@@ -50,11 +50,11 @@ impl TopicFacts {
     }
 }
 
-/// How often processes were restarted, by the process ids in their messages.
+/// Counts how often processes were restarted, by the process ids in their messages.
 #[derive(Debug, Default)]
 pub(crate) struct Lives([Option<(u32, u64)>; MAX_PROCESSES]);
 
-/// More than the number of kinds of processes.
+/// An upper bound on the number of kinds of processes.
 const MAX_PROCESSES: usize = 16;
 
 impl Lives {
@@ -64,7 +64,8 @@ impl Lives {
         *life = Some((health.pid, life.map_or(0, |(_, restarts)| restarts) + u64::from(is_next)));
     }
 
-    /// Restarts by process, for those that reported anything; an observer is not a process of the system.
+    /// Returns the restarts of each process that reported anything. Observers are left out, because they are not processes
+    /// of the system.
     pub(crate) fn restarts(&self) -> BTreeMap<String, String> {
         let lives =
             self.0.iter().zip(0..).filter_map(|(life, code)| Some((Process::from_code(code)?, (*life)?)));

@@ -1,4 +1,5 @@
-//! What went wrong with the processes of a run, what recovered, and the orders given by tools. Only those messages are read.
+//! Lists what went wrong with the processes of a run, what recovered, and the orders given by tools. Only the messages of the
+//! channel `faults` are read.
 
 use std::path::Path;
 
@@ -11,29 +12,29 @@ use sketchnav_schemas::time::seconds;
 use crate::error::RecordingError;
 use crate::reader::Recording;
 
-/// Something that went wrong with a process or recovered, or an order given by a tool.
+/// A failure or recovery of a process, or an order given by a tool.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultInfo {
-    /// Simulation time of the mission's last status at that moment.
+    /// Simulation time of the mission's last status at that moment, in seconds.
     pub stamp_s: f64,
-    /// A word of [`FaultKind`].
+    /// Word of the [`FaultKind`].
     pub kind: &'static str,
-    /// A word of [`Process`].
+    /// Word of the [`Process`].
     pub process: &'static str,
-    /// Its process id.
+    /// Process id.
     pub pid: u32,
-    /// How often it has been restarted so far, if that is known.
+    /// How often the process has been restarted so far, if that is known.
     pub restarts: u32,
-    /// Messages that are missing because of it.
+    /// Number of messages that are missing because of the fault.
     pub missing: u32,
-    /// Wall-clock duration of a pause, a silence or a recovery; 0 if none applies.
+    /// Wall-clock duration of a pause, a silence or a recovery, in milliseconds. 0 if not applicable.
     pub duration_ms: f64,
     /// Further details, in words.
     pub words: String,
 }
 
 impl FaultInfo {
-    /// The content of a message on the channel `faults`.
+    /// Converts a message of the channel `faults`.
     pub fn new(fault: &Fault) -> Self {
         Self {
             stamp_s: seconds(fault.header.stamp_ns),
@@ -48,7 +49,7 @@ impl FaultInfo {
     }
 }
 
-/// The faults of the recording at `path`, in order; empty for one from before that channel existed.
+/// Returns the faults of the recording at `path`, in order. Empty for a recording from before that channel existed.
 ///
 /// # Errors
 /// [`RecordingError::File`], or [`RecordingError::Damaged`].

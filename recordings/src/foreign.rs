@@ -1,44 +1,44 @@
-//! What a file is if it is not an MCAP recording, and what would convert it into one; and the forms of messages that are not
-//! read here. "Not ours" and "not supported" do not mean "broken": an error names what was found and what to do.
+//! Recognizes files that are not MCAP recordings, and forms of messages that are not supported, and says what would convert
+//! them. "Not ours" and "not supported" do not mean "broken", so an error names what was found and what to do.
 
 use std::fmt;
 
 use crate::directory::Topic;
 
-/// How many bytes at the beginning of a file are examined.
+/// Number of bytes at the beginning of a file that are examined.
 pub(crate) const LOOKED_AT: usize = 512;
 
-/// The commands that take every MCAP file, whatever its messages are.
+/// The commands that accept every MCAP file, whatever its messages are.
 pub const OF_ANY_MCAP: &str = "info, hz, filter, merge, split, recover, report and view";
-/// The commands that take every MCAP file with ROS 2 messages, whatever wrote it.
+/// The commands that accept every MCAP file with ROS 2 messages, whatever software wrote it.
 pub const OF_ROS2: &str = "info, echo, hz, filter, merge, split, recover, relations, report and view";
 
-/// A file that is not an MCAP file, identified by how it begins.
+/// A file that is not an MCAP file, identified by its first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Foreign {
-    /// A database of SQLite, as rosbag2 wrote them by default before Iron.
+    /// An SQLite database, which rosbag2 wrote by default before Iron.
     Sqlite,
-    /// A bag of ROS 1.
+    /// A ROS 1 bag.
     RosBag1,
-    /// Compressed by zstd.
+    /// A file compressed by zstd.
     Zstd,
-    /// Compressed by LZ4.
+    /// A file compressed by LZ4.
     Lz4,
-    /// Compressed by gzip.
+    /// A file compressed by gzip.
     Gzip,
-    /// Compressed by bzip2.
+    /// A file compressed by bzip2.
     Bzip2,
-    /// Compressed by xz.
+    /// A file compressed by xz.
     Xz,
     /// A ZIP archive.
     Zip,
-    /// A log of PX4.
+    /// A PX4 log.
     ULog,
-    /// The metadata in a rosbag2 folder.
+    /// The metadata of a rosbag2 folder.
     BagMetadata,
-    /// A laser log of CARMEN.
+    /// A CARMEN laser log.
     Carmen,
-    /// What Git has in the place of a file that it keeps elsewhere.
+    /// A pointer that Git LFS has in place of a file.
     LfsPointer,
     /// Any other text.
     Text,
@@ -46,7 +46,7 @@ pub enum Foreign {
     Unknown,
 }
 
-/// How binary files begin.
+/// The first bytes of binary files.
 const MAGICS: [(&[u8], Foreign); 9] = [
     (b"SQLite format 3\0", Foreign::Sqlite),
     (b"#ROSBAG V", Foreign::RosBag1),
@@ -59,18 +59,18 @@ const MAGICS: [(&[u8], Foreign); 9] = [
     (b"ULog\x01\x12\x35", Foreign::ULog),
 ];
 
-/// First words of the lines of CARMEN's logs.
+/// The first words of the lines in CARMEN logs.
 const CARMEN_WORDS: [&str; 7] = ["FLASER", "RLASER", "ROBOTLASER1", "RAWLASER1", "ODOM", "PARAM", "# CARMEN"];
 
 impl Foreign {
-    /// The kind of file that begins like this.
+    /// Returns the kind of file that begins with these bytes.
     pub fn of(begin: &[u8]) -> Self {
         let known = MAGICS.iter().find(|(magic, _)| begin.starts_with(magic));
         known.map_or_else(|| Self::of_text(begin), |(_, foreign)| *foreign)
     }
 
     fn of_text(begin: &[u8]) -> Self {
-        // The last character may be cut.
+        // The last character may be cut off.
         let text = match std::str::from_utf8(begin) {
             Ok(text) => text,
             Err(error) if error.error_len().is_none() => {
@@ -92,7 +92,7 @@ impl Foreign {
 }
 
 impl fmt::Display for Foreign {
-    /// What it is, and what would convert it into a recording.
+    /// Writes what the file is, and what would convert it into a recording.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Sqlite => {
@@ -122,9 +122,9 @@ impl fmt::Display for Foreign {
 /// The form of a topic's messages.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
-    /// Messages of ROS 2 in CDR.
+    /// ROS 2 messages in CDR.
     Ros2,
-    /// Messages of ROS 1.
+    /// ROS 1 messages.
     Ros1,
     /// JSON text.
     Json,
@@ -133,7 +133,7 @@ pub enum Form {
 }
 
 impl Form {
-    /// The form of a topic's messages, according to the file.
+    /// Returns the form of a topic's messages, according to the file.
     pub fn of(topic: &Topic) -> Self {
         match (topic.encoding.as_str(), topic.schema.encoding.as_str()) {
             ("cdr", _) => Self::Ros2,
@@ -143,7 +143,7 @@ impl Form {
         }
     }
 
-    /// What such a topic has: `messages of ROS 1`, for example.
+    /// Describes the messages of a topic with this form, for example `messages of ROS 1`.
     pub fn words(self, topic: &Topic) -> String {
         match self {
             Self::Ros2 => "messages of ROS 2".to_owned(),
@@ -156,7 +156,7 @@ impl Form {
         }
     }
 
-    /// What would convert them to ROS 2 messages.
+    /// Says what would convert the messages into ROS 2 messages.
     pub fn way_on(self) -> &'static str {
         match self {
             Self::Ros1 => {
@@ -191,7 +191,7 @@ mod tests {
             ),
             (b"# a log\nFLASER 3 1.0 1.0 1.0 0 0 0\n", Foreign::Carmen, "sketchnav import"),
             (b"hello", Foreign::Text, "text"),
-            // A character of two bytes that is cut.
+            // A two-byte character that is cut off.
             (b"hell\xc3", Foreign::Text, "text"),
             (b"\xff\xd8\xff", Foreign::Unknown, "other bytes"),
         ];

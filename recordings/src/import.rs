@@ -1,5 +1,5 @@
-//! Turns a laser log into a recording: scans, odometry, the reference poses as truth, and the drawing in which they are to be
-//! localized.
+//! Converts a laser log into a recording with scans, odometry, the reference poses as ground truth, and the drawing in which
+//! the scans are to be localized.
 
 use std::io::Write;
 
@@ -12,63 +12,64 @@ use crate::carmen::{CarmenError, CarmenScan, Entry, Fault, LeftOut, Shapes};
 use crate::error::RecordingError;
 use crate::writer::Writer;
 
-/// How many omissions are kept with their line; the rest is only counted.
+/// Maximum number of omissions that are kept with their line. Any further ones are only counted.
 const MAX_NAMED: usize = 1000;
-/// What is no farther away is the laser itself: lasers say 0 where they have no reading.
+/// A reading up to this distance, in metres, is the laser itself. Lasers report 0 if they have no reading.
 const NEAREST_M: f32 = 0.01;
-/// Latest stamp of a recorded message, seconds.
+/// Latest stamp of a recorded message, in seconds.
 const MAX_STAMP_S: f64 = i32::MAX as f64;
 
-/// How a log is imported.
+/// The rules for importing a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// Readings from here on count as no return, metres; a shorter range stated by the log takes precedence.
+    /// Readings from this distance on count as no return, in metres. A shorter maximum range stated by the log takes
+    /// precedence.
     pub range_max_m: f64,
-    /// Whether leaving anything out is an error.
+    /// True if leaving anything out is an error.
     pub is_strict: bool,
 }
 
-/// What was imported from a log, and what was not.
+/// What was imported from a log, and what was left out.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Imported {
-    /// Scans.
+    /// Number of scans.
     pub scans: u64,
-    /// The same by the directions of their beams.
+    /// The scans by the directions of their beams.
     pub shapes: Shapes,
-    /// How many lines were left out.
+    /// Number of lines that were left out.
     pub left_out_lines: u64,
-    /// The first of them.
+    /// The first of the lines that were left out.
     pub left_out: Vec<LeftOut>,
-    /// How many readings were left out of scans that were imported.
+    /// Number of readings that were left out of imported scans.
     pub left_out_readings: u64,
-    /// The lines of the first of these scans, each with the number of such readings.
+    /// The lines of the first scans with such readings, each with the number of these readings.
     pub unreadable: Vec<(u64, usize)>,
-    /// How often the log's clock goes back. Such scans follow the one before by a nanosecond.
+    /// How often the log's clock goes back. Such a scan is stamped one nanosecond after the previous scan.
     pub clock_goes_back: u64,
-    /// How often it stands still, with the same consequence.
+    /// How often the log's clock stands still. Such a scan is stamped one nanosecond after the previous scan, too.
     pub clock_stands: u64,
-    /// Scans without a single distance that is shorter than the maximum range.
+    /// Number of scans without a single distance below the maximum range.
     pub blind: u64,
 }
 
-/// Why a log cannot be imported.
+/// Reasons why a log cannot be imported.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
-    /// The log.
+    /// The log cannot be read.
     #[error(transparent)]
     Carmen(#[from] CarmenError),
-    /// The recording.
+    /// The recording cannot be written.
     #[error(transparent)]
     Recording(#[from] RecordingError),
-    /// A line that would be left out although nothing may be.
+    /// A line cannot be imported, and nothing may be left out.
     #[error("line {0}")]
     LeftOut(LeftOut),
-    /// Readings that would be left out although nothing may be.
+    /// Readings cannot be imported, and nothing may be left out.
     #[error("line {line}: expected distances in metres, found {count} readings that are not distances")]
     Readings {
         /// The line.
         line: u64,
-        /// How many.
+        /// Number of readings.
         count: usize,
     },
 }
@@ -100,10 +101,10 @@ impl Imported {
     }
 }
 
-/// Writes the scans of a log to a recording, after the navigator's instructions; the recording remains to be finished.
+/// Writes the scans of a log to a recording, after the navigator's instructions. The caller finishes the recording.
 ///
 /// # Errors
-/// [`ImportError`].
+/// [`ImportError`] if the log cannot be read, the recording cannot be written, or anything is left out under strict rules.
 pub fn import<W: Write>(
     entries: impl Iterator<Item = Result<Entry, CarmenError>>,
     rules: &Rules,
@@ -138,7 +139,7 @@ pub fn import<W: Write>(
     Ok(imported)
 }
 
-/// Turns a log's times into stamps, which begin with 0. Clocks of old logs sometimes go back; stamps never do.
+/// Converts a log's times into stamps that begin with 0. The clocks of old logs sometimes go back, but stamps never do.
 #[derive(Default)]
 struct Clock {
     first_s: Option<f64>,
@@ -164,7 +165,7 @@ impl Clock {
     }
 }
 
-/// What is recorded of a scan.
+/// The messages that are recorded for a scan.
 struct Messages {
     truth: Option<GroundTruth>,
     odometry: Odometry,
@@ -184,7 +185,8 @@ impl Messages {
         }
     }
 
-    /// What readers reject is not recorded: nothing would be localized by it.
+    /// Checks the messages. Readers would reject invalid ones, so nothing could be localized by them and they are not
+    /// recorded.
     fn check(&self) -> Result<(), Fault> {
         self.odometry.check().and_then(|()| self.scan.check()).map_err(Fault::Invalid)
     }
@@ -204,7 +206,7 @@ impl Messages {
     }
 }
 
-/// Each scan states the directions of its own beams.
+/// Returns the message of a scan. Each scan states the directions of its own beams.
 fn message(scan: &CarmenScan, header: Header, rules: &Rules) -> LaserScan {
     let (beams, count) = (&scan.beams, scan.ranges_m.len());
     let range_max_m = scan.range_max_m.map_or(rules.range_max_m, |stated_m| stated_m.min(rules.range_max_m));
@@ -220,7 +222,7 @@ fn message(scan: &CarmenScan, header: Header, rules: &Rules) -> LaserScan {
     message
 }
 
-/// Every reading of a log has the number of its tick.
+/// Returns the tick of a scan. Every reading of a log has the same number as its tick.
 fn tick(header: Header) -> Tick {
     let mut tick = Tick { header, ..Tick::zeroed() };
     for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {
@@ -231,7 +233,7 @@ fn tick(header: Header) -> Tick {
     tick
 }
 
-/// The name that runs of imported logs have instead of a system's name, since no system drove them.
+/// The system name in runs of imported logs, which no system drove.
 pub const LOG_SYSTEM: &str = "log";
 
 #[cfg(test)]
@@ -256,7 +258,7 @@ mod tests {
         }
     }
 
-    /// All scans had the angles of the first one.
+    /// All scans used to get the angles of the first one.
     #[test]
     fn each_scan_has_its_own_angles_and_is_valid() {
         let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };
@@ -273,8 +275,8 @@ mod tests {
         assert_eq!((message.range_max_m, message.ranges_m[1]), (1.5, f32::INFINITY));
     }
 
-    /// A scan with a maximum range of next to nothing, and with an odometry beyond all bounds, was recorded. The localizer rejected
-    /// it, and nobody was told.
+    /// A scan with a maximum range of next to nothing was recorded, and so was one with an odometry beyond all bounds. The
+    /// localizer rejected them without any message to the user.
     #[test]
     fn what_every_reader_would_reject_is_left_out_with_the_reason() {
         let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };
@@ -291,7 +293,7 @@ mod tests {
         assert!(why(&far).unwrap_err().contains("pose: expected a number within ±1e7, found 20000000"));
     }
 
-    /// One garbled time made stamps of all that followed it.
+    /// A single garbled time affected the stamps of all scans after it.
     #[test]
     fn stamps_rise_whatever_the_clock_says() {
         let mut clock = Clock::default();
@@ -308,7 +310,7 @@ mod tests {
         assert_eq!((clock.goes_back, clock.stands), (1, 1));
     }
 
-    /// In a log in millimetres nothing was near enough to be seen, and nobody was told.
+    /// In a log in millimetres nothing was near enough to be seen, and the user was not told.
     #[test]
     fn a_scan_without_a_distance_is_blind() {
         let header = Header { seq: 1, stamp_ns: 5, source_seq: 1 };

@@ -1,5 +1,5 @@
-//! Where the chunks of a recording are, and which times they cover. This comes from the summary at the end of the file or, if a
-//! kill left none, from one pass over the file.
+//! The index of a recording: where its chunks are and which times they cover. It comes from the summary at the end of the
+//! file or, if a kill left none, from one pass over the file.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,9 +21,9 @@ pub struct Index {
     pub(crate) chunks: Vec<ChunkEntry>,
     pub(crate) directory: Directory,
     pub(crate) statistics: Option<Statistics>,
-    /// Where the metadata of each name is; the last of that name.
+    /// Where the last metadata record of each name begins.
     metadata: BTreeMap<String, u64>,
-    /// Offset and length of everything that the summary names.
+    /// Offset and length of everything that the summary lists.
     known: BTreeMap<u64, u64>,
     pub(crate) attachments: Vec<AttachmentEntry>,
     is_from_summary: bool,
@@ -31,10 +31,10 @@ pub struct Index {
 }
 
 impl Index {
-    /// The index of the recording at `path`.
+    /// Reads the index of the recording at `path`.
     ///
     /// # Errors
-    /// [`RecordingError::File`]; [`RecordingError::Damaged`] if a file without a summary is no recording.
+    /// [`RecordingError::File`], or [`RecordingError::Damaged`] if a file without a summary is not a recording.
     pub(crate) fn read(path: &Path) -> Result<Self, RecordingError> {
         match Self::of_summary(path)? {
             Some(index) => Ok(index),
@@ -42,12 +42,12 @@ impl Index {
         }
     }
 
-    /// The index that the file has at its end; `None` if it has none that fits.
+    /// Reads the index at the end of the file. Returns `None` if there is none, or if it does not match the file.
     pub(crate) fn of_summary(path: &Path) -> Result<Option<Self>, RecordingError> {
         Self::of_summary_in(&mut Open::new(path)?)
     }
 
-    /// The same for an open file; changes the position in it.
+    /// Like [`Index::of_summary`], but for an open file, whose position changes.
     pub(crate) fn of_summary_in(open: &mut Open) -> Result<Option<Self>, RecordingError> {
         let summary = match open.file.summary() {
             Ok(summary) => summary,
@@ -93,9 +93,9 @@ impl Index {
         self.chunks.iter().all(inside) && (messages == 0 || !self.chunks.is_empty())
     }
 
-    /// Whether the file has no message, chunk, attachment or metadata except those that the summary names: other software may
-    /// write messages both into chunks and between them, and need not name what it attaches. Reads the frames of what the
-    /// summary does not name.
+    /// Returns true if the summary lists every message, chunk, attachment and metadata record of the file. Other software
+    /// may write messages both into chunks and between them, and need not list its attachments. Reads the frames of the
+    /// records that the summary does not list.
     fn is_all(&self, open: &mut Open) -> Result<bool, RecordingError> {
         let mut at = MAGIC.len() as u64;
         loop {
@@ -117,7 +117,7 @@ impl Index {
         }
     }
 
-    /// The index of a file without one.
+    /// Builds the index of a file without a summary.
     ///
     /// # Errors
     /// As [`Index::read`].
@@ -153,8 +153,8 @@ impl Index {
         Ok(index)
     }
 
-    /// Adds a message that is not in a chunk, as in files without chunks. It joins the run of records before it, unless that is
-    /// already as long as a chunk.
+    /// Adds a message that is not in a chunk, as in files without chunks. The message joins the run of records before it,
+    /// unless that is already as long as a chunk.
     fn add_to_run(&mut self, is_in_run: bool, at: u64, bytes: u64, ns: u64) {
         match self.chunks.last_mut().filter(|run| is_in_run && run.bytes < CHUNK_BYTES) {
             Some(run) => {
@@ -165,35 +165,35 @@ impl Index {
         }
     }
 
-    /// Whether the file itself has the index, because its writer finished.
+    /// Returns true if the index comes from the file's own summary, which means that the writer finished.
     pub fn is_from_summary(&self) -> bool {
         self.is_from_summary
     }
 
-    /// Whether the file ends before its writer finished, in the middle of a record or after a complete one.
+    /// Returns true if the file ends before its writer finished, whether inside a record or after a complete one.
     pub fn is_cut_off(&self) -> bool {
         self.is_cut_off
     }
 
-    /// How many chunks there are.
+    /// Number of chunks.
     pub fn chunk_count(&self) -> usize {
         self.chunks.len()
     }
 
-    /// Time of the first message and of the last, nanoseconds; `None` if there is none.
+    /// Times of the first and the last message, in nanoseconds, or `None` if there is no message.
     pub fn span_ns(&self) -> Option<(u64, u64)> {
-        // The times of a chunk without messages are reversed.
+        // A chunk without messages has its times reversed.
         let chunks = || self.chunks.iter().filter(|chunk| chunk.first_ns <= chunk.last_ns);
         let first = chunks().map(|chunk| chunk.first_ns).min()?;
         Some((first, chunks().map(|chunk| chunk.last_ns).max()?))
     }
 
-    /// The names of all facts, wherever in the file they are.
+    /// The names of all metadata records, wherever they are in the file.
     pub(crate) fn metadata_names(&self) -> impl Iterator<Item = &str> {
         self.metadata.keys().map(String::as_str)
     }
 
-    /// An attachment, read from where the index says it is.
+    /// Reads an attachment from where the index says it is.
     pub(crate) fn attachment(
         &self,
         path: &Path,
@@ -208,7 +208,7 @@ impl Index {
         found.ok_or_else(|| open.stopped(Damage::NoIndex.into()))
     }
 
-    /// Facts under a name, read from where the index says they are.
+    /// Reads the metadata of a name from where the index says it is.
     pub(crate) fn metadata(
         &self,
         path: &Path,
@@ -223,7 +223,7 @@ impl Index {
     }
 }
 
-/// A chunk or a run whose channels are not listed.
+/// An entry for a chunk or a run whose channels are unknown.
 fn entry(first_ns: u64, last_ns: u64, at: u64, bytes: u64) -> ChunkEntry {
     ChunkEntry { first_ns, last_ns, at, bytes, index_bytes: 0, channels: Vec::new() }
 }

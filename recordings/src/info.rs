@@ -1,7 +1,7 @@
-//! What is in a recording: topics, counts, rates, gaps, the run.
+//! Summarizes a recording: topics, counts, rates, gaps, the run.
 //!
-//! For a recording that its writer finished, this comes from the summary alone, however long the recording is; for any other,
-//! from all its messages.
+//! If the writer finished, the summary at the end of the file is enough, however long the recording is. For any other
+//! recording, all messages are read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -20,42 +20,43 @@ use crate::reader::{Part, RawMessage, Recording, Topic};
 use crate::sequence::{Gap, Sequence};
 use crate::writer::{LIBRARY, RECORDER_METADATA, RESTARTS_METADATA, RUN_METADATA, TOPICS_METADATA};
 
-/// What is in a recording.
+/// The summary of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Info {
     /// The file.
     pub path: String,
-    /// Its size.
+    /// Size of the file, in bytes.
     pub bytes: u64,
-    /// The profile that the file declares for its messages: `ros2`, `ros1`, or nothing.
+    /// The profile that the file declares for its messages: `ros2`, `ros1`, or empty.
     pub profile: String,
-    /// What wrote it.
+    /// Name of the library that wrote the file.
     pub library: String,
-    /// What should be known about a recording that this project did not write.
+    /// Notes on a recording that this project did not write.
     pub notes: Vec<String>,
-    /// Whether its writer finished; if not, the file is cut off, and what is there is intact.
+    /// True if the writer finished. Otherwise the file is cut off, and what it contains is intact.
     pub clean_end: bool,
     /// How often the recorder was killed and restarted.
     pub restarts: u64,
     /// How often each process was restarted, according to its own messages.
     pub process_restarts: BTreeMap<String, u64>,
-    /// About the run: mission, robot, seed, pace, system, version.
+    /// Facts about the run: mission, robot, seed, pace, system, version.
     pub run: BTreeMap<String, String>,
-    /// From the first message to the last, simulation time.
+    /// Simulation time from the first message to the last, in seconds.
     pub duration_s: f64,
-    /// Messages of all topics.
+    /// Number of messages of all topics.
     pub messages: u64,
-    /// Messages of all channels that their numbers show to be missing.
+    /// Number of missing messages of all channels, according to the sequence numbers.
     pub missing: u64,
-    /// The topics: those of the table of channels in its order, then the others by name.
+    /// The topics: first those in the table of channels, in its order, then the others by name.
     pub topics: Vec<TopicInfo>,
     /// The attachments.
     pub attachments: Vec<AttachmentInfo>,
 }
 
 impl Info {
-    /// How often processes were restarted in total. The recorder, too, reports restarts in its messages; its own count also
-    /// includes lives in which it sent none, but a file that is cut off lacks that count.
+    /// How often processes were restarted in total. The recorder reports its restarts in messages, like any process, and
+    /// also counts them itself. Its own count includes lives in which it sent no message, but a file that is cut off lacks
+    /// that count, so the larger of the two is used.
     pub fn all_restarts(&self) -> u64 {
         let told: u64 = self.process_restarts.values().sum();
         let by_recorder = self.process_restarts.get(Process::Recorder.word()).copied().unwrap_or(0);
@@ -66,32 +67,32 @@ impl Info {
 /// The content of a topic.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TopicInfo {
-    /// `/scan`.
+    /// Name, such as `/scan`.
     pub topic: String,
-    /// `sensor_msgs/msg/LaserScan`.
+    /// ROS 2 type, such as `sensor_msgs/msg/LaserScan`.
     pub ros2_type: String,
-    /// How its messages are encoded: `cdr`, `ros1`, `json`.
+    /// Encoding of the messages: `cdr`, `ros1`, `json`.
     pub encoding: String,
-    /// How many messages.
+    /// Number of messages.
     pub messages: u64,
-    /// Messages per second, from the first to the last; `None` if there are fewer than two times.
+    /// Messages per second from the first to the last, or `None` if there are fewer than two different times.
     pub rate_hz: Option<f64>,
-    /// Simulation time of the first message.
+    /// Simulation time of the first message, in seconds.
     pub first_s: Option<f64>,
-    /// Simulation time of the last message.
+    /// Simulation time of the last message, in seconds.
     pub last_s: Option<f64>,
-    /// How many its numbers show to be missing; 0 if several processes write.
+    /// Number of missing messages according to the sequence numbers. 0 if several processes write the topic.
     pub missing: u64,
     /// The first gaps.
     pub gaps: Vec<Gap>,
 }
 
-/// A file inside the file.
+/// A file embedded in the recording.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct AttachmentInfo {
-    /// Its name.
+    /// Name of the file.
     pub name: String,
-    /// Its size.
+    /// Size of the file, in bytes.
     pub bytes: u64,
 }
 
@@ -106,7 +107,7 @@ pub fn info(path: &Path) -> Result<Info, RecordingError> {
     }
 }
 
-/// The same from all messages, whatever the summary says, so that damage is noticed.
+/// Like [`info`], but reads all messages whatever the summary says, so that damage is noticed.
 ///
 /// # Errors
 /// As [`info`].
@@ -121,8 +122,8 @@ pub fn info_of_messages(path: &Path) -> Result<Info, RecordingError> {
     tally.finish(&recording)
 }
 
-/// Out of the summary; `None` where it does not say enough, or where another tool has copied what it says of the messages, and
-/// maybe not the messages.
+/// Summarizes the recording from its summary. Returns `None` if the summary does not say enough, or if another tool wrote the
+/// file: such a tool may have copied our facts about the messages without copying all messages.
 fn of_summary(path: &Path) -> Result<Option<Info>, RecordingError> {
     let recording = Recording::open(path)?;
     if !recording.header().library.starts_with(LIBRARY) {
@@ -157,7 +158,7 @@ fn duration_s(topics: &[TopicInfo]) -> f64 {
     first.zip(last).map_or(0.0, |(first, last)| last - first)
 }
 
-/// What kind of recording it is if other software wrote it, and what follows from that.
+/// Explains what kind of recording this is if other software wrote it, and what follows from that.
 fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>, RecordingError> {
     let mut notes = Vec::new();
     if !recording.is_ours()? {
@@ -200,7 +201,7 @@ fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>
 struct Tally {
     is_ours: bool,
     packed: u64,
-    /// Those of them that cannot be unpacked.
+    /// Number of the individually compressed messages that cannot be unpacked.
     damaged: u64,
     topics: BTreeMap<String, TopicTally>,
     run: BTreeMap<String, String>,

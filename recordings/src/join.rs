@@ -1,8 +1,8 @@
-//! Puts the parts of a recording together.
+//! Joins the parts of a recording.
 //!
-//! A recorder that is killed leaves a part that ends at an arbitrary point; after the restart it begins another one, a little
-//! before that point rather than after it. When the parts are joined, each message is there once, the index is complete, and
-//! what is missing from all parts is counted. Empty parts are ignored.
+//! A recorder that is killed leaves a part that ends at an arbitrary point. After the restart it begins another part, a
+//! little before that point rather than after it. Joining the parts yields each message once and a complete index, and counts
+//! the messages that are missing from all parts. Empty parts are ignored.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Write;
@@ -17,10 +17,10 @@ use crate::records::Damage;
 use crate::sources::is_source;
 use crate::writer::Writer;
 
-/// Writes the messages of `parts`, in this order, as one recording of `run`, which remains to be finished.
+/// Writes the messages of `parts`, in this order, as one recording of `run`. The caller finishes the recording.
 ///
 /// # Errors
-/// [`RecordingError`] if a part is damaged (not: cut off), or the sink fails.
+/// [`RecordingError`] if a part is damaged, or the sink fails. A part that is merely cut off is not an error.
 pub fn join<W: Write>(
     parts: impl IntoIterator<Item = impl AsRef<Path>>,
     run: &RunConfig,
@@ -39,7 +39,7 @@ pub fn join<W: Write>(
     Ok(joined.writer)
 }
 
-/// The files of the run, which are in every part that is long enough.
+/// Returns the files of the run, which every part that is long enough contains.
 fn sources_of(parts: &[impl AsRef<Path>]) -> Vec<Attachment> {
     let mut files = BTreeMap::new();
     for part in parts.iter().filter_map(|part| Recording::open(part.as_ref()).ok()) {
@@ -49,13 +49,13 @@ fn sources_of(parts: &[impl AsRef<Path>]) -> Vec<Attachment> {
     files.into_values().collect()
 }
 
-/// How many messages of channels with many writers are remembered. A part begins with what their histories hold, 8 messages of
-/// each process (`HEALTH`), most of which are also at the end of the part before.
+/// How many messages of channels with many writers are remembered. A part begins with the histories of these channels, which
+/// are 8 messages of each process (`HEALTH`). Most of these messages are also at the end of the previous part.
 const REMEMBERED: usize = 1024;
 
 struct Joined<W: Write> {
     writer: Writer<W>,
-    /// The last messages of the channels that several processes write, whose numbers say nothing.
+    /// The last messages of the channels with many writers, whose sequence numbers cannot identify them.
     said: VecDeque<Vec<u8>>,
 }
 
@@ -70,7 +70,8 @@ impl<W: Write> Joined<W> {
         Ok(())
     }
 
-    /// Whether a message is new; for a channel that one process writes, its number says so.
+    /// Returns true if a message is new. On a channel with one writer, every message may pass because [`Writer`] recognizes
+    /// repetitions by their numbers.
     fn is_new(&mut self, raw: &RawMessage) -> bool {
         if !has_many_writers(&raw.topic.name) {
             return true;

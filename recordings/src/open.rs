@@ -1,4 +1,4 @@
-//! An open recording: its records one after another, the chunks unpacked.
+//! An open recording, which yields its records one after another and unpacks the chunks.
 
 use std::path::{Path, PathBuf};
 
@@ -12,20 +12,20 @@ use crate::records::{
     ChunkEntry, Damage, FRAME_BYTES, MessageHead, Record, chunk_bytes, is_odd, next_in, unpack,
 };
 
-/// A part of a recording, or a chunk that begins.
+/// A part of a recording, or the beginning of a chunk.
 pub(crate) enum Piece {
-    /// A chunk, whose parts come next.
+    /// A chunk. Its parts come next.
     Chunk,
     /// A part.
     Part(Part),
-    /// The end; nothing follows it.
+    /// The end, after which nothing follows.
     End {
-        /// Whether the writer finished.
+        /// True if the writer finished.
         clean: bool,
     },
 }
 
-/// The name for a record of no known kind.
+/// The name of a record of unknown kind.
 pub(crate) const ODD: &str = "unknown";
 
 /// A recording that is being read.
@@ -33,18 +33,18 @@ pub(crate) struct Open {
     path: PathBuf,
     pub(crate) file: RecordFile,
     directory: Directory,
-    /// Where the last record of the file begins: the chunk, within one.
+    /// Where the file's last record that was read begins. For a record inside a chunk, this is the chunk.
     record_at: u64,
     chunk: Vec<u8>,
     offset: usize,
     messages: u64,
-    /// Those of them that were compressed individually.
+    /// How many of `messages` were compressed individually.
     packed: u64,
-    /// Whether a record that would otherwise be skipped counts as damage.
+    /// True if a record that would otherwise be skipped counts as damage.
     is_wary: bool,
-    /// Whether a chunk with a wrong checksum is read nevertheless.
+    /// True if a chunk with a wrong checksum is read anyway.
     keeps_damaged: bool,
-    /// How many such chunks were read.
+    /// Number of chunks with a wrong checksum that were read.
     kept: u64,
 }
 
@@ -54,7 +54,7 @@ impl Open {
         Ok(Self::of(path, file))
     }
 
-    /// A recording whose magic may be damaged, and whether it is.
+    /// Opens a recording whose magic may be damaged, and returns whether it is.
     pub(crate) fn damaged_file(path: &Path) -> Result<(Self, bool), RecordingError> {
         let (file, is_damaged) = RecordFile::open_damaged(path).map_err(|stop| told(path, 0, stop))?;
         Ok((Self::of(path, file), is_damaged))
@@ -76,30 +76,30 @@ impl Open {
         }
     }
 
-    /// How many messages so far were compressed individually.
+    /// Number of messages so far that were compressed individually.
     pub(crate) fn packed(&self) -> u64 {
         self.packed
     }
 
-    /// Treats records of no known kind as damage.
+    /// From now on, treats records of unknown kind as damage.
     pub(crate) fn be_wary(&mut self) {
         self.is_wary = true;
     }
 
-    /// From here on, reads chunks with a wrong checksum if they unpack to their stated length.
+    /// From now on, reads chunks with a wrong checksum if they unpack to their stated length.
     pub(crate) fn keep_damaged(&mut self) {
         self.keeps_damaged = true;
     }
 
-    /// How many chunks with a wrong checksum were read nevertheless.
+    /// Number of chunks with a wrong checksum that were read anyway.
     pub(crate) fn kept(&self) -> u64 {
         self.kept
     }
 
-    /// How many messages are in the chunk that ends at `end`, according to the records after it; `None` if there are no such
-    /// records. The next record to be read stays the same.
+    /// Returns the number of messages in the chunk that ends at `end` according to the index records after it, or `None` if
+    /// there are no such records. The position in the file stays the same.
     pub(crate) fn messages_by_index(&mut self, end: u64) -> Result<Option<u64>, RecordingError> {
-        /// Channel, and length of the entries.
+        /// The channel and the length of the entries.
         const HEAD: u64 = 2 + 4;
         const ENTRY: u64 = 8 + 8;
         let (next, mut at, mut messages) = (self.file.at(), end, None);
@@ -112,12 +112,12 @@ impl Open {
         Ok(messages)
     }
 
-    /// Knows the topics before the file declares them.
+    /// Declares topics before the file does.
     pub(crate) fn declare(&mut self, directory: &Directory) {
         self.directory = directory.clone();
     }
 
-    /// The topics that are known so far.
+    /// The topics known so far.
     pub(crate) fn directory(&self) -> &Directory {
         &self.directory
     }
@@ -134,7 +134,7 @@ impl Open {
         self.stopped(Stop::Damage(damage))
     }
 
-    /// The next piece.
+    /// Reads the next piece.
     pub(crate) fn next_piece(&mut self) -> Result<Piece, RecordingError> {
         loop {
             let piece = if self.is_in_chunk() { self.in_chunk(&|_, _| true)? } else { self.in_file()? };
@@ -144,19 +144,20 @@ impl Open {
         }
     }
 
-    /// Where the last record of the file begins, and its length with its frame.
+    /// Returns where the last record that was read begins, and its length including its frame.
     pub(crate) fn record(&self) -> (u64, u64) {
         (self.record_at, self.file.at() - self.record_at)
     }
 
-    /// The record that begins there.
+    /// Reads the record that begins at `at`.
     pub(crate) fn read_at(&mut self, at: u64) -> Result<Record<'_>, RecordingError> {
         let read = self.file.seek(at).and_then(|()| self.file.advance());
         let opcode = read.map_err(|stop| self.stopped(stop))?;
         Record::parse(opcode, self.file.content()).map_err(|kind| self.damaged(Damage::Content { at, kind }))
     }
 
-    /// The opcode of the record that begins there, and where it ends; `None` if the file ends before the record does.
+    /// Returns the opcode of the record that begins at `at` and where it ends, or `None` if the file ends before the record
+    /// does.
     pub(crate) fn frame_at(&mut self, at: u64) -> Result<Option<(u8, u64)>, RecordingError> {
         match self.file.frame_at(at) {
             Ok(frame) => Ok(Some(frame)),
@@ -191,7 +192,8 @@ impl Open {
                     self.damaged(damage)
                 })?;
                 if self.is_wary && end < self.file.at() {
-                    // Its length may be wrong and cover the chunk that follows.
+                    // The record's stated length may be wrong and cover the next chunk, so continue where the chunk's own
+                    // content ends.
                     self.file.seek(end).map_err(|stop| self.stopped(stop))?;
                 }
                 Ok(Some(Piece::Chunk))
@@ -208,7 +210,7 @@ impl Open {
         }
     }
 
-    /// What comes next in the chunk; `None` if it is a message that is not wanted.
+    /// Reads the next record in the chunk. Returns `None` if it yields no part, or a message that is not wanted.
     pub(crate) fn in_chunk(
         &mut self,
         is_wanted: &impl Fn(&Topic, u64) -> bool,
@@ -233,7 +235,8 @@ impl Open {
         Ok(is_wanted.then(|| Piece::Part(Part::Message(RawMessage::new(topic, head, data)))))
     }
 
-    /// Takes what the chunk declares and skips its messages; returns their earliest and latest time, nanoseconds.
+    /// Takes over what the rest of the chunk declares and skips its messages. Returns their earliest and latest time, in
+    /// nanoseconds.
     pub(crate) fn skip_chunk(&mut self) -> Result<Option<(u64, u64)>, RecordingError> {
         let mut times: Option<(u64, u64)> = None;
         while self.offset < self.chunk.len() {
@@ -255,14 +258,14 @@ impl Open {
         Ok(times)
     }
 
-    /// Abandons the current chunk; returns false if there is none.
+    /// Abandons the current chunk. Returns false if there is none.
     pub(crate) fn abandon_chunk(&mut self) -> bool {
         let was_inside = self.is_in_chunk();
         self.offset = self.chunk.len();
         was_inside
     }
 
-    /// Goes to a chunk, or to a run of messages outside chunks; returns the chunk, or the run's first message.
+    /// Moves to a chunk, or to a run of messages outside chunks. Returns the chunk, or the first message of the run.
     pub(crate) fn enter(&mut self, entry: &ChunkEntry) -> Result<Piece, RecordingError> {
         self.offset = self.chunk.len();
         self.file.seek(entry.at).map_err(|stop| self.stopped(stop))?;
@@ -279,7 +282,7 @@ impl Open {
 }
 
 impl Directory {
-    /// Notes what a record declares; returns it as a part, if it is one.
+    /// Remembers what a record declares. Returns the record as a part, if it is one.
     fn take(&mut self, record: Record<'_>) -> Option<Part> {
         match record {
             Record::Header(header) => {

@@ -1,4 +1,4 @@
-//! Everything in a recording, part by part.
+//! Iterates over everything in a recording, part by part.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use crate::error::RecordingError;
 use crate::open::{Open, Piece};
 use crate::records::FileHeader;
 
-/// Everything in a recording, in the order of the file: see [`crate::Recording::parts`].
+/// Everything in a recording, in the order of the file. See [`crate::Recording::parts`].
 pub struct Parts {
     open: Open,
     is_over: bool,
@@ -20,12 +20,12 @@ impl Parts {
 }
 
 impl Parts {
-    /// How many messages so far were compressed individually by rosbag2.
+    /// Number of messages so far that rosbag2 compressed individually.
     pub fn packed(&self) -> u64 {
         self.open.packed()
     }
 
-    /// What the file says about itself; empty before its first part has been read.
+    /// The file's header. Empty before the first part has been read.
     pub fn header(&self) -> &FileHeader {
         &self.open.directory().header
     }

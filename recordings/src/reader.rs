@@ -1,8 +1,8 @@
-//! Opens a recording and reads it: from front to back, one channel, some times, or in order of time.
+//! Opens and reads recordings: from front to back, one channel, a range of times, or in order of time.
 //!
-//! A recording that a kill cut off is read up to the cut. A chunk counts completely or not at all: its checksum is verified
-//! before its first message is returned. A file is never loaded as a whole: one chunk is in memory at a time or, when reading
-//! in order of time, those whose times overlap.
+//! A recording that a kill cut off is read up to the cut. A chunk is read completely or not at all, since its checksum is
+//! verified before its first message is returned. A file is never loaded as a whole. Only one chunk is in memory at a time,
+//! or, when reading in order of time, the chunks whose times overlap.
 
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
@@ -25,7 +25,7 @@ pub use crate::selection::{Selected, Selection};
 pub use crate::timeline::Timeline;
 use crate::writer::{RUN_ATTACHMENT, RUN_METADATA, topic_name};
 
-/// Most bytes that may be attached to a run's recording, since all of them are kept in memory.
+/// Maximum number of bytes that may be attached to a run's recording, since all of them are kept in memory.
 const MAX_ATTACHED_BYTES: u64 = 256 << 20;
 
 /// Prefix of the names of this project's own types.
@@ -55,12 +55,12 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Opens a recording and reads its description: what precedes the first message and, for a recording of this project, what
-    /// is elsewhere in the file.
+    /// Opens a recording and reads its description. This is everything before the first message and, for a recording of
+    /// this project, also the description elsewhere in the file.
     ///
     /// # Errors
-    /// [`RecordingError::File`]; [`RecordingError::Damaged`] if it is no recording; [`RecordingError::Run`] if more
-    /// is attached than the files of a run.
+    /// [`RecordingError::File`], [`RecordingError::Damaged`] if it is not a recording, or [`RecordingError::Run`] if more
+    /// is attached than the files of a run can be.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let mut recording = Self::open_to_first_message(path)?;
         if let Some(index) = recording.index_of_others()? {
@@ -89,8 +89,9 @@ impl Recording {
         Ok(Self { path, metadata, attachments, header, index: OnceLock::new() })
     }
 
-    /// The index for finding the rest of the recording's description: the file's own, or one from a pass over it. `None` if a
-    /// kill has left no index but the description precedes the first message, or if the file is damaged.
+    /// Returns the index for finding the rest of the recording's description: the file's own, or one from a pass over the
+    /// file. Returns `None` if a kill has left no index but the description precedes the first message, or if the file is
+    /// damaged.
     fn index_of_others(&self) -> Result<Option<Index>, RecordingError> {
         match Index::of_summary(&self.path)? {
             None if !self.has_run() => Ok(Index::by_a_pass(&self.path).ok()),
@@ -98,8 +99,8 @@ impl Recording {
         }
     }
 
-    /// Reads the attachments and facts that the index names and that are not known yet: the project's own recorder writes them
-    /// first, other tools anywhere. Those of other recordings are not needed here.
+    /// Reads the attachments and metadata that the index lists and that are not known yet. The project's own recorder
+    /// writes them first, but other tools may put them anywhere. In recordings by other software they are not needed here.
     fn describe_by(&mut self, index: &Index) -> Result<(), RecordingError> {
         if !self.has_run() && !index.attachments.iter().any(|entry| entry.name == RUN_ATTACHMENT) {
             return Ok(());
@@ -123,12 +124,12 @@ impl Recording {
         Ok(())
     }
 
-    /// What the file says about itself: its profile, and what wrote it.
+    /// The file's header: its profile and the library that wrote it.
     pub fn header(&self) -> &FileHeader {
         &self.header
     }
 
-    /// Whether this project wrote it, or copied it from such a recording.
+    /// Returns true if this project wrote the recording, or copied it from one that it wrote.
     ///
     /// # Errors
     /// As [`Recording::index`].
@@ -139,15 +140,16 @@ impl Recording {
         Ok(self.topics()?.iter().any(|topic| topic.ros2_type.starts_with(OWN_TYPES)))
     }
 
-    /// Whether the description of its run is in it, without which it cannot be judged, executed or replayed.
+    /// Returns true if the recording contains the description of its run. Without it, the recording cannot be judged,
+    /// executed or replayed.
     pub fn has_run(&self) -> bool {
         self.attachments.contains_key(RUN_ATTACHMENT)
     }
 
-    /// Refuses a recording by other software.
+    /// Checks that the recording is this project's own.
     ///
     /// # Errors
-    /// [`RecordingError::NotOurs`]; as [`Recording::index`].
+    /// [`RecordingError::NotOurs`] if other software wrote it, and the errors of [`Recording::index`].
     pub fn must_be_ours(&self) -> Result<(), RecordingError> {
         if self.is_ours()? { Ok(()) } else { Err(self.lacks(RUN_ATTACHMENT)) }
     }
@@ -157,17 +159,18 @@ impl Recording {
         RecordingError::NotOurs { path, missing, library }
     }
 
-    /// The file.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// A fact of the metadata `name`; for a recording by other software, only of metadata that precedes the first message.
+    /// The value of `key` in the metadata `name`. For a recording by other software, only metadata before the first message
+    /// is known.
     pub fn fact(&self, name: &str, key: &str) -> Option<&str> {
         Some(self.metadata.get(name)?.get(key)?.as_str())
     }
 
-    /// All facts by name; for a recording by other software, those that precede the first message.
+    /// All metadata by name. For a recording by other software, only what precedes the first message.
     pub fn metadata(&self) -> &BTreeMap<String, BTreeMap<String, String>> {
         &self.metadata
     }
@@ -180,38 +183,36 @@ impl Recording {
         Ok(self.index()?.directory.topics().map(|(_, topic)| Arc::clone(topic)).collect())
     }
 
-    /// The attachments by name; for a recording by other software, those that precede the first message.
+    /// The attachments by name. For a recording by other software, only those that precede the first message.
     pub fn attachments(&self) -> &BTreeMap<String, Attachment> {
         &self.attachments
     }
 
-    /// The run that was recorded: mission, robot, seed, pace. Its paths are those of the machine that recorded it; for its
-    /// files use [`RecordedRun`](crate::sources::RecordedRun).
+    /// The run that was recorded: mission, robot, seed, pace. Its paths are those of the machine that recorded it. To read
+    /// its files, use [`RecordedRun`](crate::sources::RecordedRun).
     ///
     /// # Errors
-    /// [`RecordingError::NotOurs`] if the attachment is missing; [`RecordingError::Run`] if it is not one of this
-    /// version.
+    /// [`RecordingError::NotOurs`] if the recording has no run, and [`RecordingError::Run`] if this version cannot read it.
     pub fn run(&self) -> Result<RunConfig, RecordingError> {
         let wrong = |reason| RecordingError::Run { what: RUN_ATTACHMENT, reason };
         let file = self.attachments.get(RUN_ATTACHMENT).ok_or_else(|| self.lacks(RUN_ATTACHMENT))?;
         let mut run: RunConfig =
             serde_json::from_slice(&file.data).map_err(|error| wrong(error.to_string()))?;
-        // A recording may come from anywhere: no robot file was parsed for it.
+        // A recording may come from anywhere, so its robot has not necessarily been parsed from a robot file.
         run.robot.check_numbers().map_err(|error| wrong(format!("robot: {error}")))?;
-        // Where a system takes its files from says nothing about what it did.
+        // The place from which the system took its files says nothing about what it did.
         run.files_of = None;
         if run.method.is_empty() {
-            // Earlier versions wrote it only into the facts.
+            // Earlier versions wrote the method only into the metadata.
             run.method = self.fact(RUN_METADATA, "method").unwrap_or_default().to_owned();
         }
         Ok(run)
     }
 
-    /// Where its chunks are, and their times; read once.
+    /// The index of the recording: where its chunks are and which times they cover. Read once and then cached.
     ///
     /// # Errors
-    /// [`RecordingError::File`]; [`RecordingError::Damaged`] if a file without an index of its own is
-    /// damaged.
+    /// [`RecordingError::File`], or [`RecordingError::Damaged`] if a file without an index of its own is damaged.
     pub fn index(&self) -> Result<&Index, RecordingError> {
         if let Some(index) = self.index.get() {
             return Ok(index);
@@ -220,23 +221,23 @@ impl Recording {
         Ok(self.index.get_or_init(|| Arc::new(index)))
     }
 
-    /// Everything in the file, in order, followed by a [`Part::End`].
+    /// Iterates over everything in the file, in order, and ends with a [`Part::End`].
     ///
     /// # Errors
-    /// [`RecordingError::File`]; the iterator's last item is an error if the file is damaged.
+    /// [`RecordingError::File`]. If the file is damaged, the iterator's last item is an error.
     pub fn parts(&self) -> Result<Parts, RecordingError> {
         Parts::of(&self.path)
     }
 
-    /// The selected messages, in the order of the file. Only chunks that may contain one are read.
+    /// Iterates over the selected messages in the order of the file. Only chunks that may contain one are read.
     ///
     /// # Errors
-    /// As [`Recording::index`]; the iterator's last item is an error if a chunk is damaged.
+    /// As [`Recording::index`]. If a chunk is damaged, the iterator's last item is an error.
     pub fn select(&self, selection: Selection) -> Result<Selected, RecordingError> {
         Selected::of(&self.path, self.index()?, selection)
     }
 
-    /// The selected messages in order of time, those of an instant in the order of a step.
+    /// Iterates over the selected messages in order of time, and within an instant in the order of a step.
     ///
     /// # Errors
     /// As [`Recording::select`].
@@ -244,7 +245,8 @@ impl Recording {
         Timeline::of(&self.path, self.index()?, selection)
     }
 
-    /// The last message of each latched topic before a time, nanoseconds: what a reader that begins there needs to know.
+    /// Returns the last message of each latched topic before a time, in nanoseconds. A reader that begins at that time
+    /// needs them.
     ///
     /// # Errors
     /// As [`Recording::select`] and its items.
@@ -259,17 +261,18 @@ impl Recording {
         Ok(last.into_values().collect())
     }
 
-    /// The messages of a channel in the order of the file, with the slices that follow them. Empty if the file does not have
-    /// the channel.
+    /// Iterates over the messages of a channel in the order of the file, with the slices that follow them. Empty if the
+    /// file does not have the channel.
     ///
     /// # Errors
-    /// As [`Recording::select`]; an item is an error if the topic's type is not `T`'s, or a message is not valid for it.
+    /// As [`Recording::select`]. An item is an error if the topic's type is not that of `T`, or if a message is invalid for
+    /// it.
     pub fn channel<T: Ros2>(&self, channel: Channel<T>) -> Result<Messages<T>, RecordingError> {
         let selection = Selection::of_topics([topic_name(channel.spec.name)]);
         Ok(Messages { selected: self.select(selection)?, path: self.path.clone(), message: PhantomData })
     }
 
-    /// The headers of the messages of a channel, whatever they are, in the order of the file.
+    /// Iterates over the headers of the messages of a channel, whatever its type, in the order of the file.
     ///
     /// # Errors
     /// As [`Recording::channel`].
@@ -281,10 +284,10 @@ impl Recording {
         Ok(messages.map(move |raw| Ok(*erased::header(raw?.decode(spec)?.bytes()))))
     }
 
-    /// All messages of a channel in memory, without the slices that follow them.
+    /// Reads all messages of a channel into memory, without the slices that follow them.
     ///
     /// # Errors
-    /// As [`Recording::channel`] and its items.
+    /// As [`Recording::channel`], and the first error among its items.
     pub fn all<T: Ros2>(&self, channel: Channel<T>) -> Result<Vec<T>, RecordingError> {
         self.channel(channel)?.map(|message| Ok(message?.0)).collect()
     }
@@ -298,7 +301,7 @@ fn check_attached(bytes: u64) -> Result<(), RecordingError> {
     Err(RecordingError::Run { what: "attachments", reason })
 }
 
-/// The messages of a channel: see [`Recording::channel`].
+/// An iterator over the messages of a channel. See [`Recording::channel`].
 pub struct Messages<T> {
     selected: Selected,
     path: PathBuf,
@@ -306,14 +309,14 @@ pub struct Messages<T> {
 }
 
 impl<T> Messages<T> {
-    /// Only those within these times, nanoseconds; chunks without any are not read.
+    /// Restricts the messages to these times, in nanoseconds. Chunks without any such message are not read.
     #[must_use]
     pub fn between(mut self, times_ns: std::ops::Range<u64>) -> Self {
         self.selected.narrow(times_ns);
         self
     }
 
-    /// How many bytes of the file have been read so far.
+    /// Number of bytes of the file that have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.selected.bytes_read()
     }

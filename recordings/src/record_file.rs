@@ -1,4 +1,4 @@
-//! A file of records, read one after another or from any position; and the index at its end.
+//! A file of records, which are read one after another or from any position, and the index at its end.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -9,17 +9,17 @@ use mcap::records::op;
 use crate::foreign::{Foreign, LOOKED_AT};
 use crate::records::{Damage, FRAME_BYTES, MAX_RECORD_BYTES, Record};
 
-/// Footer record and the magic after it.
+/// Size of the footer record and the magic after it.
 const TAIL_BYTES: u64 = FRAME_BYTES + 20 + 8;
 
-/// Why the next record cannot be read.
+/// Reasons why the next record cannot be read.
 #[derive(Debug)]
 pub enum Stop {
-    /// The file ends before or within the record that begins here.
+    /// The file ends before or within the record that begins at this offset.
     Cut(u64),
-    /// It is damaged.
+    /// The record is damaged.
     Damage(Damage),
-    /// The system cannot read it.
+    /// The system cannot read the file.
     Io(io::Error),
 }
 
@@ -35,7 +35,7 @@ impl From<io::Error> for Stop {
     }
 }
 
-/// A file of records.
+/// A file of MCAP records.
 pub struct RecordFile {
     file: BufReader<File>,
     at: u64,
@@ -45,7 +45,7 @@ pub struct RecordFile {
 }
 
 impl RecordFile {
-    /// Opens a file and checks how it begins.
+    /// Opens a file and checks its magic.
     pub fn open(path: &Path) -> Result<Self, Stop> {
         match Self::open_damaged(path)? {
             (file, false) => Ok(file),
@@ -53,7 +53,7 @@ impl RecordFile {
         }
     }
 
-    /// Opens a file whose magic may be damaged, and says whether it is; if so, a header must follow.
+    /// Opens a file whose magic may be damaged, and returns whether it is. If so, a header must follow.
     pub fn open_damaged(path: &Path) -> Result<(Self, bool), Stop> {
         let (mut file, magic) = Self::begin(path)?;
         if magic == *mcap::MAGIC {
@@ -67,7 +67,7 @@ impl RecordFile {
         Ok((file, true))
     }
 
-    /// The file, positioned after the magic, and the magic.
+    /// Opens a file and reads its magic. The file is then positioned after the magic.
     fn begin(path: &Path) -> Result<(Self, [u8; mcap::MAGIC.len()]), Stop> {
         let mut file = BufReader::with_capacity(1 << 16, sketchnav_files::open(path, "a recording")?);
         let bytes = file.get_ref().metadata()?.len();
@@ -80,35 +80,35 @@ impl RecordFile {
         Ok((Self { file, at, bytes, content: Vec::new(), read: at }, magic))
     }
 
-    /// Where the next record begins.
+    /// Offset at which the next record begins.
     pub fn at(&self) -> u64 {
         self.at
     }
 
-    /// Length of the file.
+    /// Length of the file, in bytes.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// How many bytes have been read so far in total.
+    /// Total number of bytes that have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.read
     }
 
-    /// Goes to another record.
+    /// Moves to the record that begins at `at`.
     pub fn seek(&mut self, at: u64) -> Result<(), Stop> {
         if at > self.bytes {
             return Err(Stop::Cut(at));
         }
         if at != self.at {
-            // Nothing is read again within the read-ahead buffer.
+            // A relative seek within the read-ahead buffer does not read anything again.
             self.file.seek_relative(at as i64 - self.at as i64)?;
             self.at = at;
         }
         Ok(())
     }
 
-    /// Reads the next record and returns its opcode; [`RecordFile::content`] is its content.
+    /// Reads the next record and returns its opcode. Its content is then in [`RecordFile::content`].
     pub fn advance(&mut self) -> Result<u8, Stop> {
         let begin = self.at;
         let left = self.bytes - begin;
@@ -136,7 +136,7 @@ impl RecordFile {
         Ok(opcode)
     }
 
-    /// The opcode of the record that begins there, and where it ends.
+    /// Returns the opcode of the record that begins at `at`, and where the record ends.
     pub fn frame_at(&mut self, at: u64) -> Result<(u8, u64), Stop> {
         self.seek(at)?;
         if self.bytes - at < FRAME_BYTES {
@@ -159,8 +159,9 @@ impl RecordFile {
         Ok(())
     }
 
-    /// Goes to the next position, from `from`, at which a chunk seems to begin: with its opcode, lengths that are consistent
-    /// with each other and the file, and a known compression. What is in between is read once, in pieces.
+    /// Returns the next position, starting with `from`, at which a chunk seems to begin. A chunk is recognized by its
+    /// opcode, lengths that are consistent with each other and the file, and a known compression. The file is read in
+    /// pieces, each of them once.
     pub fn find_chunk(&mut self, from: u64) -> Result<Option<u64>, Stop> {
         const PIECE: usize = 1 << 20;
         let mut begin = from;
@@ -188,7 +189,7 @@ impl RecordFile {
         &self.content
     }
 
-    /// The records of the index at the end of the file, one after another.
+    /// Reads the records of the index at the end of the file, as one block.
     pub fn summary(&mut self) -> Result<Vec<u8>, Stop> {
         let no_index = || Stop::Damage(Damage::NoIndex);
         let tail = self.bytes.checked_sub(TAIL_BYTES).filter(|&at| at >= 8).ok_or_else(no_index)?;
@@ -218,7 +219,7 @@ impl RecordFile {
 /// Frame, times, length, checksum, length and longest name of the compression, packed length.
 const CHUNK_HEAD: usize = 9 + 8 + 8 + 8 + 4 + 4 + 4 + 8;
 
-/// The length of the chunk that seems to begin like this, without its frame.
+/// Returns the length, without its frame, of the chunk that seems to begin with `head`.
 fn chunk_length(head: &[u8]) -> Option<u64> {
     let number = |at: usize| Some(u64::from_le_bytes(head.get(at..at + 8)?.try_into().ok()?));
     if *head.first()? != op::CHUNK {
@@ -234,7 +235,7 @@ fn chunk_length(head: &[u8]) -> Option<u64> {
     fits.then_some(length)
 }
 
-/// What kind of file it is if it does not begin as an MCAP file does.
+/// Returns which kind of file this is if it does not begin as an MCAP file does.
 fn foreign(path: &Path) -> Stop {
     let mut begin = Vec::new();
     match sketchnav_files::open(path, "a recording")
@@ -245,7 +246,8 @@ fn foreign(path: &Path) -> Stop {
     }
 }
 
-/// Checks the checksum of an attachment, which covers everything before it; 0 means none.
+/// Returns true if the checksum at the end of an attachment matches everything before it. A checksum of 0 means that there is
+/// none.
 fn is_attachment_sound(content: &[u8]) -> bool {
     let Some((said, checksum)) = content.split_last_chunk::<4>() else { return false };
     let checksum = u32::from_le_bytes(*checksum);

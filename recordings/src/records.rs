@@ -1,18 +1,18 @@
-//! The records of an MCAP file, read without trusting any length or count in it.
+//! The records of an MCAP file, read without trusting any length or count in them.
 //!
-//! Every length is first checked against the bytes that are there. Never allocates more than the length of the file, or more
-//! than [`MAX_RECORD_BYTES`]. Source: the MCAP specification, version 0.
+//! Every length is first checked against the bytes that exist, so reading never allocates more than the length of the file,
+//! or more than [`MAX_RECORD_BYTES`]. Source: the MCAP specification, version 0.
 //!
-//! Why not use the mcap crate's own readers? Since 0.26 they take a `record_length_limit`. With a limit of 64 MB they were
-//! tried on 60,000 damaged copies of the golden recordings, compressed and not:
+//! Why not use the mcap crate's own readers? Since 0.26 they take a `record_length_limit`. We tried them with a limit of 64
+//! MB on 60,000 damaged copies of the golden recordings, both compressed and uncompressed:
 //!
-//! - They allocate up to 4 GB, whatever the limit, which applies to records but not to the texts in them (`McapString`). Here
-//!   the most was 1 MB.
-//! - In 58 files `LinearReader` subtracts a record's length from a smaller rest of an uncompressed chunk. With overflow checks
-//!   it panics; without, it reads records from beyond the chunk.
-//! - `parse_record` panics on an attachment that ends before its checksum (a test pins this, and will show when it is fixed).
-//! - They do not say where in the file a record begins, which is needed for seeking, repairing, and the index of a file without
-//!   a summary.
+//! - They allocate up to 4 GB whatever the limit is, because it applies to records but not to the strings in them
+//!   (`McapString`). The readers here allocated 1 MB at most.
+//! - In 58 files `LinearReader` subtracts a record's length from a smaller remainder of an uncompressed chunk. With overflow
+//!   checks it panics; without them it reads records from beyond the chunk.
+//! - `parse_record` panics on an attachment that ends before its checksum. A test pins this, and will show when it is fixed.
+//! - They do not report where in the file a record begins, which is needed for seeking, for repairing, and for the index of a
+//!   file without a summary.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -22,30 +22,30 @@ use mcap::records::op;
 
 use crate::foreign::Foreign;
 
-/// Longest record, and longest chunk in either form, that is read into memory. It is the longest file that a run may
-/// name (64 MiB), with its name and its times.
+/// Maximum length of a record, and of a chunk in either form, that is read into memory. This leaves room for the longest file
+/// that a run may name (64 MiB) together with its name and times.
 pub const MAX_RECORD_BYTES: usize = 65 << 20;
-/// Opcode and length.
+/// Size of the opcode and the length.
 pub(crate) const FRAME_BYTES: u64 = 9;
 
-/// What is wrong with the bytes of a recording.
+/// The ways in which the bytes of a recording can be wrong.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Damage {
-    /// The file is shorter than what an MCAP file begins with.
+    /// The file is shorter than the magic of an MCAP file.
     #[error("the file is empty")]
     Empty,
     /// The file does not begin as an MCAP file does.
     #[error("expected an MCAP file, found {0}")]
     NoMcap(Foreign),
-    /// The first bytes are wrong, but what follows is an MCAP file.
+    /// The magic is wrong, but an MCAP file follows it.
     #[error("its first bytes are not those of MCAP, but what follows is; `sketchnav recover` repairs that")]
     Magic,
     /// A record is longer than any in a recording.
     #[error("byte {at}: expected a record of at most {MAX_RECORD_BYTES} bytes, found {bytes}")]
     TooLong {
-        /// Where it begins.
+        /// Where the record begins.
         at: u64,
-        /// What it says.
+        /// The stated length, in bytes.
         bytes: u64,
     },
     /// A record's content does not match its length.
@@ -53,15 +53,15 @@ pub enum Damage {
     Content {
         /// Where the record, or the chunk around it, begins.
         at: u64,
-        /// Which record.
+        /// The kind of record.
         kind: &'static str,
     },
     /// The checksum is wrong.
     #[error("byte {at}: the checksum of a {kind} is wrong")]
     Checksum {
-        /// Where it begins.
+        /// Where the record begins.
         at: u64,
-        /// What it belongs to.
+        /// The kind of record.
         kind: &'static str,
     },
     /// A chunk is compressed in an unknown way.
@@ -69,7 +69,7 @@ pub enum Damage {
     Compression {
         /// Where the chunk begins.
         at: u64,
-        /// What it says.
+        /// The name of the compression.
         found: String,
     },
     /// A chunk does not decompress to its stated length.
@@ -78,12 +78,12 @@ pub enum Damage {
         /// Where the chunk begins.
         at: u64,
     },
-    /// A message of a channel that was never declared.
+    /// A message belongs to a channel that was never declared.
     #[error("byte {at}: a message of channel {channel}, which the file does not declare")]
     UnknownChannel {
         /// Where the chunk begins.
         at: u64,
-        /// Its number in the file.
+        /// The channel's number in the file.
         channel: u16,
     },
     /// The file ends inside a record, or before one that its index names.
@@ -97,12 +97,12 @@ pub enum Damage {
     NoIndex,
 }
 
-/// The fields of a record, taken one after another; `None` if there are too few bytes.
+/// Reads the fields of a record one after another. Each method returns `None` if too few bytes are left.
 #[derive(Clone, Copy)]
 pub struct Fields<'a>(pub &'a [u8]);
 
 impl<'a> Fields<'a> {
-    /// The next `count` bytes.
+    /// Takes the next `count` bytes.
     pub fn take(&mut self, count: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(count)?;
         self.0 = rest;
@@ -148,158 +148,158 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The form of a topic's messages.
+/// The schema of a topic's messages.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Schema {
-    /// `sensor_msgs/msg/LaserScan`.
+    /// Name of the type, such as `sensor_msgs/msg/LaserScan`.
     pub name: String,
-    /// `ros2msg`.
+    /// Language of the definition, such as `ros2msg`.
     pub encoding: String,
     /// The definition.
     pub data: Vec<u8>,
 }
 
-/// What a file first says about itself.
+/// The header of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FileHeader {
-    /// `ros2`, `ros1`, or nothing.
+    /// Profile: `ros2`, `ros1`, or empty.
     pub profile: String,
-    /// What wrote it.
+    /// The library that wrote the file.
     pub library: String,
 }
 
-/// Declares a channel of the file.
+/// The declaration of a channel.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChannelRecord {
-    /// Its number.
+    /// Number of the channel.
     pub id: u16,
-    /// Number of its schema; 0 if it has none.
+    /// Number of the channel's schema, or 0 if it has none.
     pub schema: u16,
-    /// `/scan`.
+    /// Name of the topic, such as `/scan`.
     pub topic: String,
-    /// `cdr`.
+    /// Encoding of the messages, such as `cdr`.
     pub encoding: String,
-    /// What else the file says about it.
+    /// Metadata of the channel.
     pub metadata: BTreeMap<String, String>,
 }
 
-/// What precedes a message.
+/// The fields before the data of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MessageHead {
-    /// Number of its channel in the file.
+    /// Number of the channel in the file.
     pub channel: u16,
-    /// Its number on the channel.
+    /// Sequence number of the message on the channel.
     pub sequence: u32,
-    /// When it was recorded, nanoseconds.
+    /// Time at which the message was recorded, in nanoseconds.
     pub log_ns: u64,
-    /// When it was sent, nanoseconds.
+    /// Time at which the message was sent, in nanoseconds.
     pub publish_ns: u64,
 }
 
 /// A chunk as listed in the index or, in a file whose messages are not in chunks, a run of records.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChunkEntry {
-    /// Time of its first message, nanoseconds.
+    /// Time of the first message, in nanoseconds.
     pub first_ns: u64,
-    /// Time of its last message, nanoseconds.
+    /// Time of the last message, in nanoseconds.
     pub last_ns: u64,
-    /// Where its record begins, or the run's first.
+    /// Where the chunk's record, or the first record of the run, begins.
     pub at: u64,
-    /// Length of the record with its frame, or of the run.
+    /// Length of the chunk's record including its frame, or of the whole run, in bytes.
     pub bytes: u64,
-    /// Length of the message index that follows it, which is redundant.
+    /// Length of the redundant message index that follows the chunk, in bytes.
     pub index_bytes: u64,
-    /// The channels that have messages in it; empty if that is not known.
+    /// The channels that have messages in the chunk. Empty if they are not known.
     pub channels: Vec<u16>,
 }
 
 /// An attachment as listed in the index.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AttachmentEntry {
-    /// Its name.
+    /// Name of the attachment.
     pub name: String,
-    /// Where its record begins.
+    /// Where the attachment's record begins.
     pub at: u64,
-    /// Length of its record with its frame.
+    /// Length of the record including its frame, in bytes.
     pub record_bytes: u64,
-    /// Length of its content.
+    /// Length of the content, in bytes.
     pub bytes: u64,
 }
 
-/// The counts at a file's end.
+/// The statistics at the end of a file.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Statistics {
-    /// Messages of all channels.
+    /// Number of messages of all channels.
     pub messages: u64,
-    /// Time of the first message, nanoseconds.
+    /// Time of the first message, in nanoseconds.
     pub first_ns: u64,
-    /// Time of the last message, nanoseconds.
+    /// Time of the last message, in nanoseconds.
     pub last_ns: u64,
-    /// Messages by channel.
+    /// Number of messages by channel.
     pub by_channel: BTreeMap<u16, u64>,
 }
 
 /// A record.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Record<'a> {
-    /// The file's first.
+    /// The first record of the file.
     Header(FileHeader),
-    /// The form of messages, and its number.
+    /// A schema with its number.
     Schema(u16, Schema),
     /// A channel.
     Channel(ChannelRecord),
     /// A message.
     Message(MessageHead, &'a [u8]),
-    /// A chunk, compressed.
+    /// A chunk with its compressed records.
     Chunk(ChunkHead, &'a [u8]),
-    /// Facts under a name.
+    /// Metadata: key-value pairs under a name.
     Metadata(String, BTreeMap<String, String>),
-    /// A file inside the file.
+    /// A file embedded in the recording.
     Attachment(Attachment),
     /// The end of the data.
     DataEnd,
-    /// Where the index begins, and its checksum.
+    /// The offset at which the index begins, and the index's checksum.
     Footer(u64, u32),
-    /// Of the index: a chunk.
+    /// An index entry for a chunk.
     ChunkIndex(ChunkEntry),
-    /// Of the index: an attachment.
+    /// An index entry for an attachment.
     AttachmentIndex(AttachmentEntry),
-    /// Of the index: where metadata are, the length of their record with its frame, their name.
+    /// An index entry for metadata: where its record begins, the record's length including the frame, and the name.
     MetadataIndex(u64, u64, String),
-    /// Of the index: counts.
+    /// The statistics of the index.
     Statistics(Statistics),
-    /// A redundant one.
+    /// A redundant or unknown record.
     Other,
 }
 
-/// A file inside the file.
+/// A file embedded in the recording.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Attachment {
-    /// Its name.
+    /// Name of the file.
     pub name: String,
-    /// `application/json`.
+    /// Media type, such as `application/json`.
     pub media_type: String,
-    /// Its content.
+    /// Content of the file.
     pub data: Vec<u8>,
 }
 
-/// What precedes the records of a chunk.
+/// The fields before the records of a chunk.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChunkHead {
-    /// Time of its first message, nanoseconds.
+    /// Time of the first message, in nanoseconds.
     pub first_ns: u64,
-    /// Time of its last message, nanoseconds.
+    /// Time of the last message, in nanoseconds.
     pub last_ns: u64,
-    /// Length of its records.
+    /// Length of the unpacked records, in bytes.
     pub bytes: u64,
-    /// CRC-32 of its records; 0 if there is none.
+    /// CRC-32 of the unpacked records, or 0 if there is none.
     pub checksum: u32,
-    /// `zstd`, `lz4`, or nothing.
+    /// Compression: `zstd`, `lz4`, or empty for none.
     pub compression: String,
 }
 
 impl<'a> Record<'a> {
-    /// Reads a record's content; an error names the record.
+    /// Parses the content of a record. The error is the name of the record.
     pub fn parse(opcode: u8, content: &'a [u8]) -> Result<Self, &'static str> {
         let mut f = Fields(content);
         let (kind, record) = match opcode {
@@ -386,8 +386,8 @@ fn statistics<'a>(mut f: Fields<'a>) -> Option<Record<'a>> {
     Some(Record::Statistics(Statistics { messages, first_ns, last_ns, by_channel }))
 }
 
-/// Whether a record is of no known kind, or does not have the length of its kind. Readers skip such records, as the
-/// specification requires; a repair reports them, since a chunk with a damaged opcode is one of them.
+/// Returns true if a record is of unknown kind, or does not have the length of its kind. Readers skip such records, as the
+/// specification requires. A repair reports them, since one of them may be a chunk with a damaged opcode.
 pub fn is_odd(opcode: u8, content: &[u8]) -> bool {
     let length = content.len();
     match opcode {
@@ -406,13 +406,13 @@ pub fn is_odd(opcode: u8, content: &[u8]) -> bool {
     }
 }
 
-/// Whether these fields take up all of a record.
+/// Returns true if the fields that `take` reads take up all of a record.
 fn is_filled<'a>(content: &'a [u8], take: impl Fn(&mut Fields<'a>) -> Option<&'a [u8]>) -> bool {
     let mut fields = Fields(content);
     take(&mut fields).is_some() && fields.0.is_empty()
 }
 
-/// The next record in `bytes`: its opcode and where its content is.
+/// Returns the next record in `bytes`: its opcode and the range of its content.
 pub fn next_in(bytes: &[u8], at: usize) -> Option<(u8, Range<usize>)> {
     let mut fields = Fields(bytes.get(at..)?);
     let opcode = *fields.take(1)?.first()?;
@@ -422,14 +422,14 @@ pub fn next_in(bytes: &[u8], at: usize) -> Option<(u8, Range<usize>)> {
     Some((opcode, begin..begin + length))
 }
 
-/// The length of a chunk record's content when nothing follows the packed data, bytes.
+/// Returns the length of a chunk record's content if nothing follows the packed data, in bytes.
 pub fn chunk_bytes(head: &ChunkHead, packed: &[u8]) -> u64 {
-    /// Times, length, checksum, and two lengths.
+    /// Size of the times, length, checksum, and two lengths.
     const FIXED: usize = 8 + 8 + 8 + 4 + 4 + 8;
     (FIXED + head.compression.len() + packed.len()) as u64
 }
 
-/// Writes the records of a chunk, which begins at byte `at` of its file, into `out`, replacing what was there.
+/// Unpacks the records of a chunk into `out`, replacing its content. `at` is where the chunk begins in its file, for errors.
 pub fn unpack(head: &ChunkHead, packed: &[u8], at: u64, out: &mut Vec<u8>) -> Result<(), Damage> {
     if head.bytes > MAX_RECORD_BYTES as u64 {
         return Err(Damage::TooLong { at, bytes: head.bytes });

@@ -1,5 +1,5 @@
-//! Invalid messages of a recording, counted by what is wrong with them. Readers reject such messages, so they have no effect on
-//! localization or driving.
+//! Counts the invalid messages of a recording by the reason why they are invalid. Readers reject such messages, so they have
+//! no effect on localization or driving.
 
 use serde::Serialize;
 use sketchnav_schemas::channels::{ChannelSpec, Role};
@@ -10,9 +10,9 @@ use sketchnav_schemas::valid::Invalid;
 use crate::error::RecordingError;
 use crate::reader::RawMessage;
 
-/// What is wrong with messages that are not of their topic's type.
+/// The reason for messages that are not of their topic's type.
 const UNREADABLE: &str = "expected a message of the topic's type";
-/// What is wrong with messages that are damaged: see [`RawMessage::is_damaged`].
+/// The reason for messages that are damaged. See [`RawMessage::is_damaged`].
 pub(crate) const DAMAGED: &str = "expected a message that zstd can unpack, found a damaged one";
 
 /// Messages of a topic with the same fault.
@@ -20,15 +20,15 @@ pub(crate) const DAMAGED: &str = "expected a message that zstd can unpack, found
 pub struct Rejected {
     /// The topic.
     pub topic: String,
-    /// What is wrong, and what should be there.
+    /// The reason: what is wrong, and what was expected.
     pub why: String,
-    /// What the first of them has instead.
+    /// The value found in the first of these messages.
     pub found: Option<f64>,
-    /// How many there are.
+    /// Number of these messages.
     pub messages: u64,
-    /// The time of the first one, seconds.
+    /// Time of the first of these messages, in seconds.
     pub first_s: f64,
-    /// The number of the first one.
+    /// Sequence number of the first of these messages.
     pub first: u64,
 }
 
@@ -42,23 +42,23 @@ impl std::fmt::Display for Rejected {
     }
 }
 
-/// Counts what is rejected.
+/// Counts rejected messages.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Rejections(Vec<Rejected>);
 
 impl Rejections {
-    /// By topic and reason, in order of first occurrence.
+    /// The counts by topic and reason, in order of first occurrence.
     pub fn list(&self) -> &[Rejected] {
         &self.0
     }
 
-    /// Whether there are none.
+    /// Returns true if nothing was rejected.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Messages in all.
+    /// Total number of rejected messages.
     pub fn messages(&self) -> u64 {
         self.0.iter().map(|one| one.messages).sum()
     }
@@ -84,7 +84,7 @@ impl Rejections {
         self.add(raw, DAMAGED.to_owned(), None);
     }
 
-    /// Adds what was counted elsewhere.
+    /// Adds the counts of `others`.
     pub fn extend(&mut self, others: &Self) {
         for other in &others.0 {
             match self.0.iter_mut().find(|one| one.topic == other.topic && one.why == other.why) {
@@ -94,7 +94,8 @@ impl Rejections {
         }
     }
 
-    /// Counts the message if it is invalid. Only what processes act upon is checked: sensors, ticks, and what answers them.
+    /// Counts the message if it is invalid. Only the messages that processes act upon are checked: sensor readings, ticks,
+    /// and the replies to ticks.
     pub fn look_at(&mut self, raw: &RawMessage, spec: &ChannelSpec) {
         if !is_acted_upon(spec) || raw.topic.ros2_type != spec.message.ros2 {
             return;
@@ -105,7 +106,7 @@ impl Rejections {
         }
     }
 
-    /// The same of a message that was decoded.
+    /// Like [`Rejections::look_at`], but for a message that has already been decoded.
     pub fn check(&mut self, raw: &RawMessage, spec: &ChannelSpec, message: &[u8]) {
         if let (true, Err(invalid)) = (is_acted_upon(spec), spec.message.check(message)) {
             self.count(raw, &invalid);
@@ -161,7 +162,7 @@ mod tests {
         RawMessage { topic, sequence: seq as u32, stamp_ns, publish_ns: stamp_ns, cdr }
     }
 
-    /// The same message with this x and y of its orientation, whose w is 1.
+    /// Returns the message with this x and y in its orientation, whose w is 1.
     fn tilted(mut raw: RawMessage, [x, y]: [f64; 2]) -> RawMessage {
         let w = raw.cdr.windows(8).position(|bytes| bytes == 1.0_f64.to_le_bytes()).unwrap();
         raw.cdr[w - 24..w - 16].copy_from_slice(&x.to_le_bytes());
@@ -169,8 +170,8 @@ mod tests {
         raw
     }
 
-    /// A driver sent quaternions of length 0.5: there were no estimates, and no reason was given. For tilted ones the reason
-    /// given was that they are not odometry.
+    /// A driver sent quaternions of length 0.5. There were no estimates, and no reason was given. For tilted quaternions
+    /// the given reason was that the messages are not odometry.
     #[test]
     fn invalid_messages_are_counted_with_their_reason() {
         let mut rejections = Rejections::default();

@@ -1,5 +1,6 @@
-//! The `metadata.yaml` of a rosbag2 folder, version 9, which `ros2 bag` and rosbags read before the files; also the metadata,
-//! of any version, of folders by other software, and files that rosbag2 has compressed as a whole.
+//! Reads and writes the `metadata.yaml` of rosbag2 folders. Version 9 is written, for `ros2 bag` and rosbags, which read it
+//! before the files. Any version is read from folders by other software. Also handles files that rosbag2 has compressed as a
+//! whole.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -13,40 +14,40 @@ use sketchnav_schemas::shown::one_line;
 use crate::copy::PartFacts;
 use crate::directory::Topic;
 
-/// The file's name.
+/// Name of the metadata file.
 pub const METADATA: &str = "metadata.yaml";
 /// Extension of files that rosbag2 has compressed as a whole (`compression_mode: FILE`).
 pub const PACKED: &str = "zstd";
-/// The one compression that rosbag2 has.
+/// The only compression that rosbag2 supports.
 const COMPRESSION: &str = "zstd";
-/// A line for each topic, up to some thousands.
+/// Limit for the metadata, which has a few lines for each of up to a few thousand topics.
 const BAG: sketchnav_files::Limit = sketchnav_files::Limit { what: "the metadata of a bag", bytes: 64 << 20 };
 
 /// A rosbag2 folder, as described by its metadata.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bag {
-    /// `mcap` or `sqlite3`.
+    /// Storage: `mcap` or `sqlite3`.
     pub storage: String,
-    /// The files that are there, in order.
+    /// The listed files that exist, in order.
     pub files: Vec<PathBuf>,
-    /// The names of files that are listed but missing.
+    /// The names of the listed files that are missing.
     pub missing: Vec<String>,
-    /// How many messages all files hold.
+    /// Number of messages in all files, if the metadata states it.
     pub messages: Option<u64>,
 }
 
-/// Why a rosbag2 folder is not read.
+/// Reasons why a rosbag2 folder cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum BagError {
-    /// The metadata cannot be read, or are not valid.
+    /// The metadata cannot be read, or is invalid.
     #[error("{path}: {reason}", path = path.display())]
     Metadata {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The reason.
         reason: String,
     },
-    /// Its messages are in another storage.
+    /// The messages are in a storage other than MCAP.
     #[error(
         "{folder}: expected MCAP files, found a folder of rosbag2 with the storage {storage:?} ({files}); \
          `ros2 bag convert -i FOLDER -o OPTIONS.yaml` with `storage_id: mcap`, or for each file \
@@ -56,12 +57,12 @@ pub enum BagError {
     Storage {
         /// The folder.
         folder: PathBuf,
-        /// What it names.
+        /// The storage.
         storage: String,
-        /// Its files.
+        /// The names of the files.
         files: String,
     },
-    /// The files are compressed in another way.
+    /// The files are compressed in a way that is not supported.
     #[error(
         "{folder}: expected files that zstd has compressed, or none, found a folder of rosbag2 with the compression {found:?}; \
          `ros2 bag convert -i FOLDER -o OPTIONS.yaml` makes one without compression of it",
@@ -70,7 +71,7 @@ pub enum BagError {
     Compression {
         /// The folder.
         folder: PathBuf,
-        /// What it names.
+        /// The compression.
         found: String,
     },
 }
@@ -92,10 +93,11 @@ struct Information {
 }
 
 impl Bag {
-    /// The bag described by the metadata of `folder`; `None` if it has none.
+    /// Reads the metadata of `folder`. Returns `None` if it has none.
     ///
     /// # Errors
-    /// [`BagError::Metadata`], [`BagError::Compression`].
+    /// [`BagError::Metadata`] if the metadata is invalid, [`BagError::Compression`] if the files are compressed by anything
+    /// but zstd.
     pub fn read(folder: &Path) -> Result<Option<Self>, BagError> {
         let path = folder.join(METADATA);
         let wrong = |reason: String| BagError::Metadata { path: path.clone(), reason };
@@ -124,10 +126,10 @@ impl Bag {
         Ok(Some(Self { storage, files, missing, messages }))
     }
 
-    /// Refuses a storage that is not MCAP.
+    /// Checks that the storage is MCAP.
     ///
     /// # Errors
-    /// [`BagError::Storage`].
+    /// [`BagError::Storage`] if it is not.
     pub fn must_be_mcap(&self, folder: &Path) -> Result<(), BagError> {
         if self.storage == "mcap" {
             return Ok(());
@@ -139,8 +141,8 @@ impl Bag {
     }
 }
 
-/// The file that a bag lists, wherever in the folder it is: early versions prefix the folder's name, and it may have been
-/// packed or unpacked since. No file outside the folder belongs to the bag.
+/// Returns the path of a file that a bag lists, if it exists in the folder. Early versions prefix the folder's name, and the
+/// file may have been packed or unpacked since. A file outside the folder never belongs to the bag.
 fn there(folder: &Path, listed: &str) -> Option<PathBuf> {
     let listed = Path::new(listed);
     let is_inside = listed.components().all(|part| matches!(part, Component::Normal(_)));
@@ -157,16 +159,16 @@ fn there(folder: &Path, listed: &str) -> Option<PathBuf> {
 /// The result of unpacking a file.
 #[derive(Debug)]
 pub struct Unpacked {
-    /// How many bytes came out.
+    /// Number of unpacked bytes.
     pub bytes: u64,
-    /// Why it is incomplete: the file is cut off or damaged.
+    /// Why the result is incomplete, if the file is cut off or damaged.
     pub damage: Option<io::Error>,
 }
 
-/// Whether zstd has compressed the file as a whole.
+/// Returns true if zstd has compressed the file as a whole.
 ///
 /// # Errors
-/// As the system says.
+/// The system's errors.
 pub fn is_packed(path: &Path) -> io::Result<bool> {
     let mut begin = Vec::new();
     std::fs::File::open(path)?.take(4).read_to_end(&mut begin)?;
@@ -176,7 +178,7 @@ pub fn is_packed(path: &Path) -> io::Result<bool> {
 /// Unpacks a file that zstd has compressed as a whole, as far as it can be read.
 ///
 /// # Errors
-/// If the file cannot be opened, or `sink` fails.
+/// An error if the file cannot be opened, or if `sink` fails.
 pub fn unpack(path: &Path, mut sink: impl io::Write) -> io::Result<Unpacked> {
     let mut decoder = zstd::stream::read::Decoder::new(std::fs::File::open(path)?)?;
     let (mut piece, mut bytes) = (vec![0; 1 << 16], 0);
@@ -195,7 +197,7 @@ pub fn unpack(path: &Path, mut sink: impl io::Write) -> io::Result<Unpacked> {
     Ok(Unpacked { bytes, damage })
 }
 
-/// The text of `metadata.yaml` for these files, each with its content; `topics` are all topics.
+/// Returns the text of `metadata.yaml` for these files, each with the facts about it. `topics` are all topics.
 pub fn metadata_yaml(files: &[(String, PartFacts)], topics: &[Arc<Topic>]) -> String {
     let first = files.iter().map(|(_, part)| part.first_ns).min().unwrap_or(0);
     let last = files.iter().map(|(_, part)| part.last_ns).max().unwrap_or(0);
@@ -204,7 +206,7 @@ pub fn metadata_yaml(files: &[(String, PartFacts)], topics: &[Arc<Topic>]) -> St
         *counts.entry(topic).or_default() += count;
     }
     let mut text = String::new();
-    // Writing to a text cannot fail.
+    // Writing to a string cannot fail.
     let _ = write!(
         text,
         "rosbag2_bagfile_information:\n  version: 9\n  storage_identifier: mcap\n  duration:\n    nanoseconds: {}\n  starting_time:\n    nanoseconds_since_epoch: {first}\n  message_count: {}\n  topics_with_message_count:\n",
@@ -232,7 +234,7 @@ pub fn metadata_yaml(files: &[(String, PartFacts)], topics: &[Arc<Topic>]) -> St
     text
 }
 
-/// The profile is word for word the one inside the files, because readers compare them.
+/// Writes the entry of a topic. The profile must be word for word the one inside the files, because readers compare the two.
 fn topic_yaml(text: &mut String, topic: &Topic, count: u64) -> std::fmt::Result {
     let profile = topic.metadata.get("offered_qos_profiles").map_or("", String::as_str);
     let [name, ros2_type, encoding] =
@@ -245,13 +247,14 @@ fn topic_yaml(text: &mut String, topic: &Topic, count: u64) -> std::fmt::Result 
         writeln!(text, " []")?;
     } else {
         writeln!(text)?;
-        // Each line stays on a line of its own.
+        // Each line of the profile stays on a line of its own.
         profile.lines().try_for_each(|line| writeln!(text, "          {}", one_line(line)))?;
     }
     writeln!(text, "        type_description_hash: \"\"\n      message_count: {count}")
 }
 
-/// A name in YAML. One that is not plain is quoted, because it may come from anyone and must not add other files.
+/// Returns a name as a YAML scalar. Any name that is not plain is quoted. It may come from anyone and could otherwise add
+/// other files to the list.
 fn scalar(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '/' | '_' | '-' | '.');
     let is_plain =
@@ -263,7 +266,7 @@ fn scalar(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// A topic's name could add files outside the folder to the list, which other readers then opened.
+    /// The name of a topic could add files outside the folder to the list, which other readers then opened.
     #[test]
     fn a_name_of_a_topic_is_nothing_but_a_name() {
         let topic = |name: &str, profile: &str| {
@@ -294,7 +297,7 @@ mod tests {
         assert_eq!(Bag::read(folder.path()).unwrap(), None);
         let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
         write(METADATA, OLD);
-        // From an early version, and since unpacked, or packed.
+        // The paths are as in an early version, and one file has since been unpacked, the other packed.
         write("a_0.mcap.zstd", "");
         write("a_1.mcap", "");
         let files = || Bag::read(folder.path()).unwrap().unwrap().files;
@@ -302,7 +305,7 @@ mod tests {
         write("a_0.mcap", "");
         let bag = Bag::read(folder.path()).unwrap().unwrap();
         assert_eq!(bag.files, ["a_0.mcap", "a_1.mcap"].map(|name| folder.path().join(name)));
-        // No file outside the folder belongs to it.
+        // A file outside the folder does not belong to the bag.
         assert_eq!(bag.missing, ["/etc/hostname", "gone.mcap"]);
         assert!(bag.must_be_mcap(folder.path()).is_ok());
     }

@@ -1,4 +1,5 @@
-//! Recordings as other software writes them, made byte by byte for tests: any profile, compression, message form and damage.
+//! Recordings as other software writes them, assembled byte by byte for tests: any profile, compression, message form and
+//! damage.
 
 use std::io::Write;
 
@@ -7,30 +8,30 @@ use mcap::records::op;
 /// A topic of a sample.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SampleTopic {
-    /// `/ball`.
+    /// Name, such as `/ball`.
     pub name: &'static str,
-    /// `geometry_msgs/msg/PointStamped`.
+    /// Type, such as `geometry_msgs/msg/PointStamped`.
     pub kind: &'static str,
-    /// `ros2msg`.
+    /// Language of the definition, such as `ros2msg`.
     pub language: &'static str,
     /// The definition.
     pub definition: &'static str,
-    /// `cdr`.
+    /// Encoding of the messages, such as `cdr`.
     pub encoding: &'static str,
-    /// Time, nanoseconds, number and bytes of each message.
+    /// Time in nanoseconds, sequence number and bytes of each message.
     pub messages: Vec<(u64, u32, Vec<u8>)>,
 }
 
 /// How a sample is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SampleForm {
-    /// `ros2`.
+    /// Profile, such as `ros2`.
     pub profile: &'static str,
-    /// Of the chunks: `lz4`, `zstd`, or nothing.
+    /// Compression of the chunks: `lz4`, `zstd`, or empty for none.
     pub compression: &'static str,
-    /// Messages in a chunk.
+    /// Number of messages in a chunk.
     pub per_chunk: usize,
-    /// Whether the chunks' checksums are right.
+    /// True if the chunks' checksums are correct.
     pub has_checksums: bool,
 }
 
@@ -40,13 +41,13 @@ impl Default for SampleForm {
     }
 }
 
-/// `geometry_msgs/msg/PointStamped`.
+/// The definition of `geometry_msgs/msg/PointStamped`.
 pub const POINT_STAMPED: &str = "std_msgs/Header header\ngeometry_msgs/Point point\n\
     ================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n\
     ================\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n\
     ================\nMSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n";
 
-/// A message of that type, in either byte order.
+/// Encodes a `geometry_msgs/msg/PointStamped` in either byte order.
 pub fn point_stamped(ns: u64, [x, y]: [f64; 2], is_big_endian: bool) -> Vec<u8> {
     let order = |mut bytes: Vec<u8>| {
         if is_big_endian {
@@ -78,7 +79,7 @@ pub fn points(name: &'static str, count: u64, is_big_endian: bool) -> SampleTopi
     }
 }
 
-/// The bytes of a recording.
+/// Returns the bytes of a recording.
 pub fn recording(form: SampleForm, topics: &[SampleTopic]) -> Vec<u8> {
     let mut file = mcap::MAGIC.to_vec();
     file.extend(record(op::HEADER, &[text(form.profile), text("another tool")].concat()));
@@ -146,7 +147,7 @@ fn chunk(form: SampleForm, [first_ns, last_ns]: [u64; 2], records: &[u8]) -> Vec
     record(op::CHUNK, &content)
 }
 
-/// Packs bytes as in chunks; an unknown compression leaves them as they are.
+/// Packs bytes like those of a chunk. An unknown compression leaves them unchanged.
 pub fn packed(compression: &str, bytes: &[u8]) -> Vec<u8> {
     match compression {
         "zstd" => zstd::stream::encode_all(bytes, 1).unwrap_or_default(),

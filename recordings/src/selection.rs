@@ -1,4 +1,4 @@
-//! The selected messages, read from the chunks that may contain them.
+//! Selects messages, and reads them from the chunks that may contain them.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::ops::Range;
@@ -11,12 +11,12 @@ use crate::index::Index;
 use crate::open::{Open, Piece};
 use crate::records::{ChunkEntry, Damage};
 
-/// Which messages are wanted.
+/// The topics and times of the messages that are wanted.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Selection {
-    /// These topics; `None` for all.
+    /// The topics, or `None` for all of them.
     pub topics: Option<BTreeSet<String>>,
-    /// Messages within these times, nanoseconds.
+    /// The times, in nanoseconds.
     pub times_ns: Range<u64>,
 }
 
@@ -27,12 +27,12 @@ impl Default for Selection {
 }
 
 impl Selection {
-    /// All messages of these topics.
+    /// Selects all messages of these topics.
     pub fn of_topics(topics: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self { topics: Some(topics.into_iter().map(Into::into).collect()), ..Self::default() }
     }
 
-    /// The same within these times, nanoseconds.
+    /// Restricts the selection to these times, in nanoseconds.
     #[must_use]
     pub fn between(self, times_ns: Range<u64>) -> Self {
         Self { times_ns, ..self }
@@ -50,7 +50,7 @@ impl Selection {
         self.wants_topic(&topic.name) && self.wants_time(ns)
     }
 
-    /// Whether a chunk may contain a selected message.
+    /// Returns true if a chunk may contain a selected message.
     fn may_be_in(&self, chunk: &ChunkEntry, directory: &Directory) -> bool {
         let Range { start, end } = self.times_ns;
         let in_time = chunk.last_ns >= start && (chunk.first_ns < end || end == u64::MAX);
@@ -67,11 +67,11 @@ impl Selection {
     }
 }
 
-/// The messages that a [`Selection`] asks for, in the order of the file: see [`crate::Recording::select`].
+/// An iterator over the messages of a [`Selection`], in the order of the file. See [`crate::Recording::select`].
 pub struct Selected {
     open: Open,
     chunks: VecDeque<ChunkEntry>,
-    /// Where the current run of messages outside chunks ends; within a chunk, where the chunk ends.
+    /// Where the current run of messages outside chunks ends. While a chunk is read, where the chunk ends.
     run_end: u64,
     selection: Selection,
     is_over: bool,
@@ -85,12 +85,12 @@ impl Selected {
         Ok(Self { open, chunks, run_end: 0, selection, is_over: false })
     }
 
-    /// How many bytes of the file have been read so far.
+    /// Number of bytes of the file that have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.open.file.bytes_read()
     }
 
-    /// Narrows the selection to these times.
+    /// Restricts the selection to these times, in nanoseconds.
     pub(crate) fn narrow(&mut self, times_ns: Range<u64>) {
         self.selection.times_ns = times_ns;
         let Self { selection, chunks, open, .. } = self;
@@ -133,7 +133,7 @@ impl Selected {
         Ok(Some(piece))
     }
 
-    /// The selected messages of one chunk.
+    /// Hands the selected messages of one chunk to `each`.
     pub(crate) fn of_chunk(
         &mut self,
         chunk: ChunkEntry,

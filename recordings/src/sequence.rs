@@ -1,32 +1,32 @@
-//! Counts the messages that the numbers of a channel show to be missing.
+//! Counts missing messages by the sequence numbers of a channel.
 
 use serde::{Deserialize, Serialize};
 
-/// Most gaps of a topic that are listed individually.
+/// Maximum number of gaps of a topic that are listed individually.
 pub(crate) const MAX_GAPS: usize = 16;
 
-/// What a number says about its message.
+/// What a sequence number says about its message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seen {
-    /// The next one, or the next after a gap.
+    /// The message is new.
     New {
-        /// How many are missing before it.
+        /// Number of messages missing before it.
         missing: u64,
     },
-    /// One that was seen before: a restarted writer repeats what it may already have sent.
+    /// The number was seen before. A restarted writer repeats messages that it may already have sent.
     Again,
 }
 
-/// A hole in the numbers of a channel.
+/// A gap in the sequence numbers of a channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Gap {
-    /// The last number before the hole; 0 if the beginning is missing.
+    /// The last number before the gap, or 0 if the beginning is missing.
     pub after_seq: u64,
-    /// How many are missing.
+    /// Number of missing messages.
     pub missing: u64,
 }
 
-/// Follows the numbers of a channel that one process writes: 1, 2, 3 …
+/// Follows the sequence numbers of a channel that one process writes: 1, 2, 3 …
 #[derive(Debug, Clone, Default)]
 pub struct Sequence {
     last: u64,
@@ -34,12 +34,12 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// Continues after `last`: what came before it is not missing.
+    /// Continues after the number `last`. Messages up to that number do not count as missing.
     pub fn after(last: u64) -> Self {
         Self { last, missing: 0 }
     }
 
-    /// Takes the number of the next message.
+    /// Takes the sequence number of the next message into account.
     pub fn see(&mut self, seq: u64) -> Seen {
         if seq <= self.last {
             return Seen::Again;
@@ -50,12 +50,12 @@ impl Sequence {
         Seen::New { missing }
     }
 
-    /// The largest number so far, 0 if there was none.
+    /// The largest number so far, or 0 if there was none.
     pub fn last(&self) -> u64 {
         self.last
     }
 
-    /// How many numbers up to the largest were never seen.
+    /// How many numbers below the largest were never seen.
     pub fn missing(&self) -> u64 {
         self.missing
     }

@@ -1,8 +1,9 @@
-//! A recording that was cut into files while it grew: `NAME_0.mcap`, `NAME_1.mcap` and so on, as rosbag2 names them.
+//! A recording that was split into several files while it grew: `NAME_0.mcap`, `NAME_1.mcap` and so on, as rosbag2 names
+//! them.
 //!
-//! Each file is a recording by itself. `NAME.mcap` is then not a file but stands for all of them; [`whole`] makes it. After a
-//! kill the recorder continues in a new file, a little before the place where the previous one ends, so a message may be in two
-//! files but never in none.
+//! Each file is a recording by itself. `NAME.mcap` then stands for all of them without being a file, and [`whole`] creates
+//! it. After a kill the recorder continues in a new file, starting a little before the end of the previous one, so a message
+//! may be in two files but never in none.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
@@ -17,13 +18,13 @@ use crate::reader::{RawMessage, Recording};
 use crate::selection::Selection;
 use crate::writer::RECORDER_METADATA;
 
-/// The file of this number, from 0, of the recording `NAME.mcap`.
+/// Returns the path of the file with this number, counted from 0, of the recording `NAME.mcap`.
 pub fn file(path: &Path, number: u32) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!("{stem}_{number}.mcap"))
 }
 
-/// The number of a file in the recording `NAME.mcap`; `None` if it is not one of its files.
+/// Returns the number of a file of the recording `NAME.mcap`, or `None` if the file does not belong to it.
 pub fn number(path: &Path, name: &str) -> Option<u32> {
     let stem = path.file_stem()?.to_str()?;
     let number = name.strip_prefix(stem)?.strip_prefix('_')?.strip_suffix(".mcap")?;
@@ -31,10 +32,10 @@ pub fn number(path: &Path, name: &str) -> Option<u32> {
     is_plain.then(|| number.parse().ok())?
 }
 
-/// The files of the recording `NAME.mcap` that are there, by number. A kill may leave a number out.
+/// Returns the existing files of the recording `NAME.mcap`, by number. A kill may leave a number out.
 ///
 /// # Errors
-/// Those of the system; a folder that does not exist has no files.
+/// The system's errors. A folder that does not exist is not an error and has no files.
 pub fn files(path: &Path) -> io::Result<Vec<PathBuf>> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let entries = match std::fs::read_dir(folder) {
@@ -51,7 +52,8 @@ pub fn files(path: &Path) -> io::Result<Vec<PathBuf>> {
     Ok(found.into_values().collect())
 }
 
-/// The missing numbers before the last of these files of the recording `NAME.mcap`, as the first and last of each gap.
+/// Returns the numbers missing before the last of these files of the recording `NAME.mcap`, as the first and last number of
+/// each gap.
 pub fn gaps(path: &Path, files: &[PathBuf]) -> Vec<(u32, u32)> {
     let names = files.iter().filter_map(|file| file.file_name()?.to_str());
     let numbers: BTreeSet<u32> = names.filter_map(|name| number(path, name)).collect();
@@ -65,11 +67,11 @@ pub fn gaps(path: &Path, files: &[PathBuf]) -> Vec<(u32, u32)> {
     gaps
 }
 
-/// Writes one recording of all files, each message once.
+/// Writes one recording with the messages of all files, each message once.
 ///
 /// # Errors
-/// [`RecordingError`] if a file is damaged (not: cut off), if the first does not say which run it belongs to, or if the sink
-/// fails.
+/// [`RecordingError`] if a file is damaged, if the first does not say which run it belongs to, or if the sink fails. A file
+/// that is merely cut off is not an error.
 pub fn whole<W: Write>(files: &[PathBuf], sink: W) -> Result<W, RecordingError> {
     let Some(first) = files.first() else {
         let reason = "expected a file of the recording, found none".to_owned();
@@ -81,16 +83,17 @@ pub fn whole<W: Write>(files: &[PathBuf], sink: W) -> Result<W, RecordingError> 
     writer.finish()
 }
 
-/// How often the recorder had been restarted by then, if the file says so.
+/// Returns how often the recorder had been restarted when it wrote this file, if the file says so.
 fn restarts(file: &Path) -> Result<Option<u32>, RecordingError> {
     let facts = Recording::open(file)?.index()?.metadata(file, RECORDER_METADATA)?;
     Ok(facts.and_then(|facts| facts.get("restarts")?.parse().ok()))
 }
 
-/// Copies a file that a kill has cut off into one with a proper end. What the `next` file also has is left out.
+/// Copies a file that a kill has cut off into one with a proper end. Messages that are also in `next`, the file after it, are
+/// left out.
 ///
 /// # Errors
-/// [`RecordingError`].
+/// [`RecordingError`] if a file cannot be read or the copy cannot be written.
 pub fn mend<W: Write>(
     recording: &Recording,
     next: Option<&Recording>,
@@ -111,7 +114,8 @@ pub fn mend<W: Write>(
     Ok(())
 }
 
-/// The number with which the recording begins, by topic; not for topics with many writers, whose numbers say nothing.
+/// Returns the first sequence number in the recording, by topic. Topics with many writers are left out, because their numbers
+/// mean nothing.
 fn first_numbers(recording: &Recording) -> Result<BTreeMap<String, u32>, RecordingError> {
     let mut first = BTreeMap::new();
     for message in recording.select(Selection::default())? {
@@ -123,7 +127,7 @@ fn first_numbers(recording: &Recording) -> Result<BTreeMap<String, u32>, Recordi
     Ok(first)
 }
 
-/// What is in a file, for rosbag2's `metadata.yaml`.
+/// Returns the facts about a file that rosbag2's `metadata.yaml` needs.
 ///
 /// # Errors
 /// As [`crate::info::info`].

@@ -1,12 +1,12 @@
 //! The files of a run inside its recording: those given to its navigator, and the map, floor plan or plane of the world. With
 //! them a recording can be executed again where the original files are missing or have changed.
 //!
-//! A recording may come from anyone, and so may the paths in it. The files of a recorded run are therefore only read through
-//! [`RecordedRun`]: its mission names them as they are called inside the recording, and its [`RecordedFiles`] contain no
-//! others. Using a recording reads nothing outside of it.
+//! A recording may come from anyone, and so may the paths in it. The files of a recorded run are therefore read only through
+//! [`RecordedRun`]. Its mission uses the names that the files have inside the recording, and its [`RecordedFiles`] contain no
+//! other files. Using a recording reads nothing outside of it.
 //!
-//! A map's picture is found by the line `image:` of its YAML, a plane's by its table `picture`. What cannot be read when a run
-//! is recorded is left out; the run is not refused because of it.
+//! A map's picture is found by the line `image:` in its YAML, and a plane's picture by the table `picture`. Files that cannot
+//! be read when a run is recorded are left out; the run is recorded anyway.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -19,18 +19,18 @@ use sketchnav_schemas::run::RunConfig;
 use crate::error::RecordingError;
 use crate::reader::{Attachment, Recording};
 
-/// Folders inside the recording.
+/// The folders inside the recording.
 const NAVIGATOR: &str = "navigator/";
 const WORLD: &str = "world/";
 /// Larger files are not included, since no navigator and no world reads them either.
 const SOURCE: Limit = Limit { what: "a file of a run", bytes: 64 << 20 };
 
-/// Whether an attachment of this name is one of the run's files.
+/// Returns true if an attachment with this name is one of the run's files.
 pub fn is_source(name: &str) -> bool {
     name.starts_with(NAVIGATOR) || name.starts_with(WORLD)
 }
 
-/// The files of a running system: inside the recording that it plays, or on disk.
+/// Returns the files of a running system, which are inside the recording that it plays or on disk.
 ///
 /// # Errors
 /// As [`Recording::open`].
@@ -41,7 +41,7 @@ pub fn of_run(run: &RunConfig) -> Result<Box<dyn Files>, RecordingError> {
     })
 }
 
-/// The files of a running system, for its recording.
+/// Returns the files of a running system for storing them in its recording.
 ///
 /// # Errors
 /// As [`of_run`].
@@ -52,12 +52,12 @@ pub fn to_record(run: &RunConfig) -> Result<Vec<Attachment>, RecordingError> {
     })
 }
 
-/// The files of a recorded run, for a copy of its recording.
+/// Returns the files of a recorded run for storing them in a copy of its recording.
 pub fn of_recording(recording: &Recording) -> impl Iterator<Item = &Attachment> {
     recording.attachments().values().filter(|file| is_source(&file.name))
 }
 
-/// Reads the files that a mission of this machine names; its paths are absolute.
+/// Reads the files that a mission of this machine names by absolute paths.
 pub fn read(mission: &Mission) -> Vec<Attachment> {
     let mut paths = BTreeMap::new();
     rename(&mut mission.clone(), |path, name| drop(paths.insert(name, PathBuf::from(path.as_str()))));
@@ -73,7 +73,7 @@ pub fn read(mission: &Mission) -> Vec<Attachment> {
     files
 }
 
-/// Visits every file that a mission names, with its name inside a recording.
+/// Visits the path of every file that a mission names, together with the file's name inside a recording.
 fn rename(mission: &mut Mission, mut visit: impl FnMut(&mut String, String)) {
     let mut names = Names::default();
     for (_, path) in mission.navigator_files_mut() {
@@ -87,12 +87,13 @@ fn rename(mission: &mut Mission, mut visit: impl FnMut(&mut String, String)) {
     }
 }
 
-/// The names given so far, with their paths. They follow from the mission, so files renamed once get the same names again.
+/// The names given so far, with their paths. The names depend only on the mission, so files that were renamed once get the
+/// same names again.
 #[derive(Default)]
 struct Names(BTreeMap<String, String>);
 
 impl Names {
-    /// The name of a file. If another folder has a file of the same name, a number tells them apart.
+    /// Returns the name of a file. If a file in another folder already has the same name, a number is inserted.
     fn of(&mut self, folder: &str, path: &str) -> String {
         let own = Path::new(path).file_name().and_then(|name| name.to_str()).unwrap_or("unnamed");
         let mut name = format!("{folder}{own}");
@@ -106,7 +107,7 @@ impl Names {
     }
 }
 
-/// Finds the picture that a file names.
+/// A function that finds the name of the picture in the content of a file.
 type PictureOf = fn(&[u8]) -> Option<String>;
 
 fn file(name: String, path: &Path) -> Option<Attachment> {
@@ -126,7 +127,7 @@ fn media_type(path: &Path) -> &'static str {
     }
 }
 
-/// The picture that a map's YAML names, if it is in the same folder or below.
+/// Returns the picture that a map's YAML names, if it is in the same folder or below.
 fn picture_of(yaml: &[u8]) -> Option<String> {
     let text = std::str::from_utf8(yaml).ok()?;
     let line = text.lines().find_map(|line| line.trim().strip_prefix("image:"))?;
@@ -134,7 +135,7 @@ fn picture_of(yaml: &[u8]) -> Option<String> {
     is_below(Path::new(name)).then(|| name.to_owned())
 }
 
-/// The picture that a plane's file names, if it is in the same folder or below.
+/// Returns the picture that a plane's file names, if it is in the same folder or below.
 fn picture_of_plane(plane: &[u8]) -> Option<String> {
     let table: toml::Table = toml::from_str(std::str::from_utf8(plane).ok()?).ok()?;
     let name = table.get("picture")?.get("file")?.as_str()?;
@@ -146,17 +147,17 @@ fn is_below(path: &Path) -> bool {
     parts.peek().is_some() && parts.all(|part| matches!(part, Component::Normal(_)))
 }
 
-/// A recorded run. Its mission names files as they are called inside the recording, and `files` are those files.
+/// A recorded run. Its mission uses the names that the files have inside the recording, and `files` are those files.
 #[derive(Debug, Clone)]
 pub struct RecordedRun {
     /// The run.
     pub run: RunConfig,
-    /// Its files.
+    /// The files of the run.
     pub files: RecordedFiles,
 }
 
 impl RecordedRun {
-    /// The run of a recording.
+    /// Returns the run of a recording.
     ///
     /// # Errors
     /// As [`Recording::run`].
@@ -166,10 +167,11 @@ impl RecordedRun {
         Ok(Self { run, files: RecordedFiles::of(recording) })
     }
 
-    /// Checks that the recording contains every file that the mission names, before processes that need them are started.
+    /// Checks that the recording contains every file that the mission names. Callers do this before they start processes
+    /// that need the files.
     ///
     /// # Errors
-    /// [`RecordingError::NotInside`] for the first that is missing.
+    /// [`RecordingError::NotInside`] for the first missing file.
     pub fn check_files(&self) -> Result<(), RecordingError> {
         let mut missing = None;
         rename(&mut self.run.mission.clone(), |_, name| {
@@ -181,17 +183,17 @@ impl RecordedRun {
     }
 }
 
-/// The files inside a recording, by their names there.
+/// The files inside a recording, by the names that they have there.
 #[derive(Debug, Clone)]
 pub struct RecordedFiles {
     recording: PathBuf,
     held: BTreeMap<PathBuf, Vec<u8>>,
-    /// What `run.json` calls them, for errors.
+    /// The path that `run.json` has for each file, for errors.
     called: BTreeMap<PathBuf, String>,
 }
 
 impl RecordedFiles {
-    /// The files of the run that was recorded.
+    /// Returns the files of the run that was recorded.
     pub fn of(recording: &Recording) -> Self {
         let held =
             of_recording(recording).map(|file| (PathBuf::from(&file.name), file.data.clone())).collect();

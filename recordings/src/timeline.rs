@@ -1,8 +1,8 @@
 //! The messages of a recording in order of time.
 //!
-//! A recorder drains one channel after another, so that in the file a scan may precede the odometry of its instant. Here each
-//! instant has the order of the table of channels: the readings, the tick, then what follows from it. Only the chunks whose
-//! times overlap are kept in memory.
+//! A recorder drains one channel after another, so in the file a scan may precede the odometry of the same instant. Here the
+//! messages of each instant are in the order of the table of channels: the readings, the tick, then what follows from it.
+//! Only the chunks whose times overlap are kept in memory.
 
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, VecDeque};
@@ -17,16 +17,16 @@ use crate::index::Index;
 use crate::records::ChunkEntry;
 use crate::selection::{Selected, Selection};
 
-/// The rank of a topic: what never changes comes before the order of an instant; what is not part of it comes last, in the
-/// order of the file.
+/// The rank of a topic within an instant. Transforms that never change come first. Topics that are not part of an instant
+/// come last, in the order of the file.
 fn rank(topic: &str) -> usize {
     if topic == TF_STATIC { 0 } else { 1 + channels::place_of(topic) }
 }
 
-/// Messages in order of time: see [`crate::Recording::timeline`].
+/// An iterator over messages in order of time. See [`crate::Recording::timeline`].
 pub struct Timeline {
     selected: Selected,
-    /// Those not yet read, the earliest first.
+    /// The chunks that have not been read yet, the earliest first.
     chunks: VecDeque<ChunkEntry>,
     waiting: BinaryHeap<Waiting>,
     taken: u64,
@@ -50,7 +50,7 @@ impl PartialOrd for Waiting {
     }
 }
 impl Ord for Waiting {
-    /// The heap's greatest is the earliest.
+    /// Reverses the order, since the heap's greatest element must be the earliest message.
     fn cmp(&self, other: &Self) -> Ordering {
         other.key.cmp(&self.key)
     }
@@ -65,12 +65,12 @@ impl Timeline {
         Ok(Self { selected, chunks, waiting, taken: 0, is_over: false })
     }
 
-    /// How many bytes of the file have been read so far.
+    /// Number of bytes of the file that have been read so far.
     pub fn bytes_read(&self) -> u64 {
         self.selected.bytes_read()
     }
 
-    /// Reads the chunks that may contain a message as early as the earliest one waiting.
+    /// Reads all chunks that may contain a message as early as the earliest one waiting.
     fn read_ahead(&mut self) -> Result<(), RecordingError> {
         let Self { selected, chunks, waiting, taken, .. } = self;
         loop {

@@ -1,15 +1,15 @@
 //! Writes a recording: each channel as a topic, each message in its ROS 2 form.
 //!
-//! The file is written once, from front to back, without seeking, so that whatever was flushed stays readable when the process
-//! is killed. The writer never decides when to flush, and never reads a clock. It allocates nothing for a message once each
-//! channel has had one; the mcap crate does for every chunk.
+//! The file is written once, from front to back and without seeking, so everything that was flushed stays readable if the
+//! process is killed. The writer never decides when to flush, and never reads a clock. It allocates nothing for a message
+//! once each channel has had one, but the mcap crate allocates for every chunk.
 //!
 //! A recording begins with the run as metadata `sketchnav`, its parameters as metadata `parameters`, and the resolved run and
-//! mission as attachments `run.json` and `mission.toml`. The channels follow, and at the end the metadata:
+//! mission as attachments `run.json` and `mission.toml`. The channels follow, and the file ends with this metadata:
 //!
-//! - `missing` and `refused`: how many messages of each topic are missing;
-//! - `topics`: when and where they are not ([`TopicFacts`] as JSON);
-//! - `restarts`: how often each process was restarted; `recorder`: the same for the recorder itself.
+//! - `missing` and `refused`: how many messages of each topic are missing or were refused;
+//! - `topics`: the times of each topic's messages and the gaps between them ([`TopicFacts`] as JSON);
+//! - `restarts`: how often each process was restarted, and `recorder`: how often the recorder itself was.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -31,24 +31,25 @@ pub use crate::facts::TopicFacts;
 use crate::records::Attachment;
 use crate::sequence::{Seen, Sequence};
 
-/// Uncompressed size at which a chunk is closed automatically, bytes.
+/// Uncompressed size, in bytes, at which a chunk is closed automatically.
 pub(crate) const CHUNK_BYTES: u64 = 768 * 1024;
-/// Bound on the length of a CDR form relative to the largest message: points gain a third coordinate.
+/// Bound on the size of a CDR form relative to the size of the largest message. The form can be larger because points gain a
+/// third coordinate.
 const CDR_GROWTH: usize = 2;
 /// Name of the metadata that describes the run.
 pub const RUN_METADATA: &str = "sketchnav";
 /// Name of the metadata about each topic.
 pub const TOPICS_METADATA: &str = "topics";
-/// Name of the metadata about how often each process was restarted.
+/// Name of the metadata that contains how often each process was restarted.
 pub const RESTARTS_METADATA: &str = "restarts";
-/// Name of the metadata about restarts of the recorder.
+/// Name of the metadata that contains how often the recorder was restarted.
 pub const RECORDER_METADATA: &str = "recorder";
 /// Name of the attachment with the [`RunConfig`].
 pub const RUN_ATTACHMENT: &str = "run.json";
 /// Name of the attachment with the mission as it was run, with absolute paths.
 pub const MISSION_ATTACHMENT: &str = "mission.toml";
 
-/// The quality of service of latched topics, in rosbag2's words.
+/// The quality of service of latched topics, in the words of rosbag2.
 const LATCHED_QOS: &str = "- history: keep_last
   depth: 1
   reliability: reliable
@@ -74,7 +75,7 @@ pub struct Writer<W: Write> {
     restarts: u32,
     lives: Lives,
     cdr: Vec<u8>,
-    /// Whether the last message of each latched channel is kept, for the next file.
+    /// True if the last message of each latched channel is kept for the next file.
     keeps_latched: bool,
     begin_ns: u64,
 }
@@ -86,34 +87,34 @@ pub struct Latched {
     cdr: Vec<u8>,
 }
 
-/// The state of a channel.
+/// The state of a channel while it is recorded.
 #[derive(Debug, Clone)]
 pub struct Topic {
     /// The channel's row of the table.
     pub spec: &'static ChannelSpec,
-    /// Its numbers; unused if several processes write, each with numbers of its own.
+    /// The sequence numbers. Unused if several processes write the channel, each with numbers of its own.
     pub sequence: Sequence,
-    /// Times of its messages, and gaps between them.
+    /// The times of the messages, and the gaps between them.
     pub facts: TopicFacts,
-    /// Messages in the file.
+    /// Number of messages in the file.
     pub messages: u64,
-    /// Messages that could not be expressed in ROS 2.
+    /// Number of messages that could not be expressed in ROS 2.
     pub refused: u64,
     id: u16,
     latched: Option<Latched>,
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins the recording of `run`. Many small writes go to `sink`, which should be buffered.
+    /// Begins the recording of `run`. The sink receives many small writes and should be buffered.
     ///
     /// # Errors
-    /// [`RecordingError::Write`] if `sink` fails, [`RecordingError::Run`] if `run` cannot be
-    /// written down.
+    /// [`RecordingError::Write`] if `sink` fails, [`RecordingError::Run`] if the description of `run` cannot be written.
     pub fn create(sink: W, run: &RunConfig) -> Result<Self, RecordingError> {
         Self::create_with(sink, run, &[])
     }
 
-    /// The same with these files inside, where a reader finds them before the first message.
+    /// Like [`Writer::create`], but also stores these files in the recording, where a reader finds them before the first
+    /// message.
     ///
     /// # Errors
     /// As [`Writer::create`].
@@ -121,7 +122,7 @@ impl<W: Write> Writer<W> {
         Self::create_at(sink, run, files, 0)
     }
 
-    /// The same for a file that begins at this time of the run, nanoseconds.
+    /// Like [`Writer::create_with`], for a file that begins at this time of the run, in nanoseconds.
     ///
     /// # Errors
     /// As [`Writer::create`].
@@ -164,8 +165,8 @@ impl<W: Write> Writer<W> {
     /// out.
     ///
     /// # Errors
-    /// One for which [`RecordingError::is_one_message`] is true if only the message is at fault; [`RecordingError::Write`] if
-    /// the sink fails, after which nothing more can be written.
+    /// An error for which [`RecordingError::is_one_message`] is true if only the message is at fault, and
+    /// [`RecordingError::Write`] if the sink fails, after which nothing more can be written.
     pub fn write<T: Message>(
         &mut self,
         channel: Channel<T>,
@@ -175,7 +176,7 @@ impl<W: Write> Writer<W> {
         self.write_bytes(channel.spec, bytemuck::bytes_of(message), cells)
     }
 
-    /// The same for a message given as bytes.
+    /// Like [`Writer::write`], for a message given as bytes.
     ///
     /// # Errors
     /// As [`Writer::write`].
@@ -189,7 +190,7 @@ impl<W: Write> Writer<W> {
         let mut topics = self.topics.iter_mut().zip(&mut self.forms);
         let found = topics.find(|(topic, _)| topic.spec == spec);
         let (topic, form) = found.ok_or(RecordingError::NotRecorded { channel: name })?;
-        // A refused message has arrived, so it does not count as missing as well.
+        // A refused message has arrived, so it must not count as missing as well.
         let seen = topic.see(header.seq);
         if seen == Seen::Again {
             return Ok(seen);
@@ -218,10 +219,10 @@ impl<W: Write> Writer<W> {
     }
 
     /// Appends a message of another recording. Transforms are left out, because they are made again from the odometry. A
-    /// message that readers reject because it cannot be decoded is copied as it is.
+    /// message that cannot be decoded, and that readers therefore reject, is copied as it is.
     ///
     /// # Errors
-    /// As [`Writer::write`]; also if the topic is not a channel, or if the message is not of its channel's type.
+    /// As [`Writer::write`], and an error if the topic is not a channel or the message does not have its channel's type.
     pub fn write_raw(&mut self, raw: &RawMessage) -> Result<(), RecordingError> {
         let topic = &raw.topic.name;
         if [TF, TF_STATIC].contains(&topic.as_str()) {
@@ -274,7 +275,7 @@ impl<W: Write> Writer<W> {
         self.append(self.transform_topic, self.transform_count, odometry.header.stamp_ns)
     }
 
-    /// Closes the chunk and flushes the sink: everything written so far survives a kill.
+    /// Closes the chunk and flushes the sink, so that everything written so far survives a kill.
     ///
     /// # Errors
     /// [`RecordingError::Write`] if the sink fails.
@@ -282,25 +283,27 @@ impl<W: Write> Writer<W> {
         self.mcap.flush().map_err(RecordingError::Write)
     }
 
-    /// Messages written so far, transforms included.
+    /// Number of messages written so far, including transforms.
     pub fn message_count(&self) -> u64 {
         self.message_count
     }
 
-    /// Continues after the messages of an earlier part. `positions` are the last numbers of the channels in the order of
-    /// [`Writer::topics`], 0 if there is none.
+    /// Continues after the messages of an earlier part. `positions` are the last sequence numbers of the channels in the
+    /// order of [`Writer::topics`], or 0 for a channel without messages.
     pub fn resume_after(&mut self, positions: impl IntoIterator<Item = u64>) {
         for (topic, last) in self.topics.iter_mut().zip(positions) {
             topic.sequence = Sequence::after(last);
         }
     }
 
-    /// Takes the last message of each latched channel, in the order of [`Writer::topics`], if the run has several files.
+    /// Takes the last message of each latched channel, in the order of [`Writer::topics`]. They are kept only if the run
+    /// has several files.
     pub fn take_latched(&mut self) -> Vec<Option<Latched>> {
         self.topics.iter_mut().map(|topic| topic.latched.take()).collect()
     }
 
-    /// Begins with what was latched in the file before, as a late reader would get it, at this time.
+    /// Begins with the messages that were latched in the previous file, at the time `log_ns`, as a late reader would
+    /// receive them.
     ///
     /// # Errors
     /// [`RecordingError::Write`] if the sink fails.
@@ -318,7 +321,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Notes in the recording how often its recorder was killed and restarted.
+    /// Notes how often the recorder of this recording was killed and restarted.
     pub fn survived(&mut self, restarts: u32) {
         self.restarts = restarts;
     }
@@ -328,10 +331,10 @@ impl<W: Write> Writer<W> {
         &self.topics
     }
 
-    /// Ends the recording with its index and returns the sink, flushed.
+    /// Ends the recording with its index and returns the flushed sink.
     ///
     /// # Errors
-    /// [`RecordingError::Write`] if the sink fails; what was flushed before stays readable.
+    /// [`RecordingError::Write`] if the sink fails. Everything that was flushed before stays readable.
     pub fn finish(mut self) -> Result<W, RecordingError> {
         let missing = self.topics.iter().map(|t| (topic_name(t.spec.name), t.sequence.missing().to_string()));
         let refused = self.topics.iter().map(|t| (topic_name(t.spec.name), t.refused.to_string()));
@@ -368,8 +371,8 @@ impl Topic {
         self.facts.see_number(&mut self.sequence, self.spec.writer.is_none(), seq)
     }
 
-    /// The time under which a message of this stamp is logged. Messages of several processes may arrive out of order, but a
-    /// file's readers rely on the times of a topic not going back.
+    /// Returns the time under which a message with this stamp is logged. Messages of several processes may arrive out of
+    /// order, but readers of a file rely on the times of a topic never going back.
     fn log_ns(&self, stamp_ns: u64) -> u64 {
         match (self.spec.writer, self.facts.times_ns) {
             (None, Some((_, last_ns))) => stamp_ns.max(last_ns),
@@ -378,10 +381,10 @@ impl Topic {
     }
 }
 
-/// How the name of the library begins that writes all files of this project.
+/// Prefix of the library name in all files that this project writes.
 pub(crate) const LIBRARY: &str = "sketchnav";
 
-/// Begins a file: as ROS 2 has them, in chunks, never seeked in.
+/// Begins a file in the form that ROS 2 uses, in chunks and without seeking.
 pub(crate) fn begin<W: Write>(sink: W, profile: &str) -> Result<Mcap<W>, RecordingError> {
     let options = WriteOptions::new()
         .profile(profile)
@@ -393,7 +396,7 @@ pub(crate) fn begin<W: Write>(sink: W, profile: &str) -> Result<Mcap<W>, Recordi
     options.create(NoSeek::new(sink)).map_err(RecordingError::Write)
 }
 
-/// A channel's topic: its name with a slash before it.
+/// Returns the topic of a channel, which is its name with a slash before it.
 pub fn topic_name(channel: &str) -> String {
     format!("/{channel}")
 }
@@ -416,7 +419,7 @@ fn describe<W: Write>(mcap: &mut Mcap<W>, run: &RunConfig) -> Result<(), Recordi
     ];
     write_metadata(mcap, RUN_METADATA, facts.map(|(key, value)| (key.to_owned(), value)).into())?;
     write_metadata(mcap, "parameters", parameters(run)?)?;
-    // Where the files are concerns only the running system.
+    // The place from which files are read concerns only the running system.
     let run = &RunConfig { files_of: None, ..run.clone() };
     let json = serde_json::to_vec_pretty(run)
         .map_err(|error| RecordingError::Run { what: "configuration", reason: error.to_string() })?;
@@ -454,7 +457,7 @@ fn attach<W: Write>(
         .map_err(RecordingError::Write)
 }
 
-/// Declares a channel's topic, so that a reader knows it before the first message.
+/// Declares the topic of a channel, so that a reader knows it before the first message.
 fn declare<W: Write>(mcap: &mut Mcap<W>, spec: &'static ChannelSpec) -> Result<Topic, RecordingError> {
     let mut metadata = BTreeMap::from([("layout".to_owned(), spec.message.type_name())]);
     if spec.is_latched() {
@@ -476,7 +479,7 @@ fn add_topic<W: Write>(
     mcap.add_channel(schema, topic, "cdr", metadata).map_err(RecordingError::Write)
 }
 
-/// Declares `/tf`, writes the one message of `/tf_static` if the robot has a laser, and returns the id of `/tf`.
+/// Declares `/tf`, writes the only message of `/tf_static` if the robot has a laser, and returns the id of `/tf`.
 fn add_transforms<W: Write>(
     mcap: &mut Mcap<W>,
     run: &RunConfig,

@@ -1,28 +1,28 @@
 //! The bounds of the numbers that people write into robots, missions and floors.
 //!
-//! Messages and physics store many numbers as `f32`. A number within its bound stays finite in that form, and different from 0
-//! if it must not be 0. Numbers far from anything that drives indoors once caused invalid messages, panics in the physics, and
-//! simulations that never reached the next instant.
+//! Messages and physics store many numbers as `f32`. A number within its bounds stays finite in single precision, and stays
+//! different from 0 if it must not be 0. Numbers far from anything that drives indoors once caused invalid messages, panics
+//! in the physics, and simulations that never reached the next instant.
 
-/// The least and the greatest value that a number may have, inclusive.
+/// The smallest and the largest value that a number may have, both inclusive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
-    /// The least.
+    /// Smallest value.
     pub least: f64,
-    /// The greatest.
+    /// Largest value.
     pub most: f64,
-    /// The same with the unit, for errors: `0.01 to 10 m`.
+    /// The range in words with the unit, for errors: `0.01 to 10 m`.
     pub words: &'static str,
 }
 
 impl Bound {
-    /// Whether `value` lies within; false for NaN.
+    /// Returns true if `value` is within the bounds. NaN never is.
     pub fn holds(&self, value: f64) -> bool {
         (self.least..=self.most).contains(&value)
     }
 }
 
-/// A number for an error: short, however large or small it is.
+/// Formats a number for an error message, in scientific notation if it is very small or very large.
 pub fn shown(value: f64) -> String {
     let is_plain = value == 0.0 || !value.is_finite() || (1e-4..1e9).contains(&value.abs());
     if is_plain { value.to_string() } else { format!("{value:e}") }
@@ -43,7 +43,7 @@ macro_rules! bounds {
 }
 
 bounds! {
-    /// A place of the true world, along each axis: farther out a millimetre is lost in single precision.
+    /// A coordinate of a point in the true world. Farther out, a millimetre is lost in single precision.
     COORDINATE_M: -10000 to 10000 " m";
     /// Radius of a robot.
     ROBOT_RADIUS_M: 0.01 to 10 " m";
@@ -57,25 +57,25 @@ bounds! {
     ACCELERATION_MPS2: 0.001 to 1000 " m/s²";
     /// Angular acceleration of a robot.
     YAW_ACCELERATION_RADPS2: 0.001 to 1000 " rad/s²";
-    /// Instants per second: physics has to reach the next one.
+    /// Instants per second. Physics has to reach the next one.
     TICK_HZ: 0.1 to 1000 " Hz";
-    /// Readings of a sensor per second: the moment of each must be a whole number of physics steps.
+    /// Readings of a sensor per second. The time of each reading must be a whole number of physics steps.
     RATE_HZ: 0.01 to 1000 " Hz";
     /// Longest range of a sensor.
     RANGE_MAX_M: 0.1 to 1000 " m";
     /// Shortest range of a sensor.
     RANGE_MIN_M: 0 to 1000 " m";
-    /// Standard deviation of a range: the constant part.
+    /// Constant part of the standard deviation of a range.
     RANGE_NOISE_M: 0 to 10 " m";
     /// A share, or a standard deviation as a share.
     SHARE: 0 to 1 "";
-    /// Share of the beams that get lost: some are left.
+    /// Share of the beams that are lost. A few must be left.
     DROPOUT: 0 to 0.99 "";
     /// Field of view of a laser.
     FIELD_OF_VIEW_DEG: 1 to 360 " degrees";
     /// Opening angle of a sonar.
     OPENING_DEG: 0.1 to 179 " degrees";
-    /// Where a sensor sits on a robot, along each axis.
+    /// Mounting position of a sensor on a robot, along each axis.
     MOUNT_M: -10 to 10 " m";
     /// Radius of a ring of sonars.
     RING_RADIUS_M: 0 to 10 " m";
@@ -93,25 +93,26 @@ bounds! {
     CORNER_PX: 0 to 100 " pixels";
     /// Horizontal field of view of a camera.
     CAMERA_VIEW_DEG: 1 to 179 " degrees";
-    /// How far a camera sees past a marker's own direction: at 90 degrees it sees an edge.
+    /// Angle at which a camera sees a marker, measured from the direction that the marker faces. At 90 degrees the camera
+    /// sees an edge.
     SLANT_DEG: 1 to 89 " degrees";
     /// Standard deviation of an angle.
     ANGLE_NOISE_DEG: 0 to 90 " degrees";
-    /// A direction: what is beyond a turn is an error, and what is far beyond takes for ever to wind up.
+    /// A direction. An angle of more than a full turn is a mistake, and a huge one takes forever to wrap.
     ANGLE_DEG: -360 to 360 " degrees";
     /// A coefficient of the velocity motion model.
     MOTION_NOISE: 0 to 100 "";
-    /// Error of a robot's heading by odometry.
+    /// Drift of a robot's heading by odometry.
     DRIFT_RADPM: 0 to 10 " rad/m";
     /// Slips of a robot's wheels.
     SLIPS_PER_M: 0 to 100 " a metre";
-    /// Time for a task.
+    /// Time limit of a task.
     TIME_LIMIT_S: 0.001 to 1000000 " s";
-    /// How long a person stays.
+    /// Pause of a person at a waypoint.
     PAUSE_S: 0 to 1000000 " s";
-    /// Radius of the place that counts as there.
+    /// Radius of the disc around a goal in which the robot counts as having arrived.
     PLACE_RADIUS_M: 0.001 to 10000 " m";
-    /// Thickness of the walls: thinner ones have no inside in single precision.
+    /// Thickness of the walls. Thinner walls have no inside in single precision.
     WALL_THICKNESS_M: 0.001 to 10 " m";
     /// Width of a door.
     DOOR_WIDTH_M: 0.01 to 1000 " m";
@@ -121,45 +122,47 @@ bounds! {
     PERSON_RADIUS_M: 0.01 to 5 " m";
     /// Side of the window of a camera that looks down on a plane of dots.
     WINDOW_M: 0.001 to 1000 " m";
-    /// How far such a camera sees beyond each edge of its window.
+    /// Distance that such a camera sees beyond each edge of its window.
     WINDOW_MARGIN_M: 0 to 1000 " m";
-    /// Dots that a view shows and that are not there, on average.
+    /// Average number of dots in a view that do not exist in the plane.
     FALSE_DOTS: 0 to 10 "";
-    /// Error of a place after a metre: it grows with the square root of the distance.
+    /// Standard deviation of a position after one metre. It grows with the square root of the distance.
     TRANSLATION_NOISE_M: 0 to 10 " m";
-    /// Error of a heading after a metre: it grows with the square root of the distance.
+    /// Standard deviation of a heading after one metre. It grows with the square root of the distance.
     ROTATION_NOISE_RAD: 0 to 10 " rad";
     /// Side of a plane of dots, or the spread of a cluster.
     PLANE_SIDE_M: 0.001 to 10000 " m";
     /// Pixels per metre in a picture of a plane.
     PICTURE_PXPM: 0.01 to 1000000 " px/m";
-    /// A place in a drawing, along each axis: a pen may slip off the sheet, but not out of the room.
+    /// A coordinate of a point in a drawing. A pen may slip off the sheet, but not out of the room.
     COORDINATE_PX: -100000 to 100000 " px";
 }
 
-/// How much a sensor's longest range must exceed its shortest, metres, so that they differ in single precision.
+/// Minimum amount by which a sensor's longest range exceeds its shortest, in metres. With less, the two could be equal in
+/// single precision.
 pub const LEAST_RANGE_SPAN_M: f64 = 0.01;
-/// How far a robot may drive within a second, in radii: physics takes four steps for each, so that no wall is missed.
+/// Maximum distance that a robot may drive within a second, in radii. Physics takes four steps for each radius so that no
+/// wall is missed.
 pub const MOST_RADII_PER_S: f64 = 250.0;
-/// Corners of all walls of a floor: each pair is a solid.
+/// Maximum number of corners of all walls of a floor. Each pair of corners becomes a solid.
 pub const MOST_WALL_CORNERS: usize = 20_000;
-/// Pieces of all walls between their doors: walls on top of each other are divided by the same doors.
+/// Maximum number of pieces into which doors divide all walls. Walls on top of each other are divided by the same doors.
 pub const MOST_WALL_PIECES: usize = 25_000;
-/// Doors of a floor: each is compared with every wall.
+/// Maximum number of doors of a floor. Each door is compared with every wall.
 pub const MOST_DOORS: usize = 1000;
-/// Pieces of furniture in a world: if they overlap, physics looks at every pair.
+/// Maximum number of pieces of furniture in a world. If they overlap, physics looks at every pair.
 pub const MOST_FURNITURE: usize = 2000;
-/// People in a world.
+/// Maximum number of people in a world.
 pub const MOST_PEOPLE: usize = crate::message::MAX_PEOPLE;
-/// Markers in a world.
+/// Maximum number of markers in a world.
 pub const MOST_MARKERS: usize = 1000;
-/// Corners of a polygon, or waypoints of a person.
+/// Maximum number of corners of a polygon, or of waypoints of a person.
 pub const MOST_CORNERS: usize = 1000;
-/// Dots of a plane: a checkpoint of the world contains them all.
+/// Maximum number of dots in a plane. A checkpoint of the world contains all of them.
 pub const MOST_PLANE_DOTS: usize = crate::message::MAX_PLANE_DOTS;
-/// Pixels of a map's picture: 200 m by 200 m at 5 cm.
+/// Maximum number of pixels of a map's picture: 200 m by 200 m at 5 cm.
 pub const MOST_MAP_CELLS: u64 = 16_000_000;
-/// Solids into which a map's picture is cut: noise yields one for every few pixels.
+/// Maximum number of solids into which a map's picture is cut. Noise yields one for every few pixels.
 pub const MOST_MAP_SOLIDS: usize = 100_000;
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! The pipeline as one table. A row names a channel, its message, its writer, its readers and its role in an instant.
 //!
 //! Every list of channels or processes derives from this table. The channels common to all navigators are declared here; each
-//! navigator declares its own and adds them with [`register`]. The order of an instant follows from writers and roles and, for
-//! the same writer and role, from the order of the rows.
+//! navigator declares its own and adds them with [`register`]. The order within an instant follows from writers and roles,
+//! and from the order of the rows if two channels have the same writer and role.
 
 use std::marker::PhantomData;
 use std::sync::{LazyLock, PoisonError, RwLock};
@@ -13,42 +13,42 @@ use crate::erased::MessageType;
 use crate::message::*;
 use crate::ros2::Ros2;
 
-/// How many ticks the world may, in lockstep, run ahead of what the recorder has in its file. Every recorded channel's buffer
-/// and history hold more than that.
+/// Number of ticks that the world, in lockstep, may be ahead of what the recorder has in its file. The buffer and the history
+/// of every recorded channel hold more ticks than that.
 pub const LOCKSTEP_WINDOW: u64 = 64;
-/// The recorder acknowledges once in this many ticks.
+/// The recorder acknowledges once per this many ticks.
 pub const RECORDED_EVERY: u64 = 16;
-/// Instants that a channel's history and buffers hold.
+/// Number of instants that the history and the buffers of a channel hold.
 const INSTANTS: usize = 128;
-/// Most channels of a run: those of all kinds of navigators, and those of its own.
+/// Maximum number of channels in a run: those common to all kinds of navigators plus those of the run's own kind.
 pub const MAX_CHANNELS: usize = 32;
 
 /// The part that a channel's messages play in the flow, which determines how many of them are kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// In force until the next one comes: a sketch, a route. Transient-local (latched).
+    /// Stays in force until the next one arrives, as a sketch or a route does. Transient-local (latched).
     Instruction,
-    /// A person's request; each is heard once.
+    /// A person's request. Each one is received once.
     Request,
     /// The reply to a request.
     Reply,
-    /// The truth about the world, for the recorder and the judge.
+    /// The truth about the world, for the recorder and the judge only.
     Truth,
-    /// A sensor's measurement. The next tick names it.
+    /// A sensor's measurement, which the next tick names.
     Sensor,
-    /// The heartbeat: ends the world's part of an instant.
+    /// The heartbeat, which ends the world's part of an instant.
     Tick,
     /// The localizer's answer to a tick.
     Situation,
     /// The planner's answer to a situation.
     Command,
-    /// The state of the mission: the last message of an instant.
+    /// The state of the mission, which is the last message of an instant.
     Status,
     /// Further details of an instant, for observers.
     Detail,
     /// Measured by the clock or dependent on chance, and therefore different in each run.
     Report,
-    /// How much is safe in the recording; the only channel that is not recorded.
+    /// How much of the run is safe in the recording. The only role whose channel is not recorded.
     Safe,
 }
 
@@ -57,19 +57,19 @@ pub enum Role {
 pub struct ChannelSpec {
     /// Name, unique within a system.
     pub name: &'static str,
-    /// The one process that writes it; `None` if every process does (only `health`).
+    /// The only process that writes the channel, or `None` if every process does (only `health`).
     pub writer: Option<Process>,
-    /// The processes that may read it, in addition to the recorder and observers, which may read all.
+    /// The processes that may read the channel in addition to the recorder and observers, which may read every channel.
     pub readers: &'static [Process],
-    /// The part that its messages play in the flow.
+    /// The part that the channel's messages play in the flow.
     pub role: Role,
-    /// The kind of navigator that has it; `None` if all have.
+    /// The kind of navigator that has the channel, or `None` if all kinds have it.
     pub kind: Option<&'static str>,
-    /// Most messages between two ticks.
+    /// Maximum number of messages between two ticks.
     pub per_tick: usize,
-    /// Longest slice of bytes that follows a message; 0 if there is none.
+    /// Maximum length of the slice that follows a message, in bytes. 0 if there is none.
     pub max_cells: usize,
-    /// Its message.
+    /// The type of the channel's messages.
     pub message: MessageType,
 }
 
@@ -81,21 +81,21 @@ impl PartialEq for ChannelSpec {
 impl Eq for ChannelSpec {}
 
 impl ChannelSpec {
-    /// Whether `process` may read the channel.
+    /// Returns true if `process` may read the channel.
     pub fn may_read(&self, process: Process) -> bool {
         matches!(process, Process::Recorder | Process::Observer) || self.readers.contains(&process)
     }
 
-    /// Whether `process` may write the channel.
+    /// Returns true if `process` may write the channel.
     pub fn may_write(&self, process: Process) -> bool {
         self.writer.is_none_or(|writer| writer == process)
     }
 
-    /// Messages that the writer keeps for a late reader.
+    /// Number of messages that the writer keeps for a late reader.
     pub fn history(&self) -> usize {
         match self.role {
             Role::Instruction => 1,
-            // The next one may come before the reader has saved the one before.
+            // The next request may arrive before the reader has saved this one.
             Role::Request if self.max_cells > 0 => 2,
             Role::Request | Role::Reply => 16,
             Role::Safe => 8,
@@ -104,7 +104,7 @@ impl ChannelSpec {
         }
     }
 
-    /// Messages that wait for a reader before the oldest is lost.
+    /// Number of messages that can wait for a reader before the oldest is lost.
     pub fn buffer(&self) -> usize {
         match self.role {
             Role::Instruction => 2,
@@ -114,22 +114,22 @@ impl ChannelSpec {
         }
     }
 
-    /// Whether the recorder writes it to the file.
+    /// Returns true if the recorder writes the channel to the file.
     pub fn is_recorded(&self) -> bool {
         self.role != Role::Safe
     }
 
-    /// Whether a late reader gets the newest message, which ROS 2 calls transient local.
+    /// Returns true if a late reader gets the newest message, which ROS 2 calls transient local.
     pub fn is_latched(&self) -> bool {
         self.role == Role::Instruction
     }
 
-    /// Whether its messages are readings: each is its own cause.
+    /// Returns true if the channel's messages are readings, each of which is its own cause.
     pub fn is_sensed(&self) -> bool {
         matches!(self.role, Role::Sensor | Role::Truth)
     }
 
-    /// The position of the writer in an instant, and of the role among the writer's messages.
+    /// The position of the writer within an instant, and the position of the role among the writer's messages.
     fn turn(&self) -> (u8, u8) {
         let is_for_sketcher = self.readers.contains(&Process::Sketcher);
         let whose = match (self.role, self.writer) {
@@ -149,12 +149,12 @@ impl ChannelSpec {
         (whose, when)
     }
 
-    /// Whether a run of this kind of navigator has the channel.
+    /// Returns true if a run of this kind of navigator has the channel.
     pub fn belongs_to(&self, kind: &str) -> bool {
         self.kind.is_none_or(|own| own == kind)
     }
 
-    /// Whether the channel is recorded under this topic: its name with a slash before it.
+    /// Returns true if the channel is recorded under this topic, which is the channel's name with a slash before it.
     pub fn is_topic(&self, topic: &str) -> bool {
         topic.strip_prefix('/') == Some(self.name)
     }
@@ -178,23 +178,23 @@ impl<T: Ros2> Channel<T> {
     /// The channel of a row whose message is `T`.
     ///
     /// # Panics
-    /// If the row's message has another size; for a constant, at compile time.
+    /// Panics if the row's message has another size. For a constant, that happens at compile time.
     pub const fn of(spec: &'static ChannelSpec) -> Self {
         assert!(spec.message.size == size_of::<T>(), "the row is of another message");
         Self { spec, message: PhantomData }
     }
 }
 
-/// Does something with every channel of the table, each with its own message type; for tests.
+/// An operation on every channel of the table, each with its own message type. For tests.
 pub trait ChannelVisitor {
-    /// What may go wrong.
+    /// The error that ends a visit.
     type Error;
-    /// A channel.
+    /// Visits a channel.
     fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Self::Error>;
 }
 
 impl<T: Message> Channel<T> {
-    /// The message given as bytes, if `spec` is this channel.
+    /// Returns `message` as a `T` if `spec` is this channel.
     pub fn message<'a>(&self, spec: &ChannelSpec, message: &'a [u8]) -> Option<&'a T> {
         (self.spec == spec).then(|| bytemuck::from_bytes(message))
     }
@@ -203,17 +203,17 @@ impl<T: Message> Channel<T> {
 channels! {
     /// What a person draws.
     DRAWING: Request Drawing = "drawing", Pad => [Sketcher], behind it up to MAX_DRAWING_BYTES;
-    /// What the sketcher made of it.
+    /// The sketcher's reply to a drawing.
     UNDERSTOOD: Reply Understood = "understood", Sketcher => [Pad];
     /// Orders of the person at the pad.
     ORDERS: Request MissionCommand = "orders", Pad => [Localizer, Planner];
     /// Orders from the supervisor.
     MISSION: Request MissionCommand = "mission", Supervisor => [Localizer, Planner];
-    /// Touches of walls, furniture and people.
+    /// Collisions with walls, furniture and people.
     CONTACT: Detail Contact = "contact", World => [], up to 4 a tick;
-    /// The true pose; no navigator may open it.
+    /// The true pose, which no navigator may open.
     TRUTH: Truth GroundTruth = "truth", World => [];
-    /// The true positions of people; no navigator may open it.
+    /// The true positions of people, which no navigator may open.
     PEOPLE: Truth People = "people", World => [];
     /// Dead reckoning.
     ODOMETRY: Sensor Odometry = "odometry", World => [Localizer, Planner], up to 8 a tick;
@@ -223,25 +223,25 @@ channels! {
     SONAR: Sensor SonarScan = "sonar", World => [Localizer, Planner, Pad];
     /// The markers that the camera sees.
     MARKERS: Sensor MarkerView = "markers", World => [Localizer, Planner, Pad], up to 8 a tick;
-    /// What the window shows of a plane of dots.
+    /// The dots of a plane that the camera's window shows.
     VIEW: Sensor DotView = "view", World => [Localizer, Pad];
-    /// The heartbeat, last of what the world sends in an instant.
+    /// The heartbeat: the last message of the world in an instant.
     TICK: Tick Tick = "tick", World => [Localizer, Planner, Pad];
-    /// How the robot is to move.
+    /// The velocity that the robot is to drive.
     COMMAND: Command VelocityCommand = "command", Planner => [World];
-    /// The state of the mission; the last message of an instant.
+    /// The state of the mission: the last message of an instant.
     STATUS: Status MissionStatus = "status", Planner => [Supervisor, Pad];
     /// How long each step took by the clock.
     LATENCY: Report Latency = "latency", Recorder => [];
     /// Signs of life, from every process.
     HEALTH: Report Health = "health", every => [Supervisor, Pad];
-    /// Kills, deaths, restarts, recoveries; orders of tools.
+    /// Kills, deaths, restarts, recoveries, and orders given by tools.
     FAULTS: Report Fault = "faults", Supervisor => [Pad];
-    /// How much is safe in the file.
+    /// How much of the run is safe in the file.
     RECORDED: Safe Recorded = "recorded", Recorder => [World];
 }
 
-/// The table, in the order of an instant. It grows only through [`register`], and nothing is ever removed.
+/// The table in the order of an instant. It grows only through [`register`], and nothing is ever removed.
 static TABLE: LazyLock<RwLock<&'static [&'static ChannelSpec]>> =
     LazyLock::new(|| RwLock::new(in_order(CHANNELS.to_vec())));
 
@@ -250,7 +250,7 @@ fn in_order(mut table: Vec<&'static ChannelSpec>) -> &'static [&'static ChannelS
     table.leak()
 }
 
-/// Why channels cannot be added.
+/// Reasons why channels cannot be added.
 #[derive(Debug, Clone, thiserror::Error, PartialEq, Eq)]
 pub enum RegisterError {
     /// Two navigators with the same name.
@@ -259,12 +259,12 @@ pub enum RegisterError {
         /// The name.
         kind: &'static str,
     },
-    /// A channel that is not declared as its navigator's.
+    /// A channel that belongs to another kind of navigator than the one that adds it.
     #[error("channel {name:?}: expected the kind {kind:?}")]
     Foreign {
         /// The channel.
         name: &'static str,
-        /// The navigator that adds it.
+        /// The kind of navigator that adds the channel.
         kind: &'static str,
     },
     /// Two channels with the same name.
@@ -273,36 +273,36 @@ pub enum RegisterError {
         /// The name.
         name: &'static str,
     },
-    /// Too many.
+    /// More channels than a run can have.
     #[error("kind {kind:?}: expected at most {MAX_CHANNELS} channels, found {found}")]
     TooMany {
         /// The kind.
         kind: &'static str,
-        /// How many there would be.
+        /// The number of channels that there would be.
         found: usize,
     },
     /// More sensors than a tick can name.
     #[error("expected at most {MAX_SENSORS} sensor channels in total, found {found}")]
     TooManySensors {
-        /// How many there would be.
+        /// The number of sensor channels that there would be.
         found: usize,
     },
-    /// A kind of navigator that lacks one of the channels that its processes wait for, or has two of them.
+    /// A kind of navigator that has none, or several, of a channel that its processes wait for.
     #[error("kind {kind:?}: expected one channel of role {role:?}, found {found}")]
     Role {
         /// The kind.
         kind: &'static str,
         /// The role.
         role: Role,
-        /// How many there would be.
+        /// The number of such channels that there would be.
         found: usize,
     },
 }
 
-/// Adds the channels of a kind of navigator to the table. Adding the same ones again changes nothing.
+/// Adds the channels of a kind of navigator to the table. Adding the same channels again has no effect.
 ///
 /// # Errors
-/// [`RegisterError`]; the table is then unchanged.
+/// [`RegisterError`], in which case the table is unchanged.
 pub fn register(kind: &'static str, channels: &[&'static ChannelSpec]) -> Result<(), RegisterError> {
     let mut table = TABLE.write().unwrap_or_else(PoisonError::into_inner);
     let mut known = table.to_vec();
@@ -323,7 +323,7 @@ pub fn register(kind: &'static str, channels: &[&'static ChannelSpec]) -> Result
     Ok(())
 }
 
-/// Checks a table.
+/// Checks that a table is within the limits and that `kind` has exactly one channel of each role that its processes wait for.
 fn check(table: &[&ChannelSpec], kind: &'static str) -> Result<(), RegisterError> {
     let found = table.iter().filter(|spec| spec.role == Role::Sensor).count();
     if found > MAX_SENSORS {
@@ -342,34 +342,35 @@ fn check(table: &[&ChannelSpec], kind: &'static str) -> Result<(), RegisterError
     Ok(())
 }
 
-/// Every channel, in the order of an instant; those that differ in each run come last.
+/// Every channel in the order of an instant. The channels whose content differs in each run come last.
 pub fn all() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     let table: &'static [_] = *TABLE.read().unwrap_or_else(PoisonError::into_inner);
     table.iter().copied()
 }
 
-/// The position of a topic in an instant: that of its channel in [`all`]; the last one if it belongs to no channel.
+/// Returns the position of a topic within an instant, which is that of its channel in [`all`]. A topic without a channel, and
+/// a topic of reports, comes after all channels.
 pub fn place_of(topic: &str) -> usize {
     let place = all().position(|spec| spec.is_topic(topic) && spec.role != Role::Report);
     place.unwrap_or_else(|| all().count())
 }
 
-/// The channels of a run of this kind of navigator.
+/// The channels in a run of this kind of navigator.
 pub fn of_kind(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     all().filter(move |spec| spec.belongs_to(kind))
 }
 
-/// The channel of this name.
+/// Returns the channel with this name.
 pub fn find(name: &str) -> Option<&'static ChannelSpec> {
     all().find(|spec| spec.name == name)
 }
 
-/// The channel that is recorded under this topic.
+/// Returns the channel that is recorded under this topic.
 pub fn of_topic(topic: &str) -> Option<&'static ChannelSpec> {
     find(topic.strip_prefix('/')?)
 }
 
-/// Whether several processes write the channel of this topic, so that its numbers say nothing.
+/// Returns true if several processes write the channel of this topic, so that gaps in its sequence numbers mean nothing.
 pub fn has_many_writers(topic: &str) -> bool {
     of_topic(topic).is_some_and(|spec| spec.writer.is_none())
 }
@@ -379,32 +380,32 @@ pub fn names() -> String {
     all().map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
-/// The same for the channels of a run of this kind of navigator.
+/// Like [`names`], but only the channels in a run of this kind of navigator.
 pub fn names_of_kind(kind: &str) -> String {
     of_kind(kind).map(|spec| spec.name).collect::<Vec<_>>().join(", ")
 }
 
-/// The sensors' channels: the number of the newest message of the `i`-th is at `newest[i]` of a [`Tick`].
+/// The sensors' channels. `newest[i]` of a [`Tick`] is the number of the newest message of the `i`-th one.
 pub fn sensors() -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     all().filter(|spec| spec.role == Role::Sensor)
 }
 
-/// The channel of this role in a run of this kind of navigator.
+/// Returns the channel with this role in a run of this kind of navigator.
 pub fn of_role(role: Role, kind: &str) -> Option<&'static ChannelSpec> {
     of_kind(kind).find(|spec| spec.role == role)
 }
 
-/// What `process` writes, except `health`, in the order of an instant.
+/// The channels that `process` writes, except `health`, in the order of an instant.
 pub fn written_by(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     of_kind(kind).filter(move |spec| spec.writer == Some(process))
 }
 
-/// What `process` is to read, in the order of an instant.
+/// The channels that `process` is meant to read, in the order of an instant.
 pub fn read_by(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> + Clone {
     of_kind(kind).filter(move |spec| spec.readers.contains(&process))
 }
 
-/// The channel whose messages `process` answers, one step each; `None` if it has no steps.
+/// The channel whose messages `process` answers with one step each, or `None` if the process has no steps.
 pub fn trigger_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
     let role = match process {
         Process::World => Role::Command,
@@ -415,7 +416,8 @@ pub fn trigger_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> 
     of_role(role, kind)
 }
 
-/// The last channel that `process` writes in an instant: once its message is there, all others are.
+/// The last channel that `process` writes in an instant. Once its message is there, all the process's other messages of the
+/// instant are, too.
 pub fn last_word_of(process: Process, kind: &str) -> Option<&'static ChannelSpec> {
     let role = match process {
         Process::World => Role::Tick,
@@ -431,7 +433,7 @@ pub const SERVICES: [Process; 5] =
     [Process::World, Process::Sketcher, Process::Localizer, Process::Planner, Process::Recorder];
 /// The processes that host the stages of a navigator, in the order of an instant.
 pub const NAVIGATORS: [Process; 3] = [Process::Sketcher, Process::Localizer, Process::Planner];
-/// Further processes that a run may have.
+/// Optional processes that a run may have in addition.
 pub const EXTRAS: [Process; 1] = [Process::Pad];
 
 /// The names of processes, for messages to people.
@@ -454,7 +456,7 @@ mod tests {
         assert_eq!(names.len(), count);
     }
 
-    /// `rerun` and `replay` take the inputs of a process in this order, which once depended on the order of a single table.
+    /// `rerun` and `replay` feed a process its inputs in this order, which once depended on the order of a single table.
     #[test]
     fn an_instant_goes_from_what_people_say_to_the_status() {
         example::register();
@@ -520,7 +522,7 @@ mod tests {
         assert_eq!(error.to_string(), "channel \"example_map\": expected the kind \"own\"");
     }
 
-    /// A navigator without a situation was accepted, and its planner then waited for ever.
+    /// A navigator without a situation was accepted, and its planner then waited forever.
     #[test]
     fn a_navigator_without_a_situation_is_rejected() {
         let error = register("wall-follower", &[]).unwrap_err();
@@ -528,7 +530,7 @@ mod tests {
         assert_eq!(error.to_string(), expected);
     }
 
-    /// The limit was for the channels of all navigators together, so each new one left less room for the others.
+    /// The limit applied to the channels of all navigators together, so each new navigator left less room for the others.
     #[test]
     fn a_run_has_a_limit_of_channels_and_other_kinds_do_not_count() {
         static OWN: ChannelSpec = ChannelSpec { kind: Some("own"), ..*example::MAP.spec };

@@ -1,8 +1,8 @@
-//! The small numbers inside messages, as types.
+//! Enumerations whose values are small numbers inside messages.
 
 use crate::declare::codes;
 
-/// A type whose values are small numbers in messages: `as Process` after a field of a declaration.
+/// A type whose values are small numbers in messages. A declaration names it after the field, as in `as Process`.
 pub trait Code {
     /// Every value, in order.
     const VALUES: &'static [Value];
@@ -15,7 +15,7 @@ pub struct Value {
     pub name: &'static str,
     /// The number in the message.
     pub code: u32,
-    /// What it means.
+    /// The meaning of the value.
     pub doc: &'static str,
 }
 
@@ -31,15 +31,15 @@ codes! {
         World = 1 "world",
         /// Reads what a person drew.
         Sketcher = 2 "sketcher",
-        /// Finds the robot in the drawing.
+        /// Localizes the robot in the drawing.
         Localizer = 3 "localizer",
-        /// Drives it to its goals.
+        /// Drives the robot to its goals.
         Planner = 4 "planner",
         /// Writes every channel to a file.
         Recorder = 5 "recorder",
-        /// Owns the others.
+        /// Owns the other processes.
         Supervisor = 6 "supervisor",
-        /// A tool that looks on: `echo`, `hz`, a user's own.
+        /// A tool that observes: `echo`, `hz`, or a user's own.
         Observer = 7 "observer",
         /// Serves the page on which people draw, watch and order.
         Pad = 8 "pad",
@@ -51,11 +51,11 @@ codes! {
         Wall = 1 "wall",
         /// Furniture, which no sketch shows.
         Furniture = 2 "furniture",
-        /// A person walking.
+        /// A person who walks.
         Person = 3 "person",
     }
 
-    /// How sure the localizer is.
+    /// The certainty of the localizer.
     pub enum Tracking {
         /// Waiting for the sketch or the first scan.
         Waiting = 0 "waiting",
@@ -71,81 +71,82 @@ codes! {
     pub enum Order {
         /// Begin with the first task.
         Start = 1 "start",
-        /// Stop and give up the mission; with a pad, it can be continued.
+        /// Stop and give up the mission. With a pad, the mission can be continued.
         Abort = 2 "abort",
-        /// Stop, and continue later.
+        /// Stop, to be continued later.
         Pause = 3 "pause",
         /// Continue.
         Resume = 4 "resume",
-        /// Stop, because the link to the driving page was lost; continue later.
+        /// Stop, to be continued later, because the link to the driving page was lost.
         Unattended = 5 "unattended",
-        /// Leave the current task for the one that the order names; the tasks after it follow.
+        /// Leave the current task for the one that the order names. The tasks after that one follow.
         Goal = 6 "goal",
-        /// Take the robot to be where the order says: what ROS calls `initialpose`.
+        /// Assume that the robot is where the order says, like `initialpose` in ROS.
         Here = 7 "here",
     }
 
     /// What a [`crate::message::Drawing`] contains.
     pub enum DrawingKind {
-        /// The place: strokes in JSON, or a picture.
+        /// A drawing of the place: strokes in JSON, or a picture.
         Sketch = 1 "sketch",
-        /// Where to go in it: a start, goals, a route, in JSON.
+        /// Where to go in the drawing: a start, goals and a route, in JSON.
         Route = 2 "route",
     }
 
     /// The state of a task.
     pub enum TaskState {
-        /// Not begun: the sketch, the route or the order to start is missing.
+        /// Not begun, because the sketch, the route or the order to start is missing.
         Waiting = 0 "waiting",
-        /// On the way.
+        /// The robot is driving to the goal.
         Driving = 1 "driving",
         /// Stopped by a person.
         Paused = 2 "paused",
-        /// The robot is at the goal by its own estimate; ends the task.
+        /// The robot is at the goal by its own estimate. Ends the task.
         Reached = 3 "reached",
-        /// No way to the goal around what the laser sees; ends the task.
+        /// There is no path to the goal around what the laser sees. Ends the task.
         Blocked = 4 "blocked",
-        /// The robot does not know where it is; ends the task.
+        /// The robot does not know where it is. Ends the task.
         Lost = 5 "lost",
-        /// The time limit passed; ends the task.
+        /// The time limit has passed. Ends the task.
         TimedOut = 6 "timed out",
-        /// Given up by a person; ends the mission, unless a pad can continue it.
+        /// Given up by a person. Ends the mission, unless a pad can continue it.
         Aborted = 7 "aborted",
-        /// All tasks have ended; ends the mission, unless a pad can give new ones.
+        /// All tasks have ended. Ends the mission, unless a pad can give new ones.
         Finished = 8 "finished",
     }
 
-    /// How a process failed or recovered, and what people and tools did to the run.
+    /// The kinds of faults: how a process failed or recovered, and what people and tools did to the run.
     pub enum FaultKind {
-        /// A person or a tool has sent it a signal, or a planned fault has happened to it.
+        /// A person or a tool has sent the process a signal, or a planned fault has happened to it.
         Injected = 1 "injected",
-        /// It ended before its system did.
+        /// The process ended before its system did.
         Died = 2 "died",
-        /// It was started again.
+        /// The process was started again.
         Restarted = 3 "restarted",
         /// The restarted process has made progress.
         Recovered = 4 "recovered",
-        /// It has shown no sign of life for longer than it may.
+        /// The process has shown no sign of life for too long.
         Unresponsive = 5 "unresponsive",
-        /// It shows signs of life again.
+        /// The process shows signs of life again.
         Responsive = 6 "responsive again",
-        /// It kept dying without progress; ends the mission.
+        /// The process kept dying without progress. Ends the mission.
         GivenUp = 7 "given up",
-        /// Its predecessor's state cannot be used.
+        /// The state that its predecessor left cannot be used.
         StateRefused = 8 "state refused",
-        /// The recording cannot be written: the disk is full, most likely.
+        /// The recording cannot be written, most likely because the disk is full.
         RecordingFailed = 9 "recording failed",
         /// The recording is being written again.
         RecordingResumed = 10 "recording resumed",
-        /// The system continues after its supervisor's death.
+        /// The system continues after the death of its supervisor.
         SystemResumed = 11 "system resumed",
-        /// A person or a tool has given the navigator an order. No fault: it explains what the robot did.
+        /// A person or a tool has given the navigator an order. This is not a fault, but explains what the robot did.
         Ordered = 12 "order given",
     }
 }
 
 impl TaskState {
-    /// Whether a task in this state is over. [`TaskState::Finished`] refers to the mission.
+    /// Returns true if a task in this state is over. [`TaskState::Finished`] refers to the mission and therefore does not
+    /// count.
     pub const fn is_end(self) -> bool {
         matches!(self, Self::Reached | Self::Blocked | Self::Lost | Self::TimedOut | Self::Aborted)
     }

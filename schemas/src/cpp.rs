@@ -1,6 +1,7 @@
-//! The layouts of all messages as a C++ header: the content of `cpp/sketchnav.hpp`.
+//! Generates the layouts of all messages as a C++ header, the content of `cpp/sketchnav.hpp`.
 //!
-//! A structure has the same bytes as the message, which `static_assert`s check. The codes in fields are separate enumerations.
+//! A structure has the same bytes as the message, which `static_assert`s check. The values of codes become constants of the
+//! structure.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -24,7 +25,7 @@ const OPENING: &str = "\
 namespace sketchnav {
 ";
 
-/// The header's text.
+/// Returns the text of the header.
 pub fn header() -> String {
     let mut text = String::from(OPENING);
     let mut known = BTreeSet::new();
@@ -52,7 +53,8 @@ pub fn header() -> String {
     text
 }
 
-/// A structure after those that it contains, each once, and the assertions about its size.
+/// Writes a structure, after the structures that it contains, and the assertions about its size. Each structure is written
+/// once.
 fn structure(layout: &Layout, known: &mut BTreeSet<&'static str>, text: &mut String) {
     if known.contains(layout.name) {
         return;
@@ -79,7 +81,7 @@ fn structure(layout: &Layout, known: &mut BTreeSet<&'static str>, text: &mut Str
     }
 }
 
-/// The values of a field, as constants next to it.
+/// Writes the values that a field can have as constants next to it.
 fn codes(field: &Field, text: &mut String) {
     let Role::Code(values) = field.role else { return };
     for value in values {
@@ -89,7 +91,7 @@ fn codes(field: &Field, text: &mut String) {
     }
 }
 
-/// The type of an element, and how many there are in each dimension.
+/// Returns the C++ type of an element and the array dimensions that follow the field's name.
 fn declared(kind: &Kind) -> (String, String) {
     match kind {
         Kind::U32 => ("std::uint32_t".to_owned(), String::new()),

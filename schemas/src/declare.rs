@@ -1,18 +1,18 @@
-//! The macros that declare messages. One declaration yields the message in memory, its layout, its ROS 2 form, the conversion
-//! both ways and the text of its `.msg`.
+//! The macros that declare messages. One declaration yields the message in memory, its layout, its ROS 2 form, the
+//! conversions in both directions, and the text of its `.msg` file.
 //!
-//! A navigator declares its own with [`messages!`](messages), [`parts!`](parts), [`codes!`](codes) and [`channels!`](channels);
-//! its crate needs `bytemuck` (with `derive`) and `serde` (with `derive`) among its dependencies. The other macros are
-//! internal.
+//! A navigator declares its own messages with [`messages!`](messages), [`parts!`](parts), [`codes!`](codes) and
+//! [`channels!`](channels). Its crate must depend on `bytemuck` (with `derive`) and `serde` (with `derive`). The other macros
+//! are internal.
 //!
-//! How a field travels in ROS 2 follows from its type, see [`crate::ros2::Field`]. What the type does not express is written
-//! after it, see [`crate::ros2::Way`]:
+//! The form of a field in ROS 2 follows from its type, as described in [`crate::ros2::Field`]. Anything that the type does
+//! not express is written after it, as described in [`crate::ros2::Way`]:
 //!
-//! - `state: u32 as TaskState`: the number of a [`crate::codes::Code`], whose values become constants;
-//! - `tasks: [RouteTask; 64] where task_count counts`: a list, with `task_count: u32 as Count`;
-//! - `reserved: u32 as Zero`: nothing.
+//! - `state: u32 as TaskState` is the number of a [`crate::codes::Code`], whose values become constants.
+//! - `tasks: [RouteTask; 64] where task_count counts` is a list, and needs a field `task_count: u32 as Count`.
+//! - `reserved: u32 as Zero` is left out of the form.
 
-/// A struct that messages are made of: memory and layout.
+/// Declares a struct that messages are made of: its memory and its layout.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __layout {
@@ -29,7 +29,7 @@ macro_rules! __layout {
             /// One `field: type` per line, in order.
             pub const FIELDS: &'static str = concat!($(stringify!($field), ": ", stringify!($type), "\n",)*);
 
-            /// Its memory layout.
+            /// The memory layout of the struct.
             pub fn layout() -> $crate::layout::Layout {
                 use $crate::{declare::role, layout::{Layout, Part, Role}};
                 Layout::new(stringify!($name), Self::FIELDS, [
@@ -46,7 +46,7 @@ macro_rules! __layout {
     };
 }
 
-/// The role of a field.
+/// The role of a field, from what is written after its type.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __role {
@@ -67,7 +67,7 @@ macro_rules! __role {
     };
 }
 
-/// How a field travels.
+/// The way in which a field travels, from what is written after its type.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __way {
@@ -88,7 +88,7 @@ macro_rules! __way {
     };
 }
 
-/// The second if it is given, the first otherwise.
+/// Expands to the second argument if there is one, otherwise to the first.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __or {
@@ -108,7 +108,7 @@ macro_rules! __slice {
     ($slice:ident) => { Vec<u8> };
 }
 
-/// The fields of a struct in ROS 2.
+/// Generates the ROS 2 form of a struct, field by field.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own {
@@ -120,7 +120,7 @@ macro_rules! __own {
             use $crate::declare::{or, way};
             use $crate::ros2::{Definition, Line, Own, Ros2Error, Way, is_untold};
 
-            /// Field for field what the `.msg` says.
+            /// The form, with the same fields as the `.msg`.
             #[derive(Default, serde::Serialize, serde::Deserialize)]
             pub struct Form { $(
                 #[serde(skip_serializing_if = "is_untold")]
@@ -168,7 +168,7 @@ macro_rules! __own {
     };
 }
 
-/// Structs inside messages that have a `.msg` of their own.
+/// Declares structs inside messages that have a `.msg` of their own.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __parts {
@@ -179,8 +179,8 @@ macro_rules! __parts {
     )*};
 }
 
-/// Messages. Those with `in "frame"` have a generated `.msg`; the others are mapped by hand. `with data` names the field for
-/// the slice that follows the message, `valid if check` the function that checks the contents.
+/// Declares messages. A message with `in "frame"` has a generated `.msg`, and any other is mapped by hand. `with data` names
+/// the field for the slice that follows the message, and `valid if check` names the function that checks the contents.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __messages {
@@ -213,7 +213,7 @@ macro_rules! __messages {
     )*};
 }
 
-/// The ROS 2 form of a message, if it is not mapped by hand.
+/// Generates the ROS 2 form of a message, unless it is mapped by hand.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __own_message {
@@ -230,7 +230,7 @@ macro_rules! __own_message {
     };
 }
 
-/// Rows of the table of channels: those of a kind of navigator, or of all navigators.
+/// Declares rows of the table of channels, either those of one kind of navigator or those of all navigators.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __channels {
@@ -252,13 +252,13 @@ macro_rules! __channels {
                 message: $crate::erased::MessageType::of::<$message>(),
             });)*
 
-        /// These channels, in the order in which their writers write them in an instant.
+        /// The channels declared here, in the order in which their writers write them within an instant.
         pub const CHANNELS: &[&$crate::channels::ChannelSpec] = &[$($constant.spec),*];
 
-        /// Visits the message type of each; stops at the first error.
+        /// Visits each of the channels with its message type, and stops at the first error.
         ///
         /// # Errors
-        /// The visitor's.
+        /// The visitor's error.
         pub fn visit<V: $crate::channels::ChannelVisitor>(visitor: &mut V) -> Result<(), V::Error> {
             $(visitor.visit($constant)?;)*
             Ok(())
@@ -281,7 +281,7 @@ macro_rules! __writer {
     };
 }
 
-/// Enumerations whose values are the numbers of fields.
+/// Declares enumerations whose values are the numbers of fields.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! __codes {
@@ -304,12 +304,12 @@ macro_rules! __codes {
             /// The number in the message.
             pub const fn code(self) -> u32 { self as u32 }
 
-            /// The value of a number, `None` if there is no such value.
+            /// Returns the value with this number, or `None` if there is none.
             pub fn from_code(code: u32) -> Option<Self> {
                 Self::ALL.iter().copied().find(|v| v.code() == code)
             }
 
-            /// The word for people and files.
+            /// The word for this value in files and for people.
             pub const fn word(self) -> &'static str {
                 match self { $(Self::$variant => $text,)* }
             }

@@ -1,7 +1,7 @@
-//! A message type as a value: operations on a message whose type is known only at run time.
+//! A message type as a value, for operations on messages whose type is known only at run time.
 //!
-//! Code that handles every channel alike (the runtime, the recorder, a replay, `echo`) works with bytes and this.
-//! A message is the bytes of its struct, aligned to eight; a slice of bytes, its cells, may follow.
+//! Code that handles every channel alike (the runtime, the recorder, a replay, `echo`) works with bytes and a
+//! [`MessageType`]. A message is the bytes of its struct, aligned to eight. A slice of bytes, called its cells, may follow.
 
 use std::any::Any;
 
@@ -12,17 +12,17 @@ use crate::message::{Header, Message, fingerprint};
 use crate::ros2::{Ros2, Ros2Error};
 use crate::valid::Invalid;
 
-/// Alignment of every message in memory, bytes.
+/// Alignment of every message in memory, in bytes.
 pub const ALIGNMENT: usize = 8;
 
-/// What needs to be known about a message type.
+/// The size, names and operations of a message type.
 #[derive(Clone, Copy)]
 pub struct MessageType {
     /// Name of the struct.
     pub name: &'static str,
-    /// Size of the struct, bytes; a multiple of [`ALIGNMENT`].
+    /// Size of the struct, in bytes. A multiple of [`ALIGNMENT`].
     pub size: usize,
-    /// Its ROS 2 type, `package/msg/Type`.
+    /// ROS 2 type, `package/msg/Type`.
     pub ros2: &'static str,
     type_name: fn() -> String,
     schema: fn() -> String,
@@ -34,13 +34,13 @@ pub struct MessageType {
     json: fn(&[u8], &[u8]) -> Result<serde_json::Value, JsonError>,
 }
 
-/// The ROS 2 form of an earlier message, whose memory the next one reuses: see [`MessageType::encode`].
+/// The ROS 2 form of an earlier message, whose memory the next message reuses. See [`MessageType::encode`].
 pub type Spare = Box<dyn Any + Send>;
 
-/// Message, cells, spare memory, output.
+/// Takes the message, its cells, spare memory and the output.
 type Encode = fn(&[u8], &[u8], &mut Spare, &mut Vec<u8>) -> Result<(), Ros2Error>;
 
-/// Why a message has no JSON.
+/// The reason why a message cannot be converted to JSON.
 pub type JsonError = Box<dyn std::error::Error + Send + Sync>;
 
 impl MessageType {
@@ -62,7 +62,8 @@ impl MessageType {
         }
     }
 
-    /// Name, version and a fingerprint of the layout: two builds that disagree about the type have different ones.
+    /// Returns the name, the version and a fingerprint of the layout. Two builds that disagree about the type have
+    /// different fingerprints.
     pub fn type_name(&self) -> String {
         (self.type_name)()
     }
@@ -72,36 +73,37 @@ impl MessageType {
         fingerprint(&self.type_name())
     }
 
-    /// The `ros2msg` schema: the `.msg` text, followed by those that it depends on.
+    /// The `ros2msg` schema: the `.msg` text, followed by the texts that it depends on.
     pub fn schema(&self) -> String {
         (self.schema)()
     }
 
-    /// Its memory layout.
+    /// The memory layout of the type.
     pub fn layout(&self) -> Layout {
         (self.layout)()
     }
 
-    /// Checks the contents of `message`: see [`crate::valid`].
+    /// Checks the contents of `message`. See [`crate::valid`].
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// [`Invalid`] with the first invalid field.
     ///
     /// # Panics
-    /// If `message` does not have this type's size and alignment; the same applies to the other methods.
+    /// Panics if `message` does not have this type's size and alignment. So do the other methods that take a message.
     pub fn check(&self, message: &[u8]) -> Result<(), Invalid> {
         (self.check)(message)
     }
 
-    /// Memory for [`MessageType::encode`].
+    /// Creates the spare memory that [`MessageType::encode`] needs.
     pub fn spare(&self) -> Spare {
         (self.spare)()
     }
 
-    /// Appends the message in CDR to `out`. Allocates nothing once `spare` and `out` have had a message of this length.
+    /// Appends the message in CDR to `out`. Allocates nothing if `spare` and `out` have already been used for a message of
+    /// this length.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the message would not come back the same; `out` is then of no use.
+    /// [`Ros2Error`] if decoding would not yield the same message. The content of `out` is then unusable.
     pub fn encode(
         &self,
         message: &[u8],
@@ -112,7 +114,7 @@ impl MessageType {
         (self.encode)(message, cells, spare, out)
     }
 
-    /// The message number `seq` from its CDR.
+    /// Decodes the message number `seq` from its CDR.
     ///
     /// # Errors
     /// [`Ros2Error`] if `cdr` is not what [`MessageType::encode`] would have written.
@@ -120,10 +122,10 @@ impl MessageType {
         (self.decode)(cdr, seq)
     }
 
-    /// The ROS 2 form as JSON.
+    /// Converts the message into the JSON of its ROS 2 form.
     ///
     /// # Errors
-    /// As [`MessageType::encode`].
+    /// [`Ros2Error`] as from [`MessageType::encode`], or an error of the conversion into JSON.
     pub fn json(&self, message: &[u8], cells: &[u8]) -> Result<serde_json::Value, JsonError> {
         (self.json)(message, cells)
     }
@@ -162,8 +164,8 @@ fn json<T: Ros2>(message: &[u8], cells: &[u8]) -> Result<serde_json::Value, Json
     Ok(form)
 }
 
-/// Flattens one of our own messages, whose form has parts, so that as JSON it is what the `.msg` says, without the slice if
-/// there is none.
+/// Flattens the form of one of our own messages, which consists of parts, so that its JSON has the fields of the `.msg`. If
+/// there is no slice, its field is left out.
 fn flatten(form: &mut serde_json::Map<String, serde_json::Value>) {
     if let Some(serde_json::Value::Object(body)) = form.remove("body") {
         form.extend(body);
@@ -173,20 +175,20 @@ fn flatten(form: &mut serde_json::Map<String, serde_json::Value>) {
     }
 }
 
-/// The header that every message begins with.
+/// Returns the header at the start of a message.
 ///
 /// # Panics
-/// If `message` is shorter than a header or not aligned.
+/// Panics if `message` is shorter than a header or not aligned.
 pub fn header(message: &[u8]) -> &Header {
     bytemuck::from_bytes(&message[..size_of::<Header>()])
 }
 
-/// The header that every message begins with. Panics as [`header`].
+/// Returns the header at the start of a message, mutable. Panics like [`header`].
 pub fn header_mut(message: &mut [u8]) -> &mut Header {
     bytemuck::from_bytes_mut(&mut message[..size_of::<Header>()])
 }
 
-/// A message with its cells, in memory of its own.
+/// An owned message with its cells.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Owned {
     words: Vec<u64>,
@@ -202,7 +204,7 @@ impl Owned {
         owned
     }
 
-    /// The memory for a message of `size` bytes followed by `cells` bytes, all zero. Existing memory is reused.
+    /// Returns memory for a message of `size` bytes followed by `cells` bytes, all zero. Reuses the existing allocation.
     pub fn blank(&mut self, size: usize, cells: usize) -> (&mut [u8], &mut [u8]) {
         self.words.clear();
         self.words.resize(size / ALIGNMENT, 0);
@@ -216,12 +218,12 @@ impl Owned {
         bytemuck::cast_slice(&self.words)
     }
 
-    /// The slice that follows it.
+    /// The slice that follows the message.
     pub fn cells(&self) -> &[u8] {
         &self.cells
     }
 
-    /// The message as a `T`. Panics if it has another size.
+    /// The message as a `T`. Panics if `T` has another size.
     pub fn typed<T: Pod>(&self) -> &T {
         bytemuck::from_bytes(self.bytes())
     }

@@ -1,4 +1,4 @@
-//! Planned faults: what is to happen to which message, in a file that people and `sketchnav chaos` write.
+//! Plans of faults: which fault is to affect which message. The files are written by people and by `sketchnav chaos`.
 //!
 //! ```toml
 //! [[fault]]
@@ -7,7 +7,7 @@
 //! do = "kill"            # kill, stop, term, starve, drop, duplicate, delay, reorder or corrupt-checkpoint
 //! when = "before"        # or "after" it was sent: kill, stop, term and starve
 //! ```
-//! The moment is relative to the mission, not to the clock, so that the same plan has the same effect each time.
+//! The moment is relative to the mission and not to the clock, so that a plan has the same effect each time.
 
 use serde::{Deserialize, Serialize};
 
@@ -15,16 +15,16 @@ use crate::channels;
 use crate::codes::Process;
 use crate::time::nanoseconds;
 
-/// Most faults of a plan.
+/// Maximum number of faults in a plan.
 pub const MAX_FAULTS: usize = 10_000;
-/// Longest delay, milliseconds.
+/// Longest delay, in milliseconds.
 pub const MAX_DELAY_MS: u64 = 60_000;
-/// Longest starvation, milliseconds.
+/// Longest starvation, in milliseconds.
 pub const MAX_STARVATION_MS: u64 = 60_000;
-/// Least and greatest share of the processor that a starved process may have.
+/// Smallest and largest share of the processor that a starved process may have.
 pub const SHARES: [f64; 2] = [0.01, 0.9];
 
-/// What is done.
+/// The kind of fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Action {
@@ -49,12 +49,12 @@ pub enum Action {
 }
 
 impl Action {
-    /// Whether it ends, stops or starves the writer.
+    /// Returns true if the fault ends, stops or starves the writer, rather than changing its messages.
     pub const fn is_for_the_process(self) -> bool {
         matches!(self, Self::Kill | Self::Stop | Self::Term | Self::Starve | Self::CorruptCheckpoint)
     }
 
-    /// The word for people and files.
+    /// The word for this action in files and for people.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Kill => "kill",
@@ -70,14 +70,14 @@ impl Action {
     }
 }
 
-/// When a process is hit.
+/// The moment at which a fault hits a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum When {
     /// Before the message is sent.
     #[default]
     Before,
-    /// After it was sent.
+    /// After the message was sent.
     After,
 }
 
@@ -90,13 +90,13 @@ impl When {
 /// How little of the processor a process gets, and for how long.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Starvation {
-    /// Share of the time in which it may run: one of [`SHARES`] or between them.
+    /// Share of the time in which the process may run, within [`SHARES`].
     pub share: f64,
-    /// For how long, by the clock.
+    /// Duration by the clock, in milliseconds.
     pub duration_ms: u64,
 }
 
-/// A fault.
+/// A fault in a plan.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlannedFault {
@@ -105,28 +105,28 @@ pub struct PlannedFault {
     /// The number of the message, from 1.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<u64>,
-    /// Instead: simulated seconds; the first message at or after them.
+    /// Used instead of `message`: the fault affects the first message at or after this simulated time, in seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
-    /// What is done.
+    /// The kind of fault.
     #[serde(rename = "do")]
     pub action: Action,
-    /// When a process is hit.
+    /// Whether the process is hit before or after it sends the message.
     #[serde(default, skip_serializing_if = "When::is_before")]
     pub when: When,
-    /// How long a delay is, by the clock.
+    /// Duration of a delay by the clock, in milliseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay_ms: Option<u64>,
     /// Share of the time in which a starved process may run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub share: Option<f64>,
-    /// How long a process is starved, by the clock.
+    /// Duration of a starvation by the clock, in milliseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_ms: Option<u64>,
 }
 
 impl PlannedFault {
-    /// A fault that hits the writer of a channel before it sends this message.
+    /// Creates a fault at this message of a channel. A fault that affects the writer hits it before it sends the message.
     pub fn at_message(channel: &str, message: u64, action: Action) -> Self {
         Self {
             channel: channel.to_owned(),
@@ -140,13 +140,13 @@ impl PlannedFault {
         }
     }
 
-    /// How the writer is starved, if it is.
+    /// How the writer is starved, or `None` if it is not.
     pub fn starvation(&self) -> Option<Starvation> {
         let (share, duration_ms) = (self.share?, self.duration_ms?);
         (self.action == Action::Starve).then_some(Starvation { share, duration_ms })
     }
 
-    /// What is planned, in words: `kill at estimate 120`, `kill after estimate 120`.
+    /// Describes the fault in words: `kill at estimate 120`, `kill after estimate 120`.
     pub fn words(&self) -> String {
         let Self { channel, message, time_s, action, when, .. } = self;
         let moment = match (message, time_s) {
@@ -158,14 +158,15 @@ impl PlannedFault {
         format!("{} {place} {moment}", action.word())
     }
 
-    /// Whether it is due at this message of the channel.
+    /// Returns true if the fault is due at this message of its channel.
     pub fn is_due(&self, seq: u64, stamp_ns: u64) -> bool {
         let is_time = |time_s: f64| stamp_ns >= nanoseconds(time_s);
         self.message.is_none_or(|message| message == seq) && self.time_s.is_none_or(is_time)
     }
 }
 
-/// Faults in the order of a file. Several at the same message happen in turn, each in the next life of the writer.
+/// Faults in the order of a file. Several faults at the same message happen in turn, each after a further restart of the
+/// writer.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FaultPlan {
@@ -174,34 +175,34 @@ pub struct FaultPlan {
     pub fault: Vec<PlannedFault>,
 }
 
-/// What is wrong with a plan.
+/// Reasons why a fault plan is invalid.
 #[derive(Debug, thiserror::Error)]
 pub enum FaultPlanError {
-    /// It is not valid TOML of this form.
+    /// Not TOML, an unknown key, or a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
     /// An invalid value.
     #[error("fault {number}: {key}: expected {expected}, found {found}")]
     Value {
-        /// Which fault, from 1.
+        /// Number of the fault, from 1.
         number: usize,
-        /// Where.
+        /// The key.
         key: &'static str,
         /// What was expected.
         expected: String,
         /// What was found.
         found: String,
     },
-    /// More than a plan may have.
+    /// More faults than a plan may have.
     #[error("fault: expected at most {MAX_FAULTS}, found {0}")]
     TooMany(usize),
 }
 
 impl FaultPlan {
-    /// Reads a plan for runs of this kind of navigator.
+    /// Parses a plan for runs of this kind of navigator.
     ///
     /// # Errors
-    /// [`FaultPlanError`] names the fault, the key, and what was expected there.
+    /// [`FaultPlanError`] with the fault, the key, and what was expected there.
     pub fn parse(text: &str, kind: &str) -> Result<Self, FaultPlanError> {
         let plan: Self = toml::from_str(text)?;
         if plan.fault.len() > MAX_FAULTS {
@@ -219,7 +220,8 @@ impl PlannedFault {
         let wrong = |key, expected: &str, found: String| {
             Err(FaultPlanError::Value { number, key, expected: expected.to_owned(), found })
         };
-        // The supervisor owns the others, and on a channel with many writers messages have no unique number.
+        // A fault cannot hit the supervisor, which owns the other processes. On a channel with many writers, messages have
+        // no unique number.
         let has_writer = |spec: &&channels::ChannelSpec| {
             spec.belongs_to(kind) && spec.writer.is_some_and(|writer| writer != Process::Supervisor)
         };

@@ -1,33 +1,33 @@
-//! The project's own vector floor plans, and what stands and walks in a world.
+//! The project's own vector floor plans, with the furniture, people and markers of a world.
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
-/// A straight line from one point to another, metres in frame [`crate::geometry::World`].
+/// A line segment from one point to another, in metres in frame [`crate::geometry::World`].
 pub type Segment = [[f64; 2]; 2];
 
-/// How far from a wall's line a door's middle may be marked, metres (in addition to half a thickness).
+/// Maximum distance, in metres, of a door's middle from a wall's centre line, in addition to half the wall's thickness.
 const DOOR_SLACK_M: f64 = 0.01;
-/// Points of a wall that are nearer than this are one point, metres.
+/// Distance, in metres, below which two points of a wall are the same point.
 const SAME_POINT_M: f64 = 1e-6;
 
-/// A floor in metres (frame [`crate::geometry::World`]): walls, the doors in them, and what stands and walks there.
+/// A floor: walls, the doors in them, furniture, people and markers. In metres, in frame [`crate::geometry::World`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FloorPlan {
-    /// Name, for people.
+    /// Name, shown to people.
     pub name: String,
-    /// Thickness of the walls.
+    /// Thickness of the walls, in metres.
     pub wall_thickness_m: f64,
     /// The walls.
     pub wall: Vec<Wall>,
-    /// Doors: each cuts a gap into every wall that it lies on.
+    /// Doors. Each one cuts a gap into every wall that it lies on.
     #[serde(default)]
     pub door: Vec<Door>,
     /// Furniture, which is not in the sketch.
     #[serde(default)]
     pub furniture: Vec<Furniture>,
-    /// People walking around.
+    /// People who walk around.
     #[serde(default)]
     pub person: Vec<Person>,
     /// Markers on walls and furniture, for robots with a camera.
@@ -36,7 +36,7 @@ pub struct FloorPlan {
 }
 
 impl FloorPlan {
-    /// The walls' middle lines between the doors, as one would draw them.
+    /// The centre lines of the walls between the doors, as one would draw them.
     pub fn middle_lines(&self) -> Vec<Segment> {
         let lines = self.wall.iter().flat_map(Wall::lines);
         let drawn = |line: Segment| {
@@ -47,7 +47,8 @@ impl FloorPlan {
         lines.flat_map(drawn).collect()
     }
 
-    /// What the doors leave of a wall's line that extends `beyond_m` beyond its ends, metres from its start.
+    /// Returns what the doors leave of a wall's line that extends `beyond_m` beyond its ends, as stretches in metres from
+    /// its start.
     pub fn stretches(&self, line: &Segment, beyond_m: f64) -> Vec<[f64; 2]> {
         let gaps = self.door.iter().filter_map(|door| door.gap(line, self.wall_thickness_m));
         let (_, _, length_m) = direction(line);
@@ -56,18 +57,19 @@ impl FloorPlan {
 }
 
 impl Wall {
-    /// The lines from corner to corner.
+    /// The lines from corner to corner of the wall.
     pub fn lines(&self) -> impl Iterator<Item = Segment> + '_ {
         let ends = self.points.last().zip(self.points.first());
         let closing = ends.filter(|_| self.closed).map(|(last, first)| [*last, *first]);
         let lines = self.points.windows(2).map(|pair| [pair[0], pair[1]]);
-        // A shorter line has no direction.
+        // A shorter line would have no direction.
         lines.chain(closing).filter(|[a, b]| (a[0] - b[0]).hypot(a[1] - b[1]) > SAME_POINT_M)
     }
 }
 
 impl Door {
-    /// The stretch of a wall's `line` that it opens, metres from the line's start; none if it lies elsewhere.
+    /// Returns the stretch of a wall's `line` that the door opens, in metres from the line's start, or `None` if the door
+    /// is not on the line.
     pub fn gap(&self, line: &Segment, thickness_m: f64) -> Option<[f64; 2]> {
         let (start, along, length) = direction(line);
         let offset = Vector2::from(self.at) - start;
@@ -77,7 +79,7 @@ impl Door {
     }
 }
 
-/// The stretches of [`from`, `to`] that no gap covers.
+/// Returns the stretches of [`from`, `to`] that no gap covers.
 fn between(mut gaps: Vec<[f64; 2]>, mut from: f64, to: f64) -> Vec<[f64; 2]> {
     let mut kept = Vec::new();
     gaps.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -91,22 +93,22 @@ fn between(mut gaps: Vec<[f64; 2]>, mut from: f64, to: f64) -> Vec<[f64; 2]> {
     kept
 }
 
-/// Where a line starts, its direction, and its length, metres.
+/// Returns the start of a line, its direction as a unit vector, and its length in metres.
 pub fn direction(line: &Segment) -> (Vector2<f64>, Vector2<f64>, f64) {
     let (start, end) = (Vector2::from(line[0]), Vector2::from(line[1]));
     let length = (end - start).norm();
     (start, (end - start) / length, length)
 }
 
-/// A fiducial marker on a wall or a piece of furniture, such as ArUco's.
+/// A fiducial marker, such as one of ArUco's, on a wall or a piece of furniture.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Marker {
-    /// Its number, which no other marker has.
+    /// Number of the marker, which no other marker has.
     pub id: u32,
-    /// Its middle, on the face of a wall or a piece of furniture, metres.
+    /// Middle of the marker, on the face of a wall or a piece of furniture, in metres.
     pub at: [f64; 2],
-    /// The direction that it faces, away from the wall: degrees counter-clockwise from the x axis.
+    /// The direction that the marker faces, away from the wall, in degrees counter-clockwise from the x axis.
     pub facing_deg: f64,
 }
 
@@ -114,7 +116,7 @@ pub struct Marker {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
-    /// Corners, metres.
+    /// Corners, in metres.
     pub points: Vec<[f64; 2]>,
     /// Whether the last point is joined to the first.
     #[serde(default)]
@@ -125,9 +127,9 @@ pub struct Wall {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Door {
-    /// Middle of the door, on a wall's line, metres.
+    /// Middle of the door on a wall's centre line, in metres.
     pub at: [f64; 2],
-    /// Width of the opening.
+    /// Width of the opening, in metres.
     pub width_m: f64,
 }
 
@@ -135,38 +137,38 @@ pub struct Door {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Furniture {
-    /// Name, for people.
+    /// Name, shown to people.
     #[serde(default)]
     pub name: String,
-    /// Corners of a convex polygon, metres.
+    /// Corners of a convex polygon, in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub polygon: Option<Vec<[f64; 2]>>,
-    /// Centre of a box or a disc.
+    /// Centre of a box or a disc, in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 2]>,
-    /// Length and width of a box.
+    /// Length and width of a box, in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size: Option<[f64; 2]>,
-    /// Turn of a box, degrees counter-clockwise.
+    /// Rotation of a box, in degrees counter-clockwise.
     #[serde(default)]
     pub yaw_deg: f64,
-    /// Radius of a disc.
+    /// Radius of a disc, in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius_m: Option<f64>,
 }
 
-/// A person who walks from waypoint to waypoint, there and back again, and waits for a robot in the way.
+/// A person who walks back and forth along waypoints, and waits if a robot is in the way.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Person {
-    /// Waypoints, metres.
+    /// Waypoints, in metres.
     pub waypoints: Vec<[f64; 2]>,
-    /// Walking speed.
+    /// Walking speed, in metres per second.
     pub speed_mps: f64,
-    /// Radius of the body.
+    /// Radius of the body, in metres.
     #[serde(default = "person_radius")]
     pub radius_m: f64,
-    /// How long to stay at each waypoint.
+    /// How long the person stays at each waypoint, in seconds.
     #[serde(default)]
     pub pause_s: f64,
 }

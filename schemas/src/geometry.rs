@@ -13,17 +13,18 @@ use serde::{Deserialize, Serialize};
 /// The building's own frame: metres, x to the right, y up. Only the simulator and the judge know it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct World;
-/// Where the robot believes it is by counting wheel turns: metres, drifts.
+/// The frame of the odometry, in which the robot tracks its pose by counting wheel turns. In metres. Drifts relative to
+/// [`World`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Odom;
 /// The robot itself: metres, x forward, y to the left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Base;
-/// The drawing: pixels, origin at the lower left corner of the lower left pixel, x right, y **up**.
+/// The drawing, in pixels. The origin is the lower left corner of the lower left pixel, x points right and y **up**.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sketch;
 
-/// A place in frame `F`. Serialised as a pair, `[x, y]`.
+/// A position in frame `F`. Serialised as a pair, `[x, y]`.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "", from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Point<F> {
@@ -35,22 +36,22 @@ pub struct Point<F> {
 }
 
 impl<F> Point<F> {
-    /// The place (x, y), in the frame's unit.
+    /// The position (x, y), in the frame's unit.
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y, frame: PhantomData }
     }
 
-    /// Straight distance to `other`, in the frame's unit.
+    /// Straight-line distance to `other`, in the frame's unit.
     pub fn distance(&self, other: &Self) -> f64 {
         (self.x - other.x).hypot(self.y - other.y)
     }
 
-    /// The direction of `other`, radians counter-clockwise from the frame's x axis.
+    /// The direction of `other`, in radians counter-clockwise from the frame's x axis.
     pub fn direction_rad(&self, other: &Self) -> f64 {
         (other.y - self.y).atan2(other.x - self.x)
     }
 
-    /// The place at a part of the straight way to `other`: 0 is here, 1 is there.
+    /// Interpolates on the straight line to `other`: 0 for `part` yields `self`, and 1 yields `other`.
     pub fn towards(&self, other: &Self, part: f64) -> Self {
         Self::new(self.x + (other.x - self.x) * part, self.y + (other.y - self.y) * part)
     }
@@ -61,7 +62,7 @@ impl<F> Point<F> {
     }
 }
 
-// Derives would require the frame to be `Clone` and `Copy`, too.
+// A derive would require the frame to be `Clone` and `Copy`, too.
 impl<F> Clone for Point<F> {
     fn clone(&self) -> Self {
         *self
@@ -88,7 +89,7 @@ impl<F> From<Point<F>> for [f64; 2] {
     }
 }
 
-/// Whether a closed polygon encloses a place of its frame, by the even-odd rule.
+/// Returns true if a closed polygon encloses a point in the same frame, by the even-odd rule.
 pub fn encloses<P: Copy + Into<[f64; 2]>>(polygon: &[P], at: P) -> bool {
     let [x, y] = at.into();
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
@@ -99,7 +100,7 @@ pub fn encloses<P: Copy + Into<[f64; 2]>>(polygon: &[P], at: P) -> bool {
     crossed.count() % 2 == 1
 }
 
-/// A position and a heading in frame `F`; the heading is counter-clockwise from x, in radians.
+/// A position and a heading in frame `F`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(bound = "")]
 pub struct Pose<F> {
@@ -107,13 +108,13 @@ pub struct Pose<F> {
     pub x: f64,
     /// Second coordinate, in the frame's unit.
     pub y: f64,
-    /// Heading, radians counter-clockwise from the frame's x axis.
+    /// Heading, in radians counter-clockwise from the frame's x axis.
     pub yaw_rad: f64,
     frame: PhantomData<F>,
 }
 
 impl<F> Pose<F> {
-    /// The pose (x, y, yaw), x and y in the frame's unit.
+    /// The pose (x, y, yaw), with x and y in the frame's unit and yaw in radians.
     pub const fn new(x: f64, y: f64, yaw_rad: f64) -> Self {
         Self { x, y, yaw_rad, frame: PhantomData }
     }
@@ -123,13 +124,13 @@ impl<F> Pose<F> {
         Point::new(self.x, self.y)
     }
 
-    /// `self ⊕ step`: the pose after a motion expressed in the pose's own axes.
+    /// `self ⊕ step`: the pose after `step`, a motion expressed in the pose's own axes.
     pub fn compose<G>(&self, step: &Pose<G>) -> Pose<F> {
         let moved = Rotation2::new(self.yaw_rad) * Vector2::new(step.x, step.y);
         Pose::new(self.x + moved.x, self.y + moved.y, wrap_angle(self.yaw_rad + step.yaw_rad))
     }
 
-    /// `⊖ self ⊕ other`: the motion, in this pose's own axes, that leads to `other`.
+    /// `⊖ self ⊕ other`: the motion that leads to `other`, expressed in this pose's own axes.
     pub fn motion_to(&self, other: &Pose<F>) -> Pose<Base> {
         let moved = Rotation2::new(-self.yaw_rad) * Vector2::new(other.x - self.x, other.y - self.y);
         Pose::new(moved.x, moved.y, wrap_angle(other.yaw_rad - self.yaw_rad))

@@ -1,8 +1,8 @@
 //! The memory layout of messages, derived from their declarations.
 //!
-//! It is used for the fingerprint in a channel's type name, for naming the field in which two recordings differ, and for random
-//! samples. Messages have no padding (their `Pod` derive refuses it), so an offset is the sum of the sizes before it. It is
-//! never needed for reading a message; the struct is for that.
+//! The layout serves three purposes: the fingerprint in a channel's type name, the name of the field in which two recordings
+//! differ, and random samples. Messages have no padding, which their `Pod` derive guarantees, so an offset is the sum of the
+//! sizes before it. Reading a message never needs its layout; the struct is for that.
 
 use bytemuck::Pod;
 
@@ -22,7 +22,7 @@ pub enum Kind {
     F64,
     /// A [`Text`] of this many bytes.
     Text(usize),
-    /// This many of the same.
+    /// An array of this many elements.
     Array(Box<Kind>, usize),
     /// A struct.
     Struct(Layout),
@@ -31,21 +31,21 @@ pub enum Kind {
 /// The role of a field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Its own value.
+    /// A plain value.
     Value,
     /// The number of a [`crate::codes::Code`] with these values.
     Code(&'static [Value]),
-    /// How many entries of a list count.
+    /// The number of entries of a list that are in use.
     Count,
-    /// A list; the field of this name says how many of its entries count, and the rest are zero.
+    /// A list. The named field contains the number of entries in use, and the rest are zero.
     Counted(&'static str),
-    /// Always zero: fills what would be padding.
+    /// Always zero. Takes the place of padding.
     Zero,
 }
 
 /// A type that messages are made of.
 pub trait Part: Pod {
-    /// Its representation in memory.
+    /// The representation of the type in memory.
     fn kind() -> Kind;
 }
 
@@ -81,11 +81,11 @@ where
 pub struct Field {
     /// The field's name.
     pub name: &'static str,
-    /// Bytes from the start of the struct.
+    /// Offset from the start of the struct, in bytes.
     pub offset: usize,
-    /// Its type.
+    /// The field's type.
     pub kind: Kind,
-    /// Its role.
+    /// The field's role.
     pub role: Role,
 }
 
@@ -100,12 +100,12 @@ pub struct Layout {
     pub fields: Vec<Field>,
 }
 
-/// A number or text inside a message: the smallest thing that has a name.
+/// A number or text inside a message, which is the smallest unit that has a name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Leaf {
-    /// `header.seq`, `ranges_m[3]`, `tasks[0].name`.
+    /// Path of the leaf: `header.seq`, `ranges_m[3]`, `tasks[0].name`.
     pub path: String,
-    /// Bytes from the start of the message.
+    /// Offset from the start of the message, in bytes.
     pub offset: usize,
     kind: Kind,
 }
@@ -121,7 +121,7 @@ impl Kind {
         }
     }
 
-    /// The layout of the struct, or of an array's struct elements.
+    /// The layout of a struct, or of the structs in an array.
     pub(crate) fn layout(&self) -> Option<&Layout> {
         match self {
             Self::Struct(layout) => Some(layout),
@@ -137,7 +137,7 @@ impl Layout {
         T::layout()
     }
 
-    /// A struct with these fields, in order, without padding.
+    /// Lays out a struct with these fields, in order, without padding.
     pub fn new<const N: usize>(
         name: &'static str,
         declaration: &'static str,
@@ -152,7 +152,8 @@ impl Layout {
         Self { name, declaration, fields: parts.map(place).into() }
     }
 
-    /// The declarations of the struct and of every struct in it, as one text, of which a channel's type name has a fingerprint.
+    /// The declarations of the struct and of every struct in it, as one text. The type name of a channel contains a
+    /// fingerprint of this text.
     pub fn expanded(&self) -> String {
         let mut text = self.declaration.to_owned();
         for part in self.fields.iter().filter_map(|field| field.kind.layout()) {
@@ -161,18 +162,18 @@ impl Layout {
         text
     }
 
-    /// Size of the struct, bytes.
+    /// Size of the struct, in bytes.
     pub fn size(&self) -> usize {
         self.fields.iter().map(|f| f.kind.size()).sum()
     }
 
-    /// The number or text to which the byte at `offset` belongs; `None` beyond the end.
+    /// Returns the number or text to which the byte at `offset` belongs, or `None` if the offset is beyond the end.
     pub fn leaf_at(&self, offset: usize) -> Option<Leaf> {
         let field = self.fields.iter().rev().find(|f| f.offset <= offset)?;
         descend(field.name.to_owned(), &field.kind, field.offset, offset - field.offset)
     }
 
-    /// Every number and text in which two messages of this layout differ, in order.
+    /// Returns every number and text in which two messages of this layout differ, in order.
     pub fn differences<'a>(&'a self, a: &'a [u8], b: &'a [u8]) -> impl Iterator<Item = Leaf> + 'a {
         let mut from = 0;
         std::iter::from_fn(move || {
@@ -201,7 +202,7 @@ fn descend(path: String, kind: &Kind, start: usize, inside: usize) -> Option<Lea
 }
 
 impl Leaf {
-    /// The value in `message`; `None` for a text.
+    /// The value in `message` as a number, or `None` for a text.
     pub fn number(&self, message: &[u8]) -> Option<f64> {
         let bytes = message.get(self.offset..self.offset + self.kind.size())?;
         match self.kind {
@@ -213,8 +214,8 @@ impl Leaf {
         }
     }
 
-    /// The value in `message`, for people; a number that prints like another one but differs in its
-    /// bits is followed by them.
+    /// Formats the value in `message` for people. A NaN is followed by its bits, since NaNs print alike even if they
+    /// differ.
     pub fn show(&self, message: &[u8]) -> String {
         let bytes = message.get(self.offset..self.offset + self.kind.size()).unwrap_or_default();
         match (&self.kind, bytes.try_into(), bytes.try_into()) {
@@ -260,8 +261,8 @@ mod tests {
         );
     }
 
-    /// Two builds that disagreed about a nested struct (`PoseM` inside `Odometry`) used to meet on a channel. The
-    /// fingerprint covered the message's own field list only.
+    /// Two builds that disagreed about a nested struct (`PoseM` inside `Odometry`) used to connect on a channel, because
+    /// the fingerprint covered only the message's own list of fields.
     #[test]
     fn a_fingerprint_covers_nested_structs() {
         let text = Odometry::layout().expanded();

@@ -1,16 +1,17 @@
-//! Every message, channel and file format common to all navigators, declared once, and the means by which each navigator
+//! Every message, channel and file format common to all navigators, declared once, and the macros with which each navigator
 //! declares its own.
 //!
-//! - [`message`]: the structs as they are in shared memory; [`declare`]: how one is declared; [`codes`]: the small numbers
-//!   inside them.
-//! - [`layout`]: their memory layout; [`ros2`]: their ROS 2 form; [`valid`]: what they may contain.
-//! - [`channels`]: the pipeline, with writer and readers of each channel; [`erased`]: messages as bytes.
-//! - [`geometry`]: frames and units; [`time`]: seconds and nanoseconds.
-//! - [`mission`], [`floor_plan`], [`robot`]: the files that people write; [`bounds`]: the bounds of the numbers in them.
-//! - [`shown`]: text from outside, as it is shown; [`nearest`]: what a wrong word probably meant; [`run`]: what a process gets at
-//!   its start; [`seed`]: random streams; [`statistics`]: intervals of counts and means.
+//! - [`message`] has the structs as they are in shared memory, [`declare`] the macros that declare them, and [`codes`] the
+//!   enumerations whose numbers they contain.
+//! - [`layout`] derives their memory layout and [`ros2`] their ROS 2 form. [`valid`] checks their contents.
+//! - [`channels`] is the pipeline with the writer and the readers of each channel; [`erased`] handles messages as bytes.
+//! - [`geometry`] has frames and units, [`time`] seconds and nanoseconds.
+//! - [`mission`], [`floor_plan`], [`robot`] and [`fault_plan`] are the files that people write; [`bounds`] limits the numbers
+//!   in them.
+//! - [`shown`] makes text from outside safe to print, [`nearest`] guesses what a misspelt word meant, [`run`] is what a
+//!   process receives at its start, [`seed`] has random streams, and [`statistics`] the intervals of counts and means.
 //!
-//! Nothing here opens a file, reads a clock or depends on how a message travels.
+//! Nothing in this crate opens a file, reads a clock or depends on how a message travels.
 
 pub mod bounds;
 pub mod channels;

@@ -1,8 +1,8 @@
-//! The messages common to all navigators, as they are in shared memory.
+//! The messages common to all navigators, as they are laid out in shared memory.
 //!
 //! Every message is a plain `#[repr(C)]` struct without padding, pointers or enums, so its bytes are its value: two runs that
-//! send the same bytes have sent the same messages. Text and lists have a fixed capacity and a count; what is beyond the count
-//! is zero.
+//! sent the same bytes sent the same messages. Text and lists have a fixed capacity and a count. The entries beyond the count
+//! are zero.
 
 mod dots;
 mod markers;
@@ -30,28 +30,28 @@ pub unsafe trait Message: Pod {
     /// The memory layout of the message.
     fn layout() -> Layout;
 
-    /// Checks the contents, see [`crate::valid`]; if the declaration names no check, all are valid.
+    /// Checks the contents as described in [`crate::valid`]. If the declaration names no check, all contents are valid.
     ///
     /// # Errors
-    /// What is wrong with them.
+    /// [`Invalid`] with the first invalid field.
     fn check(&self) -> Result<(), Invalid>;
-    /// Whether the contents are valid.
+    /// Returns true if the contents are valid.
     fn is_valid(&self) -> bool {
         self.check().is_ok()
     }
     /// The message's header.
     fn header(&self) -> &Header;
-    /// The message's header.
+    /// The message's header, mutable.
     fn header_mut(&mut self) -> &mut Header;
 
-    /// Name, version and a fingerprint of the layout, nested structs included: two builds that
-    /// disagree about a message cannot meet on a channel.
+    /// Returns the name, the version and a fingerprint of the layout, which includes nested structs. Two builds that
+    /// disagree about a message therefore cannot connect to each other on a channel.
     fn type_name() -> String {
         format!("{}/{:016x}", Self::NAME, fingerprint(&Self::layout().expanded()))
     }
 }
 
-/// FNV-1a, 64 bit.
+/// The 64-bit FNV-1a hash of `text`.
 pub const fn fingerprint(text: &str) -> u64 {
     let bytes = text.as_bytes();
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
@@ -64,18 +64,19 @@ pub const fn fingerprint(text: &str) -> u64 {
 }
 
 layout! {
-    /// What every message begins with.
+    /// The fields that every message begins with.
     pub struct Header {
         /// Number of the message on its channel: 1, 2, 3 …, never reused in a mission.
         pub seq: u64,
-        /// Simulation time at which the content was true, nanoseconds since the mission's start.
+        /// Simulation time at which the content was true, in nanoseconds since the mission's start.
         pub stamp_ns: u64,
         /// `seq` of the tick that caused this message. A sensor's reading is its own cause.
         pub source_seq: u64,
     }
 }
 
-/// A heading as the z and w of its unit quaternion, so that the ROS 2 form has the same bits.
+/// Returns the z and w of the unit quaternion of a heading. Messages store these rather than the angle, so that the ROS 2
+/// form has the same bits.
 pub fn orientation(yaw_rad: f64) -> (f64, f64) {
     ((yaw_rad / 2.0).sin(), (yaw_rad / 2.0).cos())
 }
@@ -111,23 +112,23 @@ layout! {
 layout! {
     /// A velocity in the robot's own axes.
     pub struct Twist {
-        /// Forward, m/s.
+        /// Forward velocity, in m/s.
         pub vx_mps: f64,
-        /// To the left, m/s (0 for a differential drive).
+        /// Velocity to the left, in m/s. 0 for a differential drive.
         pub vy_mps: f64,
-        /// Counter-clockwise, rad/s.
+        /// Counter-clockwise turn rate, in rad/s.
         pub yaw_rate_radps: f64,
     }
 }
 
 impl PoseM {
-    /// From a pose of any metric frame.
+    /// Converts a pose in any metric frame.
     pub fn new<F>(pose: &Pose<F>) -> Self {
         let (orientation_z, orientation_w) = orientation(pose.yaw_rad);
         Self { x_m: pose.x, y_m: pose.y, orientation_z, orientation_w }
     }
 
-    /// Heading, radians in (−π, π].
+    /// The heading, in radians in (−π, π].
     pub fn yaw_rad(&self) -> f64 {
         crate::geometry::wrap_angle(2.0 * self.orientation_z.atan2(self.orientation_w))
     }
@@ -139,7 +140,7 @@ impl PoseM {
 }
 
 impl PosePx {
-    /// From a pose in the sketch.
+    /// Converts a pose in the sketch.
     pub fn new(pose: &Pose<Sketch>) -> Self {
         let (orientation_z, orientation_w) = orientation(pose.yaw_rad);
         Self { x_px: pose.x, y_px: pose.y, orientation_z, orientation_w }
@@ -174,7 +175,7 @@ impl<const N: usize> Text<N> {
         Self(bytes)
     }
 
-    /// The text of `words`, cut as by [`Text::new`]; allocates nothing.
+    /// The text of `words`, cut off like that of [`Text::new`]. Allocates nothing.
     pub fn of(words: impl std::fmt::Display) -> Self {
         let mut text = Appended { bytes: [0; N], length: 0 };
         // Cutting is not an error, so writing fails only if `words` itself does.
@@ -239,23 +240,23 @@ impl<const N: usize> std::fmt::Debug for Text<N> {
     }
 }
 
-/// Most beams a scan can hold: a full circle at a quarter of a degree.
+/// Maximum number of beams in a scan: a full circle at a quarter of a degree.
 pub const MAX_BEAMS: usize = 1440;
-/// Most tasks of a mission.
+/// Maximum number of tasks in a mission.
 pub const MAX_TASKS: usize = 64;
-/// Most points of all goals and drawn routes of a mission together.
+/// Maximum number of points in all goals and drawn routes of a mission together.
 pub const MAX_ROUTE_POINTS: usize = 8192;
-/// Longest drawing that can be sent, bytes.
+/// Maximum size of a drawing that can be sent, in bytes.
 pub const MAX_DRAWING_BYTES: usize = 8 << 20;
-/// Most points of all strokes and obstacles of a drawing that is sent.
+/// Maximum number of points in all strokes and obstacles of a drawing that is sent.
 pub const MAX_DRAWN_POINTS: usize = 1 << 18;
-/// Most kinds of sensors of a robot.
+/// Maximum number of sensor channels that a [`Tick`] can name.
 pub const MAX_SENSORS: usize = 16;
-/// Most contacts of one step.
+/// Maximum number of contacts in one step.
 pub const MAX_CONTACTS: usize = 8;
-/// Most sonars that a ring can hold.
+/// Maximum number of sonars in a ring.
 pub const MAX_SONARS: usize = 32;
-/// Most people in a world.
+/// Maximum number of people in a world.
 pub const MAX_PEOPLE: usize = 100;
 
 messages! {
@@ -263,7 +264,7 @@ messages! {
     pub struct LaserScan version 1 valid if valid::scan {
         /// Direction of beam 0 in the sensor's frame, counter-clockwise from its forward axis.
         pub angle_min_rad: f32,
-        /// Direction of the last beam.
+        /// Direction of the last beam in the sensor's frame.
         pub angle_max_rad: f32,
         /// Step from one beam to the next.
         pub angle_increment_rad: f32,
@@ -275,23 +276,23 @@ messages! {
         pub range_min_m: f32,
         /// Longest range that the sensor measures.
         pub range_max_m: f32,
-        /// How many entries of `ranges_m` count.
+        /// Number of entries of `ranges_m` in use.
         pub beam_count: u32 as Count,
-        /// Ranges; +∞ if nothing returned, NaN if the reading is invalid (REP 117).
+        /// Ranges. +∞ if nothing returned, NaN if the reading is invalid (REP 117).
         pub ranges_m: [f32; 1440] where beam_count counts,
     }
 
-    /// The heartbeat: the world has sent everything of this instant. Its `seq` is the number of the instant;
-    /// messages that follow from it refer to it by `source_seq`.
+    /// The heartbeat: the world has sent everything of this instant. Its `seq` is the number of the instant, to which the
+    /// messages that follow from it refer by `source_seq`.
     pub struct Tick version 1 in "" valid if valid::tick {
-        /// Number of the newest message of each sensor, in the order of [`crate::channels::sensors`]; 0 if there
-        /// is none yet.
+        /// Number of the newest message of each sensor, in the order of [`crate::channels::sensors`], or 0 if there is none
+        /// yet.
         pub newest: [u64; 16],
     }
 
     /// Dead reckoning in frame [`Odom`] (ROS 2: `nav_msgs/Odometry`).
     pub struct Odometry version 1 valid if valid::odometry {
-        /// Pose by the robot's own count; starts at the origin.
+        /// Pose by dead reckoning, which starts at the origin.
         pub pose: PoseM,
         /// Estimated velocity.
         pub twist: Twist,
@@ -306,10 +307,10 @@ messages! {
         pub twist: Twist,
     }
 
-    /// The true positions of the people in the world, in frame [`World`]; not sent if nobody walks.
-    /// Only for the recorder and the judge.
+    /// The true positions of the people in the world, in frame [`World`]. Not sent if the world has no people. Only for the
+    /// recorder and the judge.
     pub struct People version 1 in "world" {
-        /// How many entries of `people` count.
+        /// Number of entries of `people` in use.
         pub count: u32 as Count,
         /// Zero.
         pub reserved: u32 as Zero,
@@ -319,7 +320,7 @@ messages! {
 
     /// The robot started or stopped touching something.
     pub struct Contact version 1 in "world" {
-        /// Where, x and y.
+        /// Position of the contact, x and y.
         pub position_m: [f64; 2],
         /// Largest impulse of the contact so far, N·s.
         pub impulse_ns: f64,
@@ -329,7 +330,7 @@ messages! {
         pub begins: u32,
     }
 
-    /// How the robot is to move, in its own axes.
+    /// The velocity that the robot is to drive, in its own axes.
     pub struct VelocityCommand version 1 in "base_link" valid if valid::command {
         /// The velocity.
         pub twist: Twist,
@@ -339,15 +340,15 @@ messages! {
         pub reserved: u32 as Zero,
     }
 
-    /// What the person wants.
+    /// An order from a person or a tool.
     pub struct MissionCommand version 2 in "sketch" {
-        /// What is ordered.
+        /// The kind of order.
         pub order: u32 as Order,
         /// The task that the order names, if it names one.
         pub task: u32,
-        /// Where in the sketch the robot is, of an order `here`; zeros in all others.
+        /// For the order `here`, the position of the robot in the sketch. Zeros for all other orders.
         pub here_px: [f64; 2],
-        /// Its heading there; 0 if `has_heading` is 0.
+        /// For the order `here`, the heading of the robot, or 0 if `has_heading` is 0.
         pub here_yaw_rad: f64,
         /// 1: the heading is given, 0: it is not.
         pub has_heading: u32,
@@ -359,28 +360,28 @@ messages! {
     pub struct MissionStatus version 1 in "" {
         /// Index of the current task.
         pub task: u32,
-        /// How many tasks the mission has.
+        /// Number of tasks in the mission.
         pub task_count: u32,
         /// The state of the current task.
         pub state: u32 as TaskState,
-        /// How many tasks ended as reached so far.
+        /// Number of tasks that have been reached so far.
         pub reached_count: u32,
-        /// Since the task began, simulation time.
+        /// Simulation time since the task began.
         pub task_time_s: f64,
-        /// Driven since the task began, by odometry.
+        /// Distance travelled since the task began, by odometry.
         pub task_path_m: f64,
-        /// Still to go, by the estimated local scale.
+        /// Remaining distance, by the estimated local scale.
         pub remaining_m: f64,
         /// Estimated speed.
         pub speed_mps: f64,
         /// Name of the task.
         pub name: Text<32>,
-        /// Why the state is what it is, in words.
+        /// Reason for the state, in words.
         pub reason: Text<96>,
     }
 
-    /// What a person sent from the pad. The slice after it is a drawing file (strokes in JSON, PNG, JPEG),
-    /// or the JSON of what is marked in the drawing.
+    /// A drawing that a person sent from the pad. The slice after it is a drawing file (strokes in JSON, PNG, JPEG), or
+    /// JSON with what is marked in the drawing.
     pub struct Drawing version 1 in "" with data {
         /// What the drawing contains.
         pub kind: u32 as DrawingKind,
@@ -388,45 +389,45 @@ messages! {
         pub reserved: u32 as Zero,
     }
 
-    /// What the sketcher says to a [`Drawing`], whose number is `source_seq`.
+    /// The sketcher's reply to a [`Drawing`], whose number is `source_seq`.
     pub struct Understood version 1 in "sketch" {
         /// What the drawing contains.
         pub kind: u32 as DrawingKind,
-        /// 1: accepted; 0: rejected, and everything stays as it was.
+        /// 1: the drawing was accepted, 0: it was rejected and nothing changes.
         pub accepted: u32,
-        /// The last drawing that was sent to the navigator; 0 before the first.
+        /// Number of the last drawing that was sent to the navigator, or 0 before the first.
         pub sketch_seq: u64,
-        /// The last route that was sent to the navigator; 0 before the first.
+        /// Number of the last route that was sent to the navigator, or 0 before the first.
         pub route_seq: u64,
-        /// Width of the grid that the drawing became.
+        /// Width of the grid that was made from the drawing.
         pub sketch_width_px: u32,
-        /// Height of the grid that the drawing became.
+        /// Height of the grid that was made from the drawing.
         pub sketch_height_px: u32,
-        /// Pixels of the grid an image pixel of the drawing.
+        /// Grid pixels per image pixel of the drawing.
         pub scale: f64,
         /// Direction of the walls in (−π/4, π/4], modulo a right angle.
         pub wall_direction_rad: f64,
-        /// Why it was refused, in words; of one that was taken over what is doubted about it.
+        /// Why a drawing was rejected, or what is doubtful about an accepted one, in words.
         pub words: Text<256>,
     }
 
-    /// A process says that it lives. Measures wall-clock time, so no two runs agree on it.
+    /// A sign of life from a process. Measures wall-clock time, so no two runs agree on it.
     pub struct Health version 1 in "" {
-        /// Which process.
+        /// The process.
         pub process: u32 as Process,
-        /// Its process id.
+        /// Process id.
         pub pid: u32,
-        /// Steps done since its start.
+        /// Number of steps since the process started.
         pub steps: u64,
-        /// Wall-clock time spent inside steps since its start.
+        /// Wall-clock time spent inside steps since the process started.
         pub busy_ns: u64,
-        /// Longest step since the last health message.
+        /// Duration of the longest step since the last health message.
         pub step_max_ns: u64,
-        /// Heap allocations inside steps since its start.
+        /// Number of heap allocations inside steps since the process started.
         pub step_allocations: u64,
-        /// Messages that a `seq` shows to be missing on its inputs.
+        /// Number of messages that are missing on the inputs of the process, according to their `seq`.
         pub lost_messages: u64,
-        /// Messages that were refused as malformed.
+        /// Number of messages that were refused as malformed.
         pub refused_messages: u64,
         /// Wall-clock time since the process started.
         pub uptime_ns: u64,
@@ -434,46 +435,46 @@ messages! {
 
     /// How long each stage took for the tick `source_seq`, by the clock, so no two runs agree on it.
     pub struct Latency version 2 in "" {
-        /// From the sending of the tick to that of the situation.
+        /// From sending the tick to sending the situation.
         pub situation_ns: u64,
-        /// From the sending of the situation to that of the command.
+        /// From sending the situation to sending the command.
         pub command_ns: u64,
     }
 
-    /// A process failed or recovered; the time is that of the mission's last status.
-    /// When and how often this happens is chance, so no two runs agree on it.
+    /// A process failed or recovered, at the time of the mission's last status. When and how often this happens is a matter
+    /// of chance, so no two runs agree on it.
     pub struct Fault version 1 in "" {
         /// What happened.
         pub kind: u32 as FaultKind,
         /// The process concerned.
         pub process: u32 as Process,
-        /// Its process id; 0 if none is meant.
+        /// Process id, or 0 if no process is meant.
         pub pid: u32,
-        /// The signal that was sent, or that ended it; 0 if none.
+        /// The signal that was sent to the process or that ended it, or 0 if none.
         pub signal: u32,
-        /// Its exit code; 0 if a signal ended it.
+        /// Exit code of the process, or 0 if a signal ended it.
         pub exit_code: u32,
-        /// Number of consecutive restarts without progress, from 1; 0 if not applicable.
+        /// Number of consecutive restarts without progress, from 1, or 0 if not applicable.
         pub attempt: u32,
         /// How often the process was restarted in total.
         pub restarts: u32,
-        /// Messages that are missing because of it.
+        /// Number of messages that are missing because of the fault.
         pub missing: u32,
-        /// Wall-clock time: the pause before a restart, from the death to the first thing new, how long
-        /// it has been silent.
+        /// Wall-clock duration, depending on the kind: the pause before a restart, the time from a death to the first
+        /// progress after it, the silence of a process, or the length of a starvation.
         pub duration_ns: u64,
         /// Details, in words.
         pub words: Text<160>,
     }
 
-    /// The recorder has everything up to and including the tick `source_seq` in its file.
-    /// The world in lockstep never runs further ahead of it than the channels can hold.
+    /// The recorder has everything up to and including the tick `source_seq` in its file. In lockstep, the world never runs
+    /// further ahead of the recorder than the channels can hold.
     pub struct Recorded version 1 in "" {
-        /// Messages in the file so far.
+        /// Number of messages in the file so far.
         pub message_count: u64,
     }
 
-    /// The nearest echoes of a ring of sonars. Each sits on the ring and looks outwards.
+    /// The nearest echoes of a ring of sonars. Each sonar sits on the ring and looks outwards.
     pub struct SonarScan version 1 in "base_link" valid if valid::sonar {
         /// Direction of sonar 0 from the robot's centre, counter-clockwise from its forward axis.
         pub angle_min_rad: f32,
@@ -481,7 +482,7 @@ messages! {
         pub angle_increment_rad: f32,
         /// Half the opening angle of a sonar's cone.
         pub half_opening_rad: f32,
-        /// Radius of the ring; ranges begin there.
+        /// Radius of the ring, at which the ranges begin.
         pub ring_radius_m: f32,
         /// Time between two scans.
         pub scan_time_s: f32,
@@ -489,9 +490,9 @@ messages! {
         pub range_min_m: f32,
         /// Longest range that the sensor measures.
         pub range_max_m: f32,
-        /// How many entries of `ranges_m` count.
+        /// Number of entries of `ranges_m` in use.
         pub sonar_count: u32 as Count,
-        /// Range of the nearest echo in each cone; +∞ if nothing returned, −∞ if it is too near (REP 117).
+        /// Range of the nearest echo in each cone. +∞ if nothing returned, −∞ if the echo is too near (REP 117).
         pub ranges_m: [f32; 32] where sonar_count counts,
     }
 }
@@ -499,26 +500,26 @@ messages! {
 parts! {
     /// One of the [`People`].
     pub struct WalkingPerson {
-        /// First coordinate, metres.
+        /// First coordinate, in metres.
         pub x_m: f64,
-        /// Second coordinate, metres.
+        /// Second coordinate, in metres.
         pub y_m: f64,
-        /// Radius of the body.
+        /// Radius of the body, in metres.
         pub radius_m: f64,
     }
 }
 
-/// Where a person says that the robot is, in the sketch.
+/// Where a person says that the robot is in the sketch.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Here {
-    /// The place.
+    /// Position.
     pub at: Point<Sketch>,
-    /// The heading, radians, if it is given.
+    /// Heading in radians, if one is given.
     pub yaw_rad: Option<f64>,
 }
 
 impl MissionCommand {
-    /// Where a person says that the robot is; `None` for every order except `here`, and if a number is not finite.
+    /// Returns where a person says that the robot is, or `None` if the order is not `here` or a number is not finite.
     pub fn here(&self) -> Option<Here> {
         let is_finite = self.here_px.iter().chain([&self.here_yaw_rad]).all(|number| number.is_finite());
         (self.order == Order::Here.code() && is_finite).then(|| Here {
@@ -527,7 +528,7 @@ impl MissionCommand {
         })
     }
 
-    /// Writes where the robot is.
+    /// Sets the robot's position and, if there is one, its heading.
     pub fn set_here(&mut self, here: &Here) {
         self.here_px = [here.at.x, here.at.y];
         self.here_yaw_rad = here.yaw_rad.unwrap_or_default();
@@ -536,7 +537,7 @@ impl MissionCommand {
 }
 
 impl LaserScan {
-    /// The ranges that count.
+    /// The ranges that are in use, without the unused rest of `ranges_m`.
     pub fn ranges(&self) -> &[f32] {
         &self.ranges_m[..(self.beam_count as usize).min(MAX_BEAMS)]
     }
@@ -548,7 +549,7 @@ impl LaserScan {
 }
 
 impl SonarScan {
-    /// The ranges that count.
+    /// The ranges that are in use, without the unused rest of `ranges_m`.
     pub fn ranges(&self) -> &[f32] {
         &self.ranges_m[..(self.sonar_count as usize).min(MAX_SONARS)]
     }
@@ -567,7 +568,7 @@ impl Odometry {
 }
 
 impl People {
-    /// The people that count.
+    /// The entries of `people` that are in use.
     pub fn people(&self) -> &[WalkingPerson] {
         &self.people[..(self.count as usize).min(MAX_PEOPLE)]
     }

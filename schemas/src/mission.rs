@@ -1,7 +1,7 @@
-//! Missions: which world, which robot, which navigator, which tasks.
+//! Mission files: which world, which robot, which navigator, which tasks.
 //!
-//! A [`Mission`] has what is common to all kinds of navigators. What belongs to one kind is kept as it is in the file
-//! ([`NavigatorChoice::given`], [`Task::given`]); the kind reads and checks it.
+//! A [`Mission`] has the keys that are common to all kinds of navigators. Keys that belong to one kind are kept as they are
+//! in the file ([`NavigatorChoice::given`], [`Task::given`]), and the kind reads and checks them.
 
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -18,87 +18,87 @@ use crate::geometry::encloses;
 use crate::message::MAX_TASKS;
 use crate::nearest::without_list;
 
-/// A mission file. Parsed from TOML by [`Mission::parse`]; paths are relative to the file's folder.
+/// A mission file, parsed from TOML by [`Mission::parse`]. Paths are relative to the file's folder.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mission {
     /// Name, for people and for the recording's file name.
     pub name: String,
-    /// What it shows.
+    /// What the mission shows.
     #[serde(default)]
     pub description: String,
     /// `robotino`, `turtlebot3`, or the path of a robot file.
     pub robot: String,
-    /// Which navigator drives, and what a person provides for it.
+    /// The navigator that drives, and what a person provides for it.
     pub navigator: NavigatorChoice,
     /// The true world.
     pub world: WorldSource,
-    /// Where the robot truly starts.
+    /// The pose at which the robot truly starts.
     pub start: Start,
-    /// Where to go, in order.
+    /// The tasks, in order.
     pub task: Vec<Task>,
-    /// Parameters of the navigator's processes; what is left out keeps its default.
+    /// Parameters of the navigator's processes. A parameter that is left out keeps its default.
     #[serde(default)]
     pub parameters: Parameters,
 }
 
-/// The true world: `floor_plan`, `map` or `plane`, and what else stands and walks there.
+/// The true world: `floor_plan`, `map` or `plane`, plus the furniture, people and markers in it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldSource {
     /// A floor plan in the project's own format (TOML).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub floor_plan: Option<String>,
-    /// A map of ROS's map_server (YAML beside a PGM, PNG or BMP).
+    /// A map of ROS's map_server: a YAML file beside a PGM, PNG or BMP.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub map: Option<String>,
     /// A plane of dots (TOML).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plane: Option<String>,
-    /// Furniture in addition to that of the floor plan.
+    /// Furniture in addition to the floor plan's.
     #[serde(default)]
     pub furniture: Vec<Furniture>,
-    /// People in addition to those of the floor plan.
+    /// People in addition to the floor plan's.
     #[serde(default)]
     pub person: Vec<Person>,
-    /// Markers in addition to those of the floor plan.
+    /// Markers in addition to the floor plan's.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marker: Vec<Marker>,
 }
 
-/// Which navigator drives.
+/// The choice of the navigator that drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NavigatorChoice {
-    /// Its name: `sketch`.
+    /// Name of the kind, such as `sketch`.
     pub kind: String,
-    /// The other keys of the table; they belong to the kind.
+    /// The other keys of the table, which belong to the kind.
     #[serde(flatten)]
     pub given: toml::Table,
 }
 
-/// Where the robot truly starts.
+/// The pose at which the robot truly starts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Start {
-    /// Position, metres.
+    /// Position, in metres.
     pub world: [f64; 2],
-    /// Heading, degrees counter-clockwise from the world's x axis.
+    /// Heading, in degrees counter-clockwise from the world's x axis.
     pub world_heading_deg: f64,
 }
 
-/// A task.
+/// A task of a mission.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Task {
-    /// Name, for people: `0 → 1`.
+    /// Name, shown to people: `0 → 1`.
     pub name: String,
-    /// Which place in the true world counts as the goal. It may be left out when driving by a drawing alone; the robot's own
-    /// report then counts.
+    /// The region of the true world that counts as the goal. It may be left out when driving by a drawing only, in which
+    /// case the robot's own report counts.
     #[serde(default, skip_serializing_if = "Place::is_unknown")]
     pub there: Place,
-    /// Simulation time, seconds.
+    /// Time limit, in seconds of simulation time.
     #[serde(default = "time_limit_s")]
     pub time_limit_s: f64,
-    /// The other keys of the table; they belong to the kind of navigator.
+    /// The other keys of the table, which belong to the kind of navigator.
     #[serde(flatten)]
     pub given: toml::Table,
 }
@@ -107,37 +107,37 @@ fn time_limit_s() -> f64 {
     180.0
 }
 
-/// A place in the true world: `polygon`, or `center` with `radius_m`; none of these if it is unknown.
+/// A region of the true world: `polygon`, or `center` with `radius_m`, or none of these if it is unknown.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Place {
-    /// Corners of a simple polygon, metres.
+    /// Corners of a simple polygon, in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub polygon: Option<Vec<[f64; 2]>>,
-    /// Centre of a disc, or the point from which the final error of a polygon is measured.
+    /// Centre of a disc, or the point from which the final error is measured if there is a polygon. In metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 2]>,
-    /// Radius of the disc.
+    /// Radius of the disc, in metres.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub radius_m: Option<f64>,
 }
 
-/// Parameters by process, each a table that its stage checks.
+/// Parameters by process. Each process has a table, which its stage checks.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(try_from = "BTreeMap<String, toml::Table>")]
 pub struct Parameters(BTreeMap<String, toml::Table>);
 
 impl Parameters {
-    /// The table of a process; empty if the mission has none.
+    /// Returns the table of a process, which is empty if the mission has none.
     pub fn of(&self, process: Process) -> &toml::Table {
         static EMPTY: LazyLock<toml::Table> = LazyLock::new(toml::Table::new);
         self.0.get(process.word()).unwrap_or(&EMPTY)
     }
 
-    /// The parameters of a process: `usual`, with the values that the mission sets.
+    /// Returns the parameters of a process: `usual` with the values that the mission sets.
     ///
     /// # Errors
-    /// [`MissionError::Key`]: a key that `usual` does not have, or a value of the wrong type.
+    /// [`MissionError::Key`] if the mission sets a key that `usual` does not have, or a value of the wrong type.
     pub fn over<T: Serialize + DeserializeOwned>(
         &self,
         process: Process,
@@ -147,15 +147,15 @@ impl Parameters {
         overlaid(usual, self.of(process)).map_err(|error| MissionError::of_key(&key, &error))
     }
 
-    /// The table of a process, mutable.
+    /// Returns the table of a process, mutable. Adds an empty one if the mission has none.
     pub fn of_mut(&mut self, process: Process) -> &mut toml::Table {
         self.0.entry(process.word().to_owned()).or_default()
     }
 
-    /// Those of some processes as in force in their stages, including defaults.
+    /// Collects the parameters that are in force in the stages of some processes, including defaults.
     ///
     /// # Errors
-    /// A value that TOML cannot express.
+    /// An error if TOML cannot express a value.
     pub fn in_force(
         tables: impl IntoIterator<Item = (Process, Result<toml::Table, toml::ser::Error>)>,
     ) -> Result<Self, toml::ser::Error> {
@@ -166,7 +166,7 @@ impl Parameters {
             .map(Self)
     }
 
-    /// Every parameter as `localizer.belief.hypotheses`, with its value; sorted by name within a process.
+    /// Returns every parameter as `localizer.belief.hypotheses` with its value, sorted by name within a process.
     pub fn all(&self) -> Vec<(String, &toml::Value)> {
         let mut all = Vec::new();
         for (process, table) in &self.0 {
@@ -193,7 +193,7 @@ fn flatten<'a>(prefix: &str, table: &'a toml::Table, all: &mut Vec<(String, &'a 
     }
 }
 
-/// Adds every value of `other`, including those in nested tables.
+/// Adds every value of `other` to `table`, including those in nested tables.
 fn lay_over(table: &mut toml::Table, other: &toml::Table) {
     for (key, value) in other {
         match (table.get_mut(key), value) {
@@ -217,7 +217,7 @@ impl TryFrom<BTreeMap<String, toml::Table>> for Parameters {
     }
 }
 
-/// One line of TOML, `localizer.beams = 48`, as given to `--set`.
+/// Parses one line of TOML as given to `--set`, such as `localizer.beams = 48`.
 impl FromStr for Parameters {
     type Err = toml::de::Error;
 
@@ -226,22 +226,23 @@ impl FromStr for Parameters {
     }
 }
 
-/// `base` with values replaced by those of `table`.
+/// Returns `base` with values replaced by those of `table`.
 fn overlaid<T: Serialize + DeserializeOwned>(base: &T, table: &toml::Table) -> Result<T, toml::de::Error> {
     let mut whole = toml::Table::try_from(base).map_err(toml::de::Error::custom)?;
     lay_over(&mut whole, table);
     whole.try_into()
 }
 
-/// The keys of a table that belongs to a kind of navigator; `key` is the table's name, for errors.
+/// Parses a table that belongs to a kind of navigator. `key` is the table's name, for errors.
 ///
 /// # Errors
-/// [`MissionError::Key`]: a key that `T` does not have, one that is missing, or a value of the wrong type.
+/// [`MissionError::Key`] if the table has a key that `T` does not have, lacks one that `T` needs, or has a value of the wrong
+/// type.
 pub fn keys<T: DeserializeOwned>(key: &str, given: &toml::Table) -> Result<T, MissionError> {
     given.clone().try_into().map_err(|error| MissionError::of_key(key, &error))
 }
 
-/// What is wrong with a mission.
+/// Reasons why a mission is invalid.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MissionError {
     /// Not TOML, an unknown key, or a value of the wrong type.
@@ -257,20 +258,20 @@ pub enum MissionError {
         /// What was found.
         found: String,
     },
-    /// A key that its kind of navigator does not have, or whose value it cannot read.
+    /// A key that the kind of navigator does not have, or whose value it cannot read.
     #[error("{key}: {reason}")]
     Key {
         /// The key.
         key: String,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
 }
 
 impl MissionError {
-    /// What is wrong with the table `key`, or with the key inside it to which the error belongs.
+    /// The error for the table `key`, or for the key inside it to which `error` refers.
     fn of_key(key: &str, error: &toml::de::Error) -> Self {
-        // An error of a table that is not text has the path of its key in its last line alone.
+        // If the table does not come from text, only the last line of the error has the path of its key.
         let shown = error.to_string();
         let within = shown.trim_end().rsplit_once("\nin `").and_then(|(_, path)| path.strip_suffix('`'));
         let key = within.map_or_else(|| key.to_owned(), |path| format!("{key}.{path}"));
@@ -279,7 +280,7 @@ impl MissionError {
 }
 
 impl Mission {
-    /// Reads a mission file and checks everything that is common to all kinds of navigators.
+    /// Parses a mission file and checks everything that is common to all kinds of navigators.
     ///
     /// # Errors
     /// [`MissionError`] with the key and what was expected.
@@ -291,13 +292,13 @@ impl Mission {
         Ok(mission)
     }
 
-    /// The kind of navigator that drives it.
+    /// The kind of navigator that drives.
     pub fn navigator_kind(&self) -> &str {
         &self.navigator.kind
     }
 
-    /// The files given to the navigator, each with its key. In the table `navigator` and in tasks, these are the key `drawing`
-    /// and every key that ends in `_file`.
+    /// The files given to the navigator, each with its key. They are the values of the key `drawing` and of every key that
+    /// ends in `_file`, both in the table `navigator` and in tasks.
     pub fn navigator_files_mut(&mut self) -> impl Iterator<Item = (String, &mut String)> {
         let numbered = self.task.iter_mut().enumerate();
         let tasks = numbered.map(|(i, task)| (task_key(i + 1, &task.name), &mut task.given));
@@ -336,7 +337,7 @@ fn names_a_file(key: &str) -> bool {
     key == "drawing" || key.ends_with("_file")
 }
 
-/// What errors call a task.
+/// The name by which errors refer to a task.
 pub fn task_key(number: usize, name: &str) -> String {
     format!("task {number} ({name})")
 }
@@ -378,7 +379,7 @@ impl Place {
         check_all(|| format!("{key}.radius_m"), radius, bounds::PLACE_RADIUS_M)
     }
 
-    /// Its content, in a few words.
+    /// Describes the given keys in a few words, for errors.
     fn words(&self) -> String {
         let parts = [
             self.polygon.as_ref().map(|polygon| format!("a polygon of {} corners", polygon.len())),
@@ -388,12 +389,13 @@ impl Place {
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 
-    /// Whether it is unknown.
+    /// Returns true if the region is unknown.
     pub fn is_unknown(&self) -> bool {
         self.polygon.is_none() && self.center.is_none() && self.radius_m.is_none()
     }
 
-    /// Whether (x, y), metres, is in the place (even-odd rule).
+    /// Returns true if the point (x, y), in metres, is inside the region by the even-odd rule. An unknown region contains
+    /// no point.
     pub fn contains(&self, x: f64, y: f64) -> bool {
         match (&self.polygon, self.center, self.radius_m) {
             (Some(polygon), ..) => encloses(polygon, [x, y]),
@@ -402,7 +404,7 @@ impl Place {
         }
     }
 
-    /// The point from which the final error is measured: the given centre, or the corners' mean.
+    /// The point from which the final error is measured: the given centre, or else the mean of the corners.
     pub fn middle(&self) -> [f64; 2] {
         let mean = |polygon: &Vec<[f64; 2]>| {
             let n = polygon.len() as f64;
@@ -412,10 +414,10 @@ impl Place {
     }
 }
 
-/// Refuses TOML's `nan` and `inf`, which no key of a mission takes.
+/// Rejects TOML's `nan` and `inf`, which no key of a mission takes.
 ///
 /// # Errors
-/// [`MissionError::Value`], with the key.
+/// [`MissionError::Value`] with the key of the first such number.
 pub fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> {
     match value {
         toml::Value::Float(number) => {
@@ -423,7 +425,7 @@ pub fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> 
         }
         toml::Value::Array(items) => {
             items.iter().enumerate().try_for_each(|(i, item)| match item {
-                // Tables are items that people count.
+                // Tables are items that people count from 1.
                 toml::Value::Table(_) => check_finite(&format!("{key} {}", i + 1), item),
                 _ => check_finite(&format!("{key}[{i}]"), item),
             })
@@ -435,10 +437,10 @@ pub fn check_finite(key: &str, value: &toml::Value) -> Result<(), MissionError> 
     }
 }
 
-/// Checks an angle that a person wrote.
+/// Checks an angle that a person wrote, in degrees.
 ///
 /// # Errors
-/// [`MissionError::Value`].
+/// [`MissionError::Value`] if the angle is out of bounds.
 pub fn check_heading(key: &str, degrees: f64) -> Result<(), MissionError> {
     check_all(|| key.to_owned(), &[degrees], bounds::ANGLE_DEG)
 }
@@ -446,13 +448,13 @@ pub fn check_heading(key: &str, degrees: f64) -> Result<(), MissionError> {
 /// Checks that each of `numbers` is within the bound.
 ///
 /// # Errors
-/// [`MissionError::Value`] for the first that is not.
+/// [`MissionError::Value`] for the first number that is not.
 pub fn check_all(key: impl FnOnce() -> String, numbers: &[f64], bound: Bound) -> Result<(), MissionError> {
     let wrong = numbers.iter().find(|number| !bound.holds(**number));
     wrong.map_or(Ok(()), |number| check(false, key, bound.words, || bounds::shown(*number)))
 }
 
-/// Checks a name, because names are printed on terminals, which obey control characters.
+/// Checks a name. Names are printed on terminals, which would obey control characters in them.
 fn check_name(key: &str, name: &str) -> Result<(), MissionError> {
     let holds = !name.is_empty() && !name.contains(char::is_control);
     check(holds, || key.to_owned(), "a name without control characters", || format!("{name:?}"))
@@ -461,7 +463,7 @@ fn check_name(key: &str, name: &str) -> Result<(), MissionError> {
 /// Checks a condition on a key.
 ///
 /// # Errors
-/// [`MissionError::Value`] if it does not hold.
+/// [`MissionError::Value`] if the condition does not hold.
 pub fn check(
     holds: bool,
     key: impl FnOnce() -> String,
@@ -582,7 +584,7 @@ mod tests {
 
     #[test]
     fn a_number_that_is_none_is_named_wherever_it_stands() {
-        // One of these once reached the services as `null` in a file of ours.
+        // Such a number once reached the services as `null` in a file that we had written.
         for (from, to, key) in [
             ("world_heading_deg = 90", "world_heading_deg = nan", "start.world_heading_deg"),
             ("start = [1, 1]", "start = [nan, 1]", "navigator.start[0]"),
@@ -593,7 +595,7 @@ mod tests {
         }
     }
 
-    /// The error showed it as Rust prints it: "Place { polygon: None, center: Some([1.0, 2.0]), …".
+    /// The error printed the place in Rust's debug format: "Place { polygon: None, center: Some([1.0, 2.0]), …".
     #[test]
     fn a_place_that_is_none_is_told_in_the_words_of_the_file() {
         let error = refusal("center = [1.0, 2.0], radius_m = 1.0", "center = [1.0, 2.5]");
@@ -602,12 +604,12 @@ mod tests {
 
     #[test]
     fn a_heading_beyond_a_turn_is_refused() {
-        // 1e300 degrees once kept the world busy for ever.
+        // A heading of 1e300 degrees once kept the world busy forever.
         assert!(refusal("world_heading_deg = 90", "world_heading_deg = 1e300").contains("-360 to 360"));
     }
 
-    /// All finite numbers were accepted, but a time limit of 1e300 s is not a number of nanoseconds, and a start at 1e39 m is
-    /// not a number in single precision.
+    /// All finite numbers were accepted, but a time limit of 1e300 s does not fit into nanoseconds, and a start at 1e39 m
+    /// does not fit into single precision.
     #[test]
     fn numbers_beyond_any_building_are_refused_with_their_keys() {
         for (from, to, message) in [

@@ -1,15 +1,16 @@
-//! What was probably meant by a word that is not known.
+//! Guesses what was meant by an unknown word.
 
-/// The word of `known` that is nearest to `word` by edits, which are at most half as many as it has letters. An edit changes, adds
-/// or removes a letter, or swaps two neighbours (optimal string alignment). `None` if none is that near.
+/// Returns the word in `known` that is nearest to `word`, or `None` if it is too far away. The distance is the number of
+/// edits, of which there may be at most half as many as the known word has letters. An edit changes, adds or removes a
+/// letter, or swaps two neighbouring letters (optimal string alignment).
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let edits = known.into_iter().map(|known| (strsim::osa_distance(word, known), known));
     let near = edits.filter(|(edits, known)| 2 * edits <= known.chars().count().max(2) && !word.is_empty());
     near.min_by_key(|(edits, _)| *edits).map(|(_, known)| known)
 }
 
-/// What serde says of an unknown key, with the key that was probably meant instead of a list of all. Any other message, and one
-/// about a key that resembles none, stays as it is.
+/// Rewrites serde's message about an unknown key to suggest the key that was probably meant, instead of listing all keys. Any
+/// other message stays as it is, and so does one about a key that resembles none.
 pub(crate) fn without_list(message: &str) -> String {
     let mut quoted = message.strip_prefix("unknown field ").unwrap_or_default().split('`').skip(1).step_by(2);
     let unknown = quoted.next().unwrap_or_default();

@@ -1,6 +1,6 @@
-//! The layouts of all channels as a Python module: the content of `python/sketchnav/_layouts.py`.
+//! Generates the layouts of all channels as a Python module, the content of `python/sketchnav/_layouts.py`.
 //!
-//! A message is a NumPy structure of the same bytes, so a reader in Python accesses shared memory directly.
+//! A message is a NumPy structure of the same bytes, so a Python reader accesses shared memory directly.
 
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -9,7 +9,7 @@ use crate::channels;
 use crate::codes::Process;
 use crate::layout::{Kind, Layout};
 
-/// The module's text.
+/// Returns the text of the module.
 pub fn layouts() -> String {
     let mut text = String::from(
         "\"\"\"The layout of each message. Generated from the layout table (schemas/src/python.rs); not to be edited.\"\"\"\n\n\
@@ -23,7 +23,7 @@ pub fn layouts() -> String {
     text.push_str("CHANNELS = {\n");
     for spec in channels::all() {
         let (layout, many) = (spec.message.layout(), if spec.writer.is_none() { "True" } else { "False" });
-        // The recorder reads all of them in order to record them.
+        // The recorder reads every channel in order to record it.
         let readers = spec.readers.iter().copied().chain([Process::Recorder]);
         let readers: Vec<_> = readers.map(|process| format!("{:?}", process.word())).collect();
         let _ = writeln!(
@@ -39,7 +39,7 @@ pub fn layouts() -> String {
     text
 }
 
-/// A structure after those that it contains, each once.
+/// Writes a structure, after the structures that it contains. Each structure is written once.
 fn structure(layout: &Layout, known: &mut BTreeSet<&'static str>, text: &mut String) {
     if known.contains(layout.name) {
         return;
@@ -59,7 +59,7 @@ fn structure(layout: &Layout, known: &mut BTreeSet<&'static str>, text: &mut Str
     text.push_str("    ]\n)\n");
 }
 
-/// The type of an element, and how many there are in each dimension.
+/// Returns the NumPy type of an element and the length of each array dimension.
 fn numpy(kind: &Kind) -> (String, Vec<usize>) {
     match kind {
         Kind::U32 => ("\"<u4\"".to_owned(), Vec::new()),

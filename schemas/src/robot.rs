@@ -1,4 +1,4 @@
-//! Robots as files.
+//! Robot files: footprint, limits and sensors.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,76 +7,76 @@ use crate::channels::{Channel, MARKERS, ODOMETRY, SCAN, SONAR, VIEW};
 use crate::geometry::{Base, Pose};
 use crate::message::MAX_BEAMS;
 
-/// Ticks per second of a robot whose file does not give them and that has no laser.
+/// Ticks per second of a robot without a laser whose file does not give them.
 const TICK_HZ: f64 = 10.0;
-/// How much wider than a rectangular footprint the circle around it may be, metres.
+/// Maximum amount by which `radius_m` may exceed half the diagonal of a rectangular footprint, in metres.
 const RADIUS_SLACK_M: f64 = 0.05;
 
-/// A robot: footprint, limits, sensors. Parsed from TOML by [`Robot::parse`].
+/// A robot's footprint, limits and sensors. Parsed from TOML by [`Robot::parse`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
-    /// Name, for people.
+    /// Name, shown to people.
     pub name: String,
-    /// Radius of the round footprint, or of the circle around a rectangular one, metres.
+    /// Radius of the round footprint, or of the circle around a rectangular one, in metres.
     pub radius_m: f64,
-    /// The rectangular footprint, if it is not round.
+    /// The rectangular footprint. A robot without one is round.
     pub footprint: Option<Footprint>,
-    /// Mass, kilograms.
+    /// Mass, in kilograms.
     pub mass_kg: f64,
-    /// How it moves.
+    /// The directions in which the robot can move.
     pub drive: Drive,
-    /// Instants per second, as given in the file; see [`Robot::tick_hz`].
+    /// Instants per second as given in the file. Use [`Robot::tick_hz`] for the rate in force.
     pub tick_hz: Option<f64>,
-    /// What it can do.
+    /// Maximum velocities and accelerations.
     pub limits: Limits,
-    /// Its laser range finder, if it has one.
+    /// The laser range finder, if the robot has one.
     pub laser: Option<Laser>,
-    /// Its ring of sonars, if it has one.
+    /// The ring of sonars, if the robot has one.
     pub sonar: Option<Sonar>,
-    /// Its camera that finds markers, if it has one.
+    /// The camera that finds markers, if the robot has one.
     pub camera: Option<MarkerCamera>,
-    /// Its camera that looks down on a plane of dots, if it has one.
+    /// The camera that looks down on a plane of dots, if the robot has one.
     pub view: Option<DotCamera>,
-    /// How it strays from its commands; only over a plane of dots.
+    /// How the robot strays from its commands over a plane of dots.
     pub motion_noise: Option<MotionNoise>,
-    /// How its odometry errs, if it has one.
+    /// The errors of the odometry, if the robot has one.
     pub odometry: Option<OdometryNoise>,
-    /// How its wheels slip; only on a floor. Without it the robot moves exactly as commanded.
+    /// How the wheels slip on a floor. A robot without this moves exactly as commanded.
     pub slip: Option<WheelSlip>,
 }
 
-/// A rectangle around the robot's centre.
+/// A rectangular footprint around the robot's centre.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Footprint {
-    /// From the front to the back, metres.
+    /// Length from front to back, in metres.
     pub length_m: f64,
-    /// From the left to the right, metres.
+    /// Width from left to right, in metres.
     pub width_m: f64,
 }
 
-/// How a robot moves.
+/// The directions in which a robot can move.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Drive {
-    /// In any direction.
+    /// The robot moves in any direction.
     Omnidirectional,
-    /// Forward and turning; vy is ignored.
+    /// The robot drives forward and turns. Its vy is ignored.
     Differential,
 }
 
-/// Largest velocities and accelerations.
+/// Maximum velocities and accelerations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// Speed, m/s.
+    /// Speed, in m/s.
     pub speed_mps: f64,
-    /// Turn rate, rad/s.
+    /// Turn rate, in rad/s.
     pub yaw_rate_radps: f64,
-    /// Acceleration and braking, m/s².
+    /// Acceleration and braking, in m/s².
     pub acceleration_mps2: f64,
-    /// Angular acceleration, rad/s².
+    /// Angular acceleration, in rad/s².
     pub yaw_acceleration_radps2: f64,
 }
 
@@ -86,42 +86,42 @@ pub struct Limits {
 pub struct Laser {
     /// Model name.
     pub model: String,
-    /// Field of view, degrees, centred on the sensor's forward axis.
+    /// Field of view centred on the sensor's forward axis, in degrees.
     pub field_of_view_deg: f64,
     /// Number of beams, at most [`crate::message::MAX_BEAMS`].
     pub beams: u32,
-    /// Shortest range, metres.
+    /// Shortest range, in metres.
     pub range_min_m: f64,
-    /// Longest range, metres.
+    /// Longest range, in metres.
     pub range_max_m: f64,
     /// Scans per second.
     pub rate_hz: f64,
-    /// Standard deviation of a range: a constant part, metres.
+    /// Constant part of the standard deviation of a range, in metres.
     pub noise_m: f64,
-    /// Standard deviation of a range: a part that grows with the range, metres per metre.
+    /// Part of the standard deviation of a range that grows with the range, in metres per metre.
     pub noise_per_m: f64,
-    /// Share of the beams that get lost.
+    /// Share of the beams that are lost.
     pub dropout: f64,
-    /// Mounting: forward of the robot's centre, metres.
+    /// Mounting position forward of the robot's centre, in metres.
     #[serde(default)]
     pub mount_x_m: f64,
-    /// Mounting: left of the robot's centre, metres.
+    /// Mounting position to the left of the robot's centre, in metres.
     #[serde(default)]
     pub mount_y_m: f64,
-    /// Mounting: direction of the sensor's forward axis, degrees counter-clockwise.
+    /// Direction of the sensor's forward axis, in degrees counter-clockwise from the robot's.
     #[serde(default)]
     pub mount_yaw_deg: f64,
 }
 
 impl Laser {
-    /// Where the sensor is mounted on the robot.
+    /// The pose of the sensor on the robot.
     pub fn mount(&self) -> Pose<Base> {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
 }
 
-/// A ring of sonars around the robot's centre, all alike, at equal angles; sonar 0 looks forward, the others
-/// follow counter-clockwise.
+/// A ring of identical sonars at equal angles around the robot's centre. Sonar 0 looks forward, and the numbers increase
+/// counter-clockwise.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sonar {
@@ -129,87 +129,89 @@ pub struct Sonar {
     pub model: String,
     /// Number of sonars, at most [`crate::message::MAX_SONARS`].
     pub sonars: u32,
-    /// Opening angle of a sonar's cone, degrees.
+    /// Opening angle of a sonar's cone, in degrees.
     pub opening_deg: f64,
-    /// Radius of the ring, metres.
+    /// Radius of the ring, in metres.
     pub ring_radius_m: f64,
-    /// Shortest range, metres.
+    /// Shortest range, in metres.
     pub range_min_m: f64,
-    /// Longest range, metres.
+    /// Longest range, in metres.
     pub range_max_m: f64,
     /// Readings of the whole ring per second.
     pub rate_hz: f64,
-    /// Standard deviation of a range, a share of it.
+    /// Standard deviation of a range, as a share of the range.
     pub noise_per_m: f64,
 }
 
-/// A camera that finds fiducial markers and measures where they are, such as ArUco's with OpenCV.
+/// A camera that finds fiducial markers and measures their poses, as OpenCV does with ArUco markers.
 ///
-/// The pose of a marker comes from its four corners in the picture. Errors of distance and facing grow with the distance;
-/// that of the distance grows with the slant, too.
+/// The pose of a marker comes from its four corners in the picture. The errors of its distance and of its facing direction
+/// grow with the distance, and the error of the distance also grows with the slant.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MarkerCamera {
     /// Model name.
     pub model: String,
-    /// Horizontal field of view, degrees, centred on the optical axis.
+    /// Horizontal field of view centred on the optical axis, in degrees.
     pub field_of_view_deg: f64,
-    /// Shortest distance at which it finds a marker, metres.
+    /// Shortest distance at which the camera finds a marker, in metres.
     pub range_min_m: f64,
-    /// Longest distance at which it finds a marker, metres.
+    /// Longest distance at which the camera finds a marker, in metres.
     pub range_max_m: f64,
-    /// Largest angle between the direction that a marker faces and the line to the camera, degrees.
+    /// Largest angle, in degrees, between the direction that a marker faces and the line from the marker to the camera.
     pub slant_max_deg: f64,
     /// Pictures per second.
     pub rate_hz: f64,
-    /// Standard deviation of the distance of a marker that faces the camera, metres per metre; the error due to the pixels is added
-    /// to it.
+    /// Standard deviation of the distance of a marker that faces the camera, in metres per metre. The error due to the
+    /// pixels is added to this one.
     pub noise_per_m: f64,
-    /// Standard deviation of the direction in which it sees a marker, degrees.
+    /// Standard deviation of the direction in which the camera sees a marker, in degrees.
     pub bearing_noise_deg: f64,
-    /// Standard deviation of the direction that a marker faces, degrees per metre of distance.
+    /// Standard deviation of the direction that a marker faces, in degrees per metre of distance.
     pub facing_noise_deg_per_m: f64,
-    /// Share of the markers in view that it misses in a picture at its shortest range; twice as many at its longest.
+    /// Share of the markers in view that the camera misses in a picture at its shortest range. At its longest range it
+    /// misses twice as many.
     pub miss: f64,
-    /// Its pixels, if they determine which markers within its range it detects. Without them a slant costs no pixels, but increases
-    /// the error of the distance.
+    /// The camera's pixels, if they determine which of the markers within range are detected. Without them a slant makes no
+    /// marker too narrow to be read, but it does increase the error of the distance.
     pub pixels: Option<Pixels>,
-    /// Mounting: forward of the robot's centre, metres.
+    /// Mounting position forward of the robot's centre, in metres.
     #[serde(default)]
     pub mount_x_m: f64,
-    /// Mounting: left of the robot's centre, metres.
+    /// Mounting position to the left of the robot's centre, in metres.
     #[serde(default)]
     pub mount_y_m: f64,
-    /// Mounting: direction of the optical axis, degrees counter-clockwise.
+    /// Direction of the optical axis, in degrees counter-clockwise from the robot's forward axis.
     #[serde(default)]
     pub mount_yaw_deg: f64,
 }
 
-/// How large a marker must appear to be detected: a bit narrower than about two pixels cannot be read (two samples for the smallest
-/// part, by the sampling theorem).
+/// The size at which a marker must appear to be detected. A bit narrower than about two pixels cannot be read, since by the
+/// sampling theorem the smallest part needs two samples.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Pixels {
-    /// Width of the picture, pixels.
+    /// Width of the picture, in pixels.
     pub width_px: f64,
-    /// Side of a marker, its black border included, metres.
+    /// Side of a marker including its black border, in metres.
     pub marker_side_m: f64,
-    /// Bits along a side, the border included: 8 for ArUco's dictionaries of 6 × 6.
+    /// Bits along a side including the border: 8 for ArUco's 6 × 6 dictionaries.
     pub side_bits: f64,
-    /// Least width of a bit that can be read, pixels.
+    /// Minimum width of a bit that can be read, in pixels.
     pub least_bit_px: f64,
-    /// Standard deviation of a corner's position along each axis, pixels: 1/√12 if corners are found to whole pixels.
+    /// Standard deviation of a corner's position along each axis, in pixels: 1/√12 if corners are located to whole pixels.
     pub corner_px: f64,
 }
 
 impl MarkerCamera {
-    /// Where the camera is mounted on the robot.
+    /// The pose of the camera on the robot.
     pub fn mount(&self) -> Pose<Base> {
         Pose::new(self.mount_x_m, self.mount_y_m, self.mount_yaw_deg.to_radians())
     }
 
-    /// Whether a marker at this distance appears large enough. In the pinhole model a side of s metres seen at this slant covers f
-    /// s cos(slant) / distance pixels, where the focal length f follows from the field of view.
+    /// Returns true if a marker at this distance appears large enough to be detected. In the pinhole model a side of s
+    /// metres seen at this slant covers f s cos(slant) / distance pixels, where the focal length f follows from the field
+    /// of view.
     pub fn resolves(&self, distance_m: f64, slant_rad: f64) -> bool {
         self.pixels.is_none_or(|pixels| {
             let width_px = self.side_px(&pixels, distance_m) * slant_rad.cos();
@@ -219,9 +221,9 @@ impl MarkerCamera {
 
     /// Standard deviation of the measured distance of a marker, as a share of the distance.
     ///
-    /// The distance is the focal length times a marker's side, divided by the length of that side in the picture. With pixels, that
-    /// length is the mean of the two upright sides, which no slant shortens. It depends on four corners and so errs as much as one
-    /// of them.
+    /// The distance is the focal length times a marker's side, divided by the length of that side in the picture. With pixels,
+    /// that length is the mean of the two upright sides, which no slant shortens. This mean depends on four corners, and its
+    /// standard deviation equals that of a single corner.
     pub fn distance_error(&self, distance_m: f64, slant_rad: f64) -> f64 {
         match &self.pixels {
             None => self.noise_per_m / slant_rad.cos().max(0.1),
@@ -229,7 +231,7 @@ impl MarkerCamera {
         }
     }
 
-    /// The length of a marker's side in the picture, pixels.
+    /// The length of a marker's side in the picture, in pixels.
     fn side_px(&self, pixels: &Pixels, distance_m: f64) -> f64 {
         let focal_px = pixels.width_px / 2.0 / (self.field_of_view_deg.to_radians() / 2.0).tan();
         focal_px * pixels.marker_side_m / distance_m
@@ -267,24 +269,24 @@ impl Pixels {
     }
 }
 
-/// A camera that looks straight down on a plane of dots (Park and Kender 1995, 3.1). It sees a square window, and a margin
+/// A camera that looks straight down on a plane of dots (Park and Kender 1995, 3.1). It sees a square window and a margin
 /// around it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DotCamera {
     /// Model name.
     pub model: String,
-    /// Side of the window, metres.
+    /// Side of the window, in metres.
     pub side_m: f64,
-    /// How far it sees beyond each edge of the window, metres.
+    /// Distance that the camera sees beyond each edge of the window, in metres.
     pub margin_m: f64,
     /// Views per second.
     pub rate_hz: f64,
-    /// Standard deviation of a dot's position, on each axis, metres.
+    /// Standard deviation of a dot's position along each axis, in metres.
     pub noise_m: f64,
-    /// Share of the dots in view that it misses.
+    /// Share of the dots in view that the camera misses.
     pub miss: f64,
-    /// How many dots a view shows that are not there, on average.
+    /// Average number of dots in a view that do not exist in the plane.
     pub false_dots: f64,
 }
 
@@ -301,13 +303,13 @@ impl DotCamera {
     }
 }
 
-/// How a robot strays from its commands. Errors are random and grow with the square root of the distance.
+/// How a robot strays from its commands. The errors are random and grow with the square root of the distance travelled.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotionNoise {
-    /// Standard deviation of the place after one metre, on each axis, metres.
+    /// Standard deviation of the position after one metre, along each axis, in metres.
     pub translation_m: f64,
-    /// Standard deviation of the heading after one metre, radians.
+    /// Standard deviation of the heading after one metre, in radians.
     pub rotation_rad: f64,
 }
 
@@ -320,39 +322,40 @@ impl MotionNoise {
     }
 }
 
-/// Noise of dead reckoning: the velocity motion model (Thrun, Burgard and Fox,
-/// *Probabilistic Robotics*, table 5.3) with a drift and slips on top.
+/// Noise of dead reckoning: the velocity motion model of Thrun, Burgard and Fox (*Probabilistic Robotics*, table 5.3) plus a
+/// drift and wheel slips.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OdometryNoise {
-    /// Readings per second; as many as ticks if missing.
+    /// Readings per second. If missing, there is one for each tick.
     pub rate_hz: Option<f64>,
-    /// Variance of the speed from the speed, (m/s)² per (m/s)² and second.
+    /// Variance of the speed due to the speed, in (m/s)² per (m/s)² and second.
     pub alpha_speed_speed: f64,
-    /// Variance of the speed from the turn rate.
+    /// Variance of the speed due to the turn rate.
     pub alpha_speed_turn: f64,
-    /// Variance of the turn rate from the speed.
+    /// Variance of the turn rate due to the speed.
     pub alpha_turn_speed: f64,
-    /// Variance of the turn rate from the turn rate.
+    /// Variance of the turn rate due to the turn rate.
     pub alpha_turn_turn: f64,
-    /// Standard deviation of the run's constant error of the travelled distance, a share.
+    /// Standard deviation of the error of the distance travelled, as a share. The error is constant during a run.
     pub drift_distance: f64,
-    /// Standard deviation of the run's constant error of the heading, radians per metre.
+    /// Standard deviation of the heading drift, in radians per metre. The drift is constant during a run.
     pub drift_yaw_radpm: f64,
-    /// Slips per metre: a slip loses part of a step.
+    /// Slips per metre. In a slip, part of a step is lost.
     pub slips_per_m: f64,
 }
 
-/// How far a robot on wheels strays from its commands. The values are standard deviations of errors that are drawn at the start of
-/// a run and constant during it: shares of the motion, or an angle per metre driven. Mecanum wheels also roll sideways.
+/// How far a robot on wheels strays from its commands. Each value is the standard deviation of an error that is drawn at the
+/// start of a run and constant during it. The errors are shares of the motion, or an angle per metre driven. Mecanum wheels
+/// also roll sideways.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WheelSlip {
-    /// How much farther or less far it drives than commanded, as a share.
+    /// Error of the distance driven, as a share of the commanded distance.
     pub distance: f64,
-    /// How far it slides to the left or right of its direction of motion, as a share.
+    /// Slide to the left or right of the direction of motion, as a share of the motion.
     pub sideways: f64,
-    /// By how much it turns without being commanded to, radians per metre.
+    /// Turn that was not commanded, in radians per metre.
     pub yaw_radpm: f64,
 }
 
@@ -366,7 +369,7 @@ impl WheelSlip {
     }
 }
 
-/// What is wrong with a robot file.
+/// Reasons why a robot file is invalid.
 #[derive(Debug, thiserror::Error)]
 pub enum RobotError {
     /// Not TOML, an unknown key, or a value of the wrong type.
@@ -382,21 +385,21 @@ pub enum RobotError {
         /// What was found.
         found: f64,
     },
-    /// A sensor that is needed but missing from the robot.
+    /// The robot lacks a sensor that is needed.
     #[error("robot {robot:?}: expected the sensor [{key}] in its file, found none")]
     Lacks {
         /// The robot's name.
         robot: String,
-        /// The table of the robot file.
+        /// The missing table of the robot file.
         key: &'static str,
     },
 }
 
-/// A number with its key and its bound.
+/// A key, its number and the bound of that number.
 type Bounded = (&'static str, f64, Bound);
 
 impl Robot {
-    /// Reads a robot file.
+    /// Parses a robot file and checks it.
     ///
     /// # Errors
     /// [`RobotError`] with the key and what was expected.
@@ -407,53 +410,53 @@ impl Robot {
         Ok(robot)
     }
 
-    /// Instants per second: as given in the file, otherwise as many as the laser's scans, otherwise 10.
+    /// Instants per second: `tick_hz` if the file gives it, otherwise the rate of the laser, otherwise 10.
     pub fn tick_hz(&self) -> f64 {
         self.tick_hz.or(self.laser.as_ref().map(|laser| laser.rate_hz)).unwrap_or(TICK_HZ)
     }
 
-    /// The laser, for callers that cannot do without it.
+    /// Returns the laser, or an error for callers that cannot do without one.
     ///
     /// # Errors
-    /// [`RobotError::Lacks`].
+    /// [`RobotError::Lacks`] if the robot has no laser.
     pub fn laser(&self) -> Result<&Laser, RobotError> {
         self.laser.as_ref().ok_or_else(|| self.lacks("laser"))
     }
 
-    /// The ring of sonars, for callers that cannot do without it.
+    /// Returns the ring of sonars, or an error for callers that cannot do without one.
     ///
     /// # Errors
-    /// [`RobotError::Lacks`].
+    /// [`RobotError::Lacks`] if the robot has no sonars.
     pub fn sonar(&self) -> Result<&Sonar, RobotError> {
         self.sonar.as_ref().ok_or_else(|| self.lacks("sonar"))
     }
 
-    /// The marker camera, for callers that cannot do without it.
+    /// Returns the marker camera, or an error for callers that cannot do without one.
     ///
     /// # Errors
-    /// [`RobotError::Lacks`].
+    /// [`RobotError::Lacks`] if the robot has no marker camera.
     pub fn camera(&self) -> Result<&MarkerCamera, RobotError> {
         self.camera.as_ref().ok_or_else(|| self.lacks("camera"))
     }
 
-    /// Half the length and half the width of the footprint's bounding box, metres.
+    /// Half the length and half the width of the footprint's bounding box, in metres.
     pub fn half_extents_m(&self) -> [f64; 2] {
         let round = [self.radius_m; 2];
         self.footprint.map_or(round, |Footprint { length_m, width_m }| [length_m / 2.0, width_m / 2.0])
     }
 
-    /// The odometry, for callers that cannot do without it.
+    /// Returns the odometry, or an error for callers that cannot do without one.
     ///
     /// # Errors
-    /// [`RobotError::Lacks`].
+    /// [`RobotError::Lacks`] if the robot has no odometry.
     pub fn odometry(&self) -> Result<&OdometryNoise, RobotError> {
         self.odometry.as_ref().ok_or_else(|| self.lacks("odometry"))
     }
 
-    /// The camera that looks down on a plane of dots, for callers that cannot do without it.
+    /// Returns the camera that looks down on a plane of dots, or an error for callers that cannot do without one.
     ///
     /// # Errors
-    /// [`RobotError::Lacks`].
+    /// [`RobotError::Lacks`] if the robot has no such camera.
     pub fn view(&self) -> Result<&DotCamera, RobotError> {
         self.view.as_ref().ok_or_else(|| self.lacks("view"))
     }
@@ -462,8 +465,8 @@ impl Robot {
         RobotError::Lacks { robot: self.name.clone(), key }
     }
 
-    /// Checks that every number is within its bounds. [`Robot::parse`] has done so; a robot from elsewhere has yet to be
-    /// checked.
+    /// Checks that every number is within its bounds. [`Robot::parse`] does this already, so only a robot from elsewhere
+    /// needs the check.
     ///
     /// # Errors
     /// [`RobotError::Value`] with the key and what was expected.
@@ -495,7 +498,7 @@ impl Robot {
         within(&[("tick_hz, by laser.rate_hz", self.tick_hz(), bounds::TICK_HZ)])
     }
 
-    /// Checks the sensors' rates: a channel holds a limited number of readings for each tick.
+    /// Checks the rates of the sensors, since a channel holds a limited number of readings per tick.
     fn check_rates(&self) -> Result<(), RobotError> {
         let [laser, sonar, camera, view] = [
             self.laser.as_ref().map(|laser| laser.rate_hz),
@@ -621,9 +624,10 @@ mod tests {
         noise_per_m=0.01\n[odometry]\nalpha_speed_speed=0.01\nalpha_speed_turn=0\nalpha_turn_speed=0\n\
         alpha_turn_turn=0\ndrift_distance=0.01\ndrift_yaw_radpm=0\nslips_per_m=0\n";
 
-    /// Every finite number above 0 was accepted. A range of 1e9 m made scans that readers rejected, and so did a range_min_m
-    /// that equals range_max_m in single precision. A rate of 1e-12 Hz overflowed the schedule, and noise of 1e300 m made NaN.
-    /// 1e6 m/s with a radius of 1e-6 m took millions of physics steps per instant, and a mount of NaN moved every beam.
+    /// Every finite number above 0 was accepted. A range of 1e9 m led to scans that readers rejected, and so did a
+    /// range_min_m that equals range_max_m in single precision. A rate of 1e-12 Hz overflowed the schedule, and noise of
+    /// 1e300 m led to NaN. 1e6 m/s with a radius of 1e-6 m took millions of physics steps per instant, and a mount of NaN
+    /// moved every beam.
     #[test]
     fn numbers_that_no_robot_has_are_refused_with_their_keys() {
         let text = format!("{BARE}{SENSORS}");
@@ -680,7 +684,7 @@ mod tests {
             let _ = Robot::parse(&text);
         }
 
-        /// Whatever number follows whatever key, what is accepted is within its bounds.
+        /// Whichever number follows whichever key, a robot that is accepted has only numbers within their bounds.
         #[test]
         fn what_is_parsed_is_within_its_bounds(line in 0..40_usize, number in proptest::num::f64::ANY) {
             let text = format!("{BARE}{SENSORS}");

@@ -1,17 +1,17 @@
-//! The ROS 2 form of every message, in little-endian CDR after the four bytes of the encapsulation header. Standard
-//! messages are used where they exist, `sketchnav_msgs` otherwise.
+//! The ROS 2 form of every message, encoded as little-endian CDR after the four bytes of the encapsulation header. Standard
+//! message types are used where they exist, and `sketchnav_msgs` otherwise.
 //!
 //! A message converts into its ROS 2 form and back into exactly the same bytes. A message that could not be converted back is
-//! rejected with an error and not written. Not part of the form are `header.seq`, which is the sequence number of the recorded
+//! rejected with an error and not written. The form leaves out `header.seq`, which is the sequence number of the recorded
 //! message, and the zeros beyond the counts.
 //!
-//! The forms of `sketchnav_msgs`, the conversions and the `.msg` texts are generated from the declarations
-//! of the messages. A [`Field`] travels as its type says, or in a [`Way`] that the declaration names. Messages that are, or
-//! contain, standard ROS 2 messages are mapped by hand, those of all navigators in `standard.rs`; [`parts`] has the pieces for
-//! it.
+//! The forms of `sketchnav_msgs`, the conversions and the `.msg` texts are generated from the declarations of the messages. A
+//! [`Field`] travels in the form of its type, or in a [`Way`] that the declaration names. Messages that are, or contain,
+//! standard ROS 2 messages are mapped by hand. `standard.rs` has those that are common to all navigators, and [`parts`] has
+//! the pieces that such mappings need.
 //!
-//! [`definitions`] has the `.msg` texts, [`transforms`] what viewers need in addition to the messages; `derived` expresses the
-//! content of our own messages in standard ones.
+//! [`definitions`] has the `.msg` texts and [`transforms`] the transforms that viewers need in addition to the messages.
+//! `derived` expresses the content of our own messages in standard ones.
 
 pub mod definitions;
 pub mod derived;
@@ -32,62 +32,62 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::message::Message;
 
-/// The first bytes of little-endian CDR.
+/// The encapsulation header of little-endian CDR.
 pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 /// Tolerance for numbers that can only be 0 in a message of this project, such as the x and y of an orientation.
 pub const ROUNDING: f64 = 1e-9;
-/// What is expected in those places.
+/// What errors expect of such numbers.
 pub const PLANAR: &str = "0, as in a planar pose without tilt or covariance";
 
 /// A message with a ROS 2 form.
 pub trait Ros2: Message {
-    /// The form as a struct whose fields are those of the `.msg`, in its order.
+    /// The form as a struct with the fields of the `.msg`, in the same order.
     type Form: Default + Serialize + DeserializeOwned + Send + 'static;
-    /// `package/msg/Type`.
+    /// ROS 2 type, `package/msg/Type`.
     const TYPE: &'static str;
 
-    /// The ROS 2 form, written into the memory of `spare`: an earlier form of any content, or the default. Allocates only if
-    /// `spare` has less room than the message can fill. `cells` is the slice that follows the message; empty if the channel has
-    /// none.
+    /// Converts the message into its ROS 2 form, using the memory of `spare`, which is an earlier form of any content or
+    /// the default. Allocates only if `spare` has less room than the message can fill. `cells` is the slice that follows
+    /// the message and is empty if the channel has none.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the message holds what the form cannot.
+    /// [`Ros2Error`] if the message contains something that the form cannot express.
     fn to_ros2_in(&self, cells: &[u8], spare: Self::Form) -> Result<Self::Form, Ros2Error>;
 
-    /// The ROS 2 form in memory of its own: see [`Ros2::to_ros2_in`].
+    /// Like [`Ros2::to_ros2_in`], but allocates the memory of the form.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the message holds what the form cannot.
+    /// [`Ros2Error`] if the message contains something that the form cannot express.
     fn to_ros2(&self, cells: &[u8]) -> Result<Self::Form, Ros2Error> {
         self.to_ros2_in(cells, Self::Form::default())
     }
 
-    /// The message number `seq` and the slice that follows it.
+    /// Converts the form into the message number `seq` and the slice that follows it.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the form contains what the message cannot.
+    /// [`Ros2Error`] if the form contains something that the message cannot express.
     fn from_ros2(form: Self::Form, seq: u64) -> Result<(Self, Vec<u8>), Ros2Error>;
 
-    /// The `.msg` texts that are this project's own: the message's and those of the structs in it.
+    /// The `.msg` texts of this project that the form needs: those of the message and of the structs in it.
     fn definitions() -> Vec<Definition> {
         Vec::new()
     }
 
-    /// The `ros2msg` schema: the `.msg` text, followed by those that it depends on.
+    /// The `ros2msg` schema: the `.msg` text, followed by the texts that it depends on.
     fn schema() -> String {
         definitions::schema(Self::TYPE, &Self::definitions())
     }
 
-    /// Appends the message in CDR to `out`, which should be empty: alignment counts from its start.
+    /// Appends the message in CDR to `out`, which should be empty because alignment is counted from its start.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the message would not come back the same; `out` is then of no use.
+    /// [`Ros2Error`] if decoding would not yield the same message. The content of `out` is then unusable.
     fn to_cdr(&self, cells: &[u8], out: &mut Vec<u8>) -> Result<(), Ros2Error> {
         self.to_cdr_by(cells, &mut Self::Form::default(), out)
     }
 
-    /// The same by way of `form`, whose memory is reused: with the form of an earlier message and enough room in `out`, nothing
-    /// is allocated.
+    /// Like [`Ros2::to_cdr`], but reuses the memory of `form`. If `form` is that of an earlier message and `out` has enough
+    /// room, nothing is allocated.
     ///
     /// # Errors
     /// As [`Ros2::to_cdr`].
@@ -96,11 +96,12 @@ pub trait Ros2: Message {
         encode(form, out)
     }
 
-    /// The message number `seq` from `bytes`, and the slice that follows it.
+    /// Decodes the message number `seq`, and the slice that follows it, from `bytes`. Allocates at most a few times the length
+    /// of `bytes` plus the size of the message.
     ///
     /// # Errors
-    /// [`Ros2Error`] if `bytes` are not what [`Ros2::to_cdr`] would have written; [`Ros2Error::Rounded`] if they are so except
-    /// for rounding. Allocates no more than a few times the length of `bytes` and the size of the message.
+    /// [`Ros2Error::Rounded`] if `bytes` differ from what [`Ros2::to_cdr`] would have written only by rounding errors, and
+    /// another [`Ros2Error`] if they differ in any other way.
     fn from_cdr(bytes: &[u8], seq: u64) -> Result<(Self, Vec<u8>), Ros2Error> {
         let (message, cells) = Self::from_ros2(decode::<Self::Form>(bytes)?, seq)?;
         let mut again = Vec::with_capacity(bytes.len());
@@ -112,14 +113,14 @@ pub trait Ros2: Message {
 /// Appends any ROS 2 form in CDR to `out`.
 ///
 /// # Errors
-/// [`Ros2Error::Cdr`], which a valid form does not cause.
+/// [`Ros2Error::Cdr`], which never occurs with a valid form.
 pub fn encode<F: Serialize>(form: &F, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
     out.extend_from_slice(&ENCAPSULATION);
     cdr_encoding::to_writer::<F, LittleEndian, _>(&mut *out, form)?;
     Ok(())
 }
 
-/// Reads any ROS 2 form from CDR.
+/// Decodes any ROS 2 form from CDR.
 ///
 /// # Errors
 /// [`Ros2Error`] if the bytes are cut off, too many, or not little-endian CDR.
@@ -133,9 +134,9 @@ pub fn decode<F: DeserializeOwned>(bytes: &[u8]) -> Result<F, Ros2Error> {
     if used == body.len() { Ok(form) } else { Err(Ros2Error::Surplus { bytes: body.len() - used }) }
 }
 
-/// How `bytes` differ from `exact`, the encoding of the message that was read from them.
+/// Returns how `bytes` differ from `exact`, the encoding of the message that was decoded from them.
 fn foreign(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Ros2Error {
-    /// Alignment of the largest numbers, counted after the encapsulation.
+    /// Alignment of the largest numbers, counted from the end of the encapsulation header.
     const ALIGNMENT: usize = size_of::<f64>();
     let (head, places) = (ENCAPSULATION.len(), exact[ENCAPSULATION.len()..].chunks(ALIGNMENT));
     let differs = |a: &[u8], b: &[u8]| a.iter().zip(b).position(|(a, b)| a != b);
@@ -154,7 +155,7 @@ fn foreign(kind: &'static str, bytes: &[u8], exact: Vec<u8>) -> Ros2Error {
     }
 }
 
-/// Why a message cannot be converted into its ROS 2 form, or the form into a message.
+/// Reasons why a message cannot be converted into its ROS 2 form, or a form into a message.
 #[derive(Debug, thiserror::Error)]
 pub enum Ros2Error {
     /// Not little-endian CDR.
@@ -163,39 +164,39 @@ pub enum Ros2Error {
         /// The first bytes.
         found: Vec<u8>,
     },
-    /// Cut off, or text that is not UTF-8.
+    /// CDR that is cut off, or text that is not UTF-8.
     #[error("not the CDR of the message: {0}")]
     Cdr(#[from] cdr_encoding::Error),
     /// More bytes than the message has.
     #[error("expected the end of the message, found {bytes} more bytes")]
     Surplus {
-        /// How many.
+        /// The number of surplus bytes.
         bytes: usize,
     },
-    /// A number that should be 0 is off by no more than [`ROUNDING`], or is −0.
+    /// A number that should be 0 is off by at most [`ROUNDING`], or is −0.
     #[error("{kind}: expected exactly {PLANAR}, found rounding errors")]
     Rounded {
         /// The ROS 2 type.
         kind: &'static str,
-        /// The same message with 0 in these places.
+        /// The CDR of the same message with these numbers set to 0.
         exact: Vec<u8>,
     },
-    /// A number that can only be 0 in the message is not: an orientation is tilted, say.
+    /// A number that can only be 0 in the message is not, for example because an orientation is tilted.
     #[error("{kind}: byte {offset}: expected {PLANAR}, found {found}")]
     NotZero {
         /// The ROS 2 type.
         kind: &'static str,
-        /// Bytes from the start.
+        /// Offset of the number from the start, in bytes.
         offset: usize,
         /// The number.
         found: f64,
     },
-    /// The form contains something for which the message has no place: another frame, or a text that is too long.
+    /// The form contains something that the message cannot express, such as another frame or a text that is too long.
     #[error("{kind}: byte {offset}: expected a value that fits into a sketchnav message")]
     Foreign {
         /// The ROS 2 type.
         kind: &'static str,
-        /// Bytes from the start.
+        /// Offset from the start, in bytes.
         offset: usize,
     },
     /// An invalid value.

@@ -1,4 +1,4 @@
-//! What every process of a system gets at its start: the resolved mission, the seed, the pace.
+//! The description of a run that every process of a system gets at its start: the resolved mission, the seed, the pace.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,110 +7,112 @@ use crate::fault_plan::PlannedFault;
 use crate::mission::Mission;
 use crate::robot::Robot;
 
-/// How simulated time passes.
+/// How simulated time passes during a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pace {
-    /// The world takes a step as soon as the command for the step before has arrived.
+    /// The world takes a step as soon as the command for the previous step has arrived.
     Lockstep,
-    /// The world follows the clock at this many simulated seconds per second, whether the services keep up or not.
+    /// The world follows the clock, whether or not the services keep up.
     RealTime {
         /// Simulated seconds per second.
         speed: f64,
     },
 }
 
-/// Whether people take part in a run by the pad's page, and how.
+/// Whether, and how, people take part in a run through the pad's page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Pad {
     /// There is no page.
     #[default]
     Absent,
-    /// It shows the mission, and can abort and continue it.
+    /// The page shows the mission and can abort and continue it.
     Watches,
-    /// The drawing and the tasks come from the page instead of the mission, as often as they are sent. The run continues until
-    /// it is interrupted.
+    /// The drawing and the tasks come from the page instead of the mission, as often as they are sent. The run continues
+    /// until it is interrupted.
     Draws,
 }
 
 impl Pad {
-    /// Whether there is no page.
+    /// Returns true if there is no page.
     pub fn is_absent(&self) -> bool {
         *self == Self::Absent
     }
 
-    /// Whether the drawing and the tasks come from the page.
+    /// Returns true if the drawing and the tasks come from the page.
     pub fn draws(self) -> bool {
         self == Self::Draws
     }
 }
 
-/// When a growing recording continues in a new file: as soon as either limit is reached.
+/// The limits at which a growing recording continues in a new file, as soon as either is reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Split {
-    /// The file has this many bytes.
+    /// Maximum size of a file, in bytes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bytes: Option<u64>,
-    /// It covers this much simulated time, nanoseconds.
+    /// Maximum simulated time that a file covers, in nanoseconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration_ns: Option<u64>,
 }
 
 impl Split {
-    /// Whether the recording is one file.
+    /// Returns true if the recording is not split.
     pub fn is_never(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Whether a file of this size and length is full.
+    /// Returns true if a file of this size and duration is full.
     pub fn is_full(&self, bytes: u64, duration_ns: u64) -> bool {
         self.bytes.is_some_and(|most| bytes >= most)
             || self.duration_ns.is_some_and(|longest| duration_ns >= longest)
     }
 }
 
-/// A run: written by the supervisor as `run.json` in the system's folder, read by every process.
+/// The description of a run. The supervisor writes it to `run.json` in the system's folder, and every process reads it from
+/// there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RunConfig {
     /// Name of the system.
     pub system: String,
-    /// The mission; its paths are absolute, or names inside the recording `files_of`.
+    /// The mission. Its paths are absolute, or names inside the recording `files_of`.
     pub mission: Mission,
-    /// The method by which the navigator drives, resolved at launch and never empty in a system. It is empty in runs within one
-    /// process, and in some recordings of earlier versions.
+    /// The method by which the navigator drives, resolved at launch. Never empty in a running system. It is empty in runs
+    /// within one process, and in some recordings of earlier versions.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub method: String,
-    /// The recording that contains the files of the mission; `None` if they are on disk. This is for the processes of a running
-    /// system and has no meaning in a recording.
+    /// The recording that contains the files of the mission, or `None` if they are on disk. Only the processes of a running
+    /// system use this; it has no meaning in a recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub files_of: Option<String>,
     /// The robot that the mission names.
     pub robot: Robot,
     /// The mission's seed.
     pub seed: u64,
-    /// How time passes.
+    /// How simulated time passes during the run.
     pub pace: Pace,
-    /// The recording's path; `None` if nothing records.
+    /// Path of the recording, or `None` if nothing is recorded.
     pub recording: Option<String>,
-    /// When the recording continues in a new file.
+    /// The limits at which the recording continues in a new file.
     #[serde(default, skip_serializing_if = "Split::is_never")]
     pub split: Split,
-    /// Whether people take part by the pad's page.
+    /// Whether people take part through the pad's page.
     #[serde(default, skip_serializing_if = "Pad::is_absent")]
     pub pad: Pad,
-    /// The services that the supervisor does not start: they are run by hand, or a robot's driver stands in for the world.
+    /// The services that the supervisor does not start, because they are started by hand or a robot's driver replaces the
+    /// world.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<Process>,
-    /// Planned faults of its messages and processes, each of which happens once.
+    /// Planned faults of the run's messages and processes, each of which happens once.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<PlannedFault>,
 }
 
 impl RunConfig {
-    /// A run in lockstep without a recording, for one process or a test.
+    /// Creates a run in lockstep without a recording, for runs within one process and for tests.
     pub fn lockstep(system: &str, mission: Mission, robot: Robot, seed: u64) -> Self {
         Self {
             system: system.to_owned(),

@@ -1,5 +1,5 @@
-//! Random valid messages, for testing whatever carries messages; never part of a running system. Also a kind of navigator for
-//! these tests, [`example`], and a way to test the checks of messages, [`rejected`].
+//! Random valid messages, for testing whatever carries messages. Never part of a running system. The module also has a kind
+//! of navigator for such tests, [`example`], and [`rejected`], which tests the checks of messages.
 //!
 //! A sample is random in every bit that a message is free to choose. Its floats are arbitrary, including infinities and NaN
 //! with any payload.
@@ -11,11 +11,12 @@ use crate::layout::{Field, Kind, Layout, Role};
 use crate::message::{Header, Message};
 use crate::ros2::Ros2;
 
-/// Longest side of a sketch.
+/// Longest side of a sketch, in pixels.
 const MAX_SIDE_PX: u32 = 40;
 const LETTERS: &[char] = &['a', 'Z', '0', ' ', '→', 'ü', '点', '🤖'];
 
-/// A random valid message number `seq`, at that many tenths of a second, and the slice that follows it.
+/// Returns a random valid message with the number `seq`, and the slice that follows it. The message's time is `seq` tenths of
+/// a second.
 pub fn sample<T: Ros2>(random: &mut Pcg64Mcg, seq: u64) -> (T, Vec<u8>) {
     let mut message = T::zeroed();
     let layout = Layout::of::<T>();
@@ -30,7 +31,7 @@ pub fn sample<T: Ros2>(random: &mut Pcg64Mcg, seq: u64) -> (T, Vec<u8>) {
     (message, cells)
 }
 
-/// Makes self-contained values valid: texts.
+/// Makes the values valid that do not depend on others, which are the texts.
 fn settle(kind: &Kind, bytes: &mut [u8], random: &mut Pcg64Mcg) {
     match kind {
         Kind::Text(_) => write_text(bytes, random),
@@ -58,7 +59,7 @@ fn write_text(bytes: &mut [u8], random: &mut Pcg64Mcg) {
     }
 }
 
-/// Makes values valid that depend on others: counts, sizes, zeros.
+/// Makes the values valid that depend on others: counts, sizes, zeros.
 fn settle_roles(layout: &Layout, bytes: &mut [u8], random: &mut Pcg64Mcg) -> Vec<u8> {
     let place = |name: &str| layout.fields.iter().find(|f| f.name == name);
     for field in &layout.fields {
@@ -93,10 +94,10 @@ fn write_u32(bytes: &mut [u8], offset: usize, value: u32) {
 /// A way to spoil a message.
 pub type Spoil<T> = fn(&mut T);
 
-/// Asserts that a message is valid, and that it is not when spoilt in any of these ways.
+/// Asserts that a message is valid, and that each of these ways of spoiling it makes it invalid.
 ///
 /// # Panics
-/// If that does not hold.
+/// Panics if that is not so.
 pub fn rejected<T: Message>(valid: T, spoils: &[Spoil<T>]) {
     assert!(valid.is_valid());
     for (i, spoil) in spoils.iter().enumerate() {
@@ -106,7 +107,7 @@ pub fn rejected<T: Message>(valid: T, spoils: &[Spoil<T>]) {
     }
 }
 
-/// The channels of a kind of navigator that only exists for testing what carries every navigator's messages.
+/// The channels of a kind of navigator that exists only for testing code that carries every navigator's messages.
 pub mod example {
     use crate::channels;
     use crate::declare::{channels, messages};
@@ -123,7 +124,7 @@ pub mod example {
 
         /// A situation.
         pub struct ExamplePlace version 1 in "map" {
-            /// A place.
+            /// A position.
             pub at_m: [f64; 2],
         }
 
@@ -144,10 +145,10 @@ pub mod example {
         PLACE: Situation ExamplePlace = "example_place", Localizer => [Planner, Pad];
     }
 
-    /// Adds them to the table.
+    /// Adds the channels of the kind to the table.
     ///
     /// # Panics
-    /// If another kind has channels of these names.
+    /// Panics if another kind has channels with these names.
     pub fn register() {
         channels::register(KIND, CHANNELS).expect("names that no other kind has");
     }

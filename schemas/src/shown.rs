@@ -1,40 +1,41 @@
-//! Text from outside, as shown on a terminal, on a page or in a picture.
+//! Makes text from outside safe to show on a terminal, on a page or in a picture.
 //!
-//! Names of files and tasks, keys of a mission and words inside a recording may come from anyone. A terminal obeys control
-//! characters among them. Marks that change the direction of text, and characters without width, make it read as something
-//! else. A line break inside a name starts what looks like a line of our own. All of these are shown as JSON escapes, `\u001b`,
-//! so that the text of a JSON object keeps its meaning.
+//! Names of files and tasks, keys of a mission and words inside a recording may come from anyone. A terminal obeys the
+//! control characters in such text. Bidirectional controls and zero-width characters make it read as something else, and a
+//! line break inside a name starts what looks like a line of our own. All of these are shown as JSON escapes (`\u001b`), so
+//! that a JSON object that is filtered keeps its meaning.
 //!
-//! Everything printed goes through here as it is written: [`say!`](crate::say) and the printing macros of the command line use
-//! [`one_line`]. Our own styles are added to the result.
+//! Everything printed passes through here as it is written: [`say!`](crate::say) and the printing macros of the command line
+//! use [`one_line`]. Our own styles are added to the result.
 
 use std::fmt::{self, Arguments, Display, Formatter, Write};
 use std::io;
 
-/// Text that is to stay on one line: line breaks in it are escaped, too.
+/// Displays text on one line. Line breaks in it are escaped, too.
 #[derive(Debug, Clone, Copy)]
 pub struct OneLine<T>(pub T);
 
-/// Text with line breaks of our own: a table, a page.
+/// Displays text that has line breaks of our own, such as a table or a page.
 #[derive(Debug, Clone, Copy)]
 pub struct Lines<T>(pub T);
 
-/// As [`OneLine`] shows it.
+/// Filters text like [`OneLine`].
 pub fn one_line(text: impl Display) -> String {
     OneLine(text).to_string()
 }
 
-/// As [`Lines`] shows it.
+/// Filters text like [`Lines`].
 pub fn lines(text: impl Display) -> String {
     Lines(text).to_string()
 }
 
-/// Writes a line to standard error; if that fails, the line is dropped. [`say!`](crate::say) takes a format.
+/// Writes a line to standard error. If that fails, the line is dropped. [`say!`](crate::say) takes a format.
 pub fn aside(text: Arguments<'_>) {
     let _ = io::Write::write_fmt(&mut io::stderr().lock(), format_args!("{}\n", OneLine(text)));
 }
 
-/// Prints a line on standard error, as `eprintln!` does, without panicking and without anything that could control a terminal.
+/// Prints a line to standard error. Unlike `eprintln!`, it does not panic and escapes everything that could control a
+/// terminal.
 #[macro_export]
 macro_rules! say {
     ($($text:tt)*) => { $crate::shown::aside(format_args!($($text)*)) };
@@ -52,7 +53,7 @@ impl<T: Display> Display for Lines<T> {
     }
 }
 
-/// Passes on what is visible, and escapes the rest.
+/// Passes on visible characters and escapes the rest.
 struct Filter<'a, 'b> {
     out: &'a mut Formatter<'b>,
     breaks_lines: bool,
@@ -80,11 +81,12 @@ fn is_escaped(c: char, breaks_lines: bool) -> bool {
     }
 }
 
-/// Whether a character beyond ASCII is visible or a space. Invisible ones are Unicode's format characters (bidi controls,
-/// joiners, zero-width spaces, tags), line separators, and unassigned characters.
+/// Returns true if a character beyond ASCII is visible or a space. Invisible ones are Unicode's format characters
+/// (bidirectional controls, joiners, zero-width spaces, tags), line separators, and unassigned characters.
 fn is_seen(c: char) -> bool {
     let is_space = c.is_whitespace() && !matches!(c, '\u{2028}' | '\u{2029}');
-    // The standard library knows them, but only for a whole text: marks such as accents after a letter are no reason to escape.
+    // The standard library knows which characters are invisible, but its method for a single character also escapes marks
+    // such as accents, which are harmless after a letter. The method for a whole text does not.
     let mut bytes = [b'a', 0, 0, 0, 0];
     let length = 1 + c.encode_utf8(&mut bytes[1..]).len();
     let text = str::from_utf8(&bytes[..length]).unwrap_or_default();
@@ -145,7 +147,7 @@ mod tests {
             prop_assert_eq!(one_line(&shown), shown);
         }
 
-        /// JSON may be filtered as it is written: it remains the same object.
+        /// JSON may be filtered as it is written, because it remains the same object.
         #[test]
         fn json_says_the_same(text in ".*|[\u{1b}\u{9b}\u{202e}\u{e0041}\n\" a-z\\\\]*") {
             let shown = one_line(serde_json::json!({ "name": text }));

@@ -1,11 +1,11 @@
-//! Statistics of counts and numbers: shares and means with their intervals.
+//! Statistics of counts and numbers: rates and means with their confidence intervals.
 
 use std::f64::consts::PI;
 
-/// The 97.5 % point of the normal distribution: intervals contain the true rate in 95 % of all cases.
+/// The 97.5 % point of the normal distribution, with which an interval contains the true rate in 95 % of all cases.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// Wilson's interval for a rate, from 0 to 1 (E. B. Wilson, JASA 22, 1927); with no attempts it is the whole range.
+/// Wilson's interval for a rate, from 0 to 1 (E. B. Wilson, JASA 22, 1927). With no attempts it is the whole range.
 pub fn wilson(successes: usize, attempts: usize) -> [f64; 2] {
     if attempts == 0 {
         return [0.0, 1.0];
@@ -18,26 +18,26 @@ pub fn wilson(successes: usize, attempts: usize) -> [f64; 2] {
     [((middle - half) / scale).max(0.0), ((middle + half) / scale).min(1.0)]
 }
 
-/// The mean of the numbers; 0 if there are none.
+/// The mean of the numbers, or 0 if there are none.
 pub fn mean(numbers: &[f64]) -> f64 {
     numbers.iter().sum::<f64>() / numbers.len().max(1) as f64
 }
 
-/// The variance of the population that the sample is from; `None` for fewer than two numbers.
+/// The sample variance, an unbiased estimate of the population's. `None` for fewer than two numbers.
 pub fn variance(numbers: &[f64]) -> Option<f64> {
     let middle = mean(numbers);
     let squares: f64 = numbers.iter().map(|number| (number - middle).powi(2)).sum();
     (numbers.len() > 1).then(|| squares / (numbers.len() - 1) as f64)
 }
 
-/// Student's 95 % interval of the mean (Student, Biometrika 6, 1908); `None` for fewer than two numbers.
+/// Student's 95 % interval of the mean (Student, Biometrika 6, 1908), or `None` for fewer than two numbers.
 pub fn interval_of_mean(numbers: &[f64]) -> Option<[f64; 2]> {
     let count = numbers.len() as f64;
     let half = student(0.95, count - 1.0) * (variance(numbers)? / count).sqrt();
     Some([mean(numbers) - half, mean(numbers) + half])
 }
 
-/// The number that the absolute value of Student's t exceeds with only this probability.
+/// Returns the number that the absolute value of Student's t stays below with probability `share`.
 fn student(share: f64, freedom: f64) -> f64 {
     let outside = |t: f64| incomplete_beta(freedom / 2.0, 0.5, freedom / (freedom + t * t));
     let (mut low, mut high) = (0.0, 1e4);
@@ -53,7 +53,7 @@ pub fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
     if x <= 0.0 || x >= 1.0 {
         return f64::from(u8::from(x >= 1.0));
     }
-    // It converges fast only on this side.
+    // The fraction converges fast only on this side.
     if x > (a + 1.0) / (a + b + 2.0) {
         return 1.0 - incomplete_beta(b, a, 1.0 - x);
     }
@@ -66,7 +66,8 @@ pub fn incomplete_beta(a: f64, b: f64, x: f64) -> f64 {
             -(a + m) * (a + b + m) * x / ((a + 2.0 * m) * (a + 2.0 * m + 1.0))
         }
     };
-    // Evaluated from its end backwards: 200 terms are more than enough for a few hundred degrees of freedom.
+    // The fraction is evaluated from its end backwards. 200 terms are more than enough for a few hundred degrees of
+    // freedom.
     front / (1..=200).rev().fold(1.0, |rest, i| 1.0 + term(i) / rest)
 }
 

@@ -1,14 +1,14 @@
-//! Simulation time: nanoseconds in messages, seconds where people read or write it.
+//! Simulation time. Messages have nanoseconds; people read and write seconds.
 
 /// Nanoseconds in a second.
 const NS_PER_S: f64 = 1e9;
 
-/// Nanoseconds as seconds.
+/// Converts nanoseconds to seconds.
 pub fn seconds(ns: u64) -> f64 {
     ns as f64 / NS_PER_S
 }
 
-/// Seconds as nanoseconds, rounded to the nearest; saturates at 0 and at the largest value.
+/// Converts seconds to nanoseconds, rounded to the nearest. Saturates at 0 and at the largest value.
 pub fn nanoseconds(s: f64) -> u64 {
     (s * NS_PER_S).round() as u64
 }

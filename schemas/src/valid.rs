@@ -1,26 +1,27 @@
-//! Whether the contents of a message are valid. [`check`](crate::message::Message::check) calls the function that the message's
-//! declaration names; those for messages common to all navigators are in this file. A channel's type is checked when it is
-//! opened, but its contents are whatever its writer put there, and that may be a real robot's driver.
+//! Checks of the contents of messages. [`check`](crate::message::Message::check) calls the function that the message's
+//! declaration names; the functions for messages common to all navigators are in this file. The type of a channel is checked
+//! when the channel is opened, but the contents are whatever its writer put there, and the writer may be a real robot's
+//! driver.
 //!
-//! Readers reject counts beyond the list, numbers that are not finite, and headings that are not a rotation. A valid message
-//! can be recorded. Ranges follow REP 117: +∞ no return, −∞ too near, NaN invalid.
+//! Readers reject counts beyond the capacity of a list, numbers that are not finite, and headings that are not a rotation.
+//! Every valid message can be recorded. Ranges follow REP 117: +∞ is no return, −∞ is too near, and NaN is invalid.
 
 use crate::message::{
     DotView, Header, LaserScan, MAX_DOTS, MAX_MARKERS, MarkerView, Odometry, PoseM, SonarScan, Tick, Twist,
     VelocityCommand,
 };
 
-/// Farther than any robot drives, metres or pixels.
+/// Limit for distances, in metres or pixels. No robot drives that far.
 pub const FAR: f64 = 1e7;
-/// Most readings of a sensor between two ticks, on average.
+/// Maximum number of readings of a sensor between two ticks, on average.
 const MOST_READINGS: u64 = 1000;
 /// Tolerance for the length of a quaternion.
 const OFF_UNIT: f64 = 1e-3;
 
-/// [`FAR`] in words.
+/// The condition that a number is below [`FAR`], in words.
 const NEAR: &str = "a number within ±1e7";
 
-/// Why a message is invalid: the first fault found.
+/// The first fault found in an invalid message.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Invalid {
     /// The field.
@@ -44,7 +45,7 @@ pub type Checked = Result<(), Invalid>;
 /// Checks a condition.
 ///
 /// # Errors
-/// [`Invalid`], with the field.
+/// [`Invalid`] with the field if the condition does not hold.
 pub fn ensure(holds: bool, field: &'static str, expected: &'static str, found: impl Into<f64>) -> Checked {
     if holds { Ok(()) } else { Err(Invalid { field, expected, found: found.into() }) }
 }
@@ -52,15 +53,15 @@ pub fn ensure(holds: bool, field: &'static str, expected: &'static str, found: i
 /// Checks that a count is within a capacity.
 ///
 /// # Errors
-/// [`Invalid`], with the field.
+/// [`Invalid`] with the field if the count is above the capacity.
 pub fn count(field: &'static str, found: u32, capacity: usize) -> Checked {
     ensure(found as usize <= capacity, field, "a count within the capacity", found)
 }
 
-/// Checks that numbers are finite, not NaN, and not too far.
+/// Checks that numbers are finite and below [`FAR`] in magnitude.
 ///
 /// # Errors
-/// [`Invalid`], with the field.
+/// [`Invalid`] with the field and the first number that is not.
 pub fn near(field: &'static str, numbers: impl IntoIterator<Item = impl Into<f64>>) -> Checked {
     numbers.into_iter().map(Into::into).try_for_each(|v: f64| ensure(v.abs() < FAR, field, NEAR, v))
 }
@@ -68,7 +69,7 @@ pub fn near(field: &'static str, numbers: impl IntoIterator<Item = impl Into<f64
 /// Checks that a number is in a range.
 ///
 /// # Errors
-/// [`Invalid`], with the field.
+/// [`Invalid`] with the field if the number is outside the range.
 pub fn within(
     field: &'static str,
     range: impl std::ops::RangeBounds<f64>,
@@ -79,7 +80,7 @@ pub fn within(
     ensure(range.contains(&found), field, expected, found)
 }
 
-/// As many ranges as are counted, from a possible sensor.
+/// Checks that there are as many ranges as are counted, and that the sensor is a possible one.
 pub(crate) fn scan(scan: &LaserScan) -> Checked {
     timely(&scan.header)?;
     near("angle_min_rad, angle_max_rad", [scan.angle_min_rad, scan.angle_max_rad])?;
@@ -96,7 +97,7 @@ pub(crate) fn sonar(scan: &SonarScan) -> Checked {
     near("angle_min_rad, angle_increment_rad", [scan.angle_min_rad, scan.angle_increment_rad])?;
     near("scan_time_s", [scan.scan_time_s])?;
     let half = scan.half_opening_rad;
-    // In single precision a right angle is greater than in double.
+    // π/2 in single precision is greater than in double, so the comparison is made in single precision.
     let is_opening = (0.0..=std::f32::consts::FRAC_PI_2).contains(&half);
     ensure(is_opening, "half_opening_rad", "an angle of 0 to π/2", half)?;
     within("ring_radius_m", 0.0..FAR, "a length, 0 or above", scan.ring_radius_m)?;
@@ -105,7 +106,7 @@ pub(crate) fn sonar(scan: &SonarScan) -> Checked {
     ranges(&scan.ranges_m, scan.sonar_count)
 }
 
-/// As many markers as are counted, in the order of their numbers, from a possible camera.
+/// Checks that there are as many markers as are counted, in the order of their numbers, and that the camera is a possible one.
 pub(crate) fn markers(view: &MarkerView) -> Checked {
     count("marker_count", view.marker_count, MAX_MARKERS)?;
     timely(&view.header)?;
@@ -119,7 +120,7 @@ pub(crate) fn markers(view: &MarkerView) -> Checked {
     in_order(view.markers().iter().map(|marker| marker.id))
 }
 
-/// As many dots as are counted, in a possible window.
+/// Checks that there are as many dots as are counted, and that the window is a possible one.
 pub(crate) fn view(view: &DotView) -> Checked {
     count("dot_count", view.dot_count, MAX_DOTS)?;
     timely(&view.header)?;
@@ -129,7 +130,8 @@ pub(crate) fn view(view: &DotView) -> Checked {
     within("margin_m", 0.0..FAR, "a length, 0 or above", view.margin_m)
 }
 
-/// Numbers that a driver can have reached by this tick, because a reader of a tick waits for these messages.
+/// Checks that a driver can have reached these numbers by this tick. A wrong number would be harmful, because a reader of a
+/// tick waits for the messages that it names.
 pub(crate) fn tick(tick: &Tick) -> Checked {
     timely(&tick.header)?;
     let most = tick.header.seq.saturating_mul(MOST_READINGS);
@@ -137,14 +139,14 @@ pub(crate) fn tick(tick: &Tick) -> Checked {
     tick.newest.iter().try_for_each(|&newest| ensure(newest <= most, "newest", expected, newest as f64))
 }
 
-/// A pose and a velocity.
+/// Checks a pose and a velocity.
 pub(crate) fn odometry(odometry: &Odometry) -> Checked {
     timely(&odometry.header)?;
     metres("pose", &odometry.pose)?;
     twist(&odometry.twist)
 }
 
-/// A velocity.
+/// Checks a velocity.
 pub(crate) fn command(command: &VelocityCommand) -> Checked {
     twist(&command.twist)
 }
@@ -156,13 +158,14 @@ fn timely(header: &Header) -> Checked {
     ensure(is_timely, "header.stamp_ns", "less than 2^31 seconds, in nanoseconds", stamp_ns as f64)
 }
 
-/// A sensor's shortest and longest range.
+/// Checks a sensor's shortest and longest range.
 fn limits(range_min_m: f32, range_max_m: f32) -> Checked {
     ensure(range_min_m >= 0.0, "range_min_m", "a length, 0 or above", range_min_m)?;
     ensure(range_max_m > range_min_m, "range_max_m", "a length above range_min_m", range_max_m)
 }
 
-/// Checks that there are ranges, each a distance or a value of REP 117, and nothing after them.
+/// Checks that there is at least one range, that each is a distance or a value of REP 117, and that everything after them is
+/// zero.
 fn ranges(all: &[f32], counted: u32) -> Checked {
     let split = all.split_at_checked(counted as usize).filter(|_| counted > 0);
     let Some((found, behind)) = split else {
@@ -182,16 +185,16 @@ fn ranges(all: &[f32], counted: u32) -> Checked {
 /// Checks that numbers increase.
 ///
 /// # Errors
-/// [`Invalid`], with the field.
+/// [`Invalid`] with the first number that is not above the one before.
 pub fn in_order(ids: impl Iterator<Item = u32> + Clone) -> Checked {
     let mut pairs = ids.clone().zip(ids.skip(1));
     pairs.try_for_each(|(before, id)| ensure(before < id, "markers.id", "a number above the one before", id))
 }
 
-/// Checks that a pose is possible: near, and with an orientation.
+/// Checks that a pose is near enough, in metres, and has a valid orientation.
 ///
 /// # Errors
-/// [`Invalid`], with the field.
+/// [`Invalid`] with the field.
 pub fn metres(field: &'static str, pose: &PoseM) -> Checked {
     near(field, [pose.x_m, pose.y_m])?;
     rotation(field, [pose.orientation_z, pose.orientation_w])
@@ -201,10 +204,10 @@ fn twist(twist: &Twist) -> Checked {
     near("twist", [twist.vx_mps, twist.vy_mps, twist.yaw_rate_radps])
 }
 
-/// Checks z and w of a unit quaternion.
+/// Checks that z and w are those of a unit quaternion.
 ///
 /// # Errors
-/// [`Invalid`], with the field.
+/// [`Invalid`] with the field and the length of the quaternion.
 pub fn rotation(field: &'static str, [z, w]: [f64; 2]) -> Checked {
     let length = z.hypot(w);
     ensure((length - 1.0).abs() < OFF_UNIT, field, "an orientation of length 1", length)
@@ -307,8 +310,8 @@ mod tests {
         );
     }
 
-    /// A driver left old ranges after those that count. It drove well but had no scan in its recording: the navigators accepted
-    /// what the recorder rejected.
+    /// A driver left old ranges after those in use. The robot drove well but its scans were missing from the recording,
+    /// because the navigators accepted what the recorder rejected.
     #[test]
     fn what_is_valid_can_be_recorded() {
         let spoils: [Spoil<LaserScan>; 6] = [
@@ -331,7 +334,7 @@ mod tests {
         assert_eq!(is_both, [true, false, false, false, true, false]);
     }
 
-    /// Messages were counted as rejected without a reason.
+    /// Messages were counted as rejected, but no reason was given.
     #[test]
     fn what_is_invalid_has_a_reason() {
         let mut half = Odometry::zeroed();

@@ -1,11 +1,11 @@
-//! What observers cost the robot: the time from a tick to its command, while the demo drives in real time.
+//! Measures what observers cost the robot: the time from a tick to its command while the demo drives in real time.
 //!
-//! There are four cases: no observer; the live view, with a viewer of every topic; the bridge to ROS 2; both.
+//! There are four cases: no observer, the live view with a viewer of every topic, the bridge to ROS 2, and both.
 //!
-//! `cargo bench --bench observers` drives missions in which the four take turns, each for some seconds. Each is first in a
-//! round as often as the others. `--features ros2` adds the bridge; `-- --missions 6` measures longer. The figures come from
-//! the recording, so that only what is measured observes. Viewer and readers run on the same machine. The figures are only
-//! meaningful if nothing else runs.
+//! `cargo bench --bench observers` drives missions in which the cases take turns of a few seconds. Each case is the
+//! first in a round as often as the others. `--features ros2` adds the bridge, and `-- --missions 6` measures for
+//! longer. The figures come from the recording, so that measuring needs no observer of its own. The viewer and the
+//! readers run on the same machine, so the figures are only meaningful if nothing else is running.
 
 use std::path::Path;
 use std::thread::sleep;
@@ -21,20 +21,20 @@ use sketchnav_schemas::codes::Process;
 use support::viewer::{Viewer, view};
 use support::{Place, Running};
 
-/// How long an observer needs to attach or detach; not measured.
+/// Time for an observer to attach or detach, which is not measured.
 const SETTLE: Duration = Duration::from_secs(2);
-/// Length of a turn.
+/// Duration of a turn.
 const TURN: Duration = Duration::from_secs(8);
-/// Turns of each in a mission: the demo has no time for more.
+/// Number of turns of each case in a mission. The demo has no time for more.
 const TURNS: usize = 4;
-/// Missions, unless `--missions` says otherwise.
+/// Default number of missions, which `--missions` overrides.
 const MISSIONS: usize = 2;
-/// Bootstrap draws for an interval.
+/// Number of bootstrap samples for an interval.
 const DRAWS: usize = 2000;
 /// The system's name.
 const SYSTEM: &str = "observed";
 
-/// What is attached.
+/// The observers that are attached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Attached {
     Nobody,
@@ -62,7 +62,7 @@ impl Attached {
     }
 }
 
-/// The ticks of a turn.
+/// A turn and the ticks that belong to it.
 struct Turn {
     attached: Attached,
     ticks: std::ops::Range<u64>,
@@ -70,7 +70,7 @@ struct Turn {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    // `cargo test --benches` only checks that it starts.
+    // `cargo test --benches` only checks that the benchmark starts.
     if arguments.iter().any(|argument| argument == "--test") {
         return;
     }
@@ -83,7 +83,8 @@ fn main() {
     print(&taken);
 }
 
-/// Drives a mission in real time while observers come and go. Returns what was attached in each turn, and its delays.
+/// Drives a mission in real time while observers come and go. Returns which observers were attached in each turn, and
+/// the delays in that turn in milliseconds.
 fn drive(place: &Place) -> Vec<(Attached, Vec<f64>)> {
     let mut running = place.start(&format!("run demo --speed 1 --json --out out --system {SYSTEM}"));
     place.wait_until_driving(&mut running, SYSTEM);
@@ -99,18 +100,19 @@ fn drive(place: &Place) -> Vec<(Attached, Vec<f64>)> {
     taken.iter().map(|turn| (turn.attached, of_turn(turn))).collect()
 }
 
-/// Attaches each of them in turn, until the mission ends.
+/// Attaches the observers of each case in turn until the mission ends.
 fn take_turns(place: &Place) -> Vec<Turn> {
     let (all, mut taken) = (Attached::all(), Vec::new());
     for turn in 0..TURNS {
         for place_in_turn in 0..all.len() {
-            // Each begins as often as the others, so that an expensive part of the drive does not always hit the same one.
+            // Each case comes first as often as the others, so that an expensive part of the drive does not always hit
+            // the same case.
             let attached = all[(turn + place_in_turn) % all.len()];
             if System::open(SYSTEM).is_err() {
                 return taken;
             }
             let observers = attach(place, attached);
-            // The mission is driven in real time; what is measured is what it does while this process waits.
+            // The mission runs in real time. This process only waits, so that it does not disturb what is measured.
             sleep(SETTLE);
             let begin = next_tick();
             sleep(TURN);
@@ -124,13 +126,14 @@ fn take_turns(place: &Place) -> Vec<Turn> {
     taken
 }
 
-/// `None` when the mission has ended. The reader is closed at once, because a system that ends takes its observers with it.
+/// Returns the number of the next tick, or `None` if the mission has ended. The reader is closed at once, because a
+/// system that ends also ends its observers.
 fn next_tick() -> Option<u64> {
     let node = Node::join(System::open(SYSTEM).ok()?, Process::Observer).ok()?;
     Some(SendTimes::open(&node, TICK.spec).ok()?.newest() + 1)
 }
 
-/// Observers that are ended when they are dropped.
+/// Attaches observers, which are ended when they are dropped.
 fn attach(place: &Place, attached: Attached) -> Vec<Running> {
     sketchnav_navigators::register(&[]).expect("the navigators of this project");
     let mut observers = Vec::new();
@@ -139,7 +142,7 @@ fn attach(place: &Place, attached: Attached) -> Vec<Running> {
         let kind = channels::of_kind("sketch").filter(|spec| spec.is_recorded());
         let topics = kind.map(|spec| 1 + sketchnav_navigators::derived(spec).count()).sum::<usize>() + 2;
         let mut viewer = Viewer::of_all(&link, topics);
-        // It ends with the view.
+        // The viewer ends with the view.
         std::thread::spawn(move || while viewer.try_next().is_some() {});
         observers.push(running);
     }
@@ -150,7 +153,7 @@ fn attach(place: &Place, attached: Attached) -> Vec<Running> {
     observers
 }
 
-/// The time from each tick to its command, by tick, milliseconds.
+/// Returns the time from each tick to its command, in milliseconds, with the number of the tick.
 fn delays(recording: &Path) -> Vec<(u64, f64)> {
     let latencies = Recording::open(recording).and_then(|recording| recording.all(LATENCY));
     let latencies = latencies.expect("a recording that can be read");
@@ -183,13 +186,14 @@ fn print(taken: &[(Attached, Vec<f64>)]) {
     }
 }
 
-/// The value that this share of the sorted values does not exceed.
+/// Returns the smallest of the sorted values that at least this share of the values does not exceed.
 fn rank(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     sorted[((sorted.len() as f64 * share).ceil() as usize).clamp(1, last + 1) - 1]
 }
 
-/// How many times as long the slowest percent takes with observers, and an interval (bootstrap over turns).
+/// Returns how many times as long the slowest percent takes with observers as without, and an interval from
+/// bootstrapping the turns.
 fn ratio(with: &[Vec<f64>], without: &[Vec<f64>]) -> (f64, f64, f64) {
     let mut random = Pcg64Mcg::seed_from_u64(1);
     let p99 = |turns: Vec<&Vec<f64>>| {

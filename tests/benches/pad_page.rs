@@ -1,22 +1,23 @@
-//! What the pad's page costs in a browser. It measures the time from pen to ink with 500 strokes on the sheet, and the feed of
-//! a 10 Hz mission.
+//! Measures what the pad's page costs in a browser: the time from pen to ink with 500 strokes on the sheet, and the
+//! feed of a mission at 10 Hz.
 //!
-//! `cargo bench --bench pad_page` draws and drives with the browser of the test `pad_browser` and prints a line for each.
+//! `cargo bench --bench pad_page` draws and drives with the browser of the test `pad_browser`, and prints a line for
+//! each measurement.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use support::Place;
 use support::browser::{Browser, pad};
 
-/// How long the feed is watched, seconds.
+/// How long the feed is watched, in seconds.
 const FEED_SECONDS: u32 = 10;
-/// A frame at 60 Hz, milliseconds.
+/// Duration of a frame at 60 Hz, in milliseconds.
 const FRAME_MS: f64 = 1000.0 / 60.0;
-/// How much the feed may cost, cores.
+/// Maximum cost of the feed, in cores.
 const FEED_CORES: f64 = 0.25;
 
 fn main() {
-    // `cargo test --benches` only checks that it starts.
+    // `cargo test --benches` only checks that the benchmark starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }

@@ -1,8 +1,8 @@
-//! How fast the whole process tree drives the demo mission in lockstep, and which process needs the time. The yardstick is the
-//! same stages, called in turn in one process that records nothing, so the gain of two cores is set against the cost of
-//! processes.
+//! Measures how fast the whole process tree drives the demo mission in lockstep, and which processes take the time. For
+//! comparison, the same stages are also called in turn by one process that records nothing. The difference combines the
+//! gain from two cores with the cost of separate processes.
 //!
-//! `cargo bench --bench process_tree` prints a line per run, and the shares of the fastest.
+//! `cargo bench --bench process_tree` prints a line for each run, and the shares of the fastest run.
 
 use std::path::Path;
 use std::process::Command;
@@ -18,7 +18,7 @@ use sketchnav_sim::mission_file;
 const RUNS: u64 = 5;
 
 fn main() {
-    // `cargo test --benches` only checks that it starts.
+    // `cargo test --benches` only checks that the benchmark starts.
     if std::env::args().any(|argument| argument == "--test") {
         return;
     }
@@ -60,7 +60,7 @@ fn run(seed: u64) -> Value {
     serde_json::from_slice(&output.stdout).expect("one JSON object")
 }
 
-/// The latest stamp, ns.
+/// The latest stamp, in nanoseconds.
 struct Last(u64);
 
 impl Tap for Last {
@@ -71,7 +71,7 @@ impl Tap for Last {
 
 impl Onlooker for Last {}
 
-/// How many simulated seconds per second the stages achieve when one process calls them in turn.
+/// Returns the number of simulated seconds per second that the stages achieve when one process calls them in turn.
 fn in_one_process(seed: u64) -> f64 {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("sim/missions/building/building-a.toml");
     let (mission, robot) = mission_file::load(&path).expect("the demo's mission");

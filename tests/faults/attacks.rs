@@ -1,9 +1,10 @@
-//! Attacks on a whole installation, drawn at random: kills, damaged recordings, nonsense missions, crowds of observers, foreign
-//! files, pipes in place of files, floods of the pad.
+//! Attacks on a whole installation, drawn at random: kills, damaged recordings, nonsense missions, crowds of observers,
+//! files of other users, pipes in place of files, and floods of requests to the pad.
 //!
-//! Each test attacks twice in its own way. `SKETCHNAV_ATTACK_MINUTES=60 SKETCHNAV_ATTACK_SEED=7 cargo test --test faults
-//! attacks` continues for an hour; each attack prints its seed. What must hold afterwards: no panic, no loss, the same bytes,
-//! nothing left over, and an error that says what is wrong.
+//! Each test runs its own kind of attack twice. `SKETCHNAV_ATTACK_MINUTES=60 SKETCHNAV_ATTACK_SEED=7 cargo test --test
+//! faults attacks` continues for an hour, and each attack prints its seed. After every attack there must be no panic,
+//! no loss and nothing left over, the bytes must be the same as without the attack, and any error must say what is
+//! wrong.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -18,7 +19,7 @@ use rand_pcg::Pcg64Mcg;
 use support::page::{free_port, wait_for};
 use support::{Ended, Place, SERVICES, kill_if_alive, repository, room, send, wait_until};
 
-/// The random numbers, and what every attack begins with.
+/// Draws random numbers, and contains what every attack starts from.
 struct Attacker {
     rng: Pcg64Mcg,
     /// An undisturbed recording of the room.
@@ -26,16 +27,16 @@ struct Attacker {
     place: Place,
 }
 
-/// The least number of times each attack is tried.
+/// Minimum number of times that each attack is made.
 const ROUNDS: u64 = 2;
 
-/// A number from the environment.
+/// Reads a number from the environment.
 fn number(name: &str) -> Option<f64> {
     let text = std::env::var(name).ok()?;
     Some(text.parse().unwrap_or_else(|_| panic!("{name}: expected a number, found {text:?}")))
 }
 
-/// Repeats an attack, with another seed each time.
+/// Repeats an attack, each time with a different seed.
 fn attack(name: &str, attack: fn(&mut Attacker)) {
     let limit = Duration::from_secs_f64(60.0 * number("SKETCHNAV_ATTACK_MINUTES").unwrap_or(0.0));
     let first_seed = number("SKETCHNAV_ATTACK_SEED").unwrap_or(1.0) as u64;
@@ -98,8 +99,8 @@ impl Attacker {
         Self { rng: Pcg64Mcg::seed_from_u64(seed), undisturbed, place }
     }
 
-    /// The moment of an attack is drawn at random. No particular outcome depends on it: whatever the moment, the same must
-    /// hold.
+    /// Waits for a random time. The moment of an attack may not matter: whenever it happens, the same must hold
+    /// afterwards.
     fn pause(&mut self, longest: Duration) {
         std::thread::sleep(longest.mul_f64(self.rng.random::<f64>()));
     }
@@ -114,10 +115,10 @@ impl Attacker {
         self.place.assert_nothing_left(system);
     }
 
-    /// Services and the supervisor are killed at random moments; the mission is resumed each time.
+    /// Kills services and the supervisor at random moments, and resumes the mission each time.
     fn kills(&mut self) {
-        // A mission that starts over gets its own folder. In a shared one an earlier run may be complete, and resuming that run
-        // would not resume the one that was killed.
+        // A mission that starts over gets a new folder. In a shared folder, an earlier run may be complete, and
+        // `--resume` would find that run instead of the one that was killed.
         let start_over = |n: u64| format!("run room.toml --json --out killed-{n} --system killed");
         let mut out = 0;
         let mut running = self.place.start(&start_over(out));
@@ -135,7 +136,8 @@ impl Attacker {
             if has_ended {
                 return self.must_be_as_undisturbed(&ended, "killed");
             }
-            // Killed before its run began, or when everything was over except the report.
+            // If the supervisor was killed before its run began, or after everything except the report was done, there
+            // is nothing to resume.
             running = if is_there && !self.place.files_of("killed").is_empty() {
                 self.place.start(&format!("run --json --resume {}", folder.display()))
             } else {
@@ -150,7 +152,7 @@ impl Attacker {
         self.must_be_as_undisturbed(&ended, "killed");
     }
 
-    /// Bytes of a recording are changed, cut off or doubled, and every tool is tried on it.
+    /// Changes, cuts off or duplicates bytes of a recording, and tries every tool on it.
     fn recordings(&mut self) {
         let whole = fs::read(&self.undisturbed).unwrap();
         let path = self.place.files().join("damaged.mcap");
@@ -184,7 +186,7 @@ impl Attacker {
         }
     }
 
-    /// Numbers of a mission, a robot or a floor are replaced by absurd ones.
+    /// Replaces numbers of a mission, a robot or a floor by absurd ones.
     fn missions(&mut self) {
         let robot = fs::read_to_string(repository().join("sim/robots/robotino.toml")).unwrap();
         fs::write(self.place.files().join("robotino.toml"), &robot).unwrap();
@@ -206,7 +208,7 @@ impl Attacker {
             let pid = running.pid();
             let (tell, told) = mpsc::channel();
             std::thread::spawn(move || tell.send(running.end()));
-            // A mission that is accepted may drive for as long as its task may take, which is too long to wait.
+            // A mission that is accepted may drive until its task's time limit, which is too long to wait for.
             let ended = told.recv_timeout(Duration::from_secs(15)).or_else(|_| {
                 send(pid, Signal::SIGINT);
                 told.recv()
@@ -219,7 +221,7 @@ impl Attacker {
         }
     }
 
-    /// The text with one of its numbers replaced.
+    /// Returns the text with one of its numbers replaced.
     fn absurd(&mut self, text: &str) -> String {
         const NUMBERS: [&str; 12] = [
             "0",
@@ -246,7 +248,7 @@ impl Attacker {
         format!("{}{}{}", &text[..at], NUMBERS[self.rng.random_range(0..NUMBERS.len())], &text[end..])
     }
 
-    /// Observers come and go by the dozen, most of them killed, and a service dies meanwhile.
+    /// Observers come and go by the dozen, most of them killed, and a service dies in the meantime.
     fn observers(&mut self) {
         let mut running = self.place.start("run room.toml --json --out watched --system watched");
         self.place.wait_until_joined(&mut running, "watched", &SERVICES);
@@ -271,7 +273,7 @@ impl Attacker {
         self.must_be_as_undisturbed(&ended, "watched");
     }
 
-    /// Another user's file, or a link, is among those of a system.
+    /// A file of another user, or a link, appears among the files of a system.
     fn files(&mut self) {
         let mut running = self.place.start("run room.toml --json --out foreign --system foreign --speed 1");
         self.place.wait_until_joined(&mut running, "foreign", &SERVICES);
@@ -291,14 +293,15 @@ impl Attacker {
         self.place.assert_nothing_left("foreign");
     }
 
-    /// Another user fills `/dev/shm` with names that look like systems'. A mission neither touches them nor loses anything.
+    /// Another user fills `/dev/shm` with files that are named like those of systems. A mission neither touches these
+    /// files nor loses anything.
     fn strangers(&mut self) {
         let token = format!("{:016x}", self.rng.random::<u64>());
         let names = |i| PathBuf::from(format!("/dev/shm/sketchnav_x{i}_{token}_z"));
         let files: Vec<_> = (0..self.rng.random_range(1_000..20_000)).map(names).collect();
         for file in &files {
             fs::write(file, "").unwrap();
-            // A user who may not give files away makes links, which are refused as well.
+            // A user who is not allowed to give files away makes links instead, which are rejected as well.
             if std::os::unix::fs::chown(file, Some(65534), Some(65534)).is_err() {
                 fs::remove_file(file).unwrap();
                 std::os::unix::fs::symlink("/nowhere", file).unwrap();
@@ -310,7 +313,7 @@ impl Attacker {
         self.must_be_as_undisturbed(&ended, "crowded");
     }
 
-    /// A named pipe, a device or a folder is given where a file is expected: no command waits for it.
+    /// A named pipe, a device or a folder is given in place of a file. No command may wait for it forever.
     fn pipes(&mut self) {
         let pipe = self.place.files().join("pipe");
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
@@ -334,7 +337,7 @@ impl Attacker {
         self.place.assert_nothing_left("piped");
     }
 
-    /// Garbage, half requests and many connections at the pad's port; a page still gets its answer.
+    /// The pad's port receives garbage, incomplete requests and many connections. A page must still get its answer.
     fn pad(&mut self) {
         let port = free_port();
         let mut running =
@@ -354,7 +357,7 @@ impl Attacker {
         let page =
             ask(port, &format!("GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\n\r\n"));
         assert!(page.starts_with("HTTP/1.1 200"), "{page:.300}");
-        // Another user of the machine has no token, and another site's page does not have our origin.
+        // Another user of the machine has no token, and a page of another site does not have our origin.
         for (target, headers, status) in [
             ("/api/walls.png", "Host: 127.0.0.1:PORT", 401),
             ("/", "Host: 127.0.0.1:PORT\r\nHost: evil.example:PORT", 403),
@@ -387,7 +390,7 @@ impl Attacker {
     }
 }
 
-/// The answer to a request.
+/// Sends a request and returns the answer.
 fn ask(port: u16, request: &str) -> String {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
@@ -397,7 +400,8 @@ fn ask(port: u16, request: &str) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// Whatever it makes of nonsense, it must end with an exit code of its own, say why, and not panic.
+/// Asserts that a command, whatever it makes of nonsense, ends with one of its own exit codes, says what is wrong, and
+/// does not panic.
 fn must_be_civil(ended: &Ended, what: &str) {
     let panicked = ["panicked", "RUST_BACKTRACE", "overflow"].iter().any(|word| ended.err.contains(word));
     assert!(matches!(ended.code, Some(0..=4)) && !panicked, "{what}: {ended}");

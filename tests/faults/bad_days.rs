@@ -1,7 +1,7 @@
-//! Days on which nothing is killed and everything goes wrong: a full disk, full shared memory, a folder that is removed,
-//! interference by other users.
+//! Days on which nothing is killed but everything else goes wrong: a full disk, full shared memory, a folder that is
+//! removed, interference by other users.
 //!
-//! Some need root, for a disk of their own, and say so if they do not have it.
+//! Some tests need root for a disk of their own, and say so if they are not root.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -11,11 +11,11 @@ use serde_json::Value;
 use sketchnav_schemas::channels::STATUS;
 use support::{Ended, Place, Running, building, kill_if_alive, wait_until};
 
-/// A small separate disk; removed when dropped.
+/// A small separate disk, which is unmounted and removed when this is dropped.
 struct SmallDisk(PathBuf);
 
 impl SmallDisk {
-    /// `None`, with a notice, if this user does not have the rights that it takes.
+    /// Mounts a disk. If this user is not allowed to, prints a notice and returns `None`.
     fn mount(at: PathBuf, size: &str) -> Option<Self> {
         fs::create_dir(&at).unwrap();
         let option = format!("size={size}");
@@ -48,7 +48,7 @@ fn drive(place: &Place, options: &str) -> Running {
     begin(place, "demo", options)
 }
 
-/// A drive by the clock that is to reach all its goals, however busy the machine is.
+/// Starts a drive in real time that has enough time to reach all its goals, however busy the machine is.
 fn drive_patiently(place: &Place, options: &str) -> Running {
     building::write_patient(place.files());
     begin(place, &format!("run {}", building::PATIENT), options)
@@ -60,7 +60,8 @@ fn begin(place: &Place, mission: &str, options: &str) -> Running {
     running
 }
 
-/// Lets the robot drive for more steps than the channels hold. The first ones heard are those that the channels hold.
+/// Lets the robot drive for more steps than the channels hold. A reader is first given the messages that the channels
+/// hold, so more than those are waited for.
 fn drive_on(place: &Place) {
     let steps = 2 * STATUS.spec.history() + 50;
     let heard = place.run(&format!("echo status --count {steps} --system day"));
@@ -84,8 +85,8 @@ fn kinds(info: &Value) -> Vec<&str> {
     info["faults"].as_array().unwrap().iter().map(|fault| fault["kind"].as_str().unwrap()).collect()
 }
 
-/// A mission of one task, long enough to contain a gap of some thirty seconds: from end to end of the building, at half the
-/// speed.
+/// Writes a mission with one task, which leads from one end of the building to the other at half the speed. It takes
+/// long enough for a gap of about thirty seconds.
 fn write_long_drive(place: &Place) {
     building::write(&place.files().join("long.toml"), |mission| {
         let mut task = mission["task"][5].clone();
@@ -99,7 +100,7 @@ fn write_long_drive(place: &Place) {
     });
 }
 
-/// The robot drives on; what was not written but is still in the channels is written once there is room.
+/// The robot keeps driving. Once there is room again, messages that are still in the channels are written after all.
 #[test]
 fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
     let place = Place::new();
@@ -108,7 +109,7 @@ fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
     let mut running = place.start("run long.toml --json --system day --out disk --speed 5");
     place.wait_until_driving(&mut running, "day");
     wait_for_faults(&place, 1);
-    // Its recorder dies of something else meanwhile.
+    // The recorder also dies in the meantime, for an unrelated reason.
     place.serving("day", "recorder").into_iter().for_each(kill_if_alive);
     drive_on(&place);
     disk.grow("64m");
@@ -122,13 +123,13 @@ fn a_full_disk_is_told_and_the_recording_goes_on_when_there_is_room() {
     let info = info(&place, recording);
     let kinds = kinds(&info);
     assert!(kinds.contains(&"recording resumed"), "{info:#}");
-    // What it lacks is counted, because more has passed than the channels held.
+    // The missing messages are counted, because more messages were sent than the channels hold.
     let lacks = info["missing"].as_u64().unwrap();
     assert!(lacks > 0 && report["lost_messages"].as_u64().unwrap() >= lacks, "{info:#}");
 }
 
-/// Runs a shell script with shared memory of its own, of this size, in which systems have their folders, too; `$0` is
-/// `sketchnav`. `None`, with a notice, if this user lacks the rights for that.
+/// Runs a shell script with a separate `/dev/shm` of this size, which also contains the folders of systems. `$0` is
+/// `sketchnav`. If this user is not allowed to mount it, prints a notice and returns `None`.
 fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> {
     let script = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm || exit 99\n{script}");
     if !needs::has(&["unshare", "mount", "sed", "sh"]) {
@@ -146,18 +147,19 @@ fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> 
     ended
 }
 
-/// It used to end silently, in a loop of processes killed by SIGBUS, the supervisor among them.
+/// The command used to end without a word, after a loop in which processes were killed by SIGBUS, including the
+/// supervisor.
 #[test]
 fn full_shared_memory_is_refused_with_a_word() {
     let place = Place::new();
     let Some(ended) = with_shared_memory(&place, "4m", "exec $0 demo --system day") else { return };
     assert_eq!(ended.code, Some(3), "{ended}");
-    // The folder of all systems takes a page.
+    // The folder of all systems takes up a page.
     assert!(ended.err.contains("/dev/shm: expected room for 24 MiB, found 3 MiB"), "{ended}");
     place.assert_nothing_left("day");
 }
 
-/// A process that dies then finds no room to start again and is given up; the supervisor clears everything.
+/// A process that dies finds no room to start again and is given up. The supervisor then removes everything.
 #[test]
 fn shared_memory_that_fills_up_ends_the_mission_with_a_word() {
     let place = Place::new();
@@ -172,7 +174,7 @@ fn shared_memory_that_fills_up_ends_the_mission_with_a_word() {
     let Some(ended) = with_shared_memory(&place, "30m", script) else { return };
     assert_eq!((ended.code, ended.out.as_str()), (Some(3), ""), "{ended}");
     assert!(ended.err.contains("given up"), "{ended}");
-    // Its log lies there, too, and has room set aside for its last words.
+    // The log of the process is in shared memory, too, but has room reserved for the last words of the process.
     let words = ["shared memory is full", "No space left on device", "/dev/shm was full for a moment"];
     assert!(words.iter().any(|words| ended.err.contains(words)), "{ended}");
     place.assert_nothing_left("day");
@@ -187,8 +189,8 @@ fn with_file_limit(place: &Place, blocks: u32, arguments: &str) -> Option<Ended>
     Some(Running::of(command.spawn().unwrap()).end())
 }
 
-/// Beyond the limit on the size of files the kernel sends SIGXFSZ. It ended the supervisor silently and left its files to the
-/// next one.
+/// When a file grows beyond the limit, the kernel sends SIGXFSZ. This signal used to end the supervisor without a word,
+/// and the next system had to remove its files.
 #[test]
 fn a_limit_on_the_size_of_files_is_told() {
     let place = Place::new();
@@ -205,7 +207,8 @@ fn a_limit_on_the_size_of_files_is_told() {
     }
 }
 
-/// A limit that is reached while the robot drives is like a full disk to the recorder, and does not affect the supervisor.
+/// To the recorder, a limit that is reached while the robot drives is like a full disk. It does not affect the
+/// supervisor.
 #[test]
 fn a_limit_on_the_size_of_files_ends_nobody() {
     let place = Place::new();
@@ -227,15 +230,15 @@ fn a_limit_on_the_size_of_files_ends_nobody() {
     assert_eq!(place.serving("day", "recorder"), recorders, "it lives");
     assert!(pids.iter().all(|pid| limit(*pid, "unlimited")));
     let ended = running.end();
-    // More may have passed than the channels hold.
+    // More messages may have been sent than the channels hold.
     let lost = ended.json()["lost_messages"].as_u64().unwrap();
     assert_eq!(ended.code, Some(if lost == 0 { 0 } else { 4 }), "{ended}");
     assert_eq!(ended.json()["success"], true, "{ended}");
     place.assert_nothing_left("day");
 }
 
-/// The folder of results is removed while the robot drives: the recording is gone, and with it the judge's verdict. What the
-/// planner reported about its tasks was lost, too.
+/// The results folder is removed while the robot drives. The recording is gone, and with it the judge's verdict. The
+/// states of the tasks that the planner had reported were once lost, too.
 #[test]
 fn a_mission_whose_results_are_removed_tells_its_tasks_all_the_same() {
     let place = Place::new();
@@ -253,7 +256,7 @@ fn a_mission_whose_results_are_removed_tells_its_tasks_all_the_same() {
     place.assert_nothing_left("day");
 }
 
-/// The system's folder is removed: what is running has what it needs open, and leaves nothing.
+/// The system's folder is removed. The running processes already have open what they need, and leave nothing behind.
 #[test]
 fn a_folder_that_goes_away_stops_nobody() {
     let place = Place::new();
@@ -264,7 +267,7 @@ fn a_folder_that_goes_away_stops_nobody() {
     place.assert_nothing_left("day");
 }
 
-/// Without its folder no process can be restarted: the mission ends as failed, and says why.
+/// Without its folder, the system cannot restart any process. The mission fails, and the error says why.
 #[test]
 fn without_its_folder_a_system_survives_no_death() {
     let place = Place::new();
@@ -279,8 +282,8 @@ fn without_its_folder_a_system_survives_no_death() {
     place.assert_nothing_left("day");
 }
 
-/// A cleaner removed the folder of a killed system, and its shared memory stayed. The next run of that name continued with
-/// another mission's tasks, and counted 4,446 messages as lost.
+/// A cleaner had removed the folder of a killed system, but not its shared memory. The next run with the same name
+/// continued with the tasks of the other mission, and counted 4,446 messages as lost.
 #[test]
 fn what_a_killed_system_left_without_a_folder_enters_no_other() {
     let place = Place::new();
@@ -316,7 +319,7 @@ fn clean_removes_what_is_dead_and_leaves_what_lives() {
     place.assert_nothing_left("living");
 }
 
-/// Another user of the machine can list `/dev/shm`, and create files there under the prefix found.
+/// Another user of the machine can list `/dev/shm`, and can create files there with the prefix of a system's files.
 #[test]
 fn a_file_of_another_user_among_those_of_a_system_ends_the_mission() {
     let place = Place::new();
@@ -325,7 +328,7 @@ fn a_file_of_another_user_among_those_of_a_system_ends_the_mission() {
     let foreign = owner.replace("_owner", "_history_of_my_own");
     fs::write(&foreign, "").unwrap();
     if std::os::unix::fs::chown(&foreign, Some(65534), Some(65534)).is_err() {
-        // If this user cannot act as another one, a link takes the file's place.
+        // If this user cannot act as another user, a link is made instead of the file.
         fs::remove_file(&foreign).unwrap();
         std::os::unix::fs::symlink("/etc/hostname", &foreign).unwrap();
     }
@@ -333,13 +336,13 @@ fn a_file_of_another_user_among_those_of_a_system_ends_the_mission() {
     assert_eq!(ended.code, Some(3), "{ended}");
     assert!(ended.err.contains(&format!("{foreign}: expected a regular file owned by user")), "{ended}");
     assert_eq!(place.living(), []);
-    // Root can remove it, another user cannot; nothing else is left.
+    // Root can remove the file, but other users cannot. Nothing else is left.
     place.files_of("day").into_iter().for_each(|file| assert_eq!(file, foreign));
     let _ = fs::remove_file(&foreign);
 }
 
-/// Another user of the machine sees that there is a system, but no more. Neither its channels nor its files can be read,
-/// written or joined.
+/// Another user of the machine can see that there is a system, but nothing more. That user can neither read nor write
+/// its channels and files, nor join it.
 #[test]
 fn another_user_is_kept_out() {
     let place = Place::new();
@@ -357,7 +360,7 @@ fn another_user_is_kept_out() {
         let mut files = place.files_of("day");
         assert!(files.len() > 20, "{files:?}");
         files.push(place.root().display().to_string());
-        // An observer's file may have gone since; it must not be created again.
+        // An observer's file may have been removed in the meantime, and must not be created again.
         let write = "dd if=/dev/null conv=notrunc,nocreat oflag=append status=none";
         let open = |file: &str| {
             format!(
@@ -367,7 +370,8 @@ fn another_user_is_kept_out() {
         let script: String = files.iter().map(|file| open(file)).collect();
         let output = as_nobody(&script).unwrap();
         assert_eq!(String::from_utf8_lossy(&output.stdout), "");
-        // A separate copy of the program, because the other user may not enter the folder of this one.
+        // The other user runs a copy of the program, because the folder of the original is not accessible to other
+        // users.
         let copy = std::env::temp_dir().join(format!("sketchnav-{}", std::process::id()));
         fs::copy(program, &copy).unwrap();
         for words in ["echo scan --system day", "serve world --system day", "top --json --system day"] {

@@ -1,4 +1,4 @@
-//! What happens with bad input: an error names the file, the key or the place and says what was expected, the exit code informs
+//! Bad input: the error names the file and the key or the position, and says what was expected. The exit code informs
 //! scripts, and nothing is left over.
 
 use std::fs;
@@ -8,15 +8,15 @@ use support::{Ended, Place, Running, repository, room};
 
 /// A room with one deliberate mistake.
 struct Case {
-    /// What was done.
+    /// What is wrong with the room, in a few words.
     story: &'static str,
-    /// Does it to the folder of the room.
+    /// Makes the mistake in the room's folder.
     spoil: fn(&Path),
-    /// What the error must name.
+    /// The texts that the error must contain.
     says: &'static [&'static str],
 }
 
-/// Runs each case's mission; each must end with exit code 2, name what is wrong, and leave nothing.
+/// Runs the mission of each case, which must end with exit code 2, say what is wrong, and leave nothing behind.
 fn are_refused(cases: &[Case]) {
     for case in cases {
         let place = Place::new();
@@ -37,14 +37,14 @@ fn in_mission(folder: &Path, old: &str, new: &str) {
     room::replace(folder, room::MISSION, old, new);
 }
 
-/// Appends a table of parameters.
+/// Appends a table of parameters to the mission.
 fn with_parameter(folder: &Path, table: &str) {
     let path = folder.join(room::MISSION);
     let text = fs::read_to_string(&path).unwrap();
     fs::write(path, format!("{text}\n{table}\n")).unwrap();
 }
 
-/// The room as a map_server picture, five centimetres per pixel, with this YAML.
+/// Replaces the floor plan by a map_server map of the room, at five centimetres per pixel, with this YAML.
 fn with_map(folder: &Path, yaml: &str) {
     in_mission(folder, "floor_plan = \"room.floor.toml\"", "map = \"room.yaml\"");
     fs::write(folder.join("room.yaml"), yaml).unwrap();
@@ -61,7 +61,7 @@ fn with_map(folder: &Path, yaml: &str) {
 
 const YAML: &str = "image: room.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
 
-/// What the cases below spoil is good beforehand, as a floor plan and as a map.
+/// The room is good input before the cases below spoil it, both as a floor plan and as a map.
 #[test]
 fn the_room_itself_is_good_input() {
     for spoil in [(|_| ()) as fn(&Path), |folder| with_map(folder, YAML)] {
@@ -73,7 +73,8 @@ fn the_room_itself_is_good_input() {
     }
 }
 
-/// Physics panicked at once if a number was far from anything indoors: after 13 s the mission was given up, with exit code 3.
+/// The physics engine used to panic at once if a number was far from anything found indoors. After 13 s the mission was
+/// given up with exit code 3.
 #[test]
 fn numbers_that_no_physics_holds_are_refused() {
     are_refused(&[
@@ -369,7 +370,7 @@ fn a_place_in_the_drawing_where_nobody_can_be_is_refused() {
     ]);
 }
 
-/// A wrong command line, and files that are not recordings.
+/// A wrong command line, or a file that is not a recording.
 #[test]
 fn bad_usage_is_refused() {
     let cases: [(&str, &[&str]); 10] = [
@@ -394,13 +395,13 @@ fn bad_usage_is_refused() {
             assert!(ended.err.contains(words), "{arguments}: expected {words:?}: {ended}");
         }
     }
-    // `chaos` once left a folder behind for a mission that was not there.
+    // `chaos` once left a folder behind for a mission that does not exist.
     assert!(!place.files().join("out").exists());
     assert_eq!(place.living(), []);
 }
 
-/// A tiny file system in a mount namespace of the command's own, which needs no cleaning up. The recording is copied out of it
-/// afterwards. 500 kB hold a part of the mission.
+/// Runs the demo on a tiny file system with room for only 500 kB, which is part of the mission. It is mounted in a
+/// namespace of the command's own, so it needs no cleaning up. The recording is copied out of it afterwards.
 const ON_A_TINY_DISK: &str = "mkdir tiny && mount -t tmpfs -o size=500k tmpfs tiny || exit 77\n\
     \"$0\" demo --json --system full --out tiny\ncode=$?\n\
     cp -r tiny/demo-001 saved\nexit $code";
@@ -417,7 +418,8 @@ fn on_a_tiny_disk(place: &Place) -> Option<Ended> {
     (ended.code != Some(77) && !ended.err.contains("unshare")).then_some(ended)
 }
 
-/// Driving is more important than recording: the robot drives on, and the command says that the recording is incomplete.
+/// Driving is more important than recording. The robot keeps driving, and the command says that the recording is
+/// incomplete.
 #[test]
 fn a_full_disk_ends_the_recording_and_not_the_mission() {
     let place = Place::new();

@@ -1,5 +1,5 @@
-//! Processes are killed while a mission runs in lockstep, and nothing is lost: the recording is the same,
-//! byte for byte, as the undisturbed one.
+//! Processes are killed while a mission runs in lockstep, and nothing is lost. The recording is identical to the
+//! undisturbed one, byte for byte.
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -22,8 +22,8 @@ fn start(place: &Place, mission: &str) -> Running {
     place.start(&format!("{mission} --out disturbed --json --system disturbed"))
 }
 
-/// Asserts that nothing is lost or left over and every message is as in the undisturbed run; returns how often `processes` were
-/// restarted.
+/// Asserts that nothing is lost or left over, and that every message is the same as in the undisturbed run. Returns how
+/// often `processes` were restarted.
 fn ends_as_if_nothing_had_been(
     place: &Place,
     running: Running,
@@ -44,29 +44,30 @@ fn ends_as_if_nothing_had_been(
     };
     let info = place.run(&format!("info {} --json", recording(&report).display())).json();
     assert_eq!((&info["missing"], &info["clean_end"]), (&0.into(), &true.into()), "{info:#}");
-    // One that was killed before it had begun has left no part.
+    // A recorder that was killed before it began has left no part.
     assert!(info["restarts"].as_u64().unwrap() <= restarts(&["recorder"]), "{info:#}");
     restarts(processes)
 }
 
-/// Kills one after another, each a different number of steps after the one before.
+/// Kills processes one after another, each a different number of steps after the one before.
 fn killed_one_after_the_other(processes: &[&str]) {
     let place = Place::new();
     let undisturbed = undisturbed(&place, "demo");
     let mut running = start(&place, "demo");
     place.wait_until_driving(&mut running, "disturbed");
-    // One that listens all along: starting another for each kill takes longer than the mission if much else is running.
+    // A single reader listens all along. Starting a new one for each kill would take longer than the mission on a busy
+    // machine.
     let mut echo = place.command("echo status --system disturbed").spawn().unwrap();
     let mut heard = BufReader::new(echo.stdout.take().unwrap()).lines().map_while(Result::ok);
     let echo = Running::of(echo);
     let mut kills = 0;
     for (i, process) in processes.iter().cycle().take(10).enumerate() {
-        // A listener is given the channel's history first.
+        // A reader is first given the channel's history.
         let steps = if i == 0 { STATUS.spec.history() + 1 } else { 1 + 29 * i % 90 };
         if heard.by_ref().take(steps).count() < steps {
             break;
         }
-        // None, if the one before is still being restarted.
+        // There is none if the previous one is still being restarted.
         let pids = place.serving("disturbed", process);
         kills += u64::from(!pids.is_empty());
         pids.into_iter().for_each(kill_if_alive);
@@ -75,7 +76,7 @@ fn killed_one_after_the_other(processes: &[&str]) {
     echo.signal(Signal::SIGINT);
     echo.end();
     let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, processes);
-    // A fast machine reaches the end after a few; the death of the last one killed may go unnoticed.
+    // A fast machine reaches the end after a few kills, and the death of the last process killed may then go unnoticed.
     assert!(kills >= 2 && restarts + 1 >= kills, "{kills} kills, {restarts} restarts");
 }
 
@@ -95,7 +96,7 @@ fn a_killed_world_goes_on_where_it_was() {
     killed_one_after_the_other(&["world"]);
 }
 
-/// What users see: the command's own figures for twenty kills.
+/// Checks what users see: the figures that the command itself reports for its kills.
 fn chaos_finds_nothing_lost(options: &str) {
     let place = Place::new();
     let mission = repository().join("sim/missions/building/building-a.toml");
@@ -119,7 +120,7 @@ fn kills_of_processes_that_start_lose_nothing() {
     chaos_finds_nothing_lost("--kills 20 --seed 6 --at-start-up");
 }
 
-/// What it had not yet written is fetched again; the recording says how often the recorder was restarted.
+/// A restarted recorder reads again what was not written yet. The recording says how often the recorder was restarted.
 #[test]
 fn a_killed_recorder_leaves_no_gap() {
     killed_one_after_the_other(&["recorder"]);
@@ -130,7 +131,7 @@ fn killed_in_turn_they_go_on() {
     killed_one_after_the_other(&SERVICES);
 }
 
-/// At the same moment, so that no process is left that could tell the others what they have missed.
+/// All processes die at the same moment, so none is left that could tell the others what they have missed.
 #[test]
 fn killed_all_at_once_they_go_on() {
     let place = Place::new();
@@ -143,7 +144,7 @@ fn killed_all_at_once_they_go_on() {
     assert_eq!(restarts, SERVICES.len() as u64);
 }
 
-/// In real time nothing waits: the robot stops, and drives on when its navigators are back.
+/// In real time nothing waits. The robot stops, and drives on when its navigators are back.
 #[test]
 fn killed_in_real_time_they_come_to_their_goals() {
     let place = Place::new();
@@ -184,7 +185,7 @@ fn killed_while_they_start_they_start_again() {
     assert_eq!(restarts, 3 * SERVICES.len() as u64);
 }
 
-/// A process that dies each time before it gets anywhere is given up, and the mission ends as failed.
+/// A process that dies each time before it makes any progress is given up, and the mission fails.
 #[test]
 fn a_process_that_dies_again_and_again_is_given_up() {
     let place = Place::new();
@@ -204,7 +205,7 @@ fn a_process_that_dies_again_and_again_is_given_up() {
     place.assert_nothing_left("disturbed");
 }
 
-/// Flips a bit in the state of the process's newest checkpoint, or of both, and kills it.
+/// Flips a bit in the state of the process's newest checkpoint, or of both checkpoints, and kills the process.
 fn damage_and_kill(place: &Place, process: &str, slots: usize) {
     for pid in place.serving("disturbed", process) {
         for (mut bytes, file) in checkpoints_of_stopped(place, process, pid).into_iter().take(slots) {
@@ -215,7 +216,8 @@ fn damage_and_kill(place: &Place, process: &str, slots: usize) {
     }
 }
 
-/// Stops the process between two checkpoints, neither of them half written; returns them, the newest first.
+/// Stops the process at a moment at which neither of its checkpoints is half written. Returns the checkpoints, newest
+/// first.
 fn checkpoints_of_stopped(place: &Place, process: &str, pid: u32) -> Vec<(Vec<u8>, String)> {
     let mark = format!("checkpoint_{process}_");
     let number = |bytes: &[u8]| u64::from_ne_bytes(bytes[8..16].try_into().unwrap());
@@ -233,12 +235,12 @@ fn checkpoints_of_stopped(place: &Place, process: &str, pid: u32) -> Vec<(Vec<u8
     }
 }
 
-/// Whether the kernel has stopped all of its threads.
+/// Returns true if the kernel has stopped all threads of the process.
 fn is_stopped(pid: u32) -> bool {
     let mut tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap();
     tasks.all(|task| {
         let stat = std::fs::read_to_string(task.unwrap().path().join("stat"));
-        // A thread that has ended meanwhile does not count.
+        // Threads that have ended in the meantime do not count.
         stat.is_ok_and(|stat| stat.contains(") T "))
     })
 }
@@ -252,7 +254,7 @@ fn drive_on(place: &Place) -> Running {
     running
 }
 
-/// The older checkpoint is not as new, but just as good.
+/// The older checkpoint is less recent, but just as valid.
 #[test]
 fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
     for process in ["localizer", "planner", "world"] {
@@ -265,8 +267,8 @@ fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
     }
 }
 
-/// What it knew is lost, and the mission continues with what there is: from the task and the place in its last messages. This
-/// is reported.
+/// The state of the process is lost, so it continues from the task and the position in its last messages. This is
+/// reported.
 #[test]
 fn navigators_without_any_good_checkpoint_begin_where_they_were() {
     for process in ["localizer", "planner"] {
@@ -286,7 +288,7 @@ fn navigators_without_any_good_checkpoint_begin_where_they_were() {
     }
 }
 
-/// A world that does not know where the robot is cannot continue: the mission ends as failed, and says why.
+/// A world that does not know where the robot is cannot continue. The mission fails, and the error says why.
 #[test]
 fn a_world_without_any_good_checkpoint_is_given_up() {
     let place = Place::new();

@@ -1,9 +1,9 @@
-//! Planned faults: each happens to its message, once, and again when the plan is played again.
+//! Planned faults. Each fault happens once, at its message, and happens again when the plan is played again.
 
 use serde_json::Value;
 use support::Place;
 
-/// Writes a plan; each fault as `channel message do`.
+/// Writes a plan. Each fault is given as `channel message do`.
 fn plan(place: &Place, name: &str, faults: &[&str]) {
     let fault = |words: &&str| {
         let [channel, message, action] = words.split(' ').collect::<Vec<_>>()[..] else { panic!("{words}") };
@@ -21,7 +21,7 @@ fn recording(report: &Value) -> &str {
     report["recording"].as_str().unwrap()
 }
 
-/// What the plan did, according to the words on `faults`, in order.
+/// Returns the faults that the plan caused, as described on the channel `faults`, in order.
 fn happened(place: &Place, report: &Value) -> Vec<String> {
     let info = place.fine(&format!("info {} --json", recording(report))).json();
     let faults = info["faults"].as_array().unwrap().iter();
@@ -50,7 +50,7 @@ fn processes_are_hit_before_the_messages_that_the_plan_names_and_nothing_is_lost
     );
     let (report, code) = place.mission("run demo --faults plan.toml --out hit", "hit");
     assert_eq!((code, &report["lost_messages"]), (0, &0.into()), "{report:#}");
-    // A plan with a typo looked as if the robot had survived it.
+    // A plan with a typo used to look as if the robot had survived its faults.
     let outstanding = serde_json::json!([{ "number": 9, "words": "kill at estimate 999999" }]);
     assert_eq!(report["outstanding_faults"], outstanding);
     place.fine(&format!("diff {} {}", recording(&calm), recording(&report)));
@@ -70,7 +70,7 @@ fn processes_are_hit_before_the_messages_that_the_plan_names_and_nothing_is_lost
     .into();
     expected.sort();
     assert_eq!(words, expected);
-    // The faults must not happen again in a replay.
+    // The faults must not happen again when the recording is replayed.
     place.fine(&format!(
         "replay {} --live localizer,planner,recorder --rate max --record again.mcap",
         recording(&report)
@@ -79,8 +79,8 @@ fn processes_are_hit_before_the_messages_that_the_plan_names_and_nothing_is_lost
     place.assert_nothing_left("hit");
 }
 
-/// The others wait for a process that gets little processor time, and it is not killed, although the limit for stopped
-/// processes is shorter than the starvation.
+/// The other processes wait for a process that gets little processor time. That process is not killed, although the
+/// limit for stopped processes is shorter than the starvation.
 #[test]
 fn a_starved_process_is_only_slower_in_lockstep() {
     let place = Place::new();
@@ -109,21 +109,21 @@ fn a_starved_process_is_only_slower_in_lockstep() {
     place.assert_nothing_left("hit");
 }
 
-/// In real time nothing waits. The planner is stopped for 95 ms before it may send the command; however fast or slow the
-/// machine is, that command is late.
+/// In real time nothing waits. The planner is stopped for 95 ms before it may send its command, so that command is late
+/// however fast or slow the machine is.
 #[test]
 fn the_commands_of_a_starved_planner_are_late_in_real_time() {
     let place = Place::new();
     plan(&place, "plan.toml", &["command 40 starve"]);
     let running = place.start("run demo --faults plan.toml --speed 5 --json --system hungry --out hungry");
-    // Once `latency` has the late message, the recording has it, too.
+    // Once the late message has appeared on `latency`, it is also in the recording.
     support::wait_until("the end of the starvation", || {
         let told = place.run("echo latency --system hungry --once");
         told.code == Some(0) && told.json()["source_seq"].as_u64().unwrap() > 60
     });
     running.signal(nix::sys::signal::Signal::SIGINT);
     let report = running.end().json();
-    // The mission was ended before every task was reached.
+    // The mission was ended before every task was reached, so `judge` does not succeed.
     let judged = place.run(&format!("judge {} --json", recording(&report))).json();
     let latencies = &judged[0]["latency_ms"];
     let most_ms = latencies["situation to command"]["max"].as_f64().unwrap();
@@ -131,7 +131,8 @@ fn the_commands_of_a_starved_planner_are_late_in_real_time() {
     place.assert_nothing_left("hungry");
 }
 
-/// The kernel ends or continues the processes that the supervisor leaves, so that none is left stopped.
+/// When a supervisor is killed, the kernel ends or continues the processes that it had stopped, so none of them remains
+/// stopped.
 #[test]
 fn nobody_is_left_stopped_by_a_supervisor_that_is_killed() {
     let place = Place::new();
@@ -173,8 +174,8 @@ fn chaos_draws_starvations_and_plays_them_again() {
     assert!(!place.files().join("out/chaos-003").exists());
 }
 
-/// A writer that is repeatedly killed before the same message gets nowhere and is given up. This failure does not depend on the
-/// clock.
+/// A writer that is killed before the same message again and again makes no progress and is given up. This failure does
+/// not depend on the clock.
 #[test]
 fn a_failed_runs_schedule_fails_in_the_same_place_again() {
     let place = Place::new();
@@ -186,7 +187,7 @@ fn a_failed_runs_schedule_fails_in_the_same_place_again() {
     };
     let first = play("fatal.toml");
     assert!(first.err.contains("localizer") && first.err.contains("--schedule"), "{first}");
-    // What was played is stored next to the results, and has the same effect when played again.
+    // The schedule that was played is stored next to the results, and has the same effect when played again.
     let written = place.files().join("out/chaos-001/schedule.toml");
     let again = play(written.to_str().unwrap());
     let place_of = |number: u32| {
@@ -223,7 +224,8 @@ fn kills_before_messages_lose_nothing_and_are_played_again() {
     assert_eq!(words(&report), words(&again));
 }
 
-/// Random kills happen at moments by the clock; what is written afterwards is the first message at or after each.
+/// Random kills happen at moments measured by the clock. The schedule that is written afterwards names the first
+/// message at or after each moment.
 #[test]
 fn what_happened_by_lot_is_written_as_a_schedule() {
     let place = Place::new();
@@ -245,14 +247,15 @@ fn messages_are_delayed_doubled_and_exchanged() {
     plan(&place, "plan.toml", &["estimate 30 duplicate", "command 40 delay", "tick 50 duplicate"]);
     let (report, code) = place.mission("run demo --faults plan.toml --out hit", "hit");
     assert_eq!(code, 0, "{report:#}");
-    // Readers drop what they have already had; lockstep waits for what is late.
+    // Readers drop messages that they have already received, and in lockstep they wait for late ones.
     place.fine(&format!("diff {} {}", recording(&calm), recording(&report)));
     assert_eq!(happened(&place, &report).len(), 3, "{report:#}");
 
-    // In real time nothing waits: a scan that is lost, and one that comes after the next, are missing.
+    // In real time nothing waits. Scans that are lost, or that arrive after the next one, are missing.
     plan(&place, "lost.toml", &["plan 3 drop", "particles 2 drop", "plan 6 reorder"]);
     let running = place.start("run demo --faults lost.toml --speed 5 --json --system lossy --out lossy");
-    // The one that is held back comes with the next; a gap shows in the message that follows it.
+    // The delayed message is sent together with the next one. A gap only becomes apparent when the following message
+    // arrives.
     for (channel, behind) in [("plan", 8), ("particles", 3)] {
         support::wait_until(channel, || {
             let told = place.run(&format!("echo {channel} --system lossy --once"));

@@ -1,4 +1,5 @@
-//! A robot's driver writes garbage of the right size between its readings: it is refused and counted, and nothing crashes.
+//! A robot's driver writes garbage of the right size between its readings. The garbage is rejected and counted, and
+//! nothing crashes.
 
 use std::process::Command;
 use std::time::Duration;
@@ -14,11 +15,11 @@ use sketchnav_schemas::seed::stream;
 use support::{Place, Running, room};
 
 const SYSTEM: &str = "garbage";
-/// Set only for the driver's process.
+/// This variable is set only for the driver's process.
 const DRIVES: &str = "SKETCHNAV_TEST_DRIVES_GARBAGE";
 const PAUSE: Duration = Duration::from_millis(2);
 
-/// The driver: this same binary, started again.
+/// The driver, which is this test binary started again.
 #[test]
 #[ignore = "a process of the other test, which starts it itself"]
 fn driver() {
@@ -67,7 +68,7 @@ fn header(stamp_ns: u64, source_seq: u64) -> Header {
     Header { seq: 0, stamp_ns, source_seq }
 }
 
-/// Walls two metres away, all around.
+/// Writes a scan of walls two metres away in all directions.
 fn echo(scan: &mut LaserScan) {
     (scan.angle_min_rad, scan.angle_max_rad, scan.angle_increment_rad) = (-2.0, 2.0, 0.05);
     (scan.time_increment_s, scan.scan_time_s) = (0.0, 0.1);
@@ -87,7 +88,7 @@ fn a_driver_that_writes_garbage_crashes_nobody() {
     command.args(["garbage::driver", "--exact", "--ignored"]).env(DRIVES, "1");
     place.settle(&mut command);
     let driver = Running::spawn(command);
-    // The history comes first; this many estimates follow while the driver drives.
+    // The history comes first. The remaining estimates follow while the driver drives.
     let heard = place.run(&format!("echo estimate --count 300 --system {SYSTEM}"));
     assert_eq!(heard.out.lines().count(), 300, "{heard}");
     assert!(heard.out.lines().all(|line| !line.contains("null")), "numbers alone");

@@ -1,18 +1,18 @@
-//! What goes wrong with the processes is reported on a channel of its own, and is in the recording.
+//! Problems with processes are reported on a channel of their own, and so are part of the recording.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use sketchnav_schemas::channels::STATUS;
 use support::{Place, Running, kill_if_alive, repository, room, send, wait_until};
 
-/// A mission that is not over before the test has done what it wants to it.
+/// Starts a mission that cannot be over before the test has interfered with it.
 fn drive(place: &Place, name: &str, speed: &str) -> Running {
     let mut running = place.start(&format!("demo --json --out {name} --system {name} --speed {speed}"));
     place.wait_until_driving(&mut running, name);
     running
 }
 
-/// The faults of the only recording in the folder `out`, in order.
+/// Returns the faults in the only recording in the folder `out`, in order.
 fn faults(place: &Place, out: &str) -> Vec<Value> {
     let recording = place.files().join(out).join("demo-001/building-a.mcap");
     let info = place.run(&format!("info {} --json", recording.display()));
@@ -41,7 +41,7 @@ fn a_death_a_restart_and_a_recovery_are_recorded() {
     assert!(faults[2]["duration_ms"].as_f64().unwrap() > 0.0, "{faults:?}");
 }
 
-/// SIGSTOP does not show from outside: the process is there, but silent.
+/// A process stopped by SIGSTOP still exists, so only its silence shows that something is wrong.
 #[test]
 fn a_stopped_process_is_found_by_its_silence_and_nothing_is_lost() {
     let place = Place::new();
@@ -58,19 +58,19 @@ fn a_stopped_process_is_found_by_its_silence_and_nothing_is_lost() {
         let count = faults.iter().filter(|fault| fault["kind"] == kind).count();
         assert_eq!(count, 2, "{kind}: {faults:?}");
     }
-    // Once at its deadline, once at its limit.
+    // Each stopped process is reported twice: at its deadline and at its limit.
     assert_eq!(faults.iter().filter(|fault| fault["kind"] == "unresponsive").count(), 4, "{faults:?}");
     assert_eq!(place.living(), []);
 }
 
-/// In real time, a person stops a process for a moment: it is reported, and the process continues without a restart.
+/// In real time, a person stops a process for a moment. This is reported, and the process continues without a restart.
 #[test]
 fn a_process_that_goes_on_in_time_is_left_alone() {
     let place = Place::new();
     let running = drive(&place, "pause", "5 --stopped-limit 600");
     let planner = place.serving("pause", "planner");
     planner.iter().for_each(|&pid| send(pid, Signal::SIGSTOP));
-    // Reported once its deadline has passed.
+    // It is reported as soon as its deadline has passed.
     let heard = place.run("echo faults --count 1 --system pause");
     planner.iter().for_each(|&pid| send(pid, Signal::SIGCONT));
     assert!(heard.out.contains("no sign of life"), "{heard}");
@@ -85,8 +85,8 @@ fn a_process_that_goes_on_in_time_is_left_alone() {
     assert_eq!(kinds(&faults, "planner"), ["unresponsive", "responsive again"], "{faults:?}");
 }
 
-/// The recorder is asked to end when its supervisor dies, and a stopped one did not receive this. It lived on until the next
-/// system was started.
+/// The recorder is asked to end when its supervisor dies. A stopped recorder did not receive this request, and lived on
+/// until the next system was started.
 #[test]
 fn a_stopped_recorder_does_not_outlive_its_supervisor() {
     let place = Place::new();
@@ -95,7 +95,7 @@ fn a_stopped_recorder_does_not_outlive_its_supervisor() {
     running.signal(Signal::SIGKILL);
     running.end();
     wait_until("the end of the recorder", || place.living().is_empty());
-    // The next system to start clears what is left.
+    // The next system to start removes what is left.
     room::write(place.files());
     place.mission("run room.toml", "next");
     place.assert_nothing_left("gone");
@@ -105,7 +105,7 @@ fn a_stopped_recorder_does_not_outlive_its_supervisor() {
 fn a_process_that_is_given_up_is_told_too() {
     let place = Place::new();
     let running = drive(&place, "end", "5 --stopped-limit 600");
-    // Without scans no planner gets any further.
+    // Without scans, no planner makes any progress.
     place.serving("end", "world").into_iter().for_each(|pid| send(pid, Signal::SIGSTOP));
     let (tell, told) = std::sync::mpsc::channel();
     let waiting = std::thread::spawn(move || tell.send(running.end()));

@@ -1,4 +1,4 @@
-//! No process, no file in shared memory and no folder outlives its system, however it ends, and the recording so far is
+//! However a system ends, no process, no file in shared memory and no folder outlives it, and the recording so far is
 //! readable.
 
 use std::path::PathBuf;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use nix::sys::signal::Signal;
 use support::{Place, Running, room, send, wait_until};
 
-/// A mission in real time, slow enough that it cannot end before the test has interfered.
+/// Starts a mission in real time that is slow enough not to end before the test has interfered.
 fn drive(place: &Place, name: &str) -> Running {
     start(place, name, "--speed 5")
 }
@@ -17,12 +17,12 @@ fn start(place: &Place, name: &str, options: &str) -> Running {
     running
 }
 
-/// The recording of the only run in the folder `out`.
+/// Returns the recording of the only run in the folder `out`.
 fn recording(place: &Place, out: &str) -> PathBuf {
     place.files().join(out).join("demo-001/building-a.mcap")
 }
 
-/// The recording can be read and contains the beginning of the mission.
+/// Asserts that the recording can be read and contains the beginning of the mission.
 fn holds_the_beginning(place: &Place, out: &str) -> serde_json::Value {
     let ended = place.run(&format!("info {} --json", recording(place, out).display()));
     assert_eq!(ended.code, Some(0), "{ended}");
@@ -74,7 +74,7 @@ fn after_a_hangup_nothing_is_left() {
     interrupted_by(Signal::SIGHUP, "--speed 5");
 }
 
-/// A shell sends Ctrl-C to the supervisor, and an impatient user sends it again and again.
+/// A shell sends Ctrl-C to the supervisor, and an impatient user presses it again and again.
 #[test]
 fn impatience_leaves_nothing() {
     let place = Place::new();
@@ -87,8 +87,8 @@ fn impatience_leaves_nothing() {
     holds_the_beginning(&place, "stopped");
 }
 
-/// There is no supervisor left to take the system down. The kernel ends the processes with their supervisor, and the next
-/// system to start clears the rest.
+/// No supervisor is left to shut the system down. The kernel ends the processes with their supervisor, and the next
+/// system to start removes everything else.
 #[test]
 fn after_the_supervisor_was_killed_the_next_system_clears_what_is_left() {
     let place = Place::new();
@@ -107,7 +107,7 @@ fn after_the_supervisor_was_killed_the_next_system_clears_what_is_left() {
     holds_the_beginning(&place, "orphan");
 }
 
-/// The same name again, as when a person's first attempt died.
+/// The same name is used again, as by a user whose first attempt died.
 #[test]
 fn after_the_supervisor_was_killed_its_name_is_free_at_once() {
     let place = Place::new();
@@ -120,8 +120,8 @@ fn after_the_supervisor_was_killed_its_name_is_free_at_once() {
     place.assert_nothing_left("again");
 }
 
-/// A stopped process does not receive the request to end. It was killed after its time, and a run that had lost nothing ended
-/// with an error. Now it is continued, and ends with the others.
+/// A stopped process does not receive the request to end. It used to be killed after a time limit, and a run that had
+/// lost nothing ended with an error. Now the process is continued, and ends with the others.
 #[test]
 fn a_process_that_is_stopped_ends_with_the_others() {
     let place = Place::new();

@@ -1,4 +1,5 @@
-//! Limits that a shell sets (`ulimit`): a soft limit that is too low is raised; for a hard one, the error says what is needed.
+//! Limits that a shell sets (`ulimit`). A soft limit that is too low is raised. If a hard limit is too low, the error
+//! says what is needed.
 
 use support::{Ended, Place, Running, room};
 
@@ -11,8 +12,8 @@ fn limited(place: &Place, limits: &str, arguments: &str) -> Ended {
     Running::spawn(command).end()
 }
 
-/// With 64 open files the error blamed `/dev/shm`, or was one of the shared memory library; with 64 KiB of stack the program
-/// overflowed it.
+/// With a limit of 64 open files, the error used to blame `/dev/shm` or came from the shared memory library. With 64
+/// KiB of stack, the program overflowed its stack.
 #[test]
 fn a_limit_that_is_too_low_is_raised_or_named() {
     if !needs::has(&["bash"]) {
@@ -32,7 +33,7 @@ fn a_limit_that_is_too_low_is_raised_or_named() {
         assert!(ended.code == Some(3) && ended.err.contains(words), "{limits}: {ended}");
         place.assert_nothing_left("limited");
     }
-    // What needs no system needs few files.
+    // Commands that need no system need few files.
     let ended = limited(&place, "ulimit -n 64", &format!("info {recording}"));
     assert_eq!(ended.code, Some(0), "{ended}");
     assert_eq!(limited(&place, "ulimit -n 256; ulimit -s 2048", run).code, Some(0));

@@ -1,4 +1,5 @@
-//! What goes wrong: kills, full disks, bad input, attacks; and what is left afterwards.
+//! Tests of everything that can go wrong, such as kills, full disks, bad input and attacks, and of what is left
+//! afterwards.
 
 mod attacks;
 mod bad_days;

@@ -1,4 +1,4 @@
-//! The supervisor is killed, its processes end with it, and a new one continues where they stopped.
+//! The supervisor is killed, its processes end with it, and a new supervisor continues where they stopped.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use nix::sys::signal::Signal;
 use sketchnav_schemas::channels::STATUS;
 use support::{BESIDE_A_DRIVER, Ended, Place, Running, room, send, wait_until};
 
-/// The folder of the only run in the folder `out`.
+/// Returns the folder of the only run in the folder `out`.
 fn folder(place: &Place, out: &str) -> PathBuf {
     place.files().join(out).join("demo-001")
 }
@@ -23,7 +23,7 @@ fn drive(place: &Place, options: &str) -> Running {
     running
 }
 
-/// Kills the supervisor; the processes that it started end by themselves.
+/// Kills the supervisor and waits until the processes that it started have ended by themselves.
 fn kill(place: &Place, running: Running) {
     running.signal(Signal::SIGKILL);
     assert_eq!(running.end().code, None);
@@ -46,7 +46,7 @@ fn ends_as_if_nothing_had_been(place: &Place, ended: &Ended, undisturbed: &Path,
     assert_eq!((&info["missing"], &info["clean_end"]), (&0.into(), &true.into()), "{info:#}");
     let resumed = info["faults"].as_array().unwrap().iter().filter(|f| f["kind"] == "system resumed").count();
     assert_eq!(resumed as u64, deaths, "{info:#}");
-    // Parts are joined, and there is nothing next to the recording that was not there before.
+    // The parts of the recording are joined, and no files are left next to it.
     assert!(std::fs::read_dir(folder(place, "killed")).unwrap().count() <= 12);
 }
 
@@ -60,7 +60,7 @@ fn a_mission_goes_on_after_its_supervisor_was_killed() {
     ends_as_if_nothing_had_been(&place, &ended, &undisturbed, 1);
 }
 
-/// Several times; the second time while the recorder is stopped.
+/// The supervisor is killed several times, the second time while the recorder is stopped.
 #[test]
 fn it_may_be_killed_as_often_as_one_likes() {
     let place = Place::new();
@@ -80,7 +80,7 @@ fn it_may_be_killed_as_often_as_one_likes() {
     ends_as_if_nothing_had_been(&place, &running.end(), &undisturbed, 3);
 }
 
-/// In real time nothing waits: the robot stands still after the last step that the world took.
+/// In real time nothing waits. The robot stands still after the last step that the world has made.
 #[test]
 fn in_real_time_too() {
     let place = Place::new();
@@ -95,8 +95,9 @@ fn in_real_time_too() {
     place.assert_nothing_left("killed");
 }
 
-/// A real robot drove, its supervisor was killed and the mission resumed. All processes were then started, the simulated world
-/// among them, and the robot's driver was killed for it. A process that was left out is now left out again.
+/// A real robot was driving when its supervisor was killed and the mission was resumed. All processes were then
+/// started, including the simulated world, which took over from the robot's driver. Now a process that was left out
+/// before is left out again.
 #[test]
 fn a_simulated_world_does_not_take_the_place_of_a_robot() {
     let place = Place::new();
@@ -112,14 +113,14 @@ fn a_simulated_world_does_not_take_the_place_of_a_robot() {
     wait_until("the end of the services", || place.living().len() == 1);
     let folder = place.files().join("killed/room-001");
     let mut resumed = place.start(&format!("run --json --resume {}", folder.display()));
-    // It belongs to a system that no longer exists, and is asked to end.
+    // The driver belongs to a system that no longer exists, so it is asked to end.
     assert_eq!(driver.end().code, Some(0));
     place.wait_until_joined(&mut resumed, "killed", &BESIDE_A_DRIVER);
     assert!(place.serving("killed", "world").is_empty());
     let driver = place.driver("killed");
     let ended = resumed.end();
     assert!(ended.err.contains("waiting for world"), "{ended}");
-    // Where it is in the world is not known, so its own report of arrival counts.
+    // The robot's position in the world is unknown, so its own report of arrival counts.
     assert_eq!(ended.json()["tasks"][0]["state"], "reached", "{ended}");
     assert_eq!(driver.end().code, Some(0));
     place.assert_nothing_left("killed");

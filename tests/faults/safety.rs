@@ -1,5 +1,5 @@
-//! The safety of runs and recordings for their users: nothing outside a recording is read, nothing in one controls the
-//! terminal, and the end of a run can be made up for.
+//! Runs and recordings must be safe for their users. No file outside of a recording is read, nothing in a recording
+//! controls the terminal, and a run that was interrupted at its very end can be completed.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ fn recorded(place: &Place) -> String {
     place.driven("room.toml")
 }
 
-/// The recording as a stranger could have forged it, with another run and no files.
+/// Writes the recording as an attacker could have forged it, with a changed run and without files.
 fn forged(recording: &str, forged: &Path, change: impl FnOnce(&mut RunConfig)) {
     let recording = Recording::open(recording.as_ref()).unwrap();
     let mut run = recording.run().unwrap();
@@ -28,7 +28,8 @@ fn forged(recording: &str, forged: &Path, change: impl FnOnce(&mut RunConfig)) {
     writer.finish().unwrap();
 }
 
-/// `replay` put the files that a stranger's recording names into another recording, and `rerun` printed their first bytes.
+/// `replay` used to copy the files that a forged recording names into another recording, and `rerun` printed their
+/// first bytes.
 #[test]
 fn a_strangers_recording_gets_no_file_of_the_user() {
     const SECRET: &str = "BEGIN OPENSSH PRIVATE KEY";
@@ -53,7 +54,7 @@ fn a_strangers_recording_gets_no_file_of_the_user() {
         assert!(!ended.err.contains(SECRET) && !ended.out.contains(SECRET), "{command}: {ended}");
         assert!(!place.files().join("again.mcap").exists(), "{command}");
     }
-    // What needs no file of the run continues without it, and says so.
+    // Commands that need no file of the run continue without the files, and say so.
     place.fine("replay evil.mcap --rate max");
     place.fine("judge evil.mcap");
     place.page_says("evil.mcap", &["The world is not drawn", "nothing outside of a recording is read"]);
@@ -65,7 +66,8 @@ fn is_tame(ended: &Ended, what: &str) {
     assert!(!format!("{}\n{}", ended.out, ended.err).contains("\nforged"), "{what}: {ended}");
 }
 
-/// The error that rejected an escape sequence sent it to the terminal, and names in recordings got there unfiltered.
+/// An error about an escape sequence used to send that sequence to the terminal, and names in recordings got there
+/// unfiltered.
 #[test]
 fn nothing_from_outside_steers_the_terminal() {
     const WILD: &str = "\u{1b}]0;x\u{7}\u{1b}[31m\u{9b}2J\u{202e}\u{200b}\nforged: 9 of 9 tasks reached";
@@ -92,7 +94,7 @@ fn nothing_from_outside_steers_the_terminal() {
         page.contains("\\u001b[31m") && !page.contains(['\u{1b}', '\u{9b}', '\u{202e}', '\u{200b}']),
         "{page:.2000}"
     );
-    // Names of files, keys and names of a mission.
+    // The names of files, and the keys and names in a mission.
     let mission = fs::read_to_string(place.files().join(room::MISSION)).unwrap();
     let key = WILD.escape_default().to_string().replace("\\u{1b}", "\\u001b").replace("\\u{7}", "\\u0007");
     let key =
@@ -116,8 +118,8 @@ fn nothing_from_outside_steers_the_terminal() {
     }
 }
 
-/// A supervisor that was killed between the end of its system and its report left neither table nor pictures, and nothing to
-/// resume.
+/// If the supervisor was killed between the end of its system and its report, there used to be neither a table nor
+/// pictures, and nothing to resume.
 #[test]
 fn the_end_of_a_run_can_be_made_up_for() {
     let place = Place::new();

@@ -1,5 +1,5 @@
-//! The pages say what is true, as far as a program can check: links and anchors lead somewhere, named tests and files exist,
-//! commands are accepted, cheap ones run, and figures and code agree with their source.
+//! Checks that the documentation is true as far as a program can tell: links and anchors lead somewhere, named tests
+//! and files exist, commands are accepted and the cheap ones run, and figures and code agree with their sources.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,13 +12,13 @@ use sketchnav_schemas::channels;
 use support::pages::{self, Page};
 use support::{Place, repository};
 
-/// It keeps what was once true.
+/// The change log, which is not checked against the program because it also describes earlier versions.
 const CHANGES: &str = "CHANGELOG.md";
 fn pattern(text: &str) -> Regex {
     Regex::new(text).unwrap()
 }
 
-/// What is wrong with the pages, each with its page and line.
+/// Errors in the documentation, each with its page and line.
 #[derive(Default)]
 struct Findings(Vec<String>);
 
@@ -32,7 +32,7 @@ impl Findings {
     }
 }
 
-/// The anchor that GitHub makes of a heading.
+/// Returns the anchor that GitHub makes from a heading.
 fn anchor(heading: &str) -> String {
     let of = |c: char| match c {
         ' ' => Some('-'),
@@ -63,7 +63,7 @@ fn every_link_leads_somewhere() {
     findings.are_none();
 }
 
-/// What is wrong with a link of a page; `None` if it leads somewhere.
+/// Says what is wrong with a link on a page, or returns `None` if the link leads somewhere.
 fn follow(page: &Page, link: &str) -> Option<&'static str> {
     let (file, heading) = link.split_once('#').map_or((link, None), |(file, heading)| (file, Some(heading)));
     let folder = repository().join(page.path.parent().unwrap());
@@ -78,7 +78,7 @@ fn follow(page: &Page, link: &str) -> Option<&'static str> {
     (!is_there).then_some("no such heading")
 }
 
-/// All files of the project that have source code in them.
+/// Finds all files of the project that contain source code.
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -91,7 +91,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// A guarantee is worth as much as its test; a page that names a missing test promises nothing.
+/// A guarantee is only worth as much as its test. A page that names a missing test promises nothing.
 #[test]
 fn tests_and_files_that_are_named_exist() {
     let mut files = Vec::new();
@@ -103,7 +103,7 @@ fn tests_and_files_that_are_named_exist() {
         .flat_map(|text| functions.captures_iter(text))
         .map(|found| found.get(1).unwrap().as_str())
         .collect();
-    // Tests are sentences: they have more words than anything else.
+    // The names of tests are sentences, so they have more words than other names.
     let named_test = pattern(r"`([a-z0-9]+(?:_[a-z0-9]+){4,})`");
     let named_file = pattern(r"`([\w/-]+\.(?:rs|js|py))`");
     let mut findings = Findings::default();
@@ -126,7 +126,8 @@ fn tests_and_files_that_are_named_exist() {
     findings.are_none();
 }
 
-/// The words of each `sketchnav` command in code blocks and inline code, and whether the command is complete.
+/// Returns the words of each `sketchnav` command in code blocks and inline code, with its line number and whether the
+/// command is complete.
 fn commands(page: &Page) -> Vec<(usize, Vec<String>, bool)> {
     let in_line = pattern(r"`(sketchnav [^`]+)`");
     let mut commands = Vec::new();
@@ -148,7 +149,7 @@ fn commands(page: &Page) -> Vec<(usize, Vec<String>, bool)> {
     commands
 }
 
-/// Splits a line into words as a shell does, as far as the pages need it.
+/// Splits a line into words as a shell would, as far as the pages need that.
 fn words(line: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut quoted = None;
@@ -164,7 +165,7 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
-/// Placeholders are in capitals.
+/// Returns true if a word is a placeholder, which is written in capitals.
 fn is_placeholder(word: &str) -> bool {
     word.len() > 1 && word.chars().all(|c| c.is_ascii_uppercase() || !c.is_alphanumeric())
         || word.contains('…')
@@ -191,7 +192,7 @@ fn every_command_is_one_that_the_program_takes() {
     findings.are_none();
 }
 
-/// The first command or option that does not exist.
+/// Describes the first command or option that does not exist, if there is one.
 fn unknown_option(words: &[String]) -> Option<String> {
     let (name, options) = words.split_first()?;
     let line = sketchnav::command_line();
@@ -216,7 +217,7 @@ fn unknown_option(words: &[String]) -> Option<String> {
         .map(|option| format!("no option {option}"))
 }
 
-/// The checks above find what they are for.
+/// The checks above find the errors that they are meant to find.
 #[test]
 fn a_wrong_command_a_wrong_link_and_a_wrong_anchor_are_found() {
     let found = |line: &str| unknown_option(&words(line));
@@ -258,7 +259,7 @@ fn commands_for_landmarks_run() {
     pages::run("docs/navigators/landmarks.md", "Labels");
 }
 
-/// A block that is not run by a test must say so, by a language other than `sh`.
+/// A code block that no test runs must say so by having a language other than `sh`.
 #[test]
 fn no_section_is_forgotten() {
     let run = [
@@ -275,7 +276,7 @@ fn no_section_is_forgotten() {
     }
 }
 
-/// Runs the first mission of a page in a place.
+/// Runs the first mission on a page in a place.
 fn drive_the_mission_of(page: &str, place: &Place) {
     let blocks = Page::of(page).blocks();
     let mission = blocks.iter().find(|block| block.language == "toml").unwrap().text();
@@ -300,7 +301,7 @@ fn the_mission_of_the_page_on_navigators_is_driven() {
     drive_the_mission_of("docs/write-a-navigator.md", &Place::of_program("wall_follower"));
 }
 
-/// The page once had a different name for a trait than the code.
+/// The page once used a different name for a trait than the code.
 #[test]
 fn the_code_of_the_page_on_navigators_is_that_of_the_file() {
     let file = fs::read_to_string(repository().join("tests/stranger/wall_follower.rs")).unwrap();
@@ -312,8 +313,8 @@ fn the_code_of_the_page_on_navigators_is_that_of_the_file() {
     }
 }
 
-/// Compares the defaults in a page's rows ``| `localizer.belief.hypotheses` | 300 |`` and returns how many there were. The rows
-/// below a header ``| `[parameters.localizer]` |`` omit the process.
+/// Compares the defaults in a page's rows ``| `localizer.belief.hypotheses` | 300 |`` with the real ones, and returns
+/// the number of rows. Rows below a header ``| `[parameters.localizer]` |`` omit the process.
 fn compare_defaults(page: &str, parameters: &Value) -> usize {
     let header = pattern(r"^\| `\[parameters\.(\w+)\]`");
     let (page, mut process, mut count) = (Page::of(page), None, 0);
@@ -338,7 +339,8 @@ fn compare_defaults(page: &str, parameters: &Value) -> usize {
     count
 }
 
-/// The parameters in a cell, as paths: ``"`planner.gain`, `.weight`"`` has two from one table.
+/// Returns the paths of the parameters in a cell. For example, ``"`planner.gain`, `.weight`"`` names two parameters of
+/// one table.
 fn names(cell: &str, process: Option<&str>) -> Option<Vec<String>> {
     let mut names = cell.split(", ").map(|name| name.trim_matches(['`', '.']));
     let first = names.next().filter(|_| cell.starts_with('`'))?;
@@ -354,7 +356,7 @@ fn names(cell: &str, process: Option<&str>) -> Option<Vec<String>> {
     Some(std::iter::once(first).chain(names).map(|name| format!("/{table}/{}", last(name))).collect())
 }
 
-/// The page must follow when a parameter is renamed or its default changes.
+/// When a parameter is renamed or its default changes, the page must follow.
 #[test]
 fn parameters_of_the_sketch_page_have_the_defaults_of_the_code() {
     let parameters = serde_json::json!({
@@ -391,7 +393,7 @@ fn parameters_of_the_other_navigators_pages_have_the_defaults_of_the_code() {
     assert_eq!(compare_defaults("docs/navigators/directions.md", &directions), 9);
 }
 
-/// A value as people write it.
+/// Formats a value as people would write it.
 fn shown(value: &Value) -> String {
     match value {
         Value::Number(number) => ((number.as_f64().unwrap() * 1e4).round() / 1e4).to_string(),
@@ -413,8 +415,8 @@ fn figures_of_the_readme_are_those_of_the_results() {
     }
 }
 
-/// Figures were copied by hand, and some came from a different version than the code. Now `eval all --page` writes them, and
-/// those without an entry in its file have a dagger.
+/// Figures used to be copied by hand, and some came from a different version than the code. Now `eval all --page`
+/// writes them, and figures without an entry in its file are marked with a dagger.
 #[test]
 fn figures_of_the_pages_are_those_that_were_driven() {
     let file = repository().join("docs/results.json");
@@ -433,7 +435,7 @@ fn figures_of_the_pages_are_those_that_were_driven() {
     }
 }
 
-/// All suites and studies are on the page of results, with a command.
+/// The page of results names every suite and study, with a command.
 #[test]
 fn every_suite_is_in_the_results() {
     let results = Page::of("docs/results.md");

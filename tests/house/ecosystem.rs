@@ -1,10 +1,10 @@
-//! `docs/ecosystem.md` says what is true: every command of it is run, section by section.
+//! Checks that `docs/ecosystem.md` is true by running all its commands, section by section.
 
 use support::pages::{Page, run};
 
 const PAGE: &str = "docs/ecosystem.md";
 
-/// Which commands need a build with a feature, and whether this build has it.
+/// Commands that need a build with a feature, and whether this build has the feature.
 const FEATURES: [(&str, &str, bool); 6] = [
     ("--rmw zenoh", "zenoh", cfg!(feature = "zenoh")),
     ("bridge ros2", "ros2", cfg!(feature = "ros2")),
@@ -14,7 +14,8 @@ const FEATURES: [(&str, &str, bool); 6] = [
     ("sketchnav man", "manuals", cfg!(feature = "manuals")),
 ];
 
-/// The plain build has no DDS, no Zenoh, no live view and no manual pages.
+/// Returns true if this build has all features that the commands in a section need. The plain build has no DDS, no
+/// Zenoh, no live view and no manual pages.
 fn has_what_it_takes(heading: &str) -> bool {
     let commands = Page::of(PAGE).commands(heading);
     let lacks = |line: &String| {

@@ -1,5 +1,5 @@
-//! The graph of dependencies according to the manifests and `Cargo.lock`. Cargo's own answer needs the sources of every crate
-//! that any feature might use, which a fresh machine has never downloaded.
+//! The graph of dependencies according to the manifests and `Cargo.lock`. Cargo itself could only report it after
+//! downloading the sources of every crate that any feature might use, which a fresh machine does not have.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use support::repository;
 use toml::{Table, Value};
 
-/// The manifest of a crate of the workspace.
+/// The manifest of a crate in the workspace.
 pub struct Manifest {
     /// The crate's folder.
     pub folder: PathBuf,
@@ -25,29 +25,30 @@ fn texts(list: &Value) -> Vec<String> {
 }
 
 impl Manifest {
-    /// The manifest in a folder of the repository.
+    /// Reads the manifest in a folder of the repository.
     pub fn read(folder: &Path) -> Self {
         let folder = repository().join(folder);
         Self { table: parse(&folder.join("Cargo.toml")), folder }
     }
 
-    /// The manifests of all crates of the workspace.
+    /// Reads the manifests of all crates in the workspace.
     pub fn members() -> impl Iterator<Item = Self> {
         let members = texts(&Self::read(Path::new("")).table["workspace"]["members"]);
         members.into_iter().map(|folder| Self::read(Path::new(&folder)))
     }
 
-    /// The folders that `cargo run` and `cargo test` build.
+    /// Returns the folders of the crates that `cargo run` and `cargo test` build by default.
     pub fn default_members(&self) -> Vec<PathBuf> {
         texts(&self.table["workspace"]["default-members"]).into_iter().map(PathBuf::from).collect()
     }
 
-    /// The crate's name.
+    /// Returns the crate's name.
     pub fn name(&self) -> String {
         self.table["package"]["name"].as_str().unwrap().to_owned()
     }
 
-    /// The names of the crates that it depends on, except those for tests, filtered by `keep`.
+    /// Returns the names of the crates that this crate depends on, if `keep` returns true for their entries.
+    /// Dependencies of tests are left out.
     pub fn dependencies(&self, keep: impl Fn(&Value) -> bool) -> BTreeSet<String> {
         let tables =
             ["dependencies", "build-dependencies"].into_iter().filter_map(|name| self.table.get(name));
@@ -55,14 +56,14 @@ impl Manifest {
         all.filter(|(_, value)| keep(value)).map(|(name, _)| name.clone()).collect()
     }
 
-    /// Whether `cargo test` runs the examples of its documentation.
+    /// Returns true if `cargo test` runs the examples in the crate's documentation.
     pub fn tests_its_documentation(&self) -> bool {
         self.table.get("lib").and_then(|lib| lib.get("doctest")).is_none_or(|it| it.as_bool() == Some(true))
     }
 }
 
-/// The names of the crates that each crate depends on. For third-party crates these are all that any feature used somewhere may
-/// bring in.
+/// Returns the names of the crates that each crate depends on. For a third-party crate, they include everything that
+/// any feature used in the workspace may require.
 pub fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let lock = parse(&repository().join("Cargo.lock"));
     let mut all = BTreeMap::<_, BTreeSet<_>>::new();
@@ -75,7 +76,7 @@ pub fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     all
 }
 
-/// The names of all crates on which one depends, directly or indirectly.
+/// Returns the names of all crates that a crate depends on, directly or indirectly.
 pub fn reached<'a>(from: &'a str, all: &'a BTreeMap<String, BTreeSet<String>>) -> BTreeSet<&'a str> {
     let (mut reached, mut open) = (BTreeSet::new(), vec![from]);
     while let Some(name) = open.pop() {

@@ -1,4 +1,5 @@
-//! Checks what the repository says about itself against what it is: rules of the code, pages, generated files.
+//! Checks that the repository is what it says about itself: the rules of the code, the documentation, and generated
+//! files.
 
 mod docs;
 mod ecosystem;

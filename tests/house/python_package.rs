@@ -1,7 +1,8 @@
-//! The Python package `sketchnav`: its layouts are those of the table, and it reads a running system and a recording.
+//! The Python package `sketchnav`: its layouts agree with the table of channels, and it reads a running system and a
+//! recording.
 //!
-//! Needs a Python with pytest and the package's dependencies, named by `SKETCHNAV_PYTHON` or found as `python3`; skipped
-//! otherwise.
+//! These tests need a Python with pytest and the package's dependencies. It is named by `SKETCHNAV_PYTHON` or found as
+//! `python3`. Without it, the tests are skipped.
 
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
@@ -28,7 +29,7 @@ fn pytest(place: &Place, python: &PathBuf, file: &str, variable: &str, value: &s
     assert!(!ended.out.contains("skipped"), "{ended}");
 }
 
-/// As with golden files, `SKETCHNAV_UPDATE_GOLDEN=1` rewrites it.
+/// As with other generated files, `SKETCHNAV_UPDATE_GOLDEN=1` rewrites the file.
 #[test]
 fn the_layouts_of_the_package_are_those_of_the_table() {
     let path = package().join("sketchnav/_layouts.py");
@@ -53,7 +54,7 @@ fn python_reads_a_running_system() {
     place.assert_nothing_left("snake");
 }
 
-/// An observer may die at any moment without taking up the pipeline's places.
+/// An observer may die at any moment without occupying the pipeline's places for readers.
 #[test]
 fn a_reader_in_python_that_is_killed_fifty_times_does_no_harm() {
     let Some(python) = python("numpy, iceoryx2") else { return };
@@ -92,7 +93,8 @@ fn python_reads_a_recording_as_frames() {
     pytest(&place, &python, "test_recordings.py", "SKETCHNAV_RECORDING", recording);
 }
 
-/// Driving on workers elsewhere gives the report of a single machine, whatever happens to a worker.
+/// Trials that are driven by workers on other machines give the same report as a single machine, whatever happens to a
+/// worker.
 #[test]
 fn two_dask_workers_one_of_them_killed_give_the_report_of_one_machine() {
     let Some(python) = python("distributed") else { return };

@@ -1,4 +1,4 @@
-//! House rules that no compiler checks: what may depend on what, and that a list is written down once.
+//! House rules that no compiler checks: which crate may depend on which, and that every list is written down only once.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use support::repository;
 
 use crate::graph::{Manifest, dependencies, reached};
 
-/// The crates in a folder of the repository, except the folder's own.
+/// Returns the crates in a folder of the repository, except for a crate of the folder itself.
 fn crates_in(folder: &str) -> Vec<Manifest> {
     let folder = repository().join(folder);
     let found: Vec<_> =
@@ -18,7 +18,7 @@ fn crates_in(folder: &str) -> Vec<Manifest> {
     found
 }
 
-/// Crates that depend on no process, no network, no recording and no physics.
+/// Returns the crates that must not depend on processes, networks, recordings or physics.
 fn pure() -> Vec<Manifest> {
     let schemas = Manifest::read(Path::new("schemas"));
     [vec![schemas], crates_in("services/libraries"), crates_in("services/navigators")]
@@ -27,7 +27,7 @@ fn pure() -> Vec<Manifest> {
         .collect()
 }
 
-/// What they must not depend on, directly or indirectly.
+/// The crates that a pure crate must not depend on, directly or indirectly.
 const IMPURE: [&str; 7] = ["iceoryx2", "axum", "tokio", "mcap", "rapier2d", "nix", "sketchnav-runtime"];
 
 #[test]
@@ -42,7 +42,8 @@ fn pure_crates_reach_no_process_no_network_no_recording_and_no_physics() {
     assert!(runtime.contains("iceoryx2"), "the test sees what is there");
 }
 
-/// `cargo run` builds all default members. The live view was one, so a fresh clone compiled 45 more crates than it needed.
+/// `cargo run` builds all default members. The live view used to be one of them, so a fresh clone compiled 45 more
+/// crates than it needed.
 #[test]
 fn a_crate_behind_a_feature_of_the_program_is_no_default_member() {
     let program = Manifest::read(Path::new(""));
@@ -58,7 +59,7 @@ fn a_crate_behind_a_feature_of_the_program_is_no_default_member() {
     assert!(both.is_empty(), "{both:?}: take it out of default-members");
 }
 
-/// A library that may be replaced some day then has to be replaced in only one crate.
+/// If a library has to be replaced some day, only one crate needs to change.
 #[test]
 fn each_library_of_the_edge_has_one_crate_that_depends_on_it() {
     let homes = [
@@ -77,7 +78,8 @@ fn each_library_of_the_edge_has_one_crate_that_depends_on_it() {
     }
 }
 
-/// A crate without examples in its documentation says `doctest = false`, because finding none takes rustdoc a second per crate.
+/// A crate without examples in its documentation sets `doctest = false`, because it takes rustdoc a second per crate to
+/// find that there are none.
 #[test]
 fn crates_test_their_documentation_where_it_has_examples() {
     for manifest in Manifest::members().filter(|manifest| manifest.folder.join("src").is_dir()) {
@@ -87,7 +89,7 @@ fn crates_test_their_documentation_where_it_has_examples() {
     }
 }
 
-/// Whether a source has a block of Rust in a doc comment.
+/// Returns true if a source file has a block of Rust code in a doc comment.
 fn has_example(source: &str) -> bool {
     let comments = source
         .lines()
@@ -98,7 +100,8 @@ fn has_example(source: &str) -> bool {
         .any(|(open, _)| matches!(open, "" | "rust" | "no_run"))
 }
 
-/// Programs that a machine may lack are requested through `needs`, which lists all of them. The project itself calls none.
+/// Programs that a machine may lack are requested through `needs`, which lists all of them. The project itself calls no
+/// other programs.
 #[test]
 fn no_program_is_called_but_by_its_name_in_the_list() {
     let mut found = Vec::new();
@@ -118,7 +121,7 @@ fn no_program_is_called_but_by_its_name_in_the_list() {
     assert!(found.is_empty(), "call it by needs::program:\n{}", found.join("\n"));
 }
 
-/// A navigator can be understood, changed and removed without looking at the others.
+/// A navigator can be understood, changed and removed without looking at the other ones.
 #[test]
 fn no_navigator_imports_another() {
     let all = dependencies();
@@ -130,8 +133,8 @@ fn no_navigator_imports_another() {
     }
 }
 
-/// Files of the command line that serve one kind of navigator: to draw a mission by hand, to import a log with its map, to print
-/// the states of a route, to print what a map-maker derives; and the documentation of the library.
+/// Files of the command line that serve a single kind of navigator. They draw a mission by hand, import a log with its
+/// map, print the states of a route, or print what a map-maker derives. `lib.rs` contains the library's documentation.
 const MADE_FOR_ONE_KIND: [&str; 6] = [
     "services/cli/src/directions.rs",
     "services/cli/src/landmarks.rs",
@@ -141,7 +144,8 @@ const MADE_FOR_ONE_KIND: [&str; 6] = [
     "services/cli/src/recordings/import.rs",
 ];
 
-/// What pages, viewers and reports show of a navigator comes from the navigator itself, so removing one touches none of these.
+/// Everything that pages, viewers and reports show about a navigator comes from the navigator itself. Removing a
+/// navigator therefore changes none of these.
 #[test]
 fn no_process_and_no_host_names_a_kind_of_navigator() {
     const FOLDERS: [&str; 10] = [
@@ -164,7 +168,7 @@ fn no_process_and_no_host_names_a_kind_of_navigator() {
         // Tests may use a kind as an example.
         let code = text.split("#[cfg(test)]").next().filter(|_| !path.ends_with("tests.rs"));
         let lines = code.unwrap_or_default().lines().filter(|line| {
-            // A frame and a kind of drawing have the same name as the kind.
+            // A frame and a kind of drawing have the same name as the kind of navigator.
             !line.trim_start().starts_with("//")
                 && !line.contains("in \"sketch\"")
                 && !line.contains("Sketch = 1")
@@ -183,7 +187,7 @@ fn no_process_and_no_host_names_a_kind_of_navigator() {
     assert!(idle.is_empty(), "they name none any longer: {idle:?}");
 }
 
-/// The words that name a kind: its name, its crate, its channels.
+/// Returns the words that name a kind of navigator: its name, its crate and its channels.
 fn words_of_kinds() -> BTreeSet<String> {
     let of_kinds = sketchnav_navigators::all().flat_map(|navigator| navigator.channels);
     let mut words: BTreeSet<_> = of_kinds.map(|spec| spec.name.to_uppercase()).collect();
@@ -194,12 +198,12 @@ fn words_of_kinds() -> BTreeSet<String> {
     words
 }
 
-/// A path relative to the repository.
+/// Returns a path relative to the repository.
 fn place_of(path: &Path) -> String {
     path.strip_prefix(repository()).unwrap().display().to_string()
 }
 
-/// In each pure crate, clippy forbids clocks, threads, opening files and unordered maps.
+/// In each pure crate, clippy forbids clocks, threads, opening files, and maps without an order.
 #[test]
 fn pure_crates_have_clippy_guard_them() {
     for pure in pure() {
@@ -209,7 +213,8 @@ fn pure_crates_have_clippy_guard_them() {
     }
 }
 
-/// Setting the machine's clock must not affect a mission. Half-made files in shared memory were once recognized by their times.
+/// Setting the machine's clock must not affect a mission. Half-made files in shared memory were once recognized by their
+/// modification times.
 #[test]
 fn no_process_reads_the_wall_clock() {
     let words = ["SystemTime", "UNIX_EPOCH", ".modified()", "CLOCK_REALTIME"];
@@ -229,7 +234,7 @@ fn no_process_reads_the_wall_clock() {
     assert!(found.is_empty(), "{found:?}");
 }
 
-/// People and programs see the table itself.
+/// People and programs see the table of channels itself.
 #[test]
 fn the_command_line_shows_the_pipeline_as_it_is() {
     let place = support::Place::new();
@@ -248,11 +253,12 @@ fn the_command_line_shows_the_pipeline_as_it_is() {
     );
 }
 
-/// Lists of channels that are not the pipeline: what the judge reads from a recording.
+/// Files with a list of channels other than the pipeline. This one lists the channels that the judge reads from a
+/// recording.
 const OWN_LISTS: [&str; 1] = ["services/lab/src/judge/log.rs"];
 
-/// A second copy of a list of processes or channels becomes wrong when one is added. In the first edition the graph was written
-/// down in some twelve places.
+/// A second copy of a list of processes or channels becomes wrong when an entry is added. In the first edition, the
+/// graph was written down in about twelve places.
 #[test]
 fn the_pipeline_is_written_down_once() {
     let processes: Vec<_> = Process::ALL.iter().map(|process| format!("Process::{process:?}")).collect();
@@ -295,12 +301,12 @@ fn a_list_that_stands_twice_is_seen() {
     assert_eq!(lists(code).filter(|list| list.contains("\"recorder\"")).count(), 1);
 }
 
-/// What is between innermost brackets.
+/// Returns the contents of the innermost brackets.
 fn lists(code: &str) -> impl Iterator<Item = &str> {
     code.split('[').skip(1).filter_map(|after| after.split(']').next())
 }
 
-/// The files below a folder whose names end with `end`, except built and hidden ones.
+/// Returns the files below a folder whose names end with `end`, except for build outputs and hidden files.
 fn sources(folder: &Path, end: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {

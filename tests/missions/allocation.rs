@@ -1,4 +1,4 @@
-//! A running service allocates nothing in a step: the processes count allocations and report them in `health`.
+//! A running service allocates nothing in a step. The processes count their allocations and report them in `health`.
 
 use std::fs;
 use std::path::Path;
@@ -10,27 +10,28 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Health;
 use support::{Place, repository};
 
-/// By then all processes have joined: iceoryx2 allocates while it connects a reader, once each.
+/// Number of steps after which all processes have joined. iceoryx2 allocates once each time it connects a reader.
 const RUNNING_AFTER_STEPS: u64 = 300;
-/// rapier allocates and frees within its step, at most 8 times per physics step. Ten of these make a step of the world
-/// (`sim/tests/allocations.rs`).
+/// Maximum number of allocations in a step of the world. rapier allocates and frees within its own step, at most 8
+/// times per physics step, and ten physics steps make a step of the world (`sim/tests/allocations.rs`).
 const MOST_A_STEP_OF_THE_WORLD: u64 = 80;
 
-/// What `process` reported about itself while it ran, in order.
+/// Returns the reports that `process` sent while it was running, in order.
 fn reports(report: &Value, process: Process) -> Vec<Health> {
     let recording = Recording::open(Path::new(report["recording"].as_str().unwrap())).unwrap();
     let said = recording.channel(HEALTH).unwrap().map(|message| message.unwrap().0);
     said.filter(|health| health.process == process.code() && health.steps >= RUNNING_AFTER_STEPS).collect()
 }
 
-/// Steps and allocations between the first and the last report.
+/// Returns the numbers of steps and allocations between the first and the last report.
 fn between(report: &Value, process: Process) -> (u64, u64) {
     let reports = reports(report, process);
     let (first, last) = (reports.first().unwrap(), reports.last().unwrap());
     (last.steps - first.steps, last.step_allocations - first.step_allocations)
 }
 
-/// Health is sent once a second by the clock, so the missions in this file run by the clock, too.
+/// Asserts that the localizer and the planner allocate nothing. Health is sent once a second by the clock, so the
+/// missions in this file run in real time.
 fn navigators_allocate_nothing(report: &Value) {
     for process in [Process::Localizer, Process::Planner] {
         let (steps, allocations) = between(report, process);
@@ -39,7 +40,8 @@ fn navigators_allocate_nothing(report: &Value) {
     }
 }
 
-/// Judging the floor by the map allocates about once a second; only the method `outline` does so.
+/// This mission uses the method `beam`, because `outline` allocates about once a second when it judges the floor by the
+/// map.
 #[test]
 fn a_running_navigator_allocates_nothing_and_the_world_no_more_than_rapier_does() {
     let place = Place::with_missions("building", "building-a.toml");

@@ -1,10 +1,10 @@
-//! The navigator `corridor` as processes: what is guaranteed for every navigator holds for it.
+//! The navigator `corridor` with separate processes keeps the guarantees that are given for every navigator.
 
 use serde_json::Value;
 use support::Place;
 use support::page::{Page, free_port, wait_for};
 
-/// A place with the corridor missions that ship, shortened to their first task.
+/// Creates a place with the corridor missions that ship with the program, shortened to their first task.
 fn place(mission: &str) -> Place {
     let place = Place::with_missions("corridor", mission);
     let path = place.files().join("mission.toml");
@@ -30,7 +30,7 @@ fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
     place.page_says(recording, &words);
 }
 
-/// A page was once refused, because what it showed came from a drawing.
+/// A page was once refused for this navigator, because everything that a page could show came from a drawing.
 #[test]
 fn a_page_shows_the_markers_around_the_robot() {
     let (place, port) = (place("corridor-qtc.toml"), free_port());
@@ -97,7 +97,7 @@ fn what_a_mission_or_a_rule_file_lacks_is_said_before_anything_starts() {
         assert_eq!(ended.code, Some(2), "{words}: {ended}");
         assert!(ended.err.contains(words), "{words}: {ended}");
     }
-    // The floor is checked, too: the robot drove towards a marker that did not exist until the time ran out.
+    // The floor is checked, too. The robot once drove towards a marker that did not exist until its time ran out.
     let floor = text.split('"').find(|word| word.ends_with(".floor.toml")).unwrap();
     let plan = std::fs::read_to_string(place.files().join(floor)).unwrap();
     std::fs::write(place.files().join("bare.floor.toml"), plan.split("[[marker]]").next().unwrap()).unwrap();
@@ -116,7 +116,7 @@ fn what_a_mission_or_a_rule_file_lacks_is_said_before_anything_starts() {
         let ended = place.run("run mission.toml");
         assert!(ended.code == Some(2) && ended.err.contains(words), "{words}: {ended}");
     }
-    // It drives with a complete rule file of the user's own.
+    // The robot drives with a complete rule file of the user's own.
     std::fs::write(&path, with_file).unwrap();
     std::fs::write(place.files().join("mine.rules.toml"), rules).unwrap();
     place.fine("run mission.toml --json");

@@ -1,5 +1,5 @@
-//! The same mission and seed in lockstep give the same messages, byte for byte, in two runs, and in a rehearsal that calls the
-//! same cores in one process, without shared memory.
+//! In lockstep, the same mission and seed produce the same messages, byte for byte, in two runs, and in a rehearsal
+//! that calls the same cores in one process without shared memory.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -31,7 +31,7 @@ fn two_runs_of_a_seed_are_identical() {
     assert_eq!(ended.json()["identical"], true, "{ended}");
 }
 
-/// However the processes are scheduled, here with two systems competing for the same cores.
+/// The result does not depend on how the processes are scheduled. Here, two systems compete for the same cores.
 #[test]
 fn two_runs_at_the_same_time_are_identical() {
     let place = Place::new();
@@ -44,7 +44,7 @@ fn two_runs_at_the_same_time_are_identical() {
     assert!(ended.out.starts_with("identical"), "{ended}");
 }
 
-/// The difference is named so that it can be looked up: channel, number, field, both values.
+/// The output names the difference so that it can be looked up: the channel, the number, the field and both values.
 #[test]
 fn another_seed_is_different_and_diff_says_where() {
     let place = Place::new();
@@ -59,7 +59,7 @@ fn another_seed_is_different_and_diff_says_where() {
     let found = ended.json();
     let difference = &found["difference"];
     assert_eq!(found["identical"], false, "{ended}");
-    // The votes for the walls' direction are the first thing that depends on the seed.
+    // The votes for the direction of the walls are the first thing that depends on the seed.
     assert_eq!((&difference["channel"], &difference["seq"]), (&"sketch".into(), &1.into()), "{ended}");
     let field = &difference["what"]["field"];
     assert_eq!(field["field"], "wall_direction_rad", "{ended}");
@@ -68,7 +68,7 @@ fn another_seed_is_different_and_diff_says_where() {
     assert!(text.out.starts_with("different: sketch message 1 at 0.000 s: wall_direction_rad"), "{text}");
 }
 
-/// Writes what the rehearsal sends, as the recorder would.
+/// Writes the messages of a rehearsal as the recorder would.
 struct Recorder(Writer<BufWriter<File>>);
 
 impl Tap for Recorder {

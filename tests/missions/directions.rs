@@ -1,4 +1,5 @@
-//! The navigator `directions` as processes, over a plane of dots: what is guaranteed for every navigator holds for it.
+//! The navigator `directions` with separate processes, over a plane of dots, keeps the guarantees that are given for
+//! every navigator.
 
 use std::fs;
 
@@ -29,7 +30,7 @@ fn from_a_picture_of_the_plane_the_navigator_arrives() {
     place.page_says(recording, &words);
 }
 
-/// The same navigator on land: a field of poles, a laser, and a custom map.
+/// The same navigator on land, with a field of poles, a laser and a custom map.
 #[test]
 fn from_a_floor_plan_the_robot_arrives_among_poles() {
     let place = place("poles.toml");
@@ -54,9 +55,9 @@ fn kills_leave_the_same_bytes() {
     }
 }
 
-/// A mission by a written map over a few dots: how it ends, according to the judge.
+/// Drives a mission by a written map over a few dots. Returns the exit code and the judge's verdict on the journey.
 ///
-/// Dots, in windows of 0.1 m:
+/// The dots, in windows of 0.1 m:
 /// ```text
 ///            C (0.16, 0.16)
 ///   A (0.1, 0.1)     B (0.17, 0.11)        D (0.6, 0.6)
@@ -80,7 +81,8 @@ fn ended(map: &str, landmarks: &str, dots: &str) -> (Option<i32>, Value) {
              [[task]]\nname = 'there'\nlandmarks = [{landmarks}]\n"
         ),
     );
-    // A run of a few milliseconds, which once ended before the recorder had what is sent only once, at the start.
+    // This run takes only a few milliseconds. It once ended before the recorder had received the messages that are sent
+    // only once, at the start.
     let ended = place.run("run mission.toml --out out --json");
     let recording = ended.json()["recording"].as_str().unwrap().to_owned();
     (ended.code, place.run(&format!("judge {recording} --json")).json()[0]["journeys"][0].clone())
@@ -93,13 +95,15 @@ const C: &str = "[0.16, 0.16]";
 #[test]
 fn the_six_kinds_of_success_and_failure_are_told_apart() {
     let all = format!("{A}, {B}, {C}, [0.6, 0.6]");
-    // How it ended, and the navigator's own verdict as the exit code: it is not aware of going astray.
+    // The verdict is followed by the exit code, which depends on what the navigator itself believes. It does not notice
+    // when it goes astray.
     for (map, landmarks, kind, says) in [
-        // A in the corner: B and C are in view, with equal rank; the one farther away is meant.
+        // A is in the corner. B and C are in view with equal rank, and the one farther away is meant.
         ("(*, SW)\n(Isol, -)\n", format!("{A}, {C}"), "direct", 0),
-        // C is wrong: two of its quadrants are occupied. With C in the north-east, only A is in view, and it has one.
+        // C is rejected, because two of its quadrants are occupied. With C in the north-east, only A is in view, and it
+        // has one.
         ("(*, SW)\n(Isol, (2, NE, Isol), (1, -), -)\n", format!("{A}, {A}"), "recovered", 0),
-        // By C instead of B, and yet to B.
+        // The robot goes by way of C instead of B, but still arrives at B.
         ("(*, SW)\n(Isol, NW)\n(Isol, -)\n", format!("{A}, {B}, {B}"), "unaware", 0),
         ("(*, SE)\n(Isol, -)\n", format!("{A}, {C}"), "cannot locate", 1),
         ("(*, SW)\n(Isol, (4, -), -)\n", format!("{A}, {C}"), "lost", 1),
@@ -107,7 +111,7 @@ fn the_six_kinds_of_success_and_failure_are_told_apart() {
     ] {
         let (code, journey) = ended(map, &landmarks, &all);
         assert_eq!(journey["kind"], kind, "{map}{journey}");
-        // Without a place in the mission, its own report counts.
+        // The mission has no place for the goal, so the navigator's own report counts.
         assert_eq!(code, Some(says), "{map}{journey}");
     }
 }

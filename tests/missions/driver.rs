@@ -1,4 +1,4 @@
-//! A robot's driver in place of the simulated world: `examples/driver.rs` brings a robot to the next room.
+//! A robot's driver takes the place of the simulated world: `examples/driver.rs` brings a robot to the next room.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use sketchnav_schemas::channels::{ODOMETRY, SCAN, TICK};
 use sketchnav_schemas::message::{Message, Tick};
 use support::{BESIDE_A_DRIVER, Place, Running, room};
 
-/// A mission in the room, which waits for its driver.
+/// Starts a mission in the room that waits for its driver.
 fn start(place: &Place) -> Running {
     room::write(place.files());
     let mut running = place.start("run room.toml --system driver --speed 1 --without world --json");
@@ -28,8 +28,8 @@ fn the_example_of_a_driver_drives_a_mission() {
     place.assert_nothing_left("driver");
 }
 
-/// The laser was once the clock for everything, and each scan had exactly one odometry reading. With more readings, the history
-/// of the odometry was too short for a late reader, and its messages counted as lost.
+/// The laser used to be the clock for everything, with exactly one odometry reading per scan. With more readings, the
+/// history of the odometry was too short for a late reader, and its messages counted as lost.
 #[test]
 fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
     let place = Place::new();
@@ -50,13 +50,13 @@ fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
     );
 }
 
-/// How many scans the first driver has sent before it is killed.
+/// The number of scans that the first driver sends before it is killed.
 const BEFORE: usize = 60;
 const PERIOD_NS: u64 = 100_000_000;
 
-/// The driver dies on the way and is started again. Its numbers used to start over, so its writers took its messages for those
-/// already sent before. They were dropped for as long as the first driver had run, and nothing was reported. Its clock and
-/// odometry also began at 0 again, which readers see as a jump.
+/// The driver dies during the mission and is started again. Its numbers used to start over, so readers took its
+/// messages for ones that they had already received. They dropped the messages for as long as the first driver had run,
+/// and nothing was reported. The clock and the odometry also restarted at 0, which readers see as a jump.
 #[test]
 fn a_driver_that_is_started_again_goes_on() {
     let place = Place::new();
@@ -84,7 +84,8 @@ fn a_driver_that_is_started_again_goes_on() {
     place.assert_nothing_left("driver");
 }
 
-/// A driver that is not heard for as long as the previous one ran leaves a gap of that length.
+/// Asserts that the messages continue without a gap. If the second driver were ignored for as long as the first one
+/// ran, there would be a gap of that length.
 fn goes_on<T: Message>(messages: &[T]) {
     for (seq, message) in (1..).zip(messages) {
         assert_eq!((message.header().seq, message.header().source_seq), (seq, seq));

@@ -1,4 +1,4 @@
-//! Experiments: their figures are based on what the processes do.
+//! The figures of experiments are based on what the processes really do.
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -21,7 +21,7 @@ fn trials_by_the_processes_give_the_same_messages() {
     assert_eq!((&found["checked"], &found["identical"]), (&2.into(), &2.into()), "{found:#}");
 }
 
-/// Having nothing to check was once an error, after everything had been driven, and no figure was printed.
+/// With nothing to check, `eval` once failed after everything had been driven, and printed no figures.
 #[test]
 fn a_check_of_no_trial_is_none() {
     let place = Place::new();
@@ -30,8 +30,8 @@ fn a_check_of_no_trial_is_none() {
     assert_eq!(ended.json()["processes"]["checked"], 0, "{ended}");
 }
 
-/// If the folder of `--output` was removed while trials were driven for hours, all results were lost. They are now printed
-/// anyway. A folder that is missing from the beginning is reported before anything is driven.
+/// If the folder of `--output` was removed while trials were driven for hours, all results used to be lost. They are
+/// now printed anyway. A folder that is missing from the start is reported before anything is driven.
 #[test]
 fn results_are_printed_also_where_no_report_can_be_written() {
     let place = Place::new();
@@ -47,8 +47,8 @@ fn results_are_printed_also_where_no_report_can_be_written() {
     assert!(ended.err.contains("--output: expected a file in an existing folder"), "{ended}");
 }
 
-/// The folders of missions and data were those of the machine that compiled the program, and a suite that found no data there
-/// drove nothing and succeeded.
+/// The folders of missions and data used to be those of the machine that compiled the program. A suite that found no
+/// data there drove nothing and succeeded.
 #[test]
 fn who_lacks_missions_or_data_or_trials_is_told_what_to_do() {
     let place = Place::new();
@@ -68,7 +68,7 @@ fn who_lacks_missions_or_data_or_trials_is_told_what_to_do() {
     assert!(ended.err.contains("no trial"), "{ended}");
 }
 
-/// One in eight numbers of a run once reached the processes with a different last bit, because the JSON parser rounded them
+/// One in eight numbers of a run once reached the processes with a different last bit, because the JSON parser rounded
 /// inexactly.
 #[test]
 fn the_numbers_of_a_run_lose_no_bit_on_their_way_to_the_processes() {
@@ -80,10 +80,11 @@ fn the_numbers_of_a_run_lose_no_bit_on_their_way_to_the_processes() {
     }
 }
 
-/// Some drives that take no time.
+/// A few drives that take hardly any time.
 const FEW: &str = "laboratory --drawings a --trials 3 --seed 3";
 
-/// Drives the jobs of [`FEW`] one by one, each as another machine would, into `parts`; returns how many there are.
+/// Drives the jobs of [`FEW`] one by one into the folder `parts`, each as a separate machine would. Returns the number
+/// of jobs.
 fn in_parts(place: &Place) -> usize {
     std::fs::create_dir(place.files().join("parts")).unwrap();
     let listed = eval(place, &format!("{FEW} --list-jobs --json")).json();
@@ -95,7 +96,7 @@ fn in_parts(place: &Place) -> usize {
     jobs
 }
 
-/// Without what is measured by the clock.
+/// Returns the report without figures that were measured by the clock.
 fn timeless(told: &Ended) -> serde_json::Value {
     let mut told = told.json();
     told["wall_seconds"] = 0.into();
@@ -108,7 +109,7 @@ fn an_experiment_in_parts_has_the_report_of_one_machine_byte_for_byte() {
     let place = Place::new();
     let jobs = in_parts(&place);
     assert_eq!(jobs, 3);
-    // A worker that was taken for dead delivers after all; a range is a part, too.
+    // A worker that was believed dead delivers after all. Its part contains a range of jobs.
     let ended = eval(&place, &format!("{FEW} --job 2-3 -o parts/again.json"));
     assert_eq!(ended.code, Some(0), "{ended}");
     let local = eval(&place, &format!("{FEW} -o page.html --verbose"));

@@ -1,4 +1,4 @@
-//! The navigator `landmarks` as processes: what is guaranteed for every navigator holds for it.
+//! The navigator `landmarks` with separate processes keeps the guarantees that are given for every navigator.
 
 use serde_json::Value;
 use sketchnav_landmarks::messages::LANDMARK_VIEW;
@@ -6,11 +6,11 @@ use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels::MISSION;
 use support::Place;
 
-/// The time between two heartbeats.
+/// The time between two ticks, in nanoseconds.
 const TICK_NS: u64 = 100_000_000;
 
 const SKETCH: &str = "sketches/a-04.json";
-/// A sketch that is driven by landmark states.
+/// A sketch that the robot follows by landmark states.
 const BY_STATES: &str = "sketches/a-08.json";
 
 fn place(mission: &str) -> Place {
@@ -56,7 +56,8 @@ fn kills_leave_the_same_bytes_by_every_method() {
     }
 }
 
-/// A route in words is the same as the sketch from which it was made: the robot drives to the same place, by the same commands.
+/// A route in words is equivalent to the sketch from which it was made. The robot drives to the same place with the
+/// same commands.
 #[test]
 fn a_sketch_and_its_words_drive_to_the_same_place() {
     let place = place("scene-a-states.toml");
@@ -83,7 +84,8 @@ fn a_sketch_and_its_words_drive_to_the_same_place() {
     assert_eq!(commands(&recording), commands(&again));
 }
 
-/// A person says where in the sketch the robot is: halfway back. The robot believes it from the next view on.
+/// A person says where in the sketch the robot is, which is half of the way back. From the next view on, the robot
+/// believes it.
 #[test]
 fn a_robot_by_belief_is_told_where_it_is() {
     let place = place("scene-a.toml");
@@ -112,7 +114,7 @@ fn a_robot_by_belief_is_told_where_it_is() {
     assert_eq!((here.at.x, here.at.y), (28.0, 42.0));
     let mut views = open.channel(LANDMARK_VIEW).unwrap().map(|view| view.unwrap().0);
     let next = views.find(|view| view.header.stamp_ns > order.header.stamp_ns + TICK_NS).unwrap().in_sketch();
-    // 160 pixels are 20.32 m.
+    // The sketch is 160 pixels wide, which correspond to 20.32 m.
     let off_m = (next.x - 28.0 * 0.127).hypot(next.y - 42.0 * 0.127);
     assert!(off_m < 1.0 && (next.yaw_rad - 0.17).abs() < 0.6, "{next:?}");
     drop(views);
@@ -191,7 +193,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
         mission.replace("kind = \"landmarks\"", "kind = \"landmarks\"\nmethod = \"chronis-2007\"");
     let by_words = by_states.replace(&format!("drawing = \"{SKETCH}\""), "route_file = \"mine.txt\"");
     let words = "When the desk is ahaed, then turn left.\n";
-    // A route that turns, and one object.
+    // A route with a turn, and a single object.
     let around = |object: [[u32; 2]; 4]| {
         format!(
             "{{ \"canvas\": [160, 160], \"strokes\": [], \"obstacles\": [{{ \"polygon\": {object:?}, \"label\": \"bin\" }}], \"route\": [[20, 140], [80, 140], [80, 20]] }}"

@@ -1,5 +1,5 @@
-//! The method `outline` as processes: what is guaranteed for every navigator holds for it, too, although the planner keeps a
-//! map and an alignment that spreads over many steps.
+//! The method `outline` with separate processes keeps the guarantees that are given for every navigator, although its
+//! planner maintains a map and an alignment that takes many steps.
 
 use serde_json::{Value, json};
 use sketchnav_recordings::Recording;
@@ -25,7 +25,7 @@ fn kills_leave_the_same_bytes() {
     place().is_identical_after("arms.toml", 10, "localizer,planner");
 }
 
-/// Drawn routes are driven as always, by the filter.
+/// Drawn routes are driven with the particle filter, as by the other methods.
 #[test]
 fn a_drawn_route_is_followed() {
     let place = place();
@@ -37,7 +37,8 @@ fn places(feed: &Value) -> Vec<Value> {
     feed["question"]["places"].as_array().cloned().unwrap_or_default()
 }
 
-/// Over the page's own protocol: the robot asks, its planner is killed meanwhile, and the answer makes it drive on.
+/// Over the page's own protocol, the robot asks, its planner is killed in the meantime, and the robot drives on after
+/// the answer.
 #[test]
 fn a_robot_that_asks_is_driven_on_by_the_answer() {
     let (place, port, name) = (doubtful(), free_port(), "asks");
@@ -93,7 +94,7 @@ fn agrees_with_what_was_tapped(recording: &str) {
     assert_eq!(kinds, [which, nothing, which, nothing]);
     let tapped = [questions[0].places()[1], questions[2].places()[0]];
     for (order, place) in orders.zip(tapped) {
-        // The page has tenths of a pixel.
+        // The page rounds to tenths of a pixel.
         assert!((order.at.x - place.x_px).hypot(order.at.y - place.y_px) < 0.2, "{order:?}, {place:?}");
     }
     let last = recording.channel(STATUS).unwrap().map(|status| status.unwrap().0);
@@ -101,7 +102,7 @@ fn agrees_with_what_was_tapped(recording: &str) {
     assert!(reached.reason.as_str().ends_with("a person agrees"), "{reached:?}");
 }
 
-/// By command, without the page, too.
+/// The answer can also be given by command, without the page.
 #[test]
 fn a_robot_that_asks_hears_who_answers_by_hand() {
     let (place, port, name) = (doubtful(), free_port(), "told");
@@ -110,7 +111,7 @@ fn a_robot_that_asks_hears_who_answers_by_hand() {
     wait_for(&mut running, port);
     let mut page = Page::open(port, None);
     let asked = page.until("a question", |feed| places(feed).len() > 1);
-    // By command a place is in pixels of the drawing's file, on this page in those of the sketch made from it.
+    // The command takes pixels of the drawing's file, but this page uses pixels of the sketch that was made from it.
     let scale = 640.0 / page.hello["canvas"][0].as_f64().unwrap();
     let at = places(&asked)[0]["at"].as_array().unwrap().clone();
     let at: Vec<_> = at.iter().map(|at| (at.as_f64().unwrap() * scale).to_string()).collect();
@@ -125,7 +126,7 @@ fn a_robot_that_asks_hears_who_answers_by_hand() {
     );
 }
 
-/// In lockstep no answer comes in time. The planner is killed as it asks, and again while it waits.
+/// In lockstep no answer arrives in time. The planner is killed as it asks, and again while it waits.
 #[test]
 fn kills_of_a_robot_that_asks_leave_the_same_bytes() {
     let place = doubtful();

@@ -1,4 +1,4 @@
-//! Whole missions through the real binary: the demo, those that ship, and those on real maps and drawings.
+//! Whole missions with the real program: the demo, the missions that ship, and missions on real maps and drawings.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use support::{Place, repository, room};
 const DEMO_TASKS: [&str; 9] =
     ["0 → 1", "1 → 2", "2 → 3", "3 → 9", "9 → 4", "4 → 5", "5 → 8", "8 → 6", "6 → 7"];
 
-/// What a user sees first: nine tasks, all reached, nothing lost, two pictures, a recording.
+/// Checks what a user sees first: nine tasks, all of them reached, nothing lost, two pictures and a recording.
 fn the_demo_reaches_every_task(seed: u64) {
     let place = Place::new();
     let (report, code) = place.mission(&format!("demo --seed {seed} --out results"), "demo");
@@ -97,7 +97,7 @@ fn the_report_has_the_keys_that_the_documentation_promises() {
     }
 }
 
-/// Without `--json`, a person reads a table, and where the recording and the pictures are.
+/// Without `--json`, the user sees a table, and where to find the recording and the pictures.
 #[test]
 fn a_person_gets_a_table() {
     let place = Place::new();
@@ -109,7 +109,7 @@ fn a_person_gets_a_table() {
     }
 }
 
-/// A second run does not overwrite what the first one left.
+/// A second run does not overwrite the results of the first.
 #[test]
 fn every_run_has_a_folder_of_its_own() {
     let place = Place::new();
@@ -124,7 +124,7 @@ fn ships(file: &str) -> PathBuf {
     repository().join("sim/missions").join(file)
 }
 
-/// Runs a mission file; all tasks must be reached and nothing lost.
+/// Runs a mission file. All tasks must be reached and nothing lost.
 fn succeeds(path: &Path) {
     let place = Place::new();
     let (report, code) = place.mission(&format!("run {} --out results", path.display()), "mission");
@@ -133,7 +133,7 @@ fn succeeds(path: &Path) {
     place.assert_nothing_left("mission");
 }
 
-/// As [`succeeds`], for a mission that names files of the data, wherever these are.
+/// Like [`succeeds`], but for a mission that refers to files of the external data, wherever they are.
 fn succeeds_with_data(mission: &str) {
     let (mission, data) = (repository().join(mission), needs::data().canonicalize().unwrap());
     let drawing = mission.with_file_name("sketch.svg");
@@ -170,8 +170,8 @@ fn a_map_that_a_robot_made_is_a_world() {
     }
 }
 
-/// It is not promised that a robot with another drive and another laser reaches the same places, but that it gets to the end of
-/// the mission.
+/// There is no promise that a robot with a different drive and laser reaches the same places, but it must get to the
+/// end of the mission.
 #[test]
 fn another_robot_drives_the_laboratory_to_its_end() {
     let place = Place::new();
@@ -185,7 +185,7 @@ fn another_robot_drives_the_laboratory_to_its_end() {
     place.assert_nothing_left("turtle");
 }
 
-/// A mission that ships broken would otherwise be found by its first user.
+/// Otherwise, the first user of a mission that ships broken would be the one to find out.
 #[test]
 fn every_mission_that_ships_can_be_opened() {
     let mut count = 0;

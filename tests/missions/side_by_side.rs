@@ -1,10 +1,10 @@
-//! Several systems on one machine, and the tools that look at one of them.
+//! Several systems run on one machine, and tools inspect one of them.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
 use support::{Place, Running, room};
 
-/// A mission in real time, which lasts until the test ends it.
+/// Starts a mission in real time, which lasts until the test ends it.
 fn drive(place: &Place, name: &str) -> Running {
     let mut running = place.start(&format!("demo --speed 5 --json --out {name} --system {name}"));
     place.wait_until_driving(&mut running, name);
@@ -18,7 +18,8 @@ fn stop(place: &Place, running: Running, name: &str) {
     place.assert_no_system_left(name);
 }
 
-/// Two robots in two buildings: each system has its own processes and messages, and when one ends, the other drives on.
+/// Two robots drive in two buildings. Each system has its own processes and messages, and when one ends, the other
+/// drives on.
 #[test]
 fn two_systems_do_not_see_each_other() {
     let place = Place::new();
@@ -41,7 +42,7 @@ fn two_systems_do_not_see_each_other() {
     place.assert_nothing_left("one");
 }
 
-/// In lockstep a message from elsewhere would be seen in the recording, or as a lost one.
+/// In lockstep, a message from another system would show up in the recording, or as a lost message.
 #[test]
 fn two_systems_at_full_speed_lose_nothing() {
     let place = Place::new();
@@ -80,7 +81,8 @@ fn a_name_that_no_system_can_have_is_refused() {
     place.assert_nothing_left("My_Lab");
 }
 
-/// `echo` prints what comes, one JSON object per line, numbered without a gap, and stops at the count.
+/// `echo` prints messages as they arrive, as one JSON object per line, numbered without a gap, and stops after
+/// `--count`.
 #[test]
 fn echo_prints_messages_as_they_come() {
     let place = Place::new();
@@ -92,13 +94,13 @@ fn echo_prints_messages_as_they_come() {
     let seqs: Vec<_> = messages.iter().map(|message| message["seq"].as_u64().unwrap()).collect();
     assert_eq!(seqs, [seqs[0], seqs[0] + 1, seqs[0] + 2]);
     assert!(messages.iter().all(|message| message["message"]["task_count"] == 9), "{heard}");
-    // The drawing was sent once, long ago; its channel keeps it for late readers.
+    // The drawing was sent once, long ago, but its channel keeps it for late readers.
     let sketch = place.run("echo sketch --count 1");
     assert_eq!(sketch.code, Some(0), "{}", sketch.err);
     stop(&place, running, "lab");
 }
 
-/// The laser of the demo's robot turns ten times a second, whatever the mission's speed.
+/// The laser of the demo's robot scans ten times per simulated second, whatever the mission's speed.
 #[test]
 fn hz_measures_a_channel_s_rate() {
     let place = Place::new();
@@ -111,9 +113,9 @@ fn hz_measures_a_channel_s_rate() {
     stop(&place, running, "lab");
 }
 
-/// `hz` measures what comes while it listens. The channel's history, which is handed over all at once, once made a rate of a
-/// million per second. The drawing is all history and does not come again. When the system ends, `hz` prints its result; it was
-/// once killed along with the system's own processes.
+/// `hz` measures the messages that arrive while it listens. It once included the channel's history, which is handed
+/// over all at once, and reported a rate of a million per second. The drawing is only in the history and is not sent
+/// again. `hz` prints its result when the system ends, but was once killed along with the system's own processes.
 #[test]
 fn hz_does_not_count_the_history() {
     let place = Place::new();
@@ -137,7 +139,7 @@ fn an_observer_that_must_choose_is_told_between_what() {
     stop(&place, two, "two");
 }
 
-/// A developer runs the localizer under a debugger: the system waits for it, then drives as usual.
+/// A developer runs the localizer under a debugger. The system waits for it and then drives as usual.
 #[test]
 fn a_process_may_be_run_by_hand() {
     let place = Place::new();
@@ -153,7 +155,7 @@ fn a_process_may_be_run_by_hand() {
     place.assert_nothing_left("lab");
 }
 
-/// Two localizers would both answer, so the second is refused, and the mission is not affected.
+/// Two localizers would both answer, so the second one is rejected, and the mission is not affected.
 #[test]
 fn a_process_cannot_run_twice() {
     let place = Place::new();

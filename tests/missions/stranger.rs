@@ -1,4 +1,4 @@
-//! A stranger's navigator: one file, registered, and everything in the project works for it.
+//! A third-party navigator is a single file. Once it is registered, everything in the project works with it.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
@@ -28,7 +28,7 @@ name = "and on"
 seconds = 40
 "#;
 
-/// A place in which `sketchnav` is the stranger's program.
+/// Creates a place in which `sketchnav` is the program with that navigator.
 fn place() -> Place {
     let place = Place::of_program("wall_follower");
     room::write(place.files());
@@ -65,7 +65,7 @@ fn it_drives_a_mission_and_its_recording_is_replayed_executed_again_and_judged()
     );
 }
 
-/// Its sketcher sends nothing, so its recovery could not be observed.
+/// The sketcher is not killed, because it sends nothing and so its recovery could not be observed.
 #[test]
 fn twenty_kills_leave_the_same_bytes() {
     let place = place();
@@ -85,7 +85,7 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
     std::fs::write(&path, MISSION.replace("nomad200", "robotino")).unwrap();
     let ended = place.run("run wall.toml");
     assert!(ended.code == Some(2) && ended.err.contains("[sonar]"), "{ended}");
-    // The project's own program does not know the navigator, and says which ones it knows.
+    // The project's own program does not know the navigator, and lists the ones that it knows.
     let ours = Place::new();
     std::fs::write(ours.files().join("wall.toml"), MISSION).unwrap();
     room::write(ours.files());
@@ -93,7 +93,7 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
     assert!(ended.code == Some(2) && ended.err.contains("expected one of sketch"), "{ended}");
 }
 
-/// The pad once started anyway, and ended with the shared memory library's error for a missing channel.
+/// The pad used to start anyway, and ended with an error of the shared memory library about a missing channel.
 #[test]
 fn people_cannot_draw_for_it_but_watch_it() {
     let place = place();

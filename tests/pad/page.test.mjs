@@ -127,7 +127,7 @@ test("particles are carried along with the robot, turned as it turns", () => {
 
 test("settings of another kind fall back to the defaults", () => {
   const settings = merged({ width_px: "wide", hold: false, shows: { scan: false, plan: 3 }, more: 1 });
-  assert.deepEqual(settings, { width_px: 5, hold: false, fingers: true, shows: { particles: true, scan: false, plan: true, trail: true, walls: false } });
+  assert.deepEqual(settings, { width_px: 5, hold: false, snap: true, fingers: true, shows: { particles: true, scan: false, plan: true, trail: true, walls: false } });
 });
 
 /** WCAG's contrast of two colours, `#rrggbb`. */
@@ -148,7 +148,7 @@ test("contrast is AA in both themes: 4.5 for text, 3 for lines that tell somethi
   assert.equal(blocks.length, 3, "the light page, its paper, and both in the dark");
   const themes = [{ ...blocks[0], ...blocks[1] }, blocks[2]];
   const texts = ["text page", "text panel", "quiet page", "quiet panel", "text soft", "accent-text accent", "danger-text danger", "warn-text warn", "danger panel", "obstacle-text obstacle", "goal-text goal"];
-  const lines = ["ink paper", "obstacle paper", "goal paper", "start paper", "robot paper", "scan paper", "plan paper", "accent page", "accent panel", "good panel"];
+  const lines = ["ink paper", "obstacle paper", "goal paper", "start paper", "select paper", "guide paper", "robot paper", "scan paper", "plan paper", "accent page", "accent panel", "good panel"];
   for (const theme of themes) {
     for (const [pairs, least] of [[texts, 4.5], [lines, 3]]) {
       for (const pair of pairs) {

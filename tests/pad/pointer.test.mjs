@@ -13,6 +13,7 @@ function hand(options = {}) {
     extend: (all) => told.push(["extend", all.length]),
     end: () => told.push(["end"]),
     cancel: () => told.push(["cancel"]),
+    hover: () => {},
     pan: (dx, dy) => told.push(["pan", dx, dy]),
     zoom: (at, factor) => told.push(["zoom", Math.round(factor * 100) / 100]),
   };

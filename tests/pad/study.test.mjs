@@ -3,11 +3,13 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import { transformed, without } from "../../services/pad/page/items.js";
 import { NOTHING, measured, report } from "../../services/pad/page/measure.js";
 import {
   LANDSCAPE, blank, changed, history, redone, undone, withLabel, withObstacle, withRoute, withStroke, withoutMapAt,
 } from "../../services/pad/page/model.js";
 import { advice } from "../../services/pad/page/states.js";
+import { move } from "../../services/pad/page/transform.js";
 
 /** A hand that takes two seconds for each step, and pauses for one. */
 class Drawing {
@@ -64,6 +66,17 @@ test("an eraser that splits a stroke draws none, and a word on an obstacle is no
   hand.draw((drawing) => withLabel(drawing, 0, "table"));
   const { strokes, erased, drawing_s } = report(hand.measure);
   assert.deepEqual([strokes, erased, drawing_s], [2, 1, 11]);
+});
+
+test("what is moved counts for nothing, what is selected and deleted as erased", () => {
+  const hand = new Drawing();
+  hand.draw(stroke(100));
+  hand.draw(stroke(200));
+  const edit = (change) => hand.step("edit", changed(hand.history, change(hand.history.now)));
+  edit((drawing) => transformed(drawing, ["strokes:0"], move([30, 0])));
+  assert.deepEqual([hand.measure.strokes, hand.measure.erased, report(hand.measure).drawing_s], [2, 0, 8]);
+  edit((drawing) => without(drawing, ["strokes:0"]));
+  assert.equal(hand.measure.erased, 1);
 });
 
 test("what does not change the drawing counts for nothing", () => {

@@ -1,5 +1,5 @@
-//! A complete navigator that is not part of this project: it follows the wall on its right by sonar. The file is also a
-//! program, which is all of `sketchnav` plus this navigator. `tests/missions/stranger.rs` drives with it.
+//! A complete navigator that is not part of this project. It follows the wall on its right by sonar. The file is also a
+//! program, which consists of all of `sketchnav` and this navigator. `tests/missions/stranger.rs` drives with it.
 //!
 //! ```toml
 //! [navigator]
@@ -22,11 +22,11 @@ use sketchnav_stage::lookout::{Color, Lookout, Picture};
 use sketchnav_stage::{Denied, Heard, Instant, Navigator, Outbox, Stage, StageError};
 
 const KIND: &str = "wall-follower";
-/// Distance that it keeps from the wall, metres.
+/// Distance that the robot keeps from the wall, in metres.
 const BESIDE_M: f64 = 0.6;
-/// If something ahead is nearer than this, the robot turns away, metres.
+/// Distance of an obstacle ahead, in metres, below which the robot turns away.
 const AHEAD_M: f64 = 0.9;
-/// Weight of the previous distance in the smoothed one: sonars are noisy.
+/// Weight of the previous distance in the smoothed distance. Distances are smoothed because sonars are noisy.
 const MEMORY: f64 = 0.5;
 
 sketchnav_schemas::declare::messages! {
@@ -120,7 +120,8 @@ impl Stage for Ears {
     }
 }
 
-/// The nearest echo within 30° of a direction, metres from the centre; the longest range if there is none.
+/// Returns the nearest echo within about 30° of a direction, in metres from the robot's centre, or the maximum range if
+/// there is none.
 fn nearest(scan: &SonarScan, direction_rad: f64) -> f64 {
     let is_there = |i: &usize| (f64::from(scan.angle_rad(*i)) - direction_rad).cos() > 0.85;
     let ranges = (0..scan.ranges().len()).filter(is_there).map(|i| f64::from(scan.ranges()[i]));

@@ -1,5 +1,5 @@
-//! What people and programs do with a running system: `echo`, `hz`, `channels`, `logs`, `restart`, `send`, `graph`, `doctor`,
-//! `snapshot`; and the program's own pages.
+//! Commands that people and programs use with a running system: `echo`, `hz`, `channels`, `logs`, `restart`, `send`,
+//! `graph`, `doctor` and `snapshot`. Also the program's own manual pages.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
@@ -51,7 +51,7 @@ fn echo_prints_fields_tables_and_several_channels() {
     ended(running);
 }
 
-/// `echo` could only print a running system's messages; there was no way to see those of a recording.
+/// `echo` could once print only the messages of a running system, and nothing could print those of a recording.
 #[test]
 fn echo_prints_a_recording_as_it_prints_a_system() {
     let place = Place::new();
@@ -92,7 +92,7 @@ fn a_build_says_which_one_it_is() {
     assert!(usage.contains("sketchnav run --resume <DIR>"), "{usage}");
 }
 
-/// To write a mission for a deformed floor, start and goals had to be looked up with an image editor.
+/// Writing a mission for a deformed floor used to require looking up its start and goals in an image editor.
 #[test]
 fn deform_says_where_places_land_and_what_it_leaves_out() {
     let place = Place::new();
@@ -100,7 +100,7 @@ fn deform_says_where_places_land_and_what_it_leaves_out() {
     let deform = |options: &str| format!("deform {} -o drawing.svg {options}", floor.display());
     let traced = place.fine(&deform("--degree 0 --place 2.0,6.95,90 --place 14.0,10.6 --json")).json();
     let pixel = |i: usize, axis: usize| traced["places"][i]["at_px"][axis].as_f64().unwrap();
-    // Traced: one scale in both directions, rows downwards.
+    // A traced drawing has one scale in both directions, and its rows point downwards.
     let px_per_m = [(pixel(1, 0) - pixel(0, 0)) / 12.0, (pixel(0, 1) - pixel(1, 1)) / 3.65];
     assert!((px_per_m[0] - px_per_m[1]).abs() < 0.5, "{px_per_m:?}: {traced:#}");
     assert_eq!(traced["places"][0]["heading_deg"], 90.0, "{traced:#}");
@@ -122,7 +122,7 @@ fn deform_says_where_places_land_and_what_it_leaves_out() {
     assert!(wrong.err.contains("--place 140,10: expected a place in a room"), "{wrong}");
 }
 
-/// A history is up to 128 messages long; `--once` shows how things are now.
+/// A history contains up to 128 messages, but `--once` shows only the current state.
 #[test]
 fn once_is_the_newest_message() {
     let place = Place::new();
@@ -134,7 +134,7 @@ fn once_is_the_newest_message() {
     let newest = lines(&behind).iter().map(|line| line["seq"].as_u64().unwrap()).max().unwrap();
     let later = seq();
     assert!(first > 1 && later >= first && later >= newest.min(first + 1), "{first}, {newest}, {later}");
-    // What is kept as long as nothing new comes is the newest, too.
+    // A message that stays in the history until a new one arrives is also the newest one.
     assert_eq!(lines(&place.fine("echo sketch --once --field grid.info.width")).len(), 1);
     ended(running);
 }
@@ -153,7 +153,7 @@ fn hz_tells_bandwidth_and_percentiles() {
         let at = |share: &str| last[times][share].as_f64().unwrap();
         assert!(at("p50") > 0.0 && at("p50") <= at("p90") && at("p99") <= at("max"), "{last:#}");
     }
-    // A reading is its own cause.
+    // A reading is its own cause, so it has no delay.
     let last = lines(&place.fine("hz scan --count 5 --json")).pop().unwrap();
     assert!(last["delay_ms"].is_null() && last["interval_ms"].is_object(), "{last:#}");
     ended(running);
@@ -220,7 +220,7 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
     place.assert_nothing_left(NAME);
 }
 
-/// The estimate follows; a place outside the drawing is bad input.
+/// Orders `here`, which the estimate must follow. A position outside the drawing is bad input.
 fn says_where_it_is(place: &Place) {
     let told = place.fine("send here --at 1700,300 --heading -90 --json").json();
     assert_eq!(
@@ -275,7 +275,7 @@ fn logs_are_told_by_process_and_followed_to_the_end() {
     let told = follow.end();
     assert_eq!(told.code, Some(0), "{told}");
     let told = lines(&told);
-    // What the recorder reports about itself at its end.
+    // What the recorder reports about itself when it ends.
     let is_recorders = |line: &Value| {
         let words = line["line"].as_str().unwrap();
         line["process"] == "recorder" && words.contains("messages recorded, 0 missing")
@@ -358,12 +358,12 @@ fn doctor_refuses_a_folder_that_others_may_enter() {
     assert!(finding["found"].as_str().unwrap().contains("found mode 0755"), "{finding:#}");
 }
 
-/// The recorder was killed before, so what was recorded so far is in two files.
+/// The recorder was killed before, so the recording so far is in two files.
 #[test]
 fn a_snapshot_keeps_the_last_seconds_and_the_system_records_on() {
     let place = Place::new();
     let running = started(&place);
-    // The robot has looked around by then, and plans.
+    // By then the robot has looked around and is planning.
     place.fine("echo estimate --count 60 --csv --field header.stamp.sec");
     place.fine("restart recorder --kill");
     let told = place.fine("snapshot --last 2 -o moment.mcap --json").json();
@@ -373,9 +373,9 @@ fn a_snapshot_keeps_the_last_seconds_and_the_system_records_on() {
     assert_eq!(info["missing"], 0, "{info:#}");
     let messages = place.messages("moment.mcap");
     assert_eq!((messages["/sketch"], messages["/route"]), (1, 1), "{messages:?}");
-    // A machine that was busy catches up, and then more than twenty fall within two seconds.
+    // A machine that was busy catches up, and then more than twenty scans fall within two seconds.
     assert!(messages["/scan"] >= 15, "{messages:?}");
-    // It can be judged: no task has ended yet.
+    // The snapshot can be judged, although no task has ended yet.
     let judged = place.run("judge moment.mcap --json");
     assert_eq!((judged.code, &judged.json()[0]["cut_off"]), (Some(1), &serde_json::json!(false)), "{judged}");
 

@@ -1,4 +1,4 @@
-//! What people and other programs use: commands, recordings, the pad, viewers, bridges.
+//! Tests of everything that people and other programs use: commands, recordings, the pad, viewers and bridges.
 
 mod commands;
 mod pad;

@@ -1,4 +1,4 @@
-//! The pad with its whole system: real processes over shared memory, a page over real sockets.
+//! The pad with its whole system: real processes over shared memory, and a page over real sockets.
 
 use std::io::{Read, Write};
 use std::os::unix::fs::FileExt;
@@ -18,7 +18,7 @@ use support::{Place, Running, kill_if_alive, repository, wait_until};
 
 const LABORATORY: &str = "sim/missions/laboratory/laboratory-route.toml";
 
-/// A system with a pad, and its port.
+/// A system with a pad, and the port of the pad.
 struct Stage {
     place: Place,
     running: Running,
@@ -44,7 +44,7 @@ impl Stage {
         Page::open(self.port, None)
     }
 
-    /// Ends it as a person does; returns the place and the path of its recording.
+    /// Ends the system as a person would. Returns the place and the path of the recording.
     fn end(self) -> (Place, std::path::PathBuf) {
         self.running.signal(Signal::SIGINT);
         let ended = self.running.end();
@@ -60,7 +60,7 @@ fn strokes() -> Vec<u8> {
     std::fs::read(repository().join("sim/missions/laboratory/sketch-route.json")).unwrap()
 }
 
-/// The laboratory's first route: around the pallet.
+/// Returns the laboratory's first route, which leads around the pallet.
 fn route() -> Value {
     let mission = std::fs::read_to_string(repository().join(LABORATORY)).unwrap();
     let mission = sketchnav_schemas::mission::Mission::parse(&mission).unwrap();
@@ -68,15 +68,16 @@ fn route() -> Value {
     json!({ "route": sketch.tasks[0].aim.route().unwrap() })
 }
 
-/// The keys of an answer, in alphabetical order.
+/// Returns the keys of an answer, in alphabetical order.
 fn keys(answer: &Value) -> Vec<&str> {
     let mut keys: Vec<_> = answer.as_object().unwrap().keys().map(String::as_str).collect();
     keys.sort_unstable();
     keys
 }
 
-/// Draws and sends. A machine that is busy for a while must not count as a lost link. The answers have what the table in
-/// `services/pad/src/protocol.rs` says, which was once out of date.
+/// Draws on the page and sends the drawing and the path. The link limit is raised so that a machine that is busy for a
+/// while does not count as a lost link. The answers must have the keys in the table of `services/pad/src/protocol.rs`,
+/// which was once out of date.
 fn draw(page: &mut Page) {
     assert_eq!(keys(&page.must("/api/limit", &json!({ "link_limit_s": 60 }))), ["ok"]);
     let (status, answer) = page.post("/api/sketch", &strokes());
@@ -98,7 +99,7 @@ fn what_is_drawn_is_driven_aborted_restored_and_recorded() {
     assert_eq!(page.order("execute").0, 409);
     draw(&mut page);
 
-    // A second page sees what is there, but may not drive.
+    // A second page sees everything, but may not drive.
     let mut second = stage.page();
     assert_eq!((&second.hello["drives"], &second.hello["path"]), (&json!(false), &route()));
     let sent: Value = serde_json::from_slice(&strokes()).unwrap();
@@ -147,8 +148,8 @@ fn what_is_drawn_is_driven_aborted_restored_and_recorded() {
     assert!(refused.code == Some(2) && refused.err.contains("people took part"), "{refused}");
 }
 
-/// What the localizer got is what the sketcher's code makes of exactly the bytes that were drawn, and the walls are where the
-/// pen was.
+/// Asserts that the localizer received exactly what the sketcher's code makes of the bytes that were drawn, and that
+/// the walls are where the pen was.
 fn arrived_as_drawn(recording: &Path) {
     let recording = Recording::open(recording).unwrap();
     let sent: Vec<_> = recording.channel(DRAWING).unwrap().map(Result::unwrap).collect();
@@ -204,7 +205,8 @@ fn what_may_not_come_in_is_refused_and_the_mission_goes_on() {
     refused(post("/api/path", &[own, json], b"[1"), 400, "the path");
     refused(post("/api/nothing", &[own, json], b""), 404, "nothing");
     assert_eq!(page.until_state("ended")["task"]["reached"], 1, "the mission went on");
-    // Once the robot stands still, what the sketcher cannot use is refused with the sketcher's reason.
+    // Once the robot stands still, drawings and paths that the sketcher cannot use are rejected with the sketcher's
+    // reason.
     refused(page.post_as("/api/sketch", "image/png", b"\x89PNG\r\n\x1a\nnothing"), 422, "PNG");
     refused(page.post("/api/path", br#"{"route":[[0,0],[222,221]]}"#), 422, "route point 1");
     let uploads = (0..20).map(|_| page.post("/api/path", b"{}").0);
@@ -247,7 +249,7 @@ fn a_lost_link_to_who_drives_pauses_the_robot() {
     };
     watcher.until("the reason", warned);
     assert_eq!(paused["drives"], false);
-    // The page that had control comes back and still has it.
+    // The page that had control comes back and still has control.
     let mut back = Page::open(stage.port, Some(&session));
     assert_eq!(back.hello["drives"], true);
     assert_eq!(watcher.post("/api/wheel", b"").0, 403);
@@ -255,7 +257,7 @@ fn a_lost_link_to_who_drives_pauses_the_robot() {
     back.until_allowed("restore");
     assert_eq!(back.order("restore").0, 200);
     back.until_state("ended");
-    // If it does not come back, control is free.
+    // If that page does not come back, control becomes free.
     let mut watcher = stage.page();
     back.must("/api/limit", &json!({ "link_limit_s": 1 }));
     back.vanish();
@@ -277,7 +279,7 @@ fn whoever_is_killed_the_drawing_is_driven() {
         wait_until(process, || place.serving(name, process).iter().any(|pid| !before.contains(pid)));
     };
     page.must("/api/limit", &json!({ "link_limit_s": 60 }));
-    // Between the sketch and the path: after the restart it has the sketch.
+    // The sketcher is killed between the sketch and the path, and still has the sketch after its restart.
     assert_eq!(page.post("/api/sketch", &strokes()).0, 200);
     kill("sketcher");
     page.must("/api/path", &route());
@@ -295,7 +297,7 @@ fn whoever_is_killed_the_drawing_is_driven() {
         Page::open(stage.port, Some(&session))
     };
     assert_eq!((&page.hello["drives"], &page.hello["path"]), (&json!(true), &route()));
-    // It knows which mission files are its own, and replaces no others.
+    // The pad knows which mission files are its own, and replaces no others.
     page.must("/api/mission", &saved);
     std::fs::write(place.files().join("saved/my-floor.toml"), "by hand").unwrap();
     let (status, refused) = page.post("/api/mission", br#"{"name":"My floor"}"#);
@@ -312,7 +314,8 @@ fn whoever_is_killed_the_drawing_is_driven() {
     stage.end();
 }
 
-/// Whenever pad and sketcher die, even both at the same time, what is sent under one name is accepted, and only once.
+/// Even if the pad and the sketcher die at any moment, or both at once, a drawing that is sent under one name is
+/// accepted, and only once.
 #[test]
 fn what_is_sent_is_taken_over_once_whoever_dies() {
     let stage = Stage::new("sent", "--speed 2");
@@ -339,7 +342,8 @@ fn what_is_sent_is_taken_over_once_whoever_dies() {
         }
         let (status, told) = answer.unwrap();
         assert_eq!(status, 200, "{name}: {told}");
-        // Sent again under the same name: the same answer, and no second drawing. The pad may still be about to die.
+        // Sending the drawing again under the same name gives the same answer, and no second drawing. The pad may still
+        // be about to die.
         page = loop {
             if let Some(back) = Page::try_open(stage.port, Some(&session)) {
                 break back;
@@ -358,8 +362,8 @@ fn what_is_sent_is_taken_over_once_whoever_dies() {
     assert_eq!(answers, (1..=6).map(|drawing| (drawing, 1)).collect::<Vec<_>>());
 }
 
-/// A pad whose checkpoints are damaged knows nothing of what was drawn. A driving robot can still be stopped, and what is sent
-/// again is accepted.
+/// A pad whose checkpoints are damaged has forgotten everything that was drawn. A driving robot can still be stopped,
+/// and drawings that are sent again are accepted.
 #[test]
 fn a_pad_that_has_lost_its_memory_stops_the_robot_and_draws_on() {
     let stage = Stage::new("forgetful", "--speed 1");
@@ -393,8 +397,8 @@ fn a_pad_that_has_lost_its_memory_stops_the_robot_and_draws_on() {
     stage.end();
 }
 
-/// Silent connections, bodies that do not arrive, pages that only watch: the driving page keeps working, and a newcomer with a
-/// request gets in.
+/// In spite of silent connections, bodies that never arrive and pages that only watch, the driving page keeps working,
+/// and a new page with a request is served.
 #[test]
 fn a_flood_of_connections_locks_nobody_out() {
     let stage = Stage::new("flooded", "--speed 3");
@@ -427,13 +431,14 @@ fn a_flood_of_connections_locks_nobody_out() {
     newcomer.until_state("driving");
     let (status, words) = said(silent.next_back().unwrap());
     assert!(status == 408 || status == 503, "in the end it is told why: {status} {words}");
-    // Each wait above and below takes ten seconds, and a page from which nothing comes for twenty is taken to be gone.
+    // Each wait above and below takes ten seconds, and a page that sends nothing for twenty seconds is assumed to be
+    // gone.
     newcomer.read();
     let mut talkative = connect();
     talkative.write_all(&[b"GET / HTTP/1.1\r\nx: ".as_slice(), &[b'x'; 20_000]].concat()).unwrap();
     assert_eq!(said(talkative).0, 431);
 
-    // A page that only watches may have a few requests under way, and takes none of the places for drawings.
+    // A page that only watches may have a few requests in progress, but does not use up the places for drawings.
     let session = newcomer.session();
     let head = format!(
         "POST /api/order HTTP/1.1\r\nhost: 127.0.0.1:{}\r\nx-sketchnav-session: {session}\r\nx-sketchnav-token: {TOKEN}\r\ncontent-length: 90\r\n\r\n",
@@ -454,7 +459,7 @@ fn a_flood_of_connections_locks_nobody_out() {
     assert!(status == 408 && words["error"].as_str().unwrap().contains("within"), "{status} {words}");
     newcomer.read();
 
-    // As many pages as allowed, and one more; the driving page has a place of its own.
+    // There are as many pages as allowed, and one more. The driving page has a reserved place.
     let pages: Vec<_> = (1..16).map(|_| stage.page()).collect();
     let (status, words) = request(stage.port, "GET /api/seat", &[], b"");
     assert!(status == 503 && words["error"].as_str().unwrap().contains("open pages"), "{status} {words}");
@@ -469,7 +474,7 @@ fn a_flood_of_connections_locks_nobody_out() {
     stage.end();
 }
 
-/// Checks what Prometheus would read, with Prometheus's own tool if there is one.
+/// Checks the text that Prometheus would read, with Prometheus's own tool if this machine has it.
 fn are_metrics(text: &str) {
     for line in
         ["sketchnav_process_up{process=\"localizer\"} 1", "# TYPE sketchnav_channel_messages_total counter"]
@@ -511,19 +516,22 @@ fn a_mission_from_a_file_is_watched_aborted_and_gone_on_with() {
     let ended = running.end();
     assert!(ended.code == Some(0) || ended.code == Some(1), "{ended}");
     assert!(!ended.out.contains("aborted"), "{ended}");
-    // What the pad says about itself at its end is reported as for any other process; it once was not.
+    // The figures that the pad reports when it ends appear in the report like those of any other process. They were
+    // once missing.
     let report = ended.json();
     let processes: Vec<_> = report["processes"].as_array().unwrap().iter().map(|p| &p["process"]).collect();
     assert!(processes.contains(&&json!("pad")), "{report}");
 }
 
-/// The number that follows `before`, in the first of the words in which one does: "37 % of the route".
+/// Returns the number that follows `before` in the first of the feed's texts in which there is one, such as "37 % of
+/// the route".
 fn number_in_words(feed: &Value, before: &str) -> Option<u64> {
     let mut words = feed["words"].as_array()?.iter().filter_map(Value::as_str);
     words.find_map(|words| words.split_once(before)?.1.split(' ').next()?.parse().ok())
 }
 
-/// The page for a route past landmarks: the matched state, the objects that match it, and the place along the route.
+/// The page for a route past landmarks shows the matched state, the objects that match it, and the position along the
+/// route.
 #[test]
 fn a_route_past_landmarks_is_watched() {
     let (place, port) = (Place::new(), free_port());
@@ -546,8 +554,8 @@ fn a_route_past_landmarks_is_watched() {
     assert_eq!(ended.code, Some(0), "{ended}");
 }
 
-/// A run that failed at its start once left an empty folder: the folder was removed only if a system could not be started, not
-/// if a page had no address to listen on. (192.0.2.1 belongs to no host: RFC 5737.)
+/// A run that failed at its start once left an empty folder. The folder was only removed if a system could not be
+/// started, but not if a page had no address to listen on. (192.0.2.1 belongs to no host: RFC 5737.)
 #[test]
 fn a_page_without_an_address_leaves_no_folder() {
     let place = Place::new();
@@ -561,9 +569,9 @@ fn a_page_without_an_address_leaves_no_folder() {
     }
 }
 
-/// While the sketcher reads a large photo, the planner of a mission from a file waits, or sends nothing at all in lockstep. The
-/// pad then once answered an abort with `ok` but passed nothing on, and the robot drove off a second later. Here the sketcher
-/// is not started until the mission has been aborted.
+/// While the sketcher reads a large photo, the planner of a mission from a file waits, or sends nothing at all in
+/// lockstep. The pad used to answer an abort with `ok` during that time without passing it on, and the robot drove off
+/// a second later. Here the sketcher is not started until the mission has been aborted.
 #[test]
 fn an_abort_before_the_robot_drives_is_heard() {
     for (name, speed) in [("early", "2"), ("early-lockstep", "max")] {

@@ -1,9 +1,10 @@
-//! The pad's page, in a real browser on the running system. A person draws a mission's map and path with a pen, sends both,
-//! executes, aborts, restores, and the robot arrives.
+//! The pad's page in a real browser, with a running system. A person draws a mission's map and path with a pen, sends
+//! both, executes, aborts and restores, and the robot arrives.
 //!
-//! Needs node; the browser test needs chromium and playwright-core, too (`.ci/run` installs them).
-//! `SKETCHNAV_PLAYWRIGHT` names the folder with `node_modules`, by default `target/browser`. `SKETCHNAV_CHROMIUM` names the
-//! browser, by default `/usr/bin/chromium`. Skipped, with a notice, without them.
+//! These tests need node. The browser test also needs chromium and playwright-core (`.ci/run` installs them).
+//! `SKETCHNAV_PLAYWRIGHT` names the folder that contains `node_modules`, by default `target/browser`, and
+//! `SKETCHNAV_CHROMIUM` names the browser, by default `/usr/bin/chromium`. Without them, the tests print a notice and
+//! are skipped.
 
 use std::env::var_os;
 use std::fs;
@@ -36,7 +37,7 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
     let (mut pad, link) = pad(&place);
     let ended = browser.draws_and_drives(&place, &link, 3);
     assert_eq!(ended.code, Some(0), "{ended}");
-    // For people: what the test's browser has measured.
+    // The measurements of the test's browser, for people to read.
     eprintln!("{}", ended.out.trim());
     keep_pictures(place.files(), &["desktop.png", "phone.png", "arrived.png"]);
 
@@ -47,7 +48,25 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
     place.assert_nothing_left("pad");
 }
 
-/// The page draws where the robot may be; a tap on one of the places, or its button, is an answer.
+/// Whatever is drawn can be selected, moved, scaled, turned, copied, grouped, aligned and edited point by point, and each step undone.
+#[test]
+fn what_is_drawn_is_selected_and_changed_by_mouse_pen_fingers_and_keys() {
+    let Some(browser) = Browser::find() else { return };
+    let place = Place::new();
+    let (mut pad, link) = pad(&place);
+    let ended = browser.selects(&place, &link);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    let pictures =
+        ["wide-light", "wide-dark", "phone-light", "phone-dark"].map(|look| format!("select-{look}.png"));
+    keep_pictures(place.files(), &pictures.each_ref().map(String::as_str));
+
+    pad.must_live();
+    pad.signal(Signal::SIGINT);
+    pad.end();
+    place.assert_nothing_left("pad");
+}
+
+/// The page draws where the robot may be. A tap on one of these places, or on its button, is an answer.
 #[test]
 fn a_robot_that_asks_is_answered_by_a_tap_and_by_a_button() {
     let Some(browser) = Browser::find() else { return };
@@ -62,7 +81,7 @@ fn a_robot_that_asks_is_answered_by_a_tap_and_by_a_button() {
     place.assert_nothing_left("asks");
 }
 
-/// What the page of a study measures of a pen, and what it keeps.
+/// Checks what the page of a study measures about the pen, and what it stores.
 #[test]
 fn a_participant_practises_draws_drives_and_answers_and_the_next_one_can_begin() {
     let Some(browser) = Browser::find() else { return };
@@ -101,7 +120,7 @@ fn a_participant_practises_draws_drives_and_answers_and_the_next_one_can_begin()
     place.assert_nothing_left("study");
 }
 
-/// The cells on the channel are those that result from reading the drawing as the page saves it.
+/// Asserts that the cells on the channel are those that result from reading the drawing as the page saves it.
 fn the_localizer_has_what_was_drawn(place: &Place) {
     let heard = place.run("echo sketch --count 1 --system pad").json();
     let grid = &heard["message"]["grid"];
@@ -115,7 +134,7 @@ fn the_localizer_has_what_was_drawn(place: &Place) {
     assert!(cells.len() == drawing.cells.len() && cells.iter().zip(&drawing.cells).all(same));
 }
 
-/// Keeps screenshots for people, if `SKETCHNAV_PICTURES` names a folder.
+/// Keeps screenshots for people to look at, if `SKETCHNAV_PICTURES` names a folder.
 fn keep_pictures(from: &Path, names: &[&str]) {
     let Some(folder) = var_os("SKETCHNAV_PICTURES").map(PathBuf::from) else { return };
     for name in names {

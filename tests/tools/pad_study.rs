@@ -1,5 +1,5 @@
-//! A user study with its whole system: participants come one after the other, over real sockets. Where each of them stands is in
-//! the study's folder.
+//! A user study with its whole system, in which participants come one after another, over real sockets. The study's
+//! folder records how far each of them has got.
 
 use std::fs;
 use std::path::PathBuf;
@@ -13,10 +13,10 @@ use support::browser::{MISSION, mission};
 use support::page::{Page, body, free_port, wait_for};
 use support::{Place, Running, repository, wait_until};
 
-/// Between two looks whether the next participant can begin.
+/// The time between two checks whether the next participant can begin.
 const PAUSE: Duration = Duration::from_millis(200);
 
-/// A study that is going on.
+/// A running study.
 struct Study {
     place: Place,
     running: Running,
@@ -33,7 +33,7 @@ impl Study {
         Self { place, running, port }
     }
 
-    /// A page that drives and for which a participant is awaited.
+    /// Opens a page that has control and is waiting for a participant.
     fn page(&mut self) -> Page {
         let mut found = None;
         wait_until("a page for the next participant", || {
@@ -59,7 +59,7 @@ impl Study {
         fs::read_to_string(self.kept(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
-    /// Ends it as a person does.
+    /// Ends the study as a person would.
     fn end(self) -> Place {
         self.running.signal(Signal::SIGINT);
         let ended = self.running.end();
@@ -93,7 +93,7 @@ fn measures() -> Value {
     } })
 }
 
-/// The same answer to everything that is asked.
+/// Gives the same answer to every question.
 fn answers(page: &Page, rating: u8) -> Value {
     let statements = page.hello["study"]["statements"].as_array().unwrap();
     let ratings =
@@ -101,7 +101,7 @@ fn answers(page: &Page, rating: u8) -> Value {
     json!({ "answers": { "ratings": ratings.collect::<serde_json::Map<_, _>>(), "suggestions": "more, \"colours\"" } })
 }
 
-/// Draws and sends, and waits until the robot could drive.
+/// Draws and sends the drawing, and waits until the robot is ready to drive.
 fn draw(page: &mut Page) {
     page.until_allowed("sketch");
     let (status, answer) = page.post("/api/sketch", &strokes());
@@ -145,7 +145,7 @@ fn participants_come_one_after_the_other_and_all_they_do_is_kept() {
     until_stage(&mut page, "done");
     drop((page, watcher));
 
-    // The robot stands at its start again, and the first participant is judged.
+    // The robot is back at its start, and the first participant has been judged.
     let mut page = study.page();
     let outcome: Value = serde_json::from_str(&study.read("p-1/outcome.json")).unwrap();
     assert!(outcome["path_m"].as_f64().unwrap() > 0.5, "{outcome}");
@@ -188,7 +188,7 @@ fn participants_come_one_after_the_other_and_all_they_do_is_kept() {
     assert!(fs::read_to_string(place.files().join("kept/index.html")).unwrap().contains("1 left out"));
 }
 
-/// Somebody stops the whole system before the drive, or between the drive and the answers.
+/// The whole system is stopped before the drive, or between the drive and the answers.
 #[test]
 fn a_study_that_was_stopped_goes_on_with_the_same_participant() {
     let mut study = Study::start(Place::new());

@@ -1,5 +1,6 @@
-//! Third-party tools decode every message in the recording of a real run: rosbags and mcap-ros2-support, using only the schemas
-//! inside the file. Needs a Python with both, named by `SKETCHNAV_PYTHON` or found as `python3`; skipped otherwise.
+//! Third-party tools decode every message in the recording of a real run using only the schemas inside the file:
+//! rosbags and mcap-ros2-support. The test needs a Python with both, which is named by `SKETCHNAV_PYTHON` or found as
+//! `python3`. Without it, the test is skipped.
 
 use std::collections::BTreeMap;
 use std::process::Command;

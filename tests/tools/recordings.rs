@@ -1,4 +1,5 @@
-//! The tools for recordings, as users call them: on the recording of a real run, byte for byte, with their exit codes.
+//! The tools for recordings as users call them, on the recording of a real run, compared byte for byte, with their exit
+//! codes.
 
 use std::path::Path;
 use std::process::Command;
@@ -27,8 +28,8 @@ fn fine(place: &Place, arguments: &str) -> Ended {
     ended
 }
 
-/// `sketchnav diff … | head -1` once reported that two recordings are the same: the exit code of any command was 0 as soon as
-/// nothing read its output.
+/// `sketchnav diff … | head -1` once reported that two recordings were identical, because the exit code of any command
+/// was 0 if nothing read its output any more.
 #[test]
 fn who_does_not_read_on_gets_the_same_exit_code() {
     let place = Place::new();
@@ -42,8 +43,8 @@ fn who_does_not_read_on_gets_the_same_exit_code() {
     }
 }
 
-/// The recording of a run, its replay through live processes, and each service executed again agree. The
-/// drawing and the floor are inside the recording: the files that the mission named are gone.
+/// The recording of a run, its replay through live processes, and a rerun of each service agree. The files that the
+/// mission named are gone, because the recording contains the drawing and the floor.
 #[test]
 fn a_run_its_replay_and_its_rerun_are_the_same_bytes() {
     let place = Place::new();
@@ -80,7 +81,7 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
     assert!(difference["what"]["field"]["a"].is_string(), "{told}");
     assert_eq!(told["judged"].as_array().map(Vec::len), Some(2));
     fine(&place, "info now.mcap");
-    // Whatever differs does not differ by that much.
+    // Whatever differs, it differs by less than this tolerance.
     let all = [
         "pose",
         "covariance",
@@ -95,9 +96,9 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
     let line =
         format!("rerun {recording} --process localizer --set particles=200 --json {}", tolerances.join(" "));
     let told = place.run(&line).json();
-    // The samples of the particles, for which there is no tolerance, differ by construction.
+    // The samples of the particles, for which no tolerance is given, differ by construction.
     assert_eq!(told["difference"]["channel"], "particles", "{told}");
-    // If the tolerance of one field is far too small, that field differs.
+    // If the tolerance of one field is far too small, that field is reported as different.
     let particles =
         ["count", "total", "particles"].map(|field| format!(" --tolerance particles.{field}=1e9"));
     let line = line.replace("scale_a_pxpm=1e9", "scale_a_pxpm=1e-9") + &particles.concat();
@@ -129,7 +130,7 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
         ("filter same.mcap --topics nothing -o never.mcap", 1),
         ("merge same.mcap -o never.mcap", 2),
         ("split same.mcap -o parts", 2),
-        // A copy of a file that was cut off is not complete.
+        // A copy of a file that was cut off is incomplete.
         ("filter cut.mcap -o part.mcap --json", 3),
         ("merge same.mcap cut.mcap -o both.mcap --json", 3),
         ("split cut.mcap --seconds 100 -o parts", 3),
@@ -137,7 +138,7 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
     ] {
         assert_eq!(place.run(line).code, Some(code), "{line}");
     }
-    // Reports about a part say that it is one.
+    // Reports about part of a run say that it is only a part.
     for line in [
         "judge same.mcap cut.mcap",
         "report cut.mcap -o page.html",
@@ -156,7 +157,7 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
     assert_eq!(info["messages"], 10, "{info}");
 }
 
-/// With no live process it plays for observers, over and over, until it is asked to end.
+/// Without live processes, the replay plays for observers, over and over, until it is asked to end.
 #[test]
 fn a_replay_for_onlookers_leaves_nothing() {
     let place = Place::new();
@@ -168,7 +169,7 @@ fn a_replay_for_onlookers_leaves_nothing() {
             break heard;
         }
     };
-    // Numbers and stamps keep increasing when it begins again.
+    // Numbers and stamps keep increasing when the replay starts again.
     let lines: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(lines.len(), 400);
     for field in ["seq", "stamp_ns", "source_seq"] {
@@ -203,7 +204,7 @@ fn a_replay_for_onlookers_leaves_nothing() {
     assert!(late.err.contains("--start 1000000: expected at most ") && !late.err.contains("/scan"), "{late}");
 }
 
-/// The same recording, in whose third second a localizer died, and a planner reported.
+/// Writes a copy of the recording in which, in the third second, a localizer died and a planner reported its health.
 fn with_a_fault(recording: &Path, told: &Path) {
     let recording = Recording::open(recording).unwrap();
     let files: Vec<_> = sketchnav_recordings::sources::of_recording(&recording).cloned().collect();
@@ -222,9 +223,9 @@ fn with_a_fault(recording: &Path, told: &Path) {
     writer.finish().unwrap();
 }
 
-/// What the supervisor sent is sent again: the orders and, for observers, the faults of the processes. The orders used to be
-/// the replay's own, and no faults were sent. The recorded planner's health was played beside the live one's, which made a
-/// restart of it.
+/// The replay also sends what the supervisor sent: the orders and, for observers, the faults of the processes. The
+/// orders used to be those of the replay itself, and no faults were sent. The health of the recorded planner was played
+/// beside that of the live one, which looked like a restart.
 #[test]
 fn a_replay_speaks_for_the_supervisor_too() {
     let place = Place::new();
@@ -244,7 +245,7 @@ fn a_replay_speaks_for_the_supervisor_too() {
     }
     replay.signal(Signal::SIGTERM);
     assert_eq!(replay.end().code, Some(3));
-    // A live planner hears the orders that came before the start, and only the faults of its own system.
+    // A live planner receives the orders that came before the start, and only the faults of its own system.
     fine(&place, "replay told.mcap --start 2 --end 4 --live planner,recorder --rate max --record part.mcap");
     let info = fine(&place, "info part.mcap --json").json();
     let count = |topic: &str| {
@@ -255,8 +256,8 @@ fn a_replay_speaks_for_the_supervisor_too() {
     assert_eq!(info["process_restarts"]["planner"].as_u64().unwrap_or(0), 0, "{info:#}");
 }
 
-/// At full speed, over and over, with standard error in a file. Signals were not checked in that case, and the replay could
-/// only be killed.
+/// The replay runs at full speed, over and over, with standard error in a file. In that case signals were once not
+/// checked, and the replay could only be killed.
 #[test]
 fn a_replay_at_full_speed_ends_when_asked_to() {
     let place = Place::new();
@@ -275,7 +276,8 @@ fn a_replay_at_full_speed_ends_when_asked_to() {
     assert!(place.ps().is_empty());
 }
 
-/// In the background of a shell it configured the terminal for its keys, and was stopped because of that.
+/// In the background of a shell, the replay used to configure the terminal for its keys, and was stopped because of
+/// that.
 #[test]
 fn a_replay_in_the_background_goes_on() {
     let place = Place::new();
@@ -293,7 +295,8 @@ fn a_replay_in_the_background_goes_on() {
     assert_eq!(ended.code, Some(0), "{ended}");
 }
 
-/// The output was created before the input was read, so `-o` with the recording's own name destroyed it.
+/// The output used to be created before the input was read, so `-o` with the recording's own name destroyed the
+/// recording.
 #[test]
 fn what_is_read_is_not_written_over() {
     let place = Place::new();
@@ -309,7 +312,7 @@ fn what_is_read_is_not_written_over() {
         assert_eq!(place.run(line).code, Some(2), "{line}");
     }
     assert_eq!(std::fs::read(&page).unwrap(), std::fs::read(&recording).unwrap());
-    // A rerun of a damaged recording is bad input, and leaves nothing.
+    // Rerunning a damaged recording is bad input and leaves nothing behind.
     let mut broken = std::fs::read(&page).unwrap();
     let middle = broken.len() / 2;
     broken[middle..middle + 20_000].fill(0);
@@ -319,8 +322,8 @@ fn what_is_read_is_not_written_over() {
     assert!(!place.files().join("out.mcap").exists(), "{ended}");
 }
 
-/// The recordings of a mission's runs have the same name, each in a folder of its own, so their tables overwrote each other.
-/// Parts of two splits also ended up in one folder.
+/// The recordings of a mission's runs have the same name, each in its own folder, so their tables used to overwrite
+/// each other. The parts of two splits also ended up in one folder.
 #[test]
 fn of_several_recordings_none_takes_anothers_place() {
     let place = Place::new();
@@ -359,7 +362,7 @@ fn a_page_shows_the_run_and_needs_no_other_file() {
     assert!(outside.iter().all(|reference| !page.contains(reference)));
 }
 
-/// A map of four by four cells, and a log of a scan in it.
+/// Writes a map of four by four cells, and a log with one scan in it.
 fn write_log(place: &Place, log: &str, map: &str) {
     let write = |name: &str, text: &[u8]| std::fs::write(place.files().join(name), text).unwrap();
     write("map.pgm", b"P5 4 4 255 \0\0\0\0\xff\xff\xff\xff\xff\xff\xff\xff\0\0\0\0");
@@ -367,8 +370,8 @@ fn write_log(place: &Place, log: &str, map: &str) {
     write(log, b"FLASER 3 1.0 1.0 1.0 2 2 0 2 2 0 0.1 host 0.1\n");
 }
 
-/// The mission of a log was made as text, in which a name was quoted as in Rust: "\u{308}" is not TOML, so a decomposed "ü", as
-/// macOS writes names, was refused.
+/// The mission of a log used to be written as text in which names were quoted as in Rust. "\u{308}" is not valid TOML,
+/// so a decomposed "ü", as in file names on macOS, was rejected.
 #[test]
 fn a_log_and_its_map_may_have_any_name() {
     let place = Place::new();
@@ -382,7 +385,7 @@ fn a_log_and_its_map_may_have_any_name() {
     assert!(run.mission.world.map.unwrap().ends_with(map));
 }
 
-/// Invalid logs and options: the error names where the fault is, before anything is written.
+/// For invalid logs and options, the error says where the mistake is, before anything is written.
 #[test]
 fn what_is_no_log_is_told_by_its_name() {
     let place = Place::new();
@@ -405,13 +408,13 @@ fn what_is_no_log_is_told_by_its_name() {
     }
     assert!(!place.files().join("log.mcap").exists());
     fine(&place, "import good.log --map map.yaml -o log.mcap");
-    // No planner drove it, so one that sends nothing would agree with it, byte for byte.
+    // No planner drove this log, so a planner that sends nothing would agree with it byte for byte.
     let ended = place.run("rerun log.mcap --process planner");
     assert_eq!(ended.code, Some(2), "{ended}");
     fine(&place, "rerun log.mcap --process localizer");
 }
 
-/// The trajectory errors are those of evo, run on the trajectories that the judge writes.
+/// The trajectory errors agree with those that evo computes from the trajectories that the judge writes.
 #[test]
 fn trajectory_errors_agree_with_evo() {
     let Some(python) = needs::python("evo", "SKETCHNAV_PYTHON", "evo") else { return };
@@ -427,7 +430,7 @@ fn trajectory_errors_agree_with_evo() {
         let script = format!("from evo.cli.entry_points import {metric}; {metric}()");
         let result = place.files().join(format!("{metric}.zip"));
         let mut command = Command::new(&python);
-        // evo keeps settings in the home folder.
+        // evo keeps its settings in the home folder.
         command.env("HOME", place.files()).args(["-c", &script, "tum"]).args([&truth, &estimate]);
         command.args(options.split(' ')).arg("--save_results").arg(&result);
         let ended: Ended = command.output().unwrap().into();
@@ -442,7 +445,7 @@ fn trajectory_errors_agree_with_evo() {
     }
 }
 
-/// rosbags reads parts in a rosbag2 folder, with the latched topics in each.
+/// rosbags reads the parts in a rosbag2 folder, each of which contains the latched topics.
 #[test]
 fn a_folder_of_rosbag2_is_read_by_rosbags() {
     let Some(python) = needs::python("rosbags", "SKETCHNAV_PYTHON", "rosbags") else { return };
@@ -461,7 +464,7 @@ fn a_folder_of_rosbag2_is_read_by_rosbags() {
     assert_eq!((Some(counts[0]), counts[1]), (scans, parts));
 }
 
-/// Real logs: with a known map, the localizer stays within a cell of the reference.
+/// Real logs with known maps: the localizer stays within a cell of the reference.
 #[test]
 fn real_logs_are_localized_in_their_maps() {
     let Some(logs) = needs::data_file("logs") else { return };

@@ -1,9 +1,9 @@
-//! `sketchnav relations`: how objects relate to each other over time, from a table and from a recording.
+//! `sketchnav relations` computes how objects relate to each other over time, from a table and from a recording.
 
 use serde_json::Value;
 use support::{Place, repository};
 
-/// A human and a robot that approach each other; the human arrives first.
+/// A human and a robot that approach each other. The human arrives first.
 const ENCOUNTER: &str = "time_s,object,x_m,y_m\n\
     0.0,human,0,0\n0.0,robot,5,0.5\n0.1,human,1,0\n0.1,robot,4,0.5\n0.2,human,2,0\n0.2,robot,4,0.5\n\
     0.3,human,2,0\n0.3,robot,3,0.5\n";
@@ -24,7 +24,7 @@ fn a_table_of_positions_becomes_a_story_of_an_encounter() {
     let story = [("-,-", "first"), ("-,0", "neighbour"), ("0,0", "inserted"), ("0,-", "neighbour")];
     let story: Vec<_> = story.map(|(relation, change)| (relation.to_owned(), change.to_owned())).into();
     assert_eq!(relations(&answer), story);
-    // The other way around, the signs are swapped.
+    // With the objects swapped, the signs are swapped.
     let turned = place.run("relations encounter.csv --calculus qtc-b --between robot,human --json").json();
     assert_eq!(relations(&turned)[1].0, "0,-");
     let csv = place.run("relations encounter.csv --calculus argd --csv");
@@ -39,7 +39,7 @@ fn a_recording_tells_of_the_robot_and_of_every_person() {
     let place = Place::new();
     let mission = repository().join("sim/missions/building/building-a.toml");
     let text = std::fs::read_to_string(&mission).unwrap();
-    // One task, and a second of it.
+    // The mission is shortened to one task, limited to four seconds.
     let end = text.match_indices("[[task]]").nth(1).unwrap().0;
     let short = text[..end].replace("time_limit_s = 60.0", "time_limit_s = 4.0");
     for file in ["building.floor.toml", "sketch-a.svg"] {

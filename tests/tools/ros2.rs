@@ -1,5 +1,5 @@
-//! The bridge to ROS 2. Its counterpart is real ROS 2 (rclpy with Fast DDS), from a Python that
-//! `SKETCHNAV_ROS2_PYTHON` names. Tests that need it are skipped if there is none.
+//! The bridge to ROS 2, tested with real ROS 2 (rclpy with Fast DDS) in a Python that `SKETCHNAV_ROS2_PYTHON` names.
+//! Tests that need it are skipped if there is none.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,28 +8,28 @@ use nix::sys::signal::Signal;
 use serde_json::Value;
 use support::{BESIDE_A_DRIVER, Ended, Place, Running, repository, room};
 
-/// A Python with real ROS 2.
+/// Returns a Python with real ROS 2.
 fn ros2_python() -> Option<PathBuf> {
     needs::python("ros2", "SKETCHNAV_ROS2_PYTHON", "rclpy, diagnostic_msgs, rosgraph_msgs")
 }
 
-/// A domain only for this test process, among those whose ports the kernel does not choose by itself.
+/// Returns a domain that only this test process uses, among those whose ports the kernel does not assign on its own.
 fn domain(of_test: u32) -> u32 {
     10 + (std::process::id() + 7 * of_test) % 90
 }
 
-/// A program of real ROS 2 in the domain.
+/// Returns a command that runs a program with real ROS 2 in the domain.
 fn script(place: &Place, python: &Path, domain: u32, file: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new(python);
     command.arg(repository().join("tests").join(file)).args(arguments);
     place.settle(&mut command);
-    // Shared memory is only for participants of Fast DDS.
+    // Only participants that use Fast DDS can share its shared memory, so it is switched off.
     command.env("ROS_DOMAIN_ID", domain.to_string()).env("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4");
     command.env("PYTHONDONTWRITEBYTECODE", "1").env("ROS_LOG_DIR", place.files());
     command
 }
 
-/// A node of real ROS 2 in the domain, until it ends: see `ros2_node.py`.
+/// Runs a real ROS 2 node in the domain until it ends. See `ros2_node.py`.
 fn node(place: &Place, python: &Path, domain: u32, arguments: &[&str]) -> Ended {
     let ended = Running::spawn(script(place, python, domain, "ros2_node.py", arguments)).end();
     assert_eq!(ended.code, Some(0), "{arguments:?}: {ended}");
@@ -40,7 +40,7 @@ fn numbers(report: &Value, key: &str) -> Vec<f64> {
     report[key].as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// The newest status of the mission.
+/// Returns the newest status of the mission.
 fn status(place: &Place) -> Value {
     place.fine("echo status --once --system lab").json()["message"].clone()
 }
@@ -126,7 +126,7 @@ fn bad_input_is_told_and_nothing_is_opened() {
     place.assert_nothing_left("lab");
 }
 
-/// A late reader gets the drawing, which is far longer than a datagram, as a type that it knows only by IDL.
+/// A late reader receives the drawing, which is much longer than a datagram, as a type that it knows only from IDL.
 #[test]
 fn a_reader_of_another_maker_gets_the_latched_drawing() {
     let Some(python) = ros2_python() else { return };
@@ -163,13 +163,13 @@ fn a_reader_of_another_maker_gets_the_latched_drawing() {
     place.assert_nothing_left("lab");
 }
 
-/// Two hosts: network namespaces with a wire between them.
+/// Two hosts, which are network namespaces connected by a wire.
 struct Hosts {
     names: [String; 2],
 }
 
 impl Hosts {
-    /// Creates them, if this user may.
+    /// Creates the hosts, if this user is allowed to.
     fn new() -> Option<Self> {
         let id = std::process::id();
         let hosts = Self { names: ["a", "b"].map(|end| format!("sketchnav-{id}-{end}")) };
@@ -191,7 +191,7 @@ impl Hosts {
         made.then_some(hosts)
     }
 
-    /// The command on a host.
+    /// Returns a command that runs `command` on a host.
     fn on(&self, host: usize, place: &Place, command: &Command) -> Command {
         let mut there = needs::program("ip").expect("ip, which was there before");
         there.args(["netns", "exec", &self.names[host]]).arg(command.get_program()).args(command.get_args());
@@ -214,7 +214,8 @@ fn ip(arguments: &str) -> bool {
     ended.is_some_and(|ended| ended.is_ok_and(|ended| ended.status.success()))
 }
 
-/// By multicast over a wire, as on any network, which is all that the ROS 2 node shares with the robot's host.
+/// The bridge communicates by multicast over a wire, as on any network. The node shares nothing else with the robot's
+/// host.
 #[test]
 fn ros_2_on_another_host_hears_the_robot_and_gives_it_a_goal() {
     let Some(python) = ros2_python() else { return };
@@ -241,7 +242,7 @@ fn ros_2_on_another_host_hears_the_robot_and_gives_it_a_goal() {
     place.assert_nothing_left("lab");
 }
 
-/// The mission of two rooms, with a robot from ROS 2 in place of the world.
+/// The mission in two rooms, with a ROS 2 robot in place of the world.
 #[test]
 fn a_robot_of_ros_2_drives_a_mission_in_the_world_s_place() {
     let Some(python) = ros2_python() else { return };

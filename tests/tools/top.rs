@@ -1,4 +1,4 @@
-//! `sketchnav top` for programs: a running system at a moment.
+//! `sketchnav top` for programs: the state of a running system at one moment.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
@@ -41,7 +41,7 @@ fn a_program_sees_how_the_processes_get_on() {
     let snapshot = top(&place);
     let localizer = row(&snapshot, "localizer");
     assert!(localizer["restarts"] == 1 && localizer["pid"] != first, "{snapshot:#}");
-    // Its supervisor may have been quicker.
+    // The supervisor may already have restarted the stopped process.
     let sketcher = row(&snapshot, "sketcher");
     assert!(sketcher["state"] == "stopped" || sketcher["restarts"] == 1, "{snapshot:#}");
     let told = snapshot["faults"].as_array().unwrap().iter();
@@ -51,7 +51,7 @@ fn a_program_sees_how_the_processes_get_on() {
     place.assert_nothing_left("seen");
 }
 
-/// The pad had no row, so in its own systems it could be neither watched nor killed.
+/// The pad used to have no row, so it could be neither watched nor killed, not even in its own systems.
 #[test]
 fn a_program_sees_how_the_pad_gets_on() {
     let place = Place::new();

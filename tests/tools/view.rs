@@ -1,8 +1,8 @@
-//! The live view: a third-party viewer decodes every topic of a running demo, a recording is played, paused and searched, bad
-//! input is rejected, and the layout that comes with the project names only what exists.
+//! The live view. A third-party viewer decodes every topic of a running demo. A recording is played, paused and
+//! searched. Bad input is rejected, and the layout that comes with the project only names things that exist.
 //!
-//! The first test needs node and Foxglove's packages (`.ci/run` installs them); the folder with `node_modules` is
-//! `SKETCHNAV_FOXGLOVE`, or `target/foxglove`. Skipped, with a notice, without them.
+//! The first test needs node and Foxglove's packages (`.ci/run` installs them). The folder that contains `node_modules`
+//! is `SKETCHNAV_FOXGLOVE` or, by default, `target/foxglove`. Without them, the test prints a notice and is skipped.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -19,7 +19,7 @@ use sketchnav_schemas::channels;
 use support::viewer::{Came, Viewer, view};
 use support::{Ended, Place, Running, repository, wait_until};
 
-/// Where Foxglove's packages are.
+/// Returns the folder of Foxglove's packages, if this machine has them.
 fn packages() -> Option<PathBuf> {
     let folder = std::env::var_os("SKETCHNAV_FOXGLOVE");
     let folder = folder.map_or_else(|| repository().join("target/foxglove"), PathBuf::from);
@@ -33,7 +33,7 @@ fn packages() -> Option<PathBuf> {
     is_there.then_some(folder)
 }
 
-/// The topics of channels on which something was sent, and those derived from them.
+/// Returns the topics of channels on which a message was sent, and the topics derived from them.
 fn spoken(place: &Place, system: &str) -> BTreeSet<String> {
     sketchnav_navigators::register(&[]).unwrap();
     let figures = place.fine(&format!("channels {system} --json")).json();
@@ -48,12 +48,12 @@ fn spoken(place: &Place, system: &str) -> BTreeSet<String> {
     topics
 }
 
-/// Starts a run and returns the link of its view, from its standard error.
+/// Starts a run and returns the link of its view, which is printed to standard error.
 fn link_of(running: &mut Command) -> (Running, String) {
     let mut child = running.spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map_while(Result::ok);
     let link = lines.find_map(|line| Some(line[line.find("ws://")?..].trim().to_owned()));
-    // Its output is read continuously, so that it never waits for a reader.
+    // The output is read continuously, so that the run never blocks on it.
     std::thread::spawn(move || lines.for_each(drop));
     (Running::of(child), link.expect("the view's link"))
 }
@@ -91,7 +91,7 @@ fn other_peoples_viewer_decodes_every_topic_of_a_running_demo() {
     }
 }
 
-/// Type and bytes of every message of a topic that recordings have.
+/// Asserts that the type and bytes of every message shown are the same as in the recording, for recorded topics.
 fn what_was_shown_is_what_was_recorded(watched: &Value, recording: &str) {
     let recording = Recording::open(recording.as_ref()).unwrap();
     let mut recorded: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
@@ -111,17 +111,17 @@ fn what_was_shown_is_what_was_recorded(watched: &Value, recording: &str) {
     }
 }
 
-/// The states of playback, as the protocol numbers them.
+/// The states of playback, with the numbers that the protocol gives them.
 const PLAYING: u8 = 0;
 const PAUSED: u8 = 1;
 const ENDED: u8 = 3;
 
-/// The recording that is played: 30 instants, with a sketch and a route.
+/// Returns the recording that is played, which has 30 instants, a sketch and a route.
 fn story() -> PathBuf {
     repository().join("recordings/golden/story.mcap")
 }
 
-/// What is shown of a recording from a time on.
+/// Returns the messages of a recording that are shown from a time on.
 fn expected(recording: &Recording, from_ns: u64) -> Messages {
     let latched = recording.latched_before(from_ns).unwrap();
     let latched = latched.into_iter().map(|message| RawMessage { stamp_ns: from_ns, ..message });
@@ -135,8 +135,8 @@ fn expected(recording: &Recording, from_ns: u64) -> Messages {
 
 type Messages = BTreeMap<String, Vec<(u64, Vec<u8>)>>;
 
-/// Takes what comes until the recording's clock has this status and this many messages have arrived, not counting derived ones.
-/// Status and messages come through different queues.
+/// Takes messages until playback has this status and this many messages have arrived, not counting derived ones. The
+/// status and the messages come through different queues, so either may be late.
 fn take(viewer: &mut Viewer, all: &mut Messages, status: u8, messages: usize) -> Option<(u64, bool, String)> {
     sketchnav_navigators::register(&[]).unwrap();
     let (mut told, mut count) = (None, all.values().map(Vec::len).sum::<usize>());
@@ -157,7 +157,7 @@ fn take(viewer: &mut Viewer, all: &mut Messages, status: u8, messages: usize) ->
     told
 }
 
-/// How many topics a recording has, including derived ones.
+/// Returns the number of topics of a recording, including derived ones.
 fn topic_count(recording: &Recording) -> usize {
     sketchnav_navigators::register(&[]).unwrap();
     let topics = recording.topics().unwrap();
@@ -205,7 +205,7 @@ fn counts(all: &Messages) -> BTreeMap<&str, usize> {
     all.iter().map(|(topic, messages)| (topic.as_str(), messages.len())).collect()
 }
 
-/// The second viewer got no latched messages, because the first one had already had them.
+/// A second viewer once received no latched messages, because the first one had already taken them.
 #[test]
 fn who_comes_second_gets_what_is_latched_and_nobody_leaves_a_channel_open() {
     sketchnav_navigators::register(&[]).unwrap();
@@ -269,7 +269,7 @@ fn bad_input_is_refused_before_anything_begins() {
     assert!(!place.files().join("out/demo-001").exists());
 }
 
-/// The panels that a layout arranges.
+/// Returns the panels that a layout arranges.
 fn panels(layout: &Value) -> BTreeSet<String> {
     match layout.as_str() {
         Some(panel) => BTreeSet::from([panel.to_owned()]),
@@ -277,8 +277,8 @@ fn panels(layout: &Value) -> BTreeSet<String> {
     }
 }
 
-/// Every topic of the layout exists, and every field that it plots; every panel is arranged, and of a kind that both viewers have
-/// (Lichtblick: packages/suite-base/src/panels).
+/// Every topic of the layout and every field that it plots exists. Every panel is arranged, and of a kind that both
+/// viewers have (Lichtblick: packages/suite-base/src/panels).
 #[test]
 fn the_layout_names_what_there_is() {
     sketchnav_navigators::register(&[]).unwrap();

@@ -1,5 +1,5 @@
-//! The bridge to ROS 2 by Zenoh. Its counterpart is the package `zenoh-ros2-sdk`, which speaks as rmw_zenoh does, in a
-//! Python that `SKETCHNAV_ZENOH_PYTHON` names. Tests that need it are skipped if there is none.
+//! The bridge to ROS 2 over Zenoh, tested with the package `zenoh-ros2-sdk`, which uses the same protocol as rmw_zenoh,
+//! in a Python that `SKETCHNAV_ZENOH_PYTHON` names. Tests that need it are skipped if there is none.
 
 use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
@@ -11,12 +11,12 @@ use support::{BESIDE_A_DRIVER, Ended, Place, Running, repository, room};
 
 const DOMAIN: &str = "7";
 
-/// A Python with the counterpart.
+/// Returns a Python with that package.
 fn zenoh_python() -> Option<PathBuf> {
     needs::python("zenoh", "SKETCHNAV_ZENOH_PYTHON", "zenoh_ros2_sdk, zenoh, rosbags")
 }
 
-/// A free port.
+/// Returns a free port.
 fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
@@ -29,14 +29,14 @@ fn script(place: &Place, python: &Path, file: &str, arguments: &[&str]) -> Comma
     command
 }
 
-/// A node of the counterpart, until it ends: see `zenoh_node.py`.
+/// Runs a node with that package until it ends. See `zenoh_node.py`.
 fn node(place: &Place, python: &Path, arguments: &[&str]) -> Ended {
     let ended = Running::spawn(script(place, python, "zenoh_node.py", arguments)).end();
     assert_eq!(ended.code, Some(0), "{arguments:?}: {ended}");
     ended
 }
 
-/// Has a node give orders until the mission's status shows the effect.
+/// Has a node give orders until the mission's status shows their effect.
 fn order(place: &Place, python: &Path, arguments: &[&str], what: &str, holds: impl Fn(&Value) -> bool) {
     let giver = Running::spawn(script(place, python, "zenoh_node.py", arguments));
     support::wait_until(what, || holds(&place.fine("echo status --once --system lab").json()["message"]));
@@ -49,7 +49,7 @@ fn numbers(report: &Value, key: &str) -> Vec<f64> {
     report[key].as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 
-/// The size of the drawing that the system has.
+/// Returns the size of the drawing that the system has.
 fn drawing(place: &Place) -> Value {
     let fields = "--field grid.info.width --field grid.info.height";
     place.fine(&format!("echo sketch --once --system lab {fields}")).json()["fields"].clone()
@@ -85,11 +85,11 @@ fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
     for process in support::SERVICES {
         assert_eq!(report["levels"][format!("lab: {process}")], 0, "{report}");
     }
-    // Each message has its number, its time and its sender.
+    // Each message has a number, a time and a sender.
     assert!(numbers(&report, "numbers").windows(2).all(|pair| pair[0] < pair[1]), "{report}");
     assert!(numbers(&report, "ages_s").iter().all(|age| (-60.0..3600.0).contains(age)), "{report}");
     assert_eq!(report["identities"].as_array().unwrap().len(), 1, "{report}");
-    // The graph of ROS 2.
+    // The graph of ROS 2 nodes and topics.
     assert!(report["nodes"].as_array().unwrap().contains(&"sketchnav_lab".into()), "{report}");
     assert_eq!(report["subscriptions"], serde_json::json!(["%order"]), "{report}");
     for (topic, quality) in [("%scan", "2::,5:,:,:,,"), ("%sketch", ":1:,1:,:,:,,"), ("%tf", "::,100:,:,:,,")]
@@ -117,7 +117,7 @@ fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
     assert!(ended.err.contains("\"stand on your head\": expected one of start, abort"), "{ended}");
     place.assert_nothing_left("lab");
 
-    // The hash of each type is the one that other software computes from the recording's definitions.
+    // The hash of each type is the one that other software computes from the definitions in the recording.
     let recording = told["recording"].as_str().unwrap();
     let hashes = node(&place, &python, &["hashes", recording]).json();
     let hashes = hashes.as_object().unwrap();
@@ -131,7 +131,7 @@ fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
     }
 }
 
-/// A subscriber was there before the bridge, and is the router.
+/// A subscriber, which is also the router, was there before the bridge.
 #[test]
 fn a_subscriber_that_waits_at_the_router_gets_the_latched_drawing() {
     let Some(python) = zenoh_python() else { return };
@@ -151,13 +151,13 @@ fn a_subscriber_that_waits_at_the_router_gets_the_latched_drawing() {
     is_whole(&ended.json(), &drawing);
     running.signal(Signal::SIGINT);
     running.end();
-    // The router has gone meanwhile.
+    // The router is gone in the meantime.
     let ended = bridge.end();
     assert_eq!(ended.code, Some(0), "{ended}");
     place.assert_nothing_left("lab");
 }
 
-/// The mission of two rooms, with a robot that comes by Zenoh in place of the world.
+/// The mission in two rooms, with a robot that is connected over Zenoh in place of the world.
 #[test]
 fn a_robot_of_rmw_zenoh_drives_a_mission_in_the_world_s_place() {
     let Some(python) = zenoh_python() else { return };

@@ -1,24 +1,24 @@
-//! Reads a log line by line, whatever is wrong with any of them. A line that is too long is skipped, and compressed data that
+//! Reads a log line by line, however damaged its lines are. A line that is too long is skipped, and compressed data that
 //! breaks off ends the log.
 
 use std::io::{self, BufRead, ErrorKind, Read};
 
-/// Longest line that is read, bytes.
+/// Maximum length of a line that is read, in bytes.
 pub const MAX_LINE_BYTES: u64 = 1 << 18;
 
-/// What the next line is.
+/// The result of reading the next line.
 pub enum Next {
-    /// It is in the buffer.
+    /// The line is in the buffer.
     Line,
-    /// It is longer than [`MAX_LINE_BYTES`], and was skipped.
+    /// The line is longer than [`MAX_LINE_BYTES`] and was skipped.
     TooLong,
-    /// The data breaks off within it: a compressed file is cut, or damaged from here on.
+    /// The data breaks off within the line, because a compressed file is cut off or damaged.
     BreaksOff(io::Error),
-    /// There is none.
+    /// There are no more lines.
     End,
 }
 
-/// Reads lines; none is longer than [`MAX_LINE_BYTES`].
+/// Reads lines of up to [`MAX_LINE_BYTES`].
 pub struct Lines<R> {
     input: R,
     number: u64,
@@ -30,12 +30,12 @@ impl<R: BufRead> Lines<R> {
         Self { input, number: 0, text: Vec::new() }
     }
 
-    /// The number of the last line, from 1.
+    /// The number of the last line that was read, counted from 1.
     pub fn number(&self) -> u64 {
         self.number
     }
 
-    /// The last line, without its end.
+    /// The text of the last line that was read, without the line break.
     pub fn text(&self) -> &[u8] {
         &self.text
     }
@@ -43,7 +43,7 @@ impl<R: BufRead> Lines<R> {
     /// Reads the next line.
     ///
     /// # Errors
-    /// Those of the system. Data that breaks off is not an error but an end.
+    /// The system's errors. Data that breaks off is not an error; see [`Next::BreaksOff`].
     pub fn next(&mut self) -> io::Result<Next> {
         self.number += 1;
         self.text.clear();
@@ -74,7 +74,7 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// The errors of decompressors for data that ends too early or is damaged.
+/// Returns true for the errors with which decompressors report data that ends too early or is damaged.
 fn breaks_off(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::UnexpectedEof | ErrorKind::InvalidInput | ErrorKind::InvalidData)
 }

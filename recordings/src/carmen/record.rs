@@ -9,8 +9,8 @@
 //! FLASER      num_readings [range_readings] x y theta odom_x odom_y odom_theta
 //! ODOM        x y theta tv rv accel
 //! ```
-//! Each ends with `ipc_timestamp ipc_hostname logger_timestamp`. A line therefore says how many fields it must have. Only the
-//! fields that are read have to be ASCII text; a host may have any name.
+//! Each line ends with `ipc_timestamp ipc_hostname logger_timestamp`. The content of a line thus determines how many fields
+//! it must have. Only the fields that are read must be ASCII text, since a host may have any name.
 
 use std::f64::consts::{PI, TAU};
 
@@ -18,29 +18,29 @@ use sketchnav_schemas::geometry::{Odom, Pose, World};
 use sketchnav_schemas::message::MAX_BEAMS;
 use sketchnav_schemas::valid::Invalid;
 
-/// Farther than any robot drives, metres: such a position is invalid.
+/// Limit for positions, in metres. No robot drives that far, so a position beyond it is invalid.
 const FAR_M: f64 = 1e7;
-/// Time, host, and the logger's time.
+/// Number of fields at the end of a line: time, host, and the logger's time.
 const END_FIELDS: usize = 3;
-/// Most characters of a field that an error shows.
+/// Maximum number of characters of a field that an error shows.
 const MAX_SHOWN: usize = 24;
 
-/// The kinds of lines whose scans can be read.
+/// The kinds of lines that can be read as scans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ScanKind {
-    /// States the laser's angles and both poses.
+    /// The line states the laser's angles and both poses.
     RobotLaser1,
-    /// States both poses; the angles follow from the number of readings.
+    /// The line states both poses. The angles follow from the number of readings.
     Flaser,
-    /// States the laser's angles; the odometry is in ODOM lines.
+    /// The line states the laser's angles. The odometry is in ODOM lines.
     RawLaser1,
 }
 
 impl ScanKind {
-    /// All, beginning with the most informative.
+    /// All kinds, the most informative one first.
     pub const ALL: [Self; 3] = [Self::RobotLaser1, Self::Flaser, Self::RawLaser1];
 
-    /// The word that its lines begin with.
+    /// The word with which lines of this kind begin.
     pub const fn word(self) -> &'static str {
         match self {
             Self::RobotLaser1 => "ROBOTLASER1",
@@ -49,7 +49,7 @@ impl ScanKind {
         }
     }
 
-    /// Fields after the readings, without remissions.
+    /// Number of fields after the readings, without remissions.
     const fn fields_after(self) -> usize {
         match self {
             // Both poses, two velocities, two safety distances, the turn axis.
@@ -66,68 +66,68 @@ impl std::fmt::Display for ScanKind {
     }
 }
 
-/// Why a line is left out.
+/// Reasons why a line is left out.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Fault {
-    /// The number of its fields does not match what it says.
+    /// The line does not have the number of fields that its content implies.
     #[error("{word}: expected {expected} fields, found {found}")]
     Fields {
-        /// How it begins, with the number of readings if there is one.
+        /// The first word of the line, followed by the number of readings if there is one.
         word: String,
-        /// How many there should be.
+        /// The number of fields that there should be.
         expected: usize,
-        /// How many there are.
+        /// The number of fields that there are.
         found: usize,
     },
-    /// A field that is not what it should be.
+    /// A field has an unexpected value.
     #[error("{kind}, field {field}: expected {expected}, found {found:?}")]
     Field {
-        /// How the line begins.
+        /// The first word of the line.
         kind: &'static str,
-        /// The field, from 1.
+        /// The number of the field, from 1.
         field: usize,
-        /// What should be there.
+        /// What was expected.
         expected: &'static str,
-        /// What is there.
+        /// What was found.
         found: String,
     },
-    /// A word at the beginning that belongs to no kind of line.
+    /// The line begins with a word that no kind of line has.
     #[error("expected a known kind of line, such as FLASER, found {found:?}")]
     Kind {
         /// The word.
         found: String,
     },
-    /// Angles that contradict each other.
+    /// The stated angles contradict each other.
     #[error(
         "{kind}: expected a resolution that fits a field of view of {view_deg:.1}°, found {found_deg:.4}° for {beams} \
          readings"
     )]
     Angles {
-        /// How the line begins.
+        /// The first word of the line.
         kind: &'static str,
-        /// The field of view.
+        /// The field of view, in degrees.
         view_deg: f64,
-        /// From one beam to the next, as the line states it.
+        /// The angle from one beam to the next that the line states, in degrees.
         found_deg: f64,
-        /// How many readings there are.
+        /// Number of readings.
         beams: usize,
     },
-    /// A line too long to be a line of a log.
+    /// The line is longer than any line of a log.
     #[error("expected a line of less than 256 KiB")]
     Long,
-    /// A stamp that does not fit into a recording.
+    /// The stamp does not fit into a recording.
     #[error("expected a time at most 68 years after the first scan, found {since_s:.0} s after it")]
     Time {
-        /// After the first scan, seconds.
+        /// Time since the first scan, in seconds.
         since_s: f64,
     },
-    /// A scan, or its odometry, that every reader rejects.
+    /// The scan or its odometry is one that every reader rejects.
     #[error("expected a scan with odometry that readers accept; {0}")]
     Invalid(Invalid),
-    /// The end of what can be read.
+    /// The data breaks off.
     #[error("the file breaks off here: {why}")]
     BreaksOff {
-        /// What the decompressor says.
+        /// The decompressor's error.
         why: String,
     },
 }
@@ -135,48 +135,49 @@ pub enum Fault {
 /// The directions of a scan's beams.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Beams {
-    /// Direction of the first beam, radians; to the left of straight ahead is positive.
+    /// Direction of the first beam, in radians, positive to the left of straight ahead.
     pub angle_min_rad: f64,
-    /// From one beam to the next, radians.
+    /// Angle from one beam to the next, in radians.
     pub angle_increment_rad: f64,
 }
 
 impl Beams {
-    /// CARMEN's rule for lines that do not state their angles. 400 and 401 readings span 100°, any other number half a circle.
-    /// An odd number includes both edges (181, 361, 401), an even one omits the last (180, 360, 400).
+    /// Applies CARMEN's rule for lines that do not state their angles. 400 and 401 readings span 100°, and any other number
+    /// spans half a circle. An odd number of readings includes both edges (181, 361, 401), while an even number omits the
+    /// last one (180, 360, 400).
     pub fn by_count(count: usize) -> Self {
         let view_rad = if matches!(count, 400 | 401) { 100_f64.to_radians() } else { PI };
         let gaps = if count % 2 == 1 { count - 1 } else { count };
         Self { angle_min_rad: -view_rad / 2.0, angle_increment_rad: view_rad / gaps.max(1) as f64 }
     }
 
-    /// From the first of `count` beams to the last, radians.
+    /// Angle from the first of `count` beams to the last, in radians.
     pub fn span_rad(&self, count: usize) -> f64 {
         self.angle_increment_rad * count.saturating_sub(1) as f64
     }
 }
 
-/// A scan as its line has it.
+/// A scan as stated by its line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanLine {
-    /// What the line begins with.
+    /// The kind of line.
     pub kind: ScanKind,
-    /// Where its beams point.
+    /// The directions of the beams.
     pub beams: Beams,
-    /// Ranges in metres, from the right to the left; NaN if the log has no number that a laser measures.
+    /// Ranges in metres, from right to left. NaN if the log has no number that a laser measures.
     pub ranges_m: Vec<f32>,
-    /// The maximum range that the line states, metres.
+    /// The maximum range that the line states, in metres.
     pub range_max_m: Option<f64>,
-    /// An extra field right after the readings that is no less than any of them.
+    /// The value of an extra field right after the readings, if there is one. It is never less than any of the readings.
     pub surplus: Option<f64>,
-    /// The two poses: of the laser (the reference, if a mapper has corrected the log), and of the robot.
+    /// The pose of the laser and the pose of the robot. If a mapper has corrected the log, the former is the reference.
     pub poses: Option<(Pose<World>, Pose<Odom>)>,
-    /// Seconds, by the log's clock.
+    /// Time by the log's clock, in seconds.
     pub time_s: f64,
 }
 
 impl ScanLine {
-    /// What is wrong with a line that has one field too many.
+    /// Returns the error for a line that has one field too many.
     pub fn surplus_fault(&self) -> Fault {
         let count = self.ranges_m.len();
         let expected = 2 + count + self.kind.fields_after();
@@ -184,24 +185,24 @@ impl ScanLine {
     }
 }
 
-/// What a line says.
+/// The content of a line.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Record {
     /// A scan.
     Scan(ScanLine),
-    /// The odometry.
+    /// The pose in an ODOM line.
     Odometry(Pose<Odom>),
-    /// Nothing that goes into a recording, such as a parameter or another laser; named by its first word.
+    /// A line that does not go into a recording, such as a parameter or another laser's scan, with its first word.
     Other(String),
     /// An empty line or a comment.
     Nothing,
 }
 
 impl Record {
-    /// Reads a line.
+    /// Parses a line.
     ///
     /// # Errors
-    /// [`Fault`].
+    /// [`Fault`] if the line is invalid.
     pub fn parse(line: &[u8]) -> Result<Self, Fault> {
         let line = line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line);
         let words: Vec<&[u8]> = line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty()).collect();
@@ -213,7 +214,7 @@ impl Record {
             Some(b"ROBOTLASER1") => {
                 Fields::new("ROBOTLASER1", &words).stated(ScanKind::RobotLaser1).map(Self::Scan)
             }
-            // Some programs omit the number of the only laser.
+            // Some programs omit the number if there is only one laser.
             Some(b"RAWLASER1" | b"RAWLASER") => {
                 Fields::new("RAWLASER1", &words).stated(ScanKind::RawLaser1).map(Self::Scan)
             }
@@ -223,7 +224,7 @@ impl Record {
     }
 }
 
-/// Whether a line may begin like this, although this program does not know it.
+/// Returns true if a line of an unknown kind may begin with this word.
 fn is_kind(word: &[u8]) -> bool {
     let is_of_name = |byte: &u8| byte.is_ascii_uppercase() || byte.is_ascii_digit() || b"_-".contains(byte);
     word.len() <= MAX_SHOWN && word[0].is_ascii_uppercase() && word.iter().all(is_of_name)
@@ -238,7 +239,7 @@ fn shown(word: &[u8]) -> String {
     shown
 }
 
-/// The fields of a line, one after another.
+/// Reads the fields of a line one after another.
 struct Fields<'a> {
     kind: &'static str,
     words: &'a [&'a [u8]],
@@ -250,7 +251,7 @@ impl<'a> Fields<'a> {
         Self { kind, words, next: 1 }
     }
 
-    /// The next field as `read` reads it.
+    /// Takes the next field and parses it with `read`.
     fn take<T>(&mut self, expected: &'static str, read: impl FnOnce(&str) -> Option<T>) -> Result<T, Fault> {
         let word = self.words.get(self.next).copied().unwrap_or_default();
         self.next += 1;
@@ -269,7 +270,7 @@ impl<'a> Fields<'a> {
         Ok(Pose::new(x, y, self.number()?))
     }
 
-    /// A range. Infinite means "no return"; only a value that is not a distance at all is left out.
+    /// Takes a range. An infinite value means "no return". Only a value that is not a distance at all becomes NaN.
     fn range(&mut self) -> Result<f32, Fault> {
         let range: f32 = self.take("a range in metres", |word| word.parse().ok())?;
         Ok(if range >= 0.0 { range } else { f32::NAN })
@@ -280,7 +281,7 @@ impl<'a> Fields<'a> {
         self.take(expected, |word| word.parse().ok().filter(|count| (least..=MAX_BEAMS).contains(count)))
     }
 
-    /// Refuses a line with a different number of fields.
+    /// Checks that the line has this number of fields.
     fn expect(&self, word: String, expected: usize) -> Result<(), Fault> {
         let found = self.words.len();
         if found == expected { Ok(()) } else { Err(Fault::Fields { word, expected, found }) }
@@ -311,7 +312,7 @@ impl<'a> Fields<'a> {
         Ok(ScanLine { kind, beams, ranges_m, range_max_m: None, surplus, poses, time_s })
     }
 
-    /// A line that states its angles.
+    /// Parses the rest of a line that states its angles.
     fn stated(mut self, kind: ScanKind) -> Result<ScanLine, Fault> {
         self.next += 1; // the type of the laser
         let (angle_min_rad, view_rad, angle_increment_rad) = (self.number()?, self.number()?, self.number()?);
@@ -345,7 +346,7 @@ impl<'a> Fields<'a> {
         (0..count).map(|_| self.range()).collect()
     }
 
-    /// The beams must span the line's stated field of view, give or take one and a half beams.
+    /// Checks that the beams span the field of view that the line states, with a tolerance of one and a half beams.
     fn check_angles(&self, beams: &Beams, view_rad: f64, count: usize) -> Result<(), Fault> {
         let step_rad = beams.angle_increment_rad;
         let is_laser = step_rad > 0.0

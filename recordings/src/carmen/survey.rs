@@ -1,4 +1,4 @@
-//! A survey of all lines of a log: which of them to read as scans, and whose odometry to use.
+//! Surveys all lines of a log to determine which of them to read as scans and which odometry to use.
 
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -9,41 +9,42 @@ use super::lines::{Lines, Next};
 use super::record::{Beams, Fault, Record, ScanKind, ScanLine};
 use super::{CarmenError, Chain, LeftOut};
 
-/// Less than this does not count as motion: metres, and radians.
+/// Motion below this does not count, in metres and in radians.
 const STILL: f64 = 1e-3;
-/// If the distances by ODOM lines and by the scans' own poses differ by more than this share, they are not the same odometry.
-/// Those of a log that a mapper has corrected differ by less than a tenth.
+/// If the distances travelled according to the ODOM lines and to the scans' own poses differ by more than this share, they
+/// are not the same odometry. In a log that a mapper has corrected, they differ by less than a tenth.
 const MOST_DIFFERENCE: f64 = 0.2;
-/// How far scans may go without an ODOM line between them, metres.
+/// Maximum distance, in metres, that the robot may travel during scans without an ODOM line between them.
 const LONGEST_GAP_M: f64 = 0.5;
-/// Headings that count turns go on beyond this after two of them; headings in degrees nearly always.
+/// Headings in radians that are not wrapped exceed this after two full turns. Headings in degrees nearly always do.
 const FEW_TURNS_RAD: f64 = 2.0 * std::f64::consts::TAU;
-/// Most shapes of scans that are counted each for itself.
+/// Maximum number of scan shapes that are counted separately.
 const MAX_SHAPES: usize = 32;
-/// Most first words of unread lines that are counted separately.
+/// Maximum number of first words of unread lines that are counted separately.
 const MAX_OTHERS: usize = 32;
 
-/// Whose odometry the scans get.
+/// The source of the scans' odometry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OdometrySource {
-    /// The ODOM lines, as `Chain` chains them.
+    /// The ODOM lines, chained by `Chain`.
     Lines,
-    /// The robot's pose that each scan states.
+    /// The pose of the robot that each scan states.
     Scans,
 }
 
 /// How to read a log.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reading {
-    /// The kind of lines that are scans; lines of other kinds repeat the same scans, or contain another laser's.
+    /// The kind of lines to read as scans. Lines of other kinds repeat the same scans, or contain another laser's scans.
     pub kind: ScanKind,
-    /// Whose odometry.
+    /// The source of the odometry.
     pub odometry: OdometrySource,
-    /// The value of the extra field after the readings, the same in all scans that have one: the maximum range, metres.
+    /// The value of the extra field after the readings, if it is the same in all scans that have one. It is the maximum
+    /// range, in metres.
     pub surplus: Option<f64>,
 }
 
-/// What should be known about a log before it is relied on.
+/// A reason to check a log before relying on it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Doubt {
     /// The odometry stands still while the reference moves.
@@ -52,69 +53,69 @@ pub enum Doubt {
          can follow this log"
     )]
     Still {
-        /// How far the reference goes, metres.
+        /// Distance travelled by the reference, in metres.
         reference_m: f64,
     },
     /// The robot never moves.
     #[error("the robot never moves in this log: the path is too short to judge anything by")]
     Motionless,
-    /// ODOM lines cover another distance than the scans.
+    /// The ODOM lines cover a different distance than the scans.
     #[error(
         "the ODOM lines go {lines_m:.1} m, the robot's own poses in the scans {scans_m:.1} m: ODOM lines are missing or \
          wrong, or the scans' poses are not the robot's own"
     )]
     Partial {
-        /// How far the ODOM lines go, metres.
+        /// Distance travelled according to the ODOM lines, in metres.
         lines_m: f64,
-        /// How far the scans go, metres.
+        /// Distance travelled according to the scans, in metres.
         scans_m: f64,
     },
-    /// Scans follow each other without ODOM lines between them.
+    /// Too many scans follow each other without ODOM lines between them.
     #[error(
         "from line {line} on the robot's own poses in the scans go {gap_m:.1} m without an ODOM line: the odometry stands \
          still there (in all, the ODOM lines go {lines_m:.1} m, the scans {scans_m:.1} m)"
     )]
     Gap {
-        /// The first scan of them.
+        /// The line of the first of these scans.
         line: u64,
-        /// How far they go, metres.
+        /// Distance travelled during these scans, in metres.
         gap_m: f64,
-        /// How far the ODOM lines go, metres.
+        /// Distance travelled according to the ODOM lines, in metres.
         lines_m: f64,
-        /// How far the scans go, metres.
+        /// Distance travelled according to all scans, in metres.
         scans_m: f64,
     },
-    /// There is only one pose.
+    /// Both poses of each scan are the same.
     #[error(
         "both poses of each scan are the same and there are no ODOM lines: if a mapper has corrected this log, its \
          odometry is lost; if none has, its reference is the odometry"
     )]
     SamePoses,
-    /// Angles that a heading seldom has.
+    /// The headings reach values that are unusual for radians.
     #[error("the headings of the poses reach {heading:.0}: expected radians; are they degrees?")]
     Headings {
-        /// The largest.
+        /// The largest heading.
         heading: f64,
     },
-    /// A field that the format does not have.
+    /// The lines have a field that the format does not have.
     #[error(
         "{count} {kind} lines have an extra field after their readings, {value} in each: read as the maximum range"
     )]
     Surplus {
-        /// How the lines begin.
+        /// The kind of lines.
         kind: ScanKind,
-        /// How many they are.
+        /// Number of these lines.
         count: u64,
-        /// The field.
+        /// The value of the field.
         value: f64,
     },
 }
 
-/// The motion along some poses.
+/// The motion along a sequence of poses.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Motion {
     last: Option<[f64; 3]>,
-    /// Metres.
+    /// Distance travelled, in metres.
     pub way_m: f64,
     turn_rad: f64,
 }
@@ -128,29 +129,29 @@ impl Motion {
         }
     }
 
-    /// Whether there is any.
+    /// Returns true if there is any motion.
     pub fn moves(&self) -> bool {
         self.way_m > STILL || self.turn_rad > STILL
     }
 }
 
-/// Scans whose beams point the same way.
+/// Scans with the same beam directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
-    /// Beams of a scan.
+    /// Number of beams in a scan.
     pub count: usize,
-    /// Where they point.
+    /// The directions of the beams.
     pub beams: Beams,
-    /// How many scans.
+    /// Number of scans.
     pub scans: u64,
 }
 
-/// Scans by the directions of their beams.
+/// The scans of a log, counted by their beam directions.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Shapes {
-    /// In the order in which they come first.
+    /// The shapes in order of first occurrence.
     pub known: Vec<Shape>,
-    /// Scans of further shapes; no laser has so many.
+    /// Number of scans with further shapes. No laser has so many.
     pub others: u64,
 }
 
@@ -165,43 +166,43 @@ impl Shapes {
         }
     }
 
-    /// The most frequent shape; the first of several.
+    /// The most frequent shape. If there are several, the one that occurred first.
     pub fn most_frequent(&self) -> Option<&Shape> {
         self.known.iter().rev().max_by_key(|shape| shape.scans)
     }
 }
 
-/// Scans without an ODOM line between them.
+/// Consecutive scans without an ODOM line between them.
 #[derive(Debug, Clone, Copy, Default)]
 struct Gap {
-    /// The first of them.
+    /// The line of the first of these scans.
     line: u64,
-    /// How many ODOM lines there are before it.
+    /// Number of ODOM lines before the scans.
     odometry_lines: u64,
     motion: Motion,
 }
 
-/// What is known about a kind of lines.
+/// The facts about one kind of lines.
 #[derive(Debug, Clone, Default)]
 struct Facts {
     scans: u64,
     reference: Motion,
     own: Motion,
-    /// The gap since the last ODOM line, and the one in which the robot goes farthest.
+    /// The current gap, since the last ODOM line, and the one in which the robot travels farthest.
     gap: Gap,
     longest_gap: Gap,
-    /// Whether some scan's two poses differ.
+    /// True if the two poses of some scan differ.
     poses_differ: bool,
-    /// The largest heading of a pose, either way.
+    /// The largest absolute heading of a pose.
     largest_heading: f64,
-    /// The field too many of the first line that has one, and of how many lines; none where they differ.
+    /// The value of the extra field in the first line that has one, and the number of lines that have the same value.
     surplus: Option<(f64, u64)>,
     surplus_differs: bool,
     shapes: Shapes,
 }
 
 impl Facts {
-    /// Takes the scan in a line after this many ODOM lines.
+    /// Takes the scan in a line, which comes after this many ODOM lines.
     fn take(&mut self, scan: &ScanLine, line: u64, odometry_lines: u64) {
         match (scan.surplus, &mut self.surplus) {
             (None, _) => self.scans += 1,
@@ -229,7 +230,8 @@ impl Facts {
         }
     }
 
-    /// The extra field, if it is the same in all lines that have one.
+    /// Returns the extra field and the number of lines that have it, provided that there are several and that all have the
+    /// same value.
     fn surplus(&self) -> Option<(f64, u64)> {
         self.surplus.filter(|(_, count)| *count > 1 && !self.surplus_differs)
     }
@@ -239,23 +241,23 @@ impl Facts {
     }
 }
 
-/// What a log has.
+/// The facts about a log.
 #[derive(Debug, Clone, Default)]
 pub struct Survey {
     kinds: BTreeMap<ScanKind, Facts>,
     odometry_lines: u64,
     chained: Motion,
-    /// Lines of kinds that are not read, by their first words.
+    /// Number of lines of the kinds that are not read, by their first words.
     others: BTreeMap<String, u64>,
     first_fault: Option<LeftOut>,
     faults: u64,
 }
 
 impl Survey {
-    /// Looks at all lines.
+    /// Surveys all lines.
     ///
     /// # Errors
-    /// [`CarmenError::Io`].
+    /// [`CarmenError::Io`] if the log cannot be read.
     pub fn of(input: impl BufRead) -> Result<Self, CarmenError> {
         let (mut survey, mut lines, mut chain) = (Self::default(), Lines::new(input), Chain::default());
         loop {
@@ -306,10 +308,11 @@ impl Survey {
         }
     }
 
-    /// How to read the log: by the kind of lines with the most scans, the most informative one among equals.
+    /// Determines how to read the log. The kind of lines with the most scans is read, or the most informative one if
+    /// several kinds have equally many.
     ///
     /// # Errors
-    /// [`CarmenError::NoScans`], [`CarmenError::NoOdometry`].
+    /// [`CarmenError::NoScans`] if no line is a scan, [`CarmenError::NoOdometry`] if the log has no odometry.
     pub fn reading(&self) -> Result<Reading, CarmenError> {
         let usable = |kind: &ScanKind| self.kinds.get(kind).map_or(0, Facts::usable);
         let kind = ScanKind::ALL.into_iter().rev().max_by_key(usable).filter(|kind| usable(kind) > 0);
@@ -327,13 +330,13 @@ impl Survey {
         Ok(Reading { kind, odometry, surplus: facts.surplus().map(|(value, _)| value) })
     }
 
-    /// How far the odometry of that reading goes, metres.
+    /// The distance travelled according to the odometry of `reading`, in metres.
     pub fn odometry_way_m(&self, reading: &Reading) -> f64 {
         let own = self.kinds.get(&reading.kind).map_or(0.0, |facts| facts.own.way_m);
         if reading.odometry == OdometrySource::Lines { self.chained.way_m } else { own }
     }
 
-    /// What should be known about the log, if read like that.
+    /// Returns the reasons to check the log before relying on it, if it is read in this way.
     pub fn doubts(&self, reading: &Reading) -> Vec<Doubt> {
         let Some(facts) = self.kinds.get(&reading.kind) else { return Vec::new() };
         let moves = self.chained.moves() || facts.own.moves();
@@ -365,13 +368,13 @@ impl Survey {
         is_partial.then_some(Doubt::Partial { lines_m, scans_m })
     }
 
-    /// The scans of that reading by the directions of their beams.
+    /// The scans of `reading` by their beam directions.
     pub fn shapes(&self, reading: &Reading) -> Option<&Shapes> {
         self.kinds.get(&reading.kind).map(|facts| &facts.shapes)
     }
 
-    /// How many lines of unread kinds there are, by their first words: parameters, other lasers, and scans that the lines read
-    /// contain as well.
+    /// Returns the number of unread lines by their first words. They are parameters, other lasers' scans, and lines that
+    /// repeat the scans that are read.
     pub fn not_read(&self, reading: &Reading) -> BTreeMap<String, u64> {
         let scans = self.kinds.iter().filter(|(kind, _)| **kind != reading.kind);
         let scans = scans.map(|(kind, facts)| (kind.word().to_owned(), facts.usable()));
@@ -381,7 +384,7 @@ impl Survey {
         others.chain(scans).chain(odometry).collect()
     }
 
-    /// What the log has instead of scans, in words.
+    /// Describes in words what the log has instead of scans.
     fn found(&self) -> String {
         let odometry = (self.odometry_lines > 0).then(|| format!("{} ODOM", self.odometry_lines));
         let others = self.others.iter().map(|(word, count)| format!("{count} {word}"));

@@ -11,7 +11,7 @@ fn entries(log: &[u8]) -> Vec<Entry> {
     CarmenLog::new(log, reading).collect::<Result<_, _>>().unwrap()
 }
 
-/// The scans, and what is left out.
+/// Returns the scans and the lines that were left out.
 fn read(log: impl AsRef<[u8]>) -> (Vec<CarmenScan>, Vec<LeftOut>) {
     let (mut scans, mut left_out) = (Vec::new(), Vec::new());
     for entry in entries(log.as_ref()) {
@@ -23,7 +23,7 @@ fn read(log: impl AsRef<[u8]>) -> (Vec<CarmenScan>, Vec<LeftOut>) {
     (scans, left_out)
 }
 
-/// A scan of two readings, at `x` by the reference and at `own` by the robot.
+/// A scan of two readings, at `x` by the reference and at `own` by the robot's odometry.
 fn flaser(x: f64, own: f64) -> String {
     format!("FLASER 2 1 2 {x} 0 0 {own} 0 0 {own} h 0\n")
 }
@@ -46,8 +46,8 @@ fn what_the_mapper_put_right_is_not_in_the_odometry() {
     assert_eq!((scans[0].ranges_m.as_slice(), scans[1].time_s), (&[1.5, 2.5, 81.9][..], 0.5));
 }
 
-/// The step from the ODOM line before a scan to the first one after it was always left out. With ODOM and FLASER alternating,
-/// as in raw logs, the robot never moved.
+/// The step from the last ODOM line before a scan to the first one after it was always left out. With ODOM and FLASER lines
+/// alternating, as in raw logs, the robot never moved.
 #[test]
 fn the_odometry_of_a_raw_log_is_what_it_says() {
     let log: String = [0.0, 1.0, 2.0].map(|x| odom(x) + &flaser(x + 0.1, x + 0.1)).concat();
@@ -55,7 +55,7 @@ fn the_odometry_of_a_raw_log_is_what_it_says() {
     assert_eq!(way, [0.0, 1.0, 2.0]);
 }
 
-/// gmapping's `scanstudio2carmen` writes no ODOM lines. The robot stood still, and was localized without an error.
+/// gmapping's `scanstudio2carmen` writes no ODOM lines. The robot appeared to stand still, and was localized without error.
 #[test]
 fn without_odom_lines_the_scans_own_pose_is_the_odometry() {
     let log: String = [0.0, 1.0, 2.5].map(|x| flaser(7.0 + x, x)).concat();
@@ -66,7 +66,7 @@ fn without_odom_lines_the_scans_own_pose_is_the_odometry() {
     let (scans, _) = read(log);
     assert_eq!(scans.iter().map(|scan| scan.odometry.x).collect::<Vec<_>>(), [0.0, 1.0, 2.5]);
     assert_eq!(scans[2].reference.unwrap().x, 9.5);
-    // ODOM lines that stand still are worth no more than none.
+    // ODOM lines that stand still are as good as none.
     let log: String = [0.0, 1.0, 2.5].map(|x| odom(0.0) + &flaser(7.0 + x, x)).concat();
     assert_eq!(read(&log).0[2].odometry.x, 2.5);
     let survey = Survey::of(log.as_bytes()).unwrap();
@@ -92,8 +92,8 @@ fn an_odometry_that_never_moves_is_doubted() {
     assert_eq!(doubts(turning), [Doubt::SamePoses], "to turn is to move");
 }
 
-/// ODOM lines that ended after 3.0 m of 5.1 m, or came only with every twentieth scan, were accepted silently: only less than
-/// half of the distance was doubted. The robot stood still where they were missing.
+/// ODOM lines that ended after 3.0 m of 5.1 m, or accompanied only every twentieth scan, were accepted silently, because only
+/// less than half of the distance raised a doubt. The robot stood still where the lines were missing.
 #[test]
 fn odom_lines_that_end_halfway_or_are_sparse_are_doubted() {
     let doubts = |log: &str| {
@@ -112,7 +112,7 @@ fn odom_lines_that_end_halfway_or_are_sparse_are_doubted() {
     assert_eq!(doubts(&log(|i| i % 10 == 0)), gap(2, 1.125, 5.0));
     let words = gap(50, 2.0, 3.0)[0].to_string();
     assert!(words.starts_with("from line 50 on the robot's own poses in the scans go 2.0 m"), "{words}");
-    // The lines are all there and stand still from 3 m on; or one of them is far off.
+    // All lines exist, but the odometry stands still from 3 m on, or one line is far off.
     let stops: String = (0..=40).map(|i| odom(at(i.min(24))) + &flaser(at(i), at(i))).collect();
     assert_eq!(doubts(&stops), [Doubt::Partial { lines_m: 3.0, scans_m: 5.0 }]);
     let jumps = log(|_| true).replacen("ODOM 3.5 ", "ODOM 35 ", 1);
@@ -153,8 +153,8 @@ fn fields_are_counted_against_what_the_line_says() {
     }
 }
 
-/// Because of a cut last line the whole log was refused; garbled lines were silently ignored, and so were those of a host whose
-/// name is not UTF-8.
+/// A last line that was cut off caused the whole log to be refused. Garbled lines were silently ignored, and so were lines
+/// from a host whose name is not UTF-8.
 #[test]
 fn a_log_is_read_on_after_what_cannot_be_read() {
     let mut log = b"# Aufgenommen in Z\xfcrich\n".to_vec();
@@ -172,7 +172,7 @@ fn a_log_is_read_on_after_what_cannot_be_read() {
     assert_eq!(words(&left_out), expected);
 }
 
-/// A compressed file that was cut was refused.
+/// A compressed file that was cut off was refused.
 #[test]
 fn data_that_breaks_off_ends_the_log() {
     struct Cut<'a>(&'a [u8]);
@@ -194,7 +194,7 @@ fn data_that_breaks_off_ends_the_log() {
     assert_eq!(end.to_string(), "3: the file breaks off here: too early");
 }
 
-/// Readings that are not a distance, one of them next to one that means "no return".
+/// Some readings are not a distance, and one of them is next to one that means "no return".
 #[test]
 fn a_reading_that_is_none_leaves_the_others() {
     let (scans, left_out) = read("FLASER 4 1 nan inf -1 0 0 0 0 0 0 1 h 1\n");
@@ -202,7 +202,7 @@ fn a_reading_that_is_none_leaves_the_others() {
     assert_eq!((scans[0].ranges_m[0], scans[0].ranges_m[2]), (1.0, f32::INFINITY));
 }
 
-/// The poses were read one field too early: the robot stood 80 m away.
+/// The poses were read one field too early, so the robot stood 80 m away.
 #[test]
 fn a_maximum_range_after_the_readings_is_no_pose() {
     let line = |x: f64| format!("FLASER 2 1 2 80.0 {x} 0 0 {x} 0 0 {x} h 0\n");
@@ -213,12 +213,12 @@ fn a_maximum_range_after_the_readings_is_no_pose() {
     let survey = Survey::of(log.as_bytes()).unwrap();
     let doubts = survey.doubts(&survey.reading().unwrap());
     assert!(doubts.contains(&Doubt::Surplus { kind: ScanKind::Flaser, count: 3, value: 80.0 }), "{doubts:?}");
-    // A field that differs from line to line is not a maximum range but, say, a reading that was not counted.
+    // A field that differs from line to line is not a maximum range, but perhaps a reading that was not counted.
     let (scans, left_out) = read(log.replacen("80.0", "70.0", 1) + &flaser(3.0, 3.0));
     assert_eq!((scans.len(), left_out.len()), (1, 3));
 }
 
-/// 401 readings of 100° were read as half a circle.
+/// 401 readings over 100° were read as half a circle.
 #[test]
 fn the_field_of_view_follows_from_the_number_of_readings() {
     for (count, first_deg, step_deg) in [
@@ -245,7 +245,7 @@ fn the_field_of_view_follows_from_the_number_of_readings() {
     assert_eq!(shapes.known.iter().map(|shape| shape.scans).collect::<Vec<_>>(), [1, 2]);
 }
 
-/// The newer lines of CARMEN were not read at all.
+/// The newer kinds of CARMEN lines were not read at all.
 #[test]
 fn lines_that_state_their_angles_are_read_by_them() {
     let robot = |x: f64| {
@@ -265,7 +265,7 @@ fn lines_that_state_their_angles_are_read_by_them() {
     assert_eq!((scans[1].reference, scans[1].odometry.x, scans[1].range_max_m), (None, 1.0, None));
     let error = Survey::of(raw.as_bytes()).unwrap().reading().unwrap_err().to_string();
     assert!(error.starts_with("expected ODOM lines beside RAWLASER1 lines"), "{error}");
-    // CARMEN's logger writes the same scan twice if it is asked for both.
+    // CARMEN's logger writes each scan twice if it is asked for both kinds.
     let log = [0.0, 1.0].map(|x| odom(x) + raw + &robot(x)).concat();
     let survey = Survey::of(log.as_bytes()).unwrap();
     let reading = survey.reading().unwrap();
@@ -295,7 +295,7 @@ proptest! {
         }
     }
 
-    /// Wherever a line is cut, nothing is read that is not in it.
+    /// Wherever a line is cut off, nothing is read that is not in it.
     #[test]
     fn a_cut_line_is_left_out(cut in 7_usize..40) {
         let line = "FLASER 3 1.5 2.5 3.5 9 0.1 0 9 0.1 0 0.25 h";

@@ -1,18 +1,18 @@
-//! Plain CDR of either byte order, as JSON.
+//! Decodes plain CDR of either byte order into JSON.
 
 use serde_json::{Map, Number, Value};
 
 use super::DynamicError;
 use super::definition::{Count, Field, Kind, Primitive, Types};
 
-/// Deepest nesting of messages.
+/// Maximum nesting depth of messages.
 const MAX_DEPTH: usize = 32;
-/// Bytes before the message; alignment counts from their end.
+/// Size of the encapsulation header before the message. Alignment counts from its end.
 const ENCAPSULATION_BYTES: usize = 4;
-/// Writers may fill up the last word.
+/// Maximum number of bytes after the message, with which writers may fill the last word.
 const MAX_PADDING: usize = 3;
 
-/// The message that these bytes are.
+/// Decodes the message in `bytes`.
 pub fn decode(bytes: &[u8], types: &Types) -> Result<Value, DynamicError> {
     let found =
         || DynamicError::Encapsulation { found: bytes.iter().take(ENCAPSULATION_BYTES).copied().collect() };
@@ -36,7 +36,7 @@ fn message(reader: &mut Reader<'_>, types: &Types, name: &str, depth: usize) -> 
     }
     let fields = types.fields(name)?;
     if fields.is_empty() {
-        // A struct must have a member: ROS 2 gives it a byte.
+        // A struct must have a member, so ROS 2 gives an empty message one byte.
         reader.take(1, "the byte of an empty message")?;
     }
     let values = fields.iter().map(|f| Ok((f.name.clone(), field(reader, types, f, depth)?)));
@@ -49,7 +49,7 @@ fn field(reader: &mut Reader<'_>, types: &Types, field: &Field, depth: usize) ->
         Count::Fixed(count) => count,
         Count::Any => u32::from_ne_bytes(reader.number("the length of a list")?) as usize,
     };
-    // Each entry takes at least a byte.
+    // Each entry takes at least one byte.
     if count > reader.body.len() - reader.at {
         return Err(DynamicError::Short { at: reader.offset(), expected: "the entries of a list" });
     }
@@ -64,7 +64,7 @@ fn value(reader: &mut Reader<'_>, types: &Types, kind: &Kind, depth: usize) -> R
     }
 }
 
-/// The bytes of a message, taken one after another.
+/// Reads the fields of a message one after another.
 struct Reader<'a> {
     body: &'a [u8],
     at: usize,
@@ -72,7 +72,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    /// Bytes from the start of the message as stored in the file.
+    /// Offset from the start of the message as stored in the file, including the encapsulation header.
     fn offset(&self) -> usize {
         self.at + ENCAPSULATION_BYTES
     }
@@ -84,7 +84,7 @@ impl<'a> Reader<'a> {
         Ok(taken)
     }
 
-    /// A number of `N` bytes, aligned, in the byte order of this machine.
+    /// Reads an aligned number of `N` bytes, and returns it in the byte order of this machine.
     fn number<const N: usize>(&mut self, expected: &'static str) -> Result<[u8; N], DynamicError> {
         self.at = self.at.next_multiple_of(N);
         let mut bytes = [0; N];
@@ -113,7 +113,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// A text. Its length includes the zero at its end, which some writers omit for an empty text.
+    /// Reads a text. Its length includes the zero at its end, which some writers omit for an empty text.
     fn text(&mut self) -> Result<String, DynamicError> {
         let length = u32::from_ne_bytes(self.number("the length of a text")?) as usize;
         let bytes = self.take(length, "a text")?;
@@ -122,7 +122,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A number as JSON, which has no words for numbers that are not finite.
+/// Converts a number into JSON. Numbers that are not finite become null, because JSON cannot express them.
 fn real(number: f64) -> Value {
     Number::from_f64(number).map_or(Value::Null, Value::Number)
 }
@@ -142,7 +142,7 @@ mod tests {
         Types::of(&Schema { name, encoding, data: TEXT.as_bytes().to_vec() }).unwrap()
     }
 
-    /// The same message in either byte order, written by hand.
+    /// The same message in either byte order, encoded by hand.
     fn bytes(is_big_endian: bool) -> Vec<u8> {
         let order = |mut bytes: Vec<u8>| {
             if is_big_endian {
@@ -187,7 +187,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-        /// No length is trusted: whatever the bytes are, the result is an error or a message.
+        /// No length is trusted: whatever the bytes are, the result is either an error or a message.
         #[test]
         fn any_bytes_are_read_or_refused(
             cut in 0..50_usize,

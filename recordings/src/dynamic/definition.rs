@@ -1,12 +1,12 @@
-//! The definitions of messages as in MCAP: the `.msg` text of the type, then those of the types in it, each after a line of `=`
-//! and a line `MSG: package/Type`.
+//! Parses the definitions of messages as they are in MCAP: the `.msg` text of the type, then the texts of the types in it,
+//! each after a line of `=` and a line `MSG: package/Type`.
 
 use std::collections::BTreeMap;
 
 use super::DynamicError;
 use crate::records::Schema;
 
-/// A type that is not a message.
+/// A primitive type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Primitive {
     Bool,
@@ -43,11 +43,11 @@ impl Primitive {
     }
 }
 
-/// What a field, or an entry of its list, is.
+/// The type of a field, or of the entries of its list.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Kind {
     Primitive(Primitive),
-    /// The message of this name.
+    /// The message with this name.
     Message(String),
 }
 
@@ -55,9 +55,9 @@ pub enum Kind {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Count {
     One,
-    /// A list of this length, which is not transmitted.
+    /// A list of fixed length, whose length is not transmitted.
     Fixed(usize),
-    /// A list that begins with its length.
+    /// A list of variable length, which begins with its length.
     Any,
 }
 
@@ -69,7 +69,7 @@ pub struct Field {
     pub count: Count,
 }
 
-/// A message's type and the types in it.
+/// The type of a message and the types in it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Types {
     pub root: String,
@@ -77,7 +77,7 @@ pub struct Types {
 }
 
 impl Types {
-    /// The types of a schema.
+    /// Parses the types of a schema.
     pub fn of(schema: &Schema) -> Result<Self, DynamicError> {
         let Schema { name, encoding, data } = schema;
         if encoding != "ros2msg" {
@@ -85,7 +85,7 @@ impl Types {
         }
         let text = String::from_utf8_lossy(data);
         let root = short(name);
-        // Files omit them, since every reader knows them.
+        // Files omit these two types, since every reader knows them.
         let known = TIMES.map(|(_, name)| (name.to_owned(), fields_of_time()));
         let mut by_name: BTreeMap<_, _> = known.into_iter().chain([(root.clone(), Vec::new())]).collect();
         let mut current = root.clone();
@@ -104,14 +104,14 @@ impl Types {
         Ok(Self { root, by_name })
     }
 
-    /// The fields of a type.
+    /// Returns the fields of a type.
     pub fn fields(&self, name: &str) -> Result<&[Field], DynamicError> {
         let fields = self.by_name.get(name).map(Vec::as_slice);
         fields.ok_or_else(|| DynamicError::Undefined { kind: name.to_owned() })
     }
 }
 
-/// Two types by the words that older definitions have for them.
+/// The names that older definitions use for two types.
 const TIMES: [(&str, &str); 2] =
     [("time", "builtin_interfaces/Time"), ("duration", "builtin_interfaces/Duration")];
 
@@ -123,12 +123,12 @@ fn fields_of_time() -> Vec<Field> {
     vec![field("sec", Primitive::I32), field("nanosec", Primitive::U32)]
 }
 
-/// A line that separates two definitions.
+/// Returns true if a line separates two definitions.
 fn is_rule(line: &str) -> bool {
     line.len() >= 3 && line.bytes().all(|byte| byte == b'=')
 }
 
-/// `sensor_msgs/LaserScan` of `sensor_msgs/msg/LaserScan`.
+/// Shortens the name of a type, such as `sensor_msgs/msg/LaserScan` to `sensor_msgs/LaserScan`.
 fn short(name: &str) -> String {
     match name.split('/').collect::<Vec<_>>().as_slice() {
         [package, .., kind] => format!("{package}/{kind}"),
@@ -136,7 +136,8 @@ fn short(name: &str) -> String {
     }
 }
 
-/// The field that a line of the definition of `within` declares; `None` for a comment, a constant or an empty line.
+/// Parses the field that a line in the definition of `within` declares. Returns `None` for a comment, a constant or an empty
+/// line.
 fn field(line: &str, within: &str) -> Result<Option<Field>, DynamicError> {
     let plain = line.split('#').next().unwrap_or_default().trim();
     if plain.is_empty() {
@@ -153,7 +154,7 @@ fn field(line: &str, within: &str) -> Result<Option<Field>, DynamicError> {
         return Ok(None);
     }
     let (base, count) = counted(kind).ok_or_else(wrong)?;
-    // A text may be bounded, which does not show in its bytes.
+    // A string may be bounded, which its bytes do not show.
     let base = base.split("<=").next().unwrap_or_default();
     let kind = match Primitive::of(base) {
         Some(primitive) => Kind::Primitive(primitive),
@@ -163,7 +164,7 @@ fn field(line: &str, within: &str) -> Result<Option<Field>, DynamicError> {
     Ok(Some(Field { name, kind, count }))
 }
 
-/// The type without its list, and the list.
+/// Splits a type into its base and the kind of list.
 fn counted(kind: &str) -> Option<(&str, Count)> {
     let Some((base, list)) = kind.split_once('[') else { return Some((kind, Count::One)) };
     let length = list.strip_suffix(']')?;
@@ -172,7 +173,7 @@ fn counted(kind: &str) -> Option<(&str, Count)> {
     Some((base, count))
 }
 
-/// A message's name as another one names it.
+/// Returns the full name of a message type from the name that the definition of `within` uses for it.
 fn full(name: &str, within: &str) -> String {
     if name.contains('/') {
         return short(name);
@@ -225,7 +226,7 @@ mod tests {
             let names: Vec<_> = types.fields(name).unwrap().iter().map(|field| field.name.as_str()).collect();
             assert_eq!(names, ["sec", "nanosec"], "{name}");
         }
-        // Definitions in the file take precedence, and count once.
+        // A definition in the file takes precedence, and its fields are not added to the built-in ones.
         let own = Types::of(&Schema {
             name: "a_msgs/msg/A".to_owned(),
             encoding: "ros2msg".to_owned(),

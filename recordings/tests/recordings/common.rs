@@ -1,4 +1,4 @@
-//! A run to record, and messages of it.
+//! A run to record, and its messages.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -74,18 +74,18 @@ pub fn run_config() -> RunConfig {
     RunConfig { method, ..RunConfig::lockstep("test", mission, Robot::parse(ROBOT).unwrap(), 42) }
 }
 
-/// A writer to a new file.
+/// Creates a new file and a writer of the run to it.
 pub fn create(path: &Path) -> Writer<BufWriter<File>> {
     create_run(path, &run_config())
 }
 
-/// A writer of that run to a new file.
+/// Creates a new file and a writer of `run` to it.
 pub fn create_run(path: &Path, run: &RunConfig) -> Writer<BufWriter<File>> {
     sketchnav_navigators::register(&[]).unwrap();
     Writer::create(BufWriter::new(File::create(path).unwrap()), run).unwrap()
 }
 
-/// Writes this many random messages to a channel.
+/// Writes `count` random messages to a channel.
 pub struct WriteSamples<'a> {
     pub writer: &'a mut Writer<BufWriter<File>>,
     /// The name of the channel to write.
@@ -106,17 +106,17 @@ impl ChannelVisitor for WriteSamples<'_> {
     }
 }
 
-/// The channels that are recorded in a run of such a navigator, in the order of an instant.
+/// The channels that are recorded in a run of this kind of navigator, in the order of an instant.
 pub fn channels_of(kind: &str) -> impl Iterator<Item = &'static ChannelSpec> {
     channels::of_kind(kind).filter(|spec| spec.is_recorded())
 }
 
-/// A recording of `count` random messages of every type that a run of the kind `sketch` has.
+/// Records `count` random messages of every type that a run of the kind `sketch` has.
 pub fn record_samples(path: &Path, seed: u64, count: u64) {
     record_samples_of("sketch", path, seed, count);
 }
 
-/// The same for another kind of navigator.
+/// Like [`record_samples`], for any kind of navigator.
 pub fn record_samples_of(kind: &str, path: &Path, seed: u64, count: u64) {
     let mut run = run_config();
     run.mission.navigator.kind = kind.to_owned();
@@ -180,7 +180,7 @@ fn twist() -> Twist {
     Twist { vx_mps: 0.3, vy_mps: 0.0, yaw_rate_radps: 0.0 }
 }
 
-/// Writes the messages that start the story.
+/// Writes the messages at the start of the story.
 pub fn write_beginning(writer: &mut Writer<BufWriter<File>>) {
     let (map, cells) = sketch();
     writer.write(sketchnav_sketch::messages::SKETCH, &map, &cells).unwrap();
@@ -189,7 +189,7 @@ pub fn write_beginning(writer: &mut Writer<BufWriter<File>>) {
     writer.write(channels::MISSION, &order, &[]).unwrap();
 }
 
-/// The tick that ends the world's part of a step: a reading of each sensor that the story has.
+/// The tick that ends the world's part of a step. It names a reading of each sensor that the story has.
 pub fn tick(step: u64) -> Tick {
     let mut tick = Tick { header: header(step), ..Zeroable::zeroed() };
     for (newest, sensor) in tick.newest.iter_mut().zip(channels::sensors()) {
@@ -198,7 +198,7 @@ pub fn tick(step: u64) -> Tick {
     tick
 }
 
-/// Writes all messages of a step of the story: the robot drives along x.
+/// Writes all messages of a step of the story, in which the robot drives along x.
 pub fn write_step(writer: &mut Writer<BufWriter<File>>, step: u64) {
     let (header, x) = (header(step), 0.03 * step as f64);
     let pose = PoseM::new(&Pose::<Odom>::new(x, 0.0, 0.0));
@@ -235,7 +235,7 @@ pub fn record_story(path: &Path, steps: u64) {
     writer.finish().unwrap();
 }
 
-/// Messages by topic.
+/// Returns the number of messages by topic.
 pub fn counts(path: &Path) -> BTreeMap<String, u64> {
     let info = sketchnav_recordings::info::info(path).unwrap();
     info.topics.into_iter().map(|t| (t.topic, t.messages)).collect()

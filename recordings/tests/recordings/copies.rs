@@ -1,4 +1,4 @@
-//! Recordings made from recordings: what is intact stays as it is, what is damaged is left out and counted.
+//! Recordings made from recordings: intact parts stay as they are, damaged parts are left out and counted.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -45,7 +45,7 @@ fn messages(path: &Path) -> Vec<RawMessage> {
     parts.filter_map(|part| if let Part::Message(message) = part { Some(message) } else { None }).collect()
 }
 
-/// Where the chunks begin.
+/// Returns where the chunks begin.
 fn chunks(file: &[u8]) -> Vec<usize> {
     let (mut at, mut chunks) = (8, Vec::new());
     while at + 9 < file.len() - 8 {
@@ -84,8 +84,8 @@ fn what_a_kill_cut_off_is_recovered_up_to_the_cut() {
     assert!(info.clean_end && info.messages == known);
 }
 
-/// A recorder that is killed usually leaves a file that ends after a complete record. `info` called it cut off, but a copy of
-/// it passed for complete.
+/// A recorder that is killed usually leaves a file that ends after a complete record. `info` reported such a file as cut off,
+/// but a copy of it counted as complete.
 #[test]
 fn a_file_that_ends_behind_a_whole_record_is_cut_off_too() {
     let folder = tempfile::tempdir().unwrap();
@@ -100,7 +100,7 @@ fn a_file_that_ends_behind_a_whole_record_is_cut_off_too() {
     }
 }
 
-/// One byte of a chunk in the middle: its checksum is wrong, and the other chunks are all there.
+/// Flips one byte of a chunk in the middle, so that its checksum is wrong. All other chunks survive.
 #[test]
 fn a_damaged_chunk_is_left_out_and_the_rest_is_there() {
     let folder = tempfile::tempdir().unwrap();
@@ -116,7 +116,7 @@ fn a_damaged_chunk_is_left_out_and_the_rest_is_there() {
     assert!(info(&copy).unwrap().missing > 0, "what is gone is counted");
 }
 
-/// A wrong length in the middle: the search finds the next chunk.
+/// The length of a chunk in the middle is wrong, and the search finds the next chunk.
 #[test]
 fn behind_a_length_that_lies_the_rest_is_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -136,7 +136,7 @@ fn behind_a_length_that_lies_the_rest_is_found() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// Whatever is wrong, what is recovered is a complete recording, and everything in it was there before.
+    /// Whatever is wrong, the recovered file is a complete recording, and everything in it was in the original.
     #[test]
     fn what_is_recovered_is_whole_and_was_there(
         flips in prop::collection::vec((any::<prop::sample::Index>(), 1..=255_u8), 0..4),
@@ -182,7 +182,7 @@ fn a_filter_keeps_what_is_wanted() {
     assert_eq!(info(&to).unwrap().run["mission"], "two rooms");
 }
 
-/// Two halves of a recording are the recording.
+/// Two halves of a recording, put together, are the recording.
 #[test]
 fn halves_become_one() {
     let folder = tempfile::tempdir().unwrap();
@@ -203,8 +203,8 @@ fn halves_become_one() {
     assert_eq!(messages(&to).len(), messages(&path).len());
 }
 
-/// A filter starting at the second second reported that everything before was missing. So did every part except the first and,
-/// at any time, `/health`, whose numbers say nothing.
+/// A filter that started at the second second reported everything before as missing. So did every part except the first and,
+/// at any time, `/health`, whose numbers mean nothing.
 #[test]
 fn what_is_left_out_on_purpose_is_not_missing() {
     let folder = tempfile::tempdir().unwrap();
@@ -216,7 +216,7 @@ fn what_is_left_out_on_purpose_is_not_missing() {
         let info = info(&to).unwrap();
         assert_eq!((info.missing, info.topics.iter().all(|topic| topic.gaps.is_empty())), (missing, true));
     }
-    // A part of a part: what is not in the first one was left out on purpose.
+    // In a part of a part, the messages that are not in the first part were left out on purpose.
     let mut copy = begin(&to);
     let late = Selection::default().between(3_000_000_000..u64::MAX);
     filter(&Recording::open(&path).unwrap(), &late, &mut copy).unwrap();
@@ -230,7 +230,7 @@ fn what_is_left_out_on_purpose_is_not_missing() {
     }
 }
 
-/// What is actually missing is still counted, even between the end of one part and the beginning of the next.
+/// Messages that are really missing still count as such, even between the end of one part and the beginning of the next.
 #[test]
 fn what_a_recording_lacks_its_parts_lack() {
     let folder = tempfile::tempdir().unwrap();
@@ -247,8 +247,7 @@ fn what_a_recording_lacks_its_parts_lack() {
     assert_eq!(missing.sum::<u64>(), info(&path).unwrap().missing);
 }
 
-/// With a limit below the size of the drawing, which is latched and therefore in every part, each message made a part of its
-/// own.
+/// The drawing is latched and therefore in every part. With a limit below its size, each message became a separate part.
 #[test]
 fn a_part_holds_its_limit_beside_what_is_latched() {
     let folder = tempfile::tempdir().unwrap();
@@ -267,7 +266,7 @@ fn a_part_holds_its_limit_beside_what_is_latched() {
     }
 }
 
-/// Of two runs whose descriptions differ in length, both descriptions were written, and the last one was used.
+/// If two runs had descriptions of different lengths, both descriptions were written and the last one was used.
 #[test]
 fn of_what_describes_several_recordings_the_first_counts() {
     let folder = tempfile::tempdir().unwrap();
@@ -291,7 +290,7 @@ fn of_what_describes_several_recordings_the_first_counts() {
     }
 }
 
-/// Other software puts attachments and metadata after the messages, and some writes no chunks.
+/// Other software puts attachments and metadata after the messages, and some of it writes no chunks.
 #[test]
 fn what_describes_a_recording_may_stand_at_its_end() {
     let folder = tempfile::tempdir().unwrap();
@@ -323,7 +322,7 @@ fn what_describes_a_recording_may_stand_at_its_end() {
     }
 }
 
-/// The messages of a recording in another file, then what describes it.
+/// Rewrites the messages of a recording to another file, followed by the description.
 fn rewritten(path: &Path, to: &Path, form: mcap::WriteOptions) {
     let mut other = form.create(File::create(to).unwrap()).unwrap();
     for RawMessage { topic, sequence, stamp_ns, publish_ns, cdr } in messages(path) {
@@ -347,8 +346,8 @@ fn rewritten(path: &Path, to: &Path, form: mcap::WriteOptions) {
     other.finish().unwrap();
 }
 
-/// Another tool had rewritten the recording of a run with its attachments at the end, where many tools put them. It was treated
-/// as one without run.json, which neither `rerun` nor `replay` accepted, and so was its recovered copy.
+/// Another tool had rewritten the recording of a run with its attachments at the end, where many tools put them. It was
+/// treated as a recording without run.json, which neither `rerun` nor `replay` accepts, and so was its recovered copy.
 #[test]
 fn a_run_is_found_wherever_another_tool_has_written_it() {
     let folder = tempfile::tempdir().unwrap();
@@ -358,7 +357,7 @@ fn a_run_is_found_wherever_another_tool_has_written_it() {
     let forms = [
         form(),
         form().use_chunks(false),
-        // Those do not say where the attachments are.
+        // Files in these forms do not say where the attachments are.
         form().emit_attachment_indexes(false).emit_metadata_indexes(false),
         form().emit_summary_records(false),
     ];
@@ -375,7 +374,7 @@ fn a_run_is_found_wherever_another_tool_has_written_it() {
     }
 }
 
-/// Damage is counted as what it is: an attachment is not a chunk.
+/// Damage counts as what it is. An attachment is not a chunk.
 #[test]
 fn a_damaged_attachment_is_lost_bytes() {
     let folder = tempfile::tempdir().unwrap();
@@ -414,8 +413,8 @@ fn each_part_begins_with_what_is_latched() {
     );
 }
 
-/// A restarted recorder begins a little before the end of the previous part: what both parts have is there once, even health,
-/// whose numbers say nothing.
+/// A restarted recorder begins a little before the end of the previous part. Messages in both parts appear once, even health
+/// messages, whose numbers mean nothing.
 #[test]
 fn what_two_parts_have_is_joined_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -436,7 +435,7 @@ fn what_two_parts_have_is_joined_once() {
     assert_eq!(info(&to).unwrap().missing, 0);
 }
 
-/// If a recorder was killed and restarted, what it has written so far is in two files.
+/// If a recorder was killed and restarted, the recording so far is in two files.
 #[test]
 fn a_window_of_a_recording_in_parts_begins_with_what_is_latched() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! Files that are cut off, or have flipped bits or wrong lengths. Each gives a clear error, or what is intact. None causes a
-//! panic, or takes more memory than the file and its longest chunk explain.
+//! Files that are cut off, or have flipped bits or wrong lengths. Each of them yields a clear error or its intact messages.
+//! None causes a panic, or takes more memory than the file and its longest chunk explain.
 
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
@@ -11,7 +11,7 @@ use sketchnav_recordings::{Recording, RecordingError};
 
 use super::common;
 
-/// Reads a file in every possible way; returns the result of the first.
+/// Reads a file in every possible way, and returns the result of the first one.
 fn read_all(path: &Path) -> Result<(u64, bool), RecordingError> {
     let told = info_of_messages(path).map(|info| (info.messages, info.clean_end));
     let _ = sketchnav_recordings::info::info(path);
@@ -37,7 +37,7 @@ fn story(path: &Path, steps: u64) -> Vec<u8> {
     std::fs::read(path).unwrap()
 }
 
-/// Where each top-level record begins, and its opcode.
+/// Returns where each top-level record begins, with its opcode.
 fn records(file: &[u8]) -> Vec<(usize, u8)> {
     let (mut at, mut found) = (8, Vec::new());
     while at + 9 <= file.len() - 8 {
@@ -82,7 +82,8 @@ fn lengths_and_counts_that_lie_are_told() {
     let whole = story(&path, 8);
     let (expected, _) = read_all(&path).unwrap();
     for (at, opcode) in records(&whole) {
-        // The record's own length, then every four bytes of its content: lengths of texts, maps, chunks.
+        // The length of the record itself, then every four bytes of its content, which include the lengths of strings, maps
+        // and chunks.
         let content = at + 9..(at + 9 + 48).min(whole.len() - 8);
         for place in [at + 1].into_iter().chain(content.step_by(4)) {
             for lie in [u64::MAX, 1 << 31, 0xffff] {
@@ -98,7 +99,8 @@ fn lengths_and_counts_that_lie_are_told() {
     }
 }
 
-/// A recording with this many attachments of 64 MiB, the longest file of a run. They are holes, and take no space on the disk.
+/// Writes a recording with this many attachments of 64 MiB, which is the size of the longest file of a run. The attachments
+/// are holes, which take no space on the disk.
 fn attach_holes(path: &Path, count: u32) {
     const LONG: i64 = 64 << 20;
     const CHECKSUM: i64 = 4;
@@ -117,7 +119,7 @@ fn attach_holes(path: &Path, count: u32) {
     }
 }
 
-/// All attachments are kept in memory: a small file on the disk once took gigabytes.
+/// All attachments are kept in memory, so a small file on the disk could once take gigabytes.
 #[test]
 fn no_more_is_attached_than_the_files_of_a_run() {
     let folder = tempfile::tempdir().unwrap();
@@ -132,7 +134,7 @@ fn no_more_is_attached_than_the_files_of_a_run() {
     assert!(error.contains("attachments") && error.contains("expected at most 268435456 bytes"), "{error}");
 }
 
-/// A file without chunks was read as empty, because its messages were in no index.
+/// A file without chunks appeared to be empty, because its messages were in no index.
 #[test]
 fn messages_in_no_chunk_are_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -140,7 +142,7 @@ fn messages_in_no_chunk_are_found() {
     let options = mcap::WriteOptions::new().use_chunks(false);
     let mut other = options.create(std::fs::File::create(&path).unwrap()).unwrap();
     let ids = ["/a", "/b"].map(|topic| other.add_channel(0, topic, "json", &Default::default()).unwrap());
-    // Some megabytes, so that there is more than one run of them.
+    // A few megabytes, so that there is more than one run of messages.
     let text = vec![b' '; 4000];
     for sequence in 1..=800_u32 {
         let log_time = 1000 - u64::from(sequence);
@@ -161,14 +163,14 @@ fn messages_in_no_chunk_are_found() {
     assert_eq!(in_time, found);
 }
 
-/// A message outside chunks, as a record of the file.
+/// Returns the record of a message outside chunks.
 fn loose(channel: u16, sequence: u32, ns: u64) -> Vec<u8> {
     let times = [ns, ns].map(u64::to_le_bytes).concat();
     let content = [&channel.to_le_bytes()[..], &sequence.to_le_bytes(), &times, b"{}"].concat();
     [&[MESSAGE][..], &(content.len() as u64).to_le_bytes(), &content].concat()
 }
 
-/// Chunks with messages between them, which were left out if the file has an index, because that names only chunks.
+/// Messages between chunks were left out if the file had an index, because an index lists only chunks.
 #[test]
 fn messages_between_chunks_are_found() {
     let folder = tempfile::tempdir().unwrap();
@@ -190,12 +192,12 @@ fn messages_between_chunks_are_found() {
     let data_end = found.iter().find(|(_, opcode)| *opcode == DATA_END).unwrap().0;
     let chunks: Vec<_> = found.iter().filter(|(_, opcode)| *opcode == CHUNK).map(|(at, _)| *at).collect();
     assert_eq!(chunks.len(), 4);
-    // Without an index: a message before the second chunk, two before the third, and the file ends there.
+    // A file without an index: a message before the second chunk, two before the third, and the end right after it.
     let head = [&file[..chunks[1]], &loose(channel_id, 41, 205)];
     let tail = [&file[chunks[1]..chunks[2]], &loose(channel_id, 42, 5), &loose(channel_id, 43, 1000)];
     let no_index = [head.concat(), tail.concat(), file[chunks[2]..data_end].to_vec()].concat();
     check_mixed(&path, &no_index, 43, [42, 1, 2], [40, 43]);
-    // With the index of the chunks only: the messages are before the end of the data, and the index is moved.
+    // A file with an index of only the chunks: the messages are before the end of the data, and the index is moved.
     let added = [loose(channel_id, 41, 205), loose(channel_id, 42, 5)].concat();
     let mut with_index = [&file[..data_end], &added, &file[data_end..]].concat();
     let footer = with_index.len() - 8 - 20;
@@ -207,7 +209,7 @@ fn messages_between_chunks_are_found() {
     check_mixed(&path, &with_index, 42, [42, 1, 2], [39, 40]);
 }
 
-/// However it is read, all messages are there, in order of time, from `first` to `last`.
+/// Checks that all messages are found however the file is read, in order of time, from `first` to `last`.
 fn check_mixed(path: &Path, file: &[u8], count: usize, first: [u32; 3], last: [u32; 2]) {
     std::fs::write(path, file).unwrap();
     assert_eq!(read_all(path).unwrap().0, count as u64);
@@ -220,11 +222,11 @@ fn check_mixed(path: &Path, file: &[u8], count: usize, first: [u32; 3], last: [u
     assert_eq!(within, [20, 41]);
     let mut copy = sketchnav_recordings::copy::Copy::new(Vec::new()).unwrap();
     let copied = sketchnav_recordings::copy::recover(path, Default::default(), &mut copy).unwrap();
-    // Cut off after a complete record, it has lost nothing; the record before used to count as lost.
+    // A file that is cut off after a complete record has lost nothing. The last record used to count as lost.
     assert_eq!((copied.messages, copied.lost_chunks, copied.lost_bytes), (count as u64, 0, 0));
 }
 
-/// A chunk length that exceeds the file: the error says where, not that there is no index.
+/// If a chunk's length exceeds the file, the error says where, rather than that there is no index.
 #[test]
 fn a_chunk_that_ends_behind_the_file_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -238,7 +240,7 @@ fn a_chunk_that_ends_behind_the_file_is_named() {
     assert!(error.contains(&format!("byte {at}: the file ends within the record")), "{error}");
 }
 
-/// A file of which only the first bytes are damaged was refused even by `recover`, which is for damaged files.
+/// `recover` is for damaged files, but it refused a file of which only the first bytes were damaged.
 #[test]
 fn a_file_whose_magic_alone_is_damaged_is_recovered() {
     let folder = tempfile::tempdir().unwrap();
@@ -252,15 +254,15 @@ fn a_file_whose_magic_alone_is_damaged_is_recovered() {
     let copied = sketchnav_recordings::copy::recover(&path, Default::default(), &mut copy).unwrap();
     assert_eq!((copied.messages, copied.lost_chunks, copied.lost_bytes), (messages, 0, 8));
     assert!(copied.was_whole && copied.has_loss());
-    // What is not a recording at all is still refused.
+    // A file that is not a recording at all is still refused.
     std::fs::write(&path, "a text of more than a few bytes").unwrap();
     let mut copy = sketchnav_recordings::copy::Copy::new(Vec::new()).unwrap();
     assert!(sketchnav_recordings::copy::recover(&path, Default::default(), &mut copy).is_err());
 }
 
-/// Files that mcap 0.26's own readers do not survive, with or without a limit. One has an attachment that ends before its
-/// checksum, one an uncompressed chunk that ends before its record. When the first assertion fails, the library handles it, and
-/// its readers are worth another look (`records.rs`).
+/// The readers of mcap 0.26 do not survive these files, with or without a limit. One has an attachment that ends before its
+/// checksum, the other an uncompressed chunk that ends before its record. When the first assertion fails, the library handles
+/// the former, and its readers are worth another look (see `records.rs`).
 #[test]
 fn what_the_librarys_readers_fall_over_is_an_error() {
     const ATTACHMENT: u8 = 9;

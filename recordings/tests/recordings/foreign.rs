@@ -1,4 +1,4 @@
-//! Recordings by other software, and files that are not recordings: read, or reported as what they are.
+//! Recordings by other software are read, and files that are not recordings are reported as what they are.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use super::common;
 
 const COUNT: u64 = 25;
 
-/// Copies a recording in some way.
+/// A way of copying a recording.
 type CopyBy<'a> = dyn Fn(&mut Copy<Vec<u8>>) + 'a;
 
 fn write(folder: &Path, form: SampleForm, topics: &[SampleTopic]) -> PathBuf {
@@ -33,7 +33,7 @@ fn recovered(path: &Path, damaged: Damaged) -> (Copied, Vec<u8>) {
     (copied, copy.finish().unwrap())
 }
 
-/// A recording with lz4 chunks was called damaged, and `recover` left nothing of it.
+/// A recording with lz4 chunks was reported as damaged, and `recover` left nothing of it.
 #[test]
 fn chunks_of_every_compression_of_mcap_are_read() {
     let folder = tempfile::tempdir().unwrap();
@@ -54,7 +54,7 @@ fn chunks_of_every_compression_of_mcap_are_read() {
     }
 }
 
-/// A damaged one among messages that rosbag2 had compressed individually was silently copied as it was.
+/// Among messages that rosbag2 had compressed individually, a damaged one was silently copied unchanged.
 #[test]
 fn a_message_that_does_not_unpack_is_left_out_and_counted() {
     let folder = tempfile::tempdir().unwrap();
@@ -97,7 +97,7 @@ fn a_compression_that_mcap_does_not_have_is_named_and_nothing_is_held_back() {
     assert_eq!(held(&path).unwrap().messages, COUNT, "what a copy must not replace");
 }
 
-/// rosbag2 writes 0 as the number of each message, which MCAP allows.
+/// rosbag2 writes 0 as the sequence number of every message, which MCAP allows.
 #[test]
 fn messages_without_numbers_are_read_and_none_is_missing() {
     let folder = tempfile::tempdir().unwrap();
@@ -126,7 +126,7 @@ fn messages_without_numbers_are_read_and_none_is_missing() {
     }
 }
 
-/// A recording may begin in the middle of what its publishers count.
+/// A recording may begin while its publishers' numbers are already running.
 #[test]
 fn others_begin_to_count_where_they_like() {
     let folder = tempfile::tempdir().unwrap();
@@ -214,7 +214,7 @@ fn messages_of_ros_1_are_named_and_json_is_passed_on() {
     assert_eq!(info(&path).unwrap().profile, "ros1");
 }
 
-/// `recover` dropped such chunks for good, and reported how many but not where and why.
+/// `recover` dropped chunks with a wrong checksum for good. It reported how many there were, but not where and why.
 #[test]
 fn a_wrong_checksum_is_listed_with_its_messages_and_kept_where_asked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -254,7 +254,7 @@ fn a_file_that_is_no_recording_is_named() {
     }
 }
 
-/// A message of a topic that is not a channel was silently left out of a copy.
+/// A message whose topic is not a channel was silently left out of a copy.
 #[test]
 fn a_message_of_an_unknown_topic_is_refused_by_a_writer_of_runs() {
     let folder = tempfile::tempdir().unwrap();
@@ -264,7 +264,8 @@ fn a_message_of_an_unknown_topic_is_refused_by_a_writer_of_runs() {
     assert!(matches!(&error, RecordingError::UnknownTopic { topic } if topic == "/ball"), "{error}");
 }
 
-/// Where rosbag2 had not found a definition, its messages were said to be too long. Of two types on one topic one was shown.
+/// If rosbag2 had not found a definition, its messages were reported as too long. If a topic had two types, only one was
+/// shown.
 #[test]
 fn an_empty_definition_and_a_second_type_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -280,7 +281,7 @@ fn an_empty_definition_and_a_second_type_are_named() {
     assert!(notes.contains(words), "{notes}");
 }
 
-/// Another tool had left out scans and copied what the recording said of its topics: "0 missing".
+/// Another tool had left out scans but copied the facts about the topics, which said "0 missing".
 #[test]
 fn what_another_tool_has_copied_of_the_topics_does_not_count() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,7 @@
-//! Recordings of earlier versions stay readable: the files in `golden` contain what this version would write. `story.mcap` has
-//! the messages of a mission, `samples.mcap` every message type, `log.mcap` a log of CARMEN. `cut.mcap` is what a kill leaves.
-//! To change them on purpose: `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p sketchnav-recordings golden`.
+//! Recordings of earlier versions stay readable: the files in `golden` contain what this version would write. `story.mcap`
+//! has the messages of a mission, `samples.mcap` has every message type, `log.mcap` has an imported CARMEN log, and
+//! `cut.mcap` is a file that a kill has left. To change them on purpose, run `SKETCHNAV_UPDATE_GOLDEN=1 cargo test -p
+//! sketchnav-recordings golden`.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -35,8 +36,8 @@ fn check(name: &str, record: impl Fn(&Path)) -> PathBuf {
     golden
 }
 
-/// The first difference in any channel. `diff` leaves out health and faults, which differ from run to run, so a changed format
-/// of those messages would have gone unnoticed here.
+/// Returns the first difference in any channel. `diff` leaves out health and faults, which differ from run to run, so a
+/// changed format of those messages would have gone unnoticed here.
 fn difference(a: &Path, b: &Path) -> Option<Difference> {
     let recorded = channels::all().filter(|spec| spec.is_recorded());
     let mut comparison = Comparison::of(recorded, Tolerances::default());
@@ -50,7 +51,7 @@ fn difference(a: &Path, b: &Path) -> Option<Difference> {
     comparison.finish()
 }
 
-/// A changed health message, and a changed fault, are differences.
+/// A changed health message is a difference, and so is a changed fault.
 #[test]
 fn nothing_that_is_recorded_is_left_out_of_the_comparison() {
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/samples.mcap");

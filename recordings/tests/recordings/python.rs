@@ -1,5 +1,5 @@
-//! Third-party tools decode every message type: rosbags and mcap-ros2-support, from the file alone. Needs a Python with both,
-//! named by `SKETCHNAV_PYTHON` or found as `python3`; skipped otherwise.
+//! Third-party tools (rosbags and mcap-ros2-support) decode every message type from the file alone. The test needs a Python
+//! with both, which is named by `SKETCHNAV_PYTHON` or found as `python3`, and is skipped without it.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,4 +1,4 @@
-//! Reading part of a recording: some times, some topics, in order of time; and how little of the file that takes.
+//! Reading part of a recording: a range of times, some topics, in order of time, and how little of the file that takes.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use super::common;
 const STEPS: u64 = 400;
 const STEP_NS: u64 = 100_000_000;
 
-/// The story in chunks of this many steps, each as a recorder drains them: one channel after another.
+/// Writes the story in chunks of `of` steps, each as a recorder drains it: one channel after another.
 fn story_in_chunks(path: &Path, steps: u64, of: u64) {
     let mut writer = common::create(path);
     common::write_beginning(&mut writer);
@@ -95,7 +95,7 @@ fn a_file_without_a_summary_has_an_index_too() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Whatever is selected is the same as everything, filtered.
+    /// Whatever is selected, the result is the same as filtering all messages.
     #[test]
     fn a_selection_is_a_sieve(first in 0..50_u64, length in 0..50_u64, topics in prop::option::of(0..8_usize), of in 1..20_u64) {
         const TOPICS: [&str; 8] = ["/scan", "/odometry", "/sketch", "/tf", "/health", "/estimate", "/plan", "/none"];

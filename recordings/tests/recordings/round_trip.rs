@@ -1,4 +1,4 @@
-//! What was written is read back: every message type, files that a kill cut off, gaps, repetitions.
+//! What was written is read back: every message type, files that a kill cut off, gaps and repetitions.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -41,7 +41,7 @@ impl ChannelVisitor for ReadSamples<'_> {
     }
 }
 
-/// A route takes 131 kB, and a test build keeps several copies of it on the stack.
+/// Stack size of the test's thread. A route takes 131 kB, and a test build keeps several copies of it on the stack.
 const STACK_BYTES: usize = 16 << 20;
 
 #[test]
@@ -65,7 +65,8 @@ fn compare_every_message() {
     }
 }
 
-/// A recording may come from anywhere: its robot's file was not parsed. A stranger's robot reached the cores.
+/// A recording may come from anywhere, so its robot was not necessarily parsed from a file. An impossible robot once reached
+/// the cores.
 #[test]
 fn a_robot_that_cannot_be_is_refused_from_a_recording_too() {
     let folder = tempfile::tempdir().unwrap();
@@ -184,7 +185,7 @@ fn a_malformed_message_is_refused_and_the_recording_goes_on() {
     assert_eq!(common::counts(&path)["/scan"], 1);
 }
 
-/// The same message with this x in the quaternion of its pose, whose w is 1.
+/// Returns the message with this x in the quaternion of its pose, whose w is 1.
 fn with_x(raw: &RawMessage, x: f64) -> RawMessage {
     let mut raw = raw.clone();
     let w = raw.cdr.windows(8).position(|bytes| bytes == 1.0_f64.to_le_bytes()).unwrap();
@@ -192,8 +193,9 @@ fn with_x(raw: &RawMessage, x: f64) -> RawMessage {
     raw
 }
 
-/// If a driver computes its quaternions, their x and y are 0 up to rounding, and may be −0. Not one message of its odometry was
-/// read. A tilted one, which is rejected, ended the command that encountered it, even if it was only to be copied.
+/// If a driver computes its quaternions, their x and y are 0 except for rounding errors, and may be −0. None of its odometry
+/// was read. A single tilted quaternion, which must be rejected, ended the command that encountered it, even if that command
+/// only copied messages.
 #[test]
 fn a_rounded_quaternion_is_read_and_a_tilted_one_is_kept_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
@@ -220,7 +222,7 @@ fn a_rounded_quaternion_is_read_and_a_tilted_one_is_kept_as_it_is() {
     assert_eq!(info(&to).unwrap().missing, 0);
 }
 
-/// Takes this many bytes, then the disk is full.
+/// A disk that takes this many bytes and is then full.
 struct FullDisk {
     file: std::fs::File,
     room: usize,
@@ -276,8 +278,8 @@ fn what_is_no_recording_is_named() {
     assert!(Recording::open(&path).is_err());
 }
 
-/// Messages of several processes may arrive out of order. Readers assume that the times of a topic do not go back; the message
-/// itself has its own time.
+/// Messages of several processes may arrive out of order. Readers assume that the times of a topic never go back, so the
+/// logged time is adjusted and the message keeps its own time.
 #[test]
 fn the_times_of_a_topic_do_not_go_back() {
     let folder = tempfile::tempdir().unwrap();
@@ -299,8 +301,8 @@ fn the_times_of_a_topic_do_not_go_back() {
     assert_eq!(said, stamps);
 }
 
-/// The recorder reports restarts in `health`, as every process does. It also counts them itself, so each of its restarts was
-/// counted twice.
+/// The recorder reports its restarts in `health`, as every process does, and also counts them itself. Each of its restarts
+/// was therefore counted twice.
 #[test]
 fn a_restart_of_the_recorder_is_one_restart() {
     let folder = tempfile::tempdir().unwrap();

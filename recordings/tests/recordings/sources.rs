@@ -1,4 +1,4 @@
-//! The files of a run inside its recording, and no others.
+//! A recording contains the files of its run, and reading it touches no others.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use sketchnav_schemas::run::RunConfig;
 
 use crate::common;
 
-/// A mission by that drawing, in the world of that map.
+/// A mission with this drawing, in the world of this map.
 fn mission(drawing: &Path, map: &Path) -> Mission {
     let mut mission = common::run_config().mission;
     mission.navigator.given.insert("drawing".into(), drawing.to_str().unwrap().into());
@@ -20,7 +20,7 @@ fn mission(drawing: &Path, map: &Path) -> Mission {
     mission
 }
 
-/// A recording of a run of `mission` with `files` inside.
+/// Records a run of `mission` with `files` inside.
 fn recording(path: &Path, mission: Mission, files: &[Attachment]) -> Recording {
     let run = RunConfig { mission, ..common::run_config() };
     let sink = std::fs::File::create(path).unwrap();
@@ -36,7 +36,8 @@ fn playing(recording: &Recording, run: RunConfig) -> RunConfig {
     RunConfig { files_of: Some(recording.path().to_str().unwrap().to_owned()), ..run }
 }
 
-/// `rerun` opened the files that a stranger's `run.json` names, and `replay --live` put them into another recording.
+/// `rerun` opened the files named in the `run.json` of an untrusted recording, and `replay --live` put them into another
+/// recording.
 #[test]
 fn a_recorded_run_reads_nothing_outside_of_its_recording() {
     let folder = tempfile::tempdir().unwrap();
@@ -54,13 +55,13 @@ fn a_recorded_run_reads_nothing_outside_of_its_recording() {
     }
     let error = recorded.check_files().unwrap_err().to_string();
     assert!(error.contains("navigator/id_rsa") && error.contains(path), "{error}");
-    // The files that the processes of a replay read, and those that its recorder stores.
+    // These are the files that the processes of a replay read, and those that its recorder stores.
     let run = playing(&evil, recorded.run);
     assert!(sources::of_run(&run).unwrap().read(&secret, DRAWING).is_err());
     assert!(sources::to_record(&run).unwrap().is_empty());
 }
 
-/// Where a running system says its files are only counts within that system.
+/// The place that a running system names for its files is valid only within that system.
 #[test]
 fn a_recording_cannot_send_its_reader_to_another_one() {
     let folder = tempfile::tempdir().unwrap();
@@ -93,7 +94,7 @@ fn what_a_recording_holds_is_read_out_of_it() {
     assert_eq!(recorded.files.read("navigator/plan.svg".as_ref(), DRAWING).unwrap(), b"drawn");
     let few = Limit { what: "a note", bytes: 2 };
     assert!(recorded.files.read("navigator/plan.svg".as_ref(), few).is_err());
-    // Names inside a recording stay the same in a copy of a copy.
+    // The names inside a recording stay the same in a copy of a copy.
     let copy = recording(&folder.path().join("again.mcap"), recorded.run.mission.clone(), &files);
     assert_eq!(RecordedRun::of(&copy).unwrap().run.mission, recorded.run.mission);
     assert_eq!(sources::to_record(&playing(&whole, recorded.run)).unwrap().len(), files.len());

@@ -1,5 +1,5 @@
-//! Files that appear under their names once they are complete. Until then an earlier file of that name stays; it may be the
-//! very file being read. A pipe or a device is written directly.
+//! Files that appear under their names only once they are complete. Until then an earlier file with that name stays in place,
+//! which may be the very file being read. Pipes and devices are written directly.
 //!
 //! Every command that writes a file does so through this module.
 
@@ -11,31 +11,32 @@ use std::path::{Path, PathBuf};
 
 use crate::open::O_NONBLOCK;
 
-/// Nobody reads the pipe (open(2)), on all Linux.
+/// The error of opening a pipe that no process reads (open(2)), the same on all Linux platforms.
 const ENXIO: i32 = 6;
 
-/// Where a draft is written to.
+/// The writer of a draft.
 pub type Sink = BufWriter<File>;
 
-/// Most drafts of one name that kills may leave.
+/// Maximum number of leftover drafts with one name. Killed processes leave them.
 const MAX_DRAFTS: u32 = 1000;
 
-/// A file that is moved to its name once it is complete; if dropped earlier, it is removed.
+/// A file that is moved to its name once it is complete. If dropped earlier, it is removed.
 #[derive(Debug)]
 pub struct Draft {
     path: PathBuf,
-    /// `None` if there is nothing to move.
+    /// The unfinished file, or `None` if a pipe or a device is written directly.
     draft: Option<PathBuf>,
 }
 
 impl Draft {
-    /// Begins `path`, as a new file `path.unfinished` beside it; of a link, where it leads to. Never waits.
+    /// Begins a new version of `path` as a new file `path.unfinished` beside it. If `path` is a link, the new file is
+    /// beside its target. Never blocks.
     ///
     /// # Errors
-    /// As the system says; [`ErrorKind::NotConnected`] for a named pipe that nobody reads.
+    /// The system's errors, and [`ErrorKind::NotConnected`] for a named pipe that no process reads.
     pub fn begin(path: &Path) -> io::Result<(Self, Sink)> {
         if let Some(there) = std::fs::metadata(path).ok().filter(|there| !there.is_file()) {
-            // Moved over, a device would be gone; a folder is refused here.
+            // Renaming a draft over a device would replace the device. A directory is refused here.
             let file = if there.file_type().is_fifo() { open_pipe(path) } else { open_to_write(path) }?;
             return Ok((Self { path: path.to_owned(), draft: None }, BufWriter::new(file)));
         }
@@ -44,20 +45,22 @@ impl Draft {
         Ok((Self { path, draft: Some(draft) }, BufWriter::new(file)))
     }
 
-    /// The file that it will replace.
+    /// Path of the file that the draft will replace.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What has been written so far, to be checked before it gets its name; `None` for a pipe or a device.
+    /// Path of what has been written so far, which the caller can check before the file gets its name. `None` for a pipe or
+    /// a device.
     pub fn written(&self) -> Option<&Path> {
         self.draft.as_deref()
     }
 
-    /// Gives it its name, once its sink has been flushed. It keeps the permissions of the file that it replaces.
+    /// Moves the draft to its name, once its sink has been flushed. The file keeps the permissions of the one that it
+    /// replaces.
     ///
     /// # Errors
-    /// Those of the system; the earlier file is then still there.
+    /// The system's errors, after which the earlier file is still there.
     pub fn finish(self) -> io::Result<()> {
         let Some(draft) = &self.draft else { return Ok(()) };
         let file = File::open(draft)?;
@@ -72,7 +75,7 @@ impl Draft {
 impl Drop for Draft {
     fn drop(&mut self) {
         if let Some(draft) = &self.draft {
-            // After `finish` there is no draft.
+            // After `finish` the draft no longer exists, and removing it fails harmlessly.
             let _ = std::fs::remove_file(draft);
         }
     }
@@ -82,10 +85,11 @@ fn open_to_write(path: &Path) -> io::Result<File> {
     File::options().write(true).open(path)
 }
 
-/// Opens a named pipe that somebody reads; without a reader that would wait, maybe for ever.
+/// Opens a named pipe that some process reads. The first open does not block and fails if there is no reader. A plain open
+/// would wait for one, possibly forever.
 fn open_pipe(path: &Path) -> io::Result<File> {
     let looked = File::options().write(true).custom_flags(O_NONBLOCK).open(path);
-    // Open until the end: a reader whose only writer it is would be at its end.
+    // This stays open until the end: if it were closed as the pipe's only writer, the reader would see the end of the file.
     let _looked = looked.map_err(|error| match error.raw_os_error() {
         Some(ENXIO) => {
             let words = "expected a file, or a pipe that is read, found a pipe that nobody reads; start its reader first";
@@ -96,7 +100,8 @@ fn open_pipe(path: &Path) -> io::Result<File> {
     open_to_write(path)
 }
 
-/// A new file beside `path`. One of that name that is there already may belong to somebody: it stays.
+/// Creates a new file beside `path`. An existing file with the draft's name may be someone's, so it is kept and the next
+/// number is tried.
 fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     for number in 1..=MAX_DRAFTS {
         let mut draft = OsString::from(path);
@@ -110,10 +115,10 @@ fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
     Err(io::Error::new(ErrorKind::AlreadyExists, words))
 }
 
-/// Writes a file completely: either it is there with all its bytes, or the earlier one stays.
+/// Writes a whole file: either it is complete, or the earlier one stays in place.
 ///
 /// # Errors
-/// Those of the system.
+/// The system's errors.
 pub fn write(path: impl AsRef<Path>, bytes: impl AsRef<[u8]>) -> io::Result<()> {
     let (draft, mut sink) = Draft::begin(path.as_ref())?;
     sink.write_all(bytes.as_ref())?;
@@ -121,7 +126,7 @@ pub fn write(path: impl AsRef<Path>, bytes: impl AsRef<[u8]>) -> io::Result<()> 
     draft.finish()
 }
 
-/// Whether two paths lead to the same existing file.
+/// Returns true if two paths lead to the same existing file.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b))
 }
@@ -165,7 +170,7 @@ mod tests {
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 
-    /// A source named `a.mcap.unfinished` was emptied when `a.mcap` was made from it.
+    /// A source named `a.mcap.unfinished` was truncated when `a.mcap` was made from it.
     #[test]
     fn a_file_of_the_drafts_name_stays() {
         let folder = tempfile::tempdir().unwrap();
@@ -190,13 +195,13 @@ mod tests {
         assert!(refuse_to_overwrite([path.as_path()], &other).is_ok());
     }
 
-    /// `-o /dev/null`, as root, replaced the device with a file.
+    /// Running with `-o /dev/null` as root replaced the device with a file.
     #[test]
     fn what_is_no_file_stays_what_it_is() {
         let folder = tempfile::tempdir().unwrap();
         let [pipe, link, file] = ["pipe", "link", "file"].map(|name| folder.path().join(name));
         nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRWXU).unwrap();
-        // A command with `-o pipe` waited for ever.
+        // A command with `-o pipe` waited forever.
         assert_eq!(ENXIO, nix::libc::ENXIO);
         let error = Draft::begin(&pipe).err().unwrap();
         assert_eq!(error.kind(), ErrorKind::NotConnected);

@@ -1,9 +1,9 @@
-//! Reads the files that people provide: missions, robots, floors, drawings, tables. None is read beyond its [`Limit`]. Results
-//! never replace a file before they are complete: [`draft`].
+//! Reads the files that people provide, such as missions, robots, floors, drawings and tables, each up to a [`Limit`].
+//! Results never replace a file before they are complete: see [`draft`].
 //!
-//! A file's size is checked before it is read; one that grows meanwhile is read up to one byte beyond the limit. A file of 8 GB
-//! that was named by mistake therefore takes no memory, and its error says what is allowed. Anything but a plain file (a named
-//! pipe, a device) is refused by [`open`] before it can block.
+//! A file's size is checked before it is read, and a file that grows meanwhile is read up to one byte beyond the limit. An 8
+//! GB file that was named by mistake therefore takes no memory, and its error says what is allowed. Anything but a plain
+//! file, such as a named pipe or a device, is refused by [`open`] before it can block.
 
 pub mod draft;
 mod open;
@@ -16,49 +16,51 @@ pub use draft::write;
 pub use open::open;
 pub use store::{Disk, Files};
 
-/// How large a file may be, and what kind it is.
+/// The kind of a file and how large it may be.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limit {
-    /// What kind of file it is, for errors: `a mission`.
+    /// The kind of file, for errors: `a mission`.
     pub what: &'static str,
-    /// Most bytes of it.
+    /// Maximum size, in bytes.
     pub bytes: u64,
 }
 
 const MIB: u64 = 1 << 20;
 
-/// A mission: 64 tasks with 8192 points take some 200 kB.
+/// A mission. 64 tasks with 8192 points take about 200 kB.
 pub const MISSION: Limit = Limit { what: "a mission", bytes: 4 * MIB };
-/// A robot: a page of text.
+/// A robot, which is a page of text.
 pub const ROBOT: Limit = Limit { what: "a robot", bytes: MIB };
-/// A floor plan: 20,000 corners of walls take some 500 kB.
+/// A floor plan. 20,000 corners of walls take about 500 kB.
 pub const FLOOR_PLAN: Limit = Limit { what: "a floor plan", bytes: 4 * MIB };
-/// The YAML of a map: a few lines.
+/// The YAML of a map, which is a few lines.
 pub const MAP: Limit = Limit { what: "a map's YAML", bytes: MIB };
-/// The picture of a map: PGM as text takes four bytes per pixel.
+/// The picture of a map. As text, a PGM takes four bytes per pixel.
 pub const MAP_PICTURE: Limit = Limit { what: "a map's picture", bytes: 64 * MIB };
-/// A plane of dots: 20,000 places take some 800 kB.
+/// A plane of dots. 20,000 positions take about 800 kB.
 pub const PLANE: Limit = Limit { what: "a plane of dots", bytes: 4 * MIB };
-/// A drawing, or another file for a navigator: a photograph of 50 megapixels.
+/// A drawing, such as a photograph of 50 megapixels, or another file for a navigator.
 pub const DRAWING: Limit = Limit { what: "a drawing", bytes: 64 * MIB };
-/// The description of a run, JSON: a mission as large as its file may be, with an indented line for each number.
+/// The description of a run in JSON. It contains a mission as large as its file may be, with an indented line for each
+/// number.
 pub const RUN: Limit = Limit { what: "the description of a run", bytes: 64 * MIB };
 /// A table of places or rooms, for judging.
 pub const TABLE: Limit = Limit { what: "a table", bytes: 4 * MIB };
-/// A table of positions over time: some million lines.
+/// A table of positions over time, with up to a few million rows.
 pub const POSITIONS: Limit = Limit { what: "a table of positions", bytes: 256 * MIB };
-/// A plan of faults: ten thousand of them take some 800 kB.
+/// A plan of faults. Ten thousand faults take about 800 kB.
 pub const FAULT_PLAN: Limit = Limit { what: "a plan of faults", bytes: 4 * MIB };
-/// A page of documentation with figures in it, or the figures themselves: results of all experiments take some 300 kB.
+/// A page of documentation that contains figures, or the figures themselves. The results of all experiments take about 300
+/// kB.
 pub const PAGE: Limit = Limit { what: "a page or its figures", bytes: 16 * MIB };
-/// Outcomes of a job of an experiment: some hundred bytes per task.
+/// The outcomes of one job of an experiment, with a few hundred bytes per task.
 pub const PART: Limit = Limit { what: "a part of an experiment", bytes: 16 * MIB };
 
 impl Limit {
     /// Checks that this many bytes are allowed.
     ///
     /// # Errors
-    /// [`ErrorKind::FileTooLarge`] with the limit.
+    /// [`ErrorKind::FileTooLarge`] with the limit, if there are more.
     pub fn check(&self, bytes: u64) -> io::Result<()> {
         if bytes > self.bytes { Err(self.error(bytes)) } else { Ok(()) }
     }
@@ -72,7 +74,7 @@ impl Limit {
 /// Reads the whole file.
 ///
 /// # Errors
-/// As [`open`]; [`ErrorKind::FileTooLarge`] with the limit.
+/// As [`open`], and [`ErrorKind::FileTooLarge`] with the limit.
 pub fn read(path: impl AsRef<Path>, limit: Limit) -> io::Result<Vec<u8>> {
     let file = open(path, limit.what)?;
     limit.check(file.metadata()?.len())?;
@@ -82,12 +84,12 @@ pub fn read(path: impl AsRef<Path>, limit: Limit) -> io::Result<Vec<u8>> {
 /// Reads the whole file as text.
 ///
 /// # Errors
-/// As [`read`], and if it is not UTF-8.
+/// As [`read`], and [`ErrorKind::InvalidData`] if the file is not UTF-8.
 pub fn read_to_string(path: impl AsRef<Path>, limit: Limit) -> io::Result<String> {
     text(read(path, limit)?)
 }
 
-/// What was read, as text.
+/// Converts the bytes that were read into text.
 fn text(bytes: Vec<u8>) -> io::Result<String> {
     let text = String::from_utf8(bytes);
     text.map_err(|_| io::Error::new(ErrorKind::InvalidData, "expected UTF-8, found other bytes"))
@@ -96,7 +98,7 @@ fn text(bytes: Vec<u8>) -> io::Result<String> {
 /// Reads everything from a reader.
 ///
 /// # Errors
-/// As [`read`].
+/// The reader's errors, and [`ErrorKind::FileTooLarge`] with the limit.
 pub fn read_from(reader: impl Read, limit: Limit) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     reader.take(limit.bytes + 1).read_to_end(&mut bytes)?;
@@ -113,7 +115,7 @@ mod tests {
 
     const FEW: Limit = Limit { what: "a note", bytes: 10 };
 
-    /// A sparse file of 8 GB was read into memory before its size was checked.
+    /// A sparse file of 8 GB was read into memory without first checking its size.
     #[test]
     fn a_file_that_is_too_large_is_refused_before_it_is_read() {
         let folder = tempfile::tempdir().unwrap();

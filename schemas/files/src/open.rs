@@ -1,20 +1,20 @@
-//! Opens a file that a person has named. It may be anything: opening a named pipe waits for its writer, opening a device may
-//! have an effect, and reading either may never end.
+//! Opens a file that a person has named, which may be anything. Opening a named pipe waits for its writer, opening a device
+//! may have an effect, and reading either may never end.
 
 use std::fs::{self, File, FileType, Metadata};
 use std::io::{self, ErrorKind};
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::Path;
 
-/// Does not wait for the other end of a pipe (open(2)): the value on all Linux that Rust's standard library is tested on but
-/// MIPS and SPARC. A test compares it with the C library's.
+/// Flag that makes opening a pipe not wait for its other end (open(2)). The value is the same on all Linux platforms on which
+/// Rust's standard library is tested, except MIPS and SPARC. A test compares it with the C library's.
 pub(crate) const O_NONBLOCK: i32 = 0o4000;
 
-/// Opens a plain file to read it; never waits. `what` it should be, for errors: `a mission`.
+/// Opens a plain file for reading, without ever blocking. `what` is the expected kind of file, for errors: `a mission`.
 ///
 /// # Errors
-/// Those of the system; [`ErrorKind::InvalidInput`], or [`ErrorKind::IsADirectory`], if it is not a plain file; the error says
-/// what it is.
+/// The system's errors, and [`ErrorKind::IsADirectory`] or [`ErrorKind::InvalidInput`] with what was found if `path` is not a
+/// plain file.
 pub fn open(path: impl AsRef<Path>, what: &str) -> io::Result<File> {
     open_plain(path.as_ref(), what).map_err(|error| match error.raw_os_error() {
         Some(_) if error.kind() == ErrorKind::NotFound => {
@@ -26,10 +26,10 @@ pub fn open(path: impl AsRef<Path>, what: &str) -> io::Result<File> {
 }
 
 fn open_plain(path: &Path, what: &str) -> io::Result<File> {
-    // Anything else is not even opened ...
+    // Anything but a plain file is not even opened ...
     check(&fs::metadata(path)?, what)?;
     let file = File::options().read(true).custom_flags(O_NONBLOCK).open(path)?;
-    // ... and what may have replaced it since then cannot make us wait.
+    // ... and anything that has replaced the file since then cannot block.
     check(&file.metadata()?, what)?;
     Ok(file)
 }
@@ -75,7 +75,8 @@ mod tests {
         assert_eq!(O_NONBLOCK, nix::libc::O_NONBLOCK);
     }
 
-    /// `info`, `--faults` and a drawing waited for ever for the writer of a named pipe, and read `/dev/zero` up to the limit.
+    /// `info`, `--faults` and a drawing waited forever for the writer of a named pipe, and read `/dev/zero` up to the
+    /// limit.
     #[test]
     fn what_is_no_plain_file_is_named_and_not_waited_for() {
         let folder = tempfile::tempdir().unwrap();

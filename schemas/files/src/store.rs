@@ -1,31 +1,31 @@
-//! Where the files of a run are: on disk, or elsewhere under their own names.
+//! The places from which the files of a run are read: the disk, or a store that has them under its own names.
 
 use std::io;
 use std::path::Path;
 
 use crate::{Limit, read, text};
 
-/// A place from which files are read, by the names that a mission has for them.
+/// A place from which files are read by the names that a mission gives them.
 ///
-/// A store other than the disk, such as a recording, contains its own files and no others. Reading through it cannot reach the
-/// file system, whatever the names are.
+/// A store other than the disk, such as a recording, has only its own files. Reading through it cannot reach the file system,
+/// whatever the names are.
 pub trait Files {
     /// Reads the whole file.
     ///
     /// # Errors
-    /// If there is no such file, or it cannot be read; [`io::ErrorKind::FileTooLarge`] with the limit.
+    /// An error if there is no such file or it cannot be read, and [`io::ErrorKind::FileTooLarge`] with the limit.
     fn read(&self, name: &Path, limit: Limit) -> io::Result<Vec<u8>>;
 
     /// Reads the whole file as text.
     ///
     /// # Errors
-    /// As [`Files::read`], and if it is not UTF-8.
+    /// As [`Files::read`], and [`io::ErrorKind::InvalidData`] if the file is not UTF-8.
     fn read_to_string(&self, name: &Path, limit: Limit) -> io::Result<String> {
         text(self.read(name, limit)?)
     }
 }
 
-/// The file system: names are paths.
+/// The file system, where names are paths.
 #[derive(Debug, Clone, Copy)]
 pub struct Disk;
 

@@ -1,25 +1,25 @@
-//! What a camera that looks down on a plane of dots sees (Park and Kender 1995).
+//! The view of a camera that looks down on a plane of dots (Park and Kender 1995).
 //!
-//! Places in the view are metres in the window's own axes, from its centre: x to its right, y upwards.
+//! Positions in the view are in metres from the window's centre, in the window's own axes: x to its right, y upwards.
 
 use crate::declare::{messages, parts};
 use crate::valid;
 
-/// Most dots that a view shows.
+/// Maximum number of dots in a view.
 pub const MAX_DOTS: usize = 64;
-/// Most dots of a plane.
+/// Maximum number of dots in a plane.
 pub const MAX_PLANE_DOTS: usize = 20_000;
 
 messages! {
-    /// What a square window shows of a plane of dots. A view has no names and no numbers: all dots are alike.
+    /// The part of a plane of dots that a square window shows. All dots are alike, without names or numbers.
     pub struct DotView version 1 in "window" valid if valid::view {
-        /// The side of the window.
+        /// Side of the window.
         pub side_m: f32,
-        /// How far the camera sees beyond each edge of the window.
+        /// Distance that the camera sees beyond each edge of the window.
         pub margin_m: f32,
         /// Time between two views.
         pub frame_time_s: f32,
-        /// How many entries of `dots` count.
+        /// Number of entries of `dots` in use.
         pub dot_count: u32 as Count,
         /// The dots, from the bottom of the view to its top.
         pub dots: [SeenDot; 64] where dot_count counts,
@@ -29,15 +29,15 @@ messages! {
 parts! {
     /// A dot in view.
     pub struct SeenDot {
-        /// To the right of the window's centre, metres.
+        /// Position to the right of the window's centre, in metres.
         pub x_m: f32,
-        /// Above the window's centre, metres.
+        /// Position above the window's centre, in metres.
         pub y_m: f32,
     }
 }
 
 impl DotView {
-    /// The dots that count.
+    /// The entries of `dots` that are in use.
     pub fn dots(&self) -> &[SeenDot] {
         &self.dots[..(self.dot_count as usize).min(MAX_DOTS)]
     }

@@ -1,19 +1,19 @@
-//! What a camera that finds fiducial markers sees.
+//! The view of a camera that finds fiducial markers.
 
 use crate::declare::{messages, parts};
 use crate::valid;
 
-/// Most markers that a camera sees at a time.
+/// Maximum number of markers that a camera sees at a time.
 pub const MAX_MARKERS: usize = 32;
 
 messages! {
-    /// The markers that a camera sees: fiducials such as ArUco's, each with a number of its own.
+    /// The markers that a camera sees. They are fiducials such as ArUco's, each with a unique number.
     pub struct MarkerView version 1 in "base_link" valid if valid::markers {
-        /// The camera: forward of the robot's centre.
+        /// Position of the camera forward of the robot's centre.
         pub camera_x_m: f32,
-        /// The camera: left of the robot's centre.
+        /// Position of the camera to the left of the robot's centre.
         pub camera_y_m: f32,
-        /// The camera's optical axis, counter-clockwise from forward.
+        /// Direction of the camera's optical axis, counter-clockwise from the robot's forward axis.
         pub camera_yaw_rad: f32,
         /// Half the horizontal field of view.
         pub half_view_rad: f32,
@@ -23,9 +23,9 @@ messages! {
         pub range_max_m: f32,
         /// Time between two pictures.
         pub frame_time_s: f32,
-        /// How many entries of `markers` count.
+        /// Number of entries of `markers` in use.
         pub marker_count: u32 as Count,
-        /// The markers, by their numbers; each at most once.
+        /// The markers in the order of their numbers, each at most once.
         pub markers: [SeenMarker; 32] where marker_count counts,
     }
 }
@@ -35,17 +35,17 @@ parts! {
     pub struct SeenMarker {
         /// The marker's number.
         pub id: u32,
-        /// Forward of the robot's centre, metres.
+        /// Position forward of the robot's centre, in metres.
         pub x_m: f32,
-        /// Left of the robot's centre, metres.
+        /// Position to the left of the robot's centre, in metres.
         pub y_m: f32,
-        /// Where the marker looks, counter-clockwise from the robot's forward axis.
+        /// Direction that the marker faces, counter-clockwise from the robot's forward axis.
         pub facing_rad: f32,
     }
 }
 
 impl MarkerView {
-    /// The markers that count.
+    /// The entries of `markers` that are in use.
     pub fn markers(&self) -> &[SeenMarker] {
         &self.markers[..(self.marker_count as usize).min(MAX_MARKERS)]
     }

@@ -1,12 +1,12 @@
-//! The `.msg` texts, and the `ros2msg` schemas made from them. The standard ones are files in `schemas/msg`, our own are
-//! generated from the declarations of the messages.
+//! The `.msg` texts, and the `ros2msg` schemas made from them. The standard definitions are files in `schemas/msg`, and our
+//! own are generated from the declarations of the messages.
 
 use crate::codes::Value;
 
 macro_rules! definitions {
     ($($package:literal: $($name:literal),*;)*) => {
-        /// Every standard definition: `package/Type` and the text of its `.msg` file. All types in them
-        /// are named with their package.
+        /// Every standard definition: `package/Type` and the text of its `.msg` file, in which all types are named with
+        /// their packages.
         const STANDARD: &[(&str, &str)] = &[$($((
             concat!($package, "/", $name),
             include_str!(concat!("../../msg/", $package, "/", $name, ".msg")),
@@ -29,7 +29,7 @@ definitions! {
 
 const SEPARATOR: &str = "================================================================================\n";
 
-/// A `.msg` text.
+/// A `.msg` text with the name of its type.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Definition {
     /// `package/Type`.
@@ -41,17 +41,17 @@ pub struct Definition {
 /// A field in the `.msg`.
 #[derive(Debug)]
 pub struct Line {
-    /// Its comment, in the markup of the source.
+    /// The comment of the field, in the markup of the source.
     pub doc: &'static [&'static str],
-    /// Its name.
+    /// The field's name.
     pub name: &'static str,
-    /// Its ROS 2 type; `None` if it does not travel as a field of its own.
+    /// The field's ROS 2 type, or `None` if it does not travel as a field of its own.
     pub kind: Option<String>,
-    /// The values that it can have, if it is the number of a code.
+    /// The values that the field can have, if it is the number of a code.
     pub values: &'static [Value],
 }
 
-/// The `.msg` text of fields with a comment: the constants, an empty line, the fields.
+/// Returns the `.msg` text of a comment and fields: the comment and the constants, an empty line, then the fields.
 pub fn compose(doc: &[&str], lines: &[Line]) -> String {
     let mut text = comment(doc);
     for value in lines.iter().flat_map(|line| line.values) {
@@ -70,14 +70,14 @@ fn comment(doc: &[&str]) -> String {
     doc.iter().map(|line| format!("#{}\n", plain(line))).collect()
 }
 
-/// A comment without the links and code marks of the source.
+/// Removes the links and code marks of the source from a comment.
 fn plain(doc: &str) -> String {
     ["[`", "`]", "`", "crate::", "sketchnav_schemas::", "codes::", "message::"]
         .iter()
         .fold(doc.to_owned(), |text, mark| text.replace(mark, ""))
 }
 
-/// `GivenUp` as `GIVEN_UP`.
+/// Converts the name of a variant into that of a constant, such as `GivenUp` into `GIVEN_UP`.
 pub fn constant(name: &str) -> String {
     let mut text = String::new();
     for letter in name.chars() {
@@ -89,8 +89,8 @@ pub fn constant(name: &str) -> String {
     text
 }
 
-/// The `ros2msg` schema of `package/msg/Type`: its text, followed by those of all types that it uses, each once. Empty for a
-/// type that is neither standard nor in `own`.
+/// Returns the `ros2msg` schema of `package/msg/Type`: its text, followed by the texts of all types that it uses, each once.
+/// Empty for a type that is neither standard nor in `own`.
 pub fn schema(ros2_type: &str, own: &[Definition]) -> String {
     let mut needed = Vec::new();
     collect(&ros2_type.replace("/msg/", "/"), own, &mut needed);
@@ -116,7 +116,7 @@ fn collect<'a>(name: &str, own: &'a [Definition], needed: &mut Vec<(&'a str, &'a
     }
 }
 
-/// The types of fields that have a definition of their own.
+/// The types of a text's fields that have a definition of their own.
 pub fn used_types(text: &str) -> impl Iterator<Item = &str> {
     let words = text.lines().filter_map(|line| line.split_whitespace().next());
     let types = words.map(|word| word.split('[').next().unwrap_or(word));

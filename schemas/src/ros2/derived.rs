@@ -1,8 +1,8 @@
-//! Standard messages derived from our own, for viewers: a 3D panel can draw a `nav_msgs/Path`, but not a `Plan`.
+//! Standard messages derived from our own, for viewers. A 3D panel can draw a `nav_msgs/Path`, but not a `Plan`.
 //!
-//! Each derived topic belongs to a channel, and each of its messages is made from one message of that channel. Nothing reads
-//! them back, and they are not in recordings. A navigator lists those of its own channels; [`COMMON`] has the others. They are
-//! made of [`shapes`](super::shapes).
+//! Each derived topic belongs to a channel, and each of its messages is made from one message of that channel. Derived
+//! messages are never read back and are not in recordings. [`COMMON`] lists the derived topics of the channels common to all
+//! navigators, and each navigator lists those of its own channels. Their messages are made of [`shapes`](super::shapes).
 
 use ros2_interfaces_jazzy_serde::visualization_msgs::msg::MarkerArray;
 use serde::Serialize;
@@ -15,11 +15,11 @@ use crate::message::{DotView, Message, People};
 /// A topic of standard messages, each made from one message of a channel.
 #[derive(Debug, Clone, Copy)]
 pub struct Derived {
-    /// `/plan/global`.
+    /// Name of the topic, such as `/plan/global`.
     pub topic: &'static str,
-    /// The channel.
+    /// The channel from whose messages the topic is made.
     pub of: &'static ChannelSpec,
-    /// `nav_msgs/msg/Path`.
+    /// ROS 2 type, such as `nav_msgs/msg/Path`.
     pub ros2: &'static str,
     encode: Encode,
 }
@@ -28,12 +28,12 @@ pub struct Derived {
 pub type Encode = fn(&[u8], &[u8], &mut Vec<u8>) -> Result<(), Ros2Error>;
 
 impl Derived {
-    /// The `ros2msg` schema.
+    /// The `ros2msg` schema of the topic.
     pub fn schema(&self) -> String {
         definitions::schema(self.ros2, &[])
     }
 
-    /// For [`derived!`](derived).
+    /// Creates a topic. For [`derived!`](derived).
     #[doc(hidden)]
     pub const fn new(
         topic: &'static str,
@@ -47,7 +47,7 @@ impl Derived {
     /// Appends what is derived from a message of the channel to `out`, in CDR.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the message cannot be expressed in ROS 2; `out` is then of no use.
+    /// [`Ros2Error`] if the message cannot be expressed in ROS 2. The content of `out` is then unusable.
     ///
     /// # Panics
     /// If `message` does not have the channel's size and alignment.
@@ -56,7 +56,7 @@ impl Derived {
     }
 }
 
-/// For [`derived!`](derived).
+/// Encodes a derived message. For [`derived!`](derived).
 #[doc(hidden)]
 pub fn encode<T: Message, F: Serialize>(
     form: fn(&T, &[u8]) -> Result<F, Ros2Error>,
@@ -76,18 +76,18 @@ macro_rules! __derived {
     };
 }
 
-/// A list of topics: `"/plan/global": "nav_msgs/msg/Path" = global_path(PLAN);` is made from messages of the channel `PLAN` by
-/// the function `global_path(&Plan, &[u8]) -> Result<Path, Ros2Error>`.
+/// Declares a list of derived topics. In `"/plan/global": "nav_msgs/msg/Path" = global_path(PLAN);`, the function
+/// `global_path(&Plan, &[u8]) -> Result<Path, Ros2Error>` makes the topic's messages from those of the channel `PLAN`.
 #[doc(inline)]
 pub use __derived as derived;
 
-/// The topics of channels common to all navigators.
+/// The derived topics of the channels common to all navigators.
 pub const COMMON: &[Derived] = derived! {
     "/view/markers": "visualization_msgs/msg/MarkerArray" = dot_markers(VIEW);
     "/people/markers": "visualization_msgs/msg/MarkerArray" = people_markers(PEOPLE);
 };
 
-/// The edges of the window, and the dots in view.
+/// Draws the edges of the window and the dots in view.
 fn dot_markers(view: &DotView, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     let (side_m, half_m) = (f64::from(view.side_m), f64::from(view.side_m) / 2.0);
     let mut shapes = Shapes::new(&view.header, "window")?;

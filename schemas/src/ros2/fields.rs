@@ -1,4 +1,4 @@
-//! The types that messages are made of, each in its ROS 2 form. Nothing is computed: every number keeps its bits.
+//! The ROS 2 forms of the types that messages are made of. Nothing is computed, so every number keeps its bits.
 
 use ros2_interfaces_jazzy_serde::geometry_msgs::msg::{
     Point, Point32, Pose, Quaternion, Twist as TwistForm, Vector3,
@@ -12,10 +12,10 @@ use crate::message::{PoseM, PosePx, Text, Twist};
 
 /// A type that messages are made of, with its ROS 2 form.
 pub trait Field: Part {
-    /// The form.
+    /// The ROS 2 form of the type.
     type Form: Default + Serialize + DeserializeOwned + Send + 'static;
 
-    /// The type in a `.msg`.
+    /// The name of the type in a `.msg`.
     fn msg() -> String;
 
     /// The `.msg` texts of this project that the type needs.
@@ -23,20 +23,20 @@ pub trait Field: Part {
         Vec::new()
     }
 
-    /// The form of the value of `field`, in the memory of `spare`.
+    /// Converts the value of `field` into its form, using the memory of `spare`.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the form cannot hold the value.
+    /// [`Ros2Error`] if the form cannot express the value.
     fn to_form_in(&self, field: &'static str, spare: Self::Form) -> Result<Self::Form, Ros2Error>;
 
-    /// The value of a form. Whatever has no place in the type is left out.
+    /// Converts a form into a value. Anything in the form that the type cannot express is left out.
     ///
     /// # Errors
     /// [`Ros2Error`] if the type cannot hold the form.
     fn from_form(form: &Self::Form) -> Result<Self, Ros2Error>;
 }
 
-/// Types with a form that can be copied.
+/// Implements [`Field`] for types whose form can be copied.
 macro_rules! fields {
     ($($type:ty as $form:ty, $msg:literal, $to:expr, $from:expr;)*) => {$(
         impl Field for $type {
@@ -66,7 +66,7 @@ fields! {
     f64 as f64, "float64", |value| *value, |form| *form;
     [u32; 8] as [u32; 8], "uint32[8]", |value| *value, |form| *form;
     [u64; 16] as [u64; 16], "uint64[16]", |value| *value, |form| *form;
-    // Square matrices, row by row; two numbers are a point.
+    // Square matrices are stored row by row. Two numbers are a point.
     [f64; 4] as [f64; 4], "float64[4]", |value| *value, |form| *form;
     [f64; 9] as [f64; 9], "float64[9]", |value| *value, |form| *form;
     [f64; 16] as [f64; 16], "float64[16]", |value| *value, |form| *form;
@@ -101,7 +101,7 @@ fn point(x: f64, y: f64) -> Point {
     Point { x, y, z: 0.0 }
 }
 
-/// A planar pose with the z and w of its quaternion.
+/// Returns a planar pose from its position and the z and w of its quaternion.
 pub fn pose(x: f64, y: f64, z_turn: f64, w_turn: f64) -> Pose {
     let orientation = Quaternion { x: 0.0, y: 0.0, z: z_turn, w: w_turn };
     Pose { position: point(x, y), orientation }

@@ -1,4 +1,5 @@
-//! Structs and messages whose `.msg` is this project's own: what their declarations generate, and what follows from that.
+//! Structs and messages whose `.msg` is this project's own: what the macros generate for them, and the implementations based
+//! on it.
 
 use ros2_interfaces_jazzy_serde::std_msgs::msg::Header as HeaderForm;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
@@ -10,14 +11,14 @@ use crate::codes::{Code, Value};
 use crate::layout::Part;
 use crate::message::Message;
 
-/// How a field of type `T` travels.
+/// The way in which a field of type `T` travels.
 pub trait Way<T> {
-    /// The field's form; `()` if it has none.
+    /// The field's form, or `()` if it has none.
     type Form: Default + Serialize + DeserializeOwned + Send + 'static;
-    /// The values that it takes, if it is the number of a code.
+    /// The values that the field takes, if it is the number of a code.
     const CONSTANTS: &'static [Value] = &[];
 
-    /// The field's type in the `.msg`; `None` if it has no line there.
+    /// The field's type in the `.msg`, or `None` if it has no line there.
     fn msg() -> Option<String>;
 
     /// The `.msg` texts of this project that the field needs.
@@ -25,10 +26,11 @@ pub trait Way<T> {
         Vec::new()
     }
 
-    /// The form of `value` in the memory of `spare`; `count` of its entries count.
+    /// Converts `value` into its form, using the memory of `spare`. If `value` is a list, its first `count` entries are in
+    /// use.
     ///
     /// # Errors
-    /// [`Ros2Error`] if the form cannot hold the value.
+    /// [`Ros2Error`] if the form cannot express the value.
     fn to_form_in(
         value: &T,
         count: u32,
@@ -36,14 +38,14 @@ pub trait Way<T> {
         spare: Self::Form,
     ) -> Result<Self::Form, Ros2Error>;
 
-    /// Sets `value`, which is zero, to the content of the form, and `count` if entries are counted.
+    /// Sets `value`, which is zero, to the content of the form. If it is a list, sets `count` to the number of entries.
     ///
     /// # Errors
     /// [`Ros2Error`] if the value cannot hold the form.
     fn fill(value: &mut T, count: &mut u32, field: &'static str, form: &Self::Form) -> Result<(), Ros2Error>;
 }
 
-/// As its type says.
+/// The field travels in the form of its type.
 #[derive(Debug)]
 pub struct Itself;
 
@@ -68,7 +70,7 @@ impl<T: Field> Way<T> for Itself {
     }
 }
 
-/// A list of the entries that count.
+/// The field travels as a list of the entries in use.
 #[derive(Debug)]
 pub struct Counted;
 
@@ -103,7 +105,7 @@ impl<T: Field, const N: usize> Way<[T; N]> for Counted {
     }
 }
 
-/// Not at all: another field's form implies it.
+/// The field does not travel, because another field's form implies it.
 #[derive(Debug)]
 pub struct Untold;
 
@@ -123,12 +125,12 @@ impl Way<u32> for Untold {
     }
 }
 
-/// Whether a field's form is empty, so that it has no bytes in CDR and no field in JSON.
+/// Returns true if a field's form is empty, so that it takes no bytes in CDR and no field in JSON.
 pub fn is_untold<T>(_: &T) -> bool {
     size_of::<T>() == 0
 }
 
-/// Not at all: it is always zero.
+/// The field does not travel, because it is always zero.
 #[derive(Debug)]
 pub struct Zero;
 
@@ -148,7 +150,7 @@ impl Way<u32> for Zero {
     }
 }
 
-/// As the number of a code.
+/// The field travels as the number of a code.
 impl<C: Code> Way<u32> for C {
     type Form = u32;
     const CONSTANTS: &'static [Value] = C::VALUES;
@@ -167,11 +169,11 @@ impl<C: Code> Way<u32> for C {
     }
 }
 
-/// A struct with a `.msg` of its own. A message's header is not among these fields.
+/// A struct with a `.msg` of its own. The header of a message is not among these fields.
 pub trait Own: Part {
-    /// The fields' forms, in order.
+    /// The forms of the fields, in order.
     type Form: Default + Serialize + DeserializeOwned + Send + 'static;
-    /// `sketchnav_msgs/Type`.
+    /// ROS 2 name, `sketchnav_msgs/Type`.
     const NAME: &'static str;
     /// The struct's comment.
     const DOC: &'static [&'static str];
@@ -179,13 +181,13 @@ pub trait Own: Part {
     /// The fields in the `.msg`.
     fn lines() -> Vec<Line>;
 
-    /// The `.msg` texts of the structs in it.
+    /// The `.msg` texts of the structs inside this one.
     fn parts() -> Vec<Definition>;
 
-    /// The forms of the fields in the memory of `spare`.
+    /// Converts the fields into their forms, using the memory of `spare`.
     ///
     /// # Errors
-    /// [`Ros2Error`] if a form cannot hold a field.
+    /// [`Ros2Error`] if a form cannot express a field.
     fn to_form_in(&self, spare: Self::Form) -> Result<Self::Form, Ros2Error>;
 
     /// Sets the fields, which are zero, to the content of the form.
@@ -223,28 +225,28 @@ impl<T: OwnPart> Field for T {
 
 /// A message with a `.msg` of its own.
 pub trait OwnMessage: Own + Message {
-    /// The form of the slice that follows the message; `()` if there is none.
+    /// The form of the slice that follows the message, or `()` if there is none.
     type Slice: Slice;
-    /// `sketchnav_msgs/msg/Type`.
+    /// ROS 2 type, `sketchnav_msgs/msg/Type`.
     const TYPE: &'static str;
-    /// The frame that the header names; empty if no field is in a frame.
+    /// The frame that the header names. Empty if no field is in a frame.
     const FRAME: &'static str;
-    /// The name of the field with the slice; empty if there is none.
+    /// The name of the field with the slice. Empty if there is none.
     const SLICE: &'static str;
 }
 
 /// The form of the slice that follows a message.
 pub trait Slice: Default + Serialize + DeserializeOwned + Send + 'static {
-    /// Its type in the `.msg`; `None` if it has no line there.
+    /// The type of the slice in the `.msg`, or `None` if it has no line there.
     fn msg() -> Option<String>;
 
-    /// `cells` in the memory of `self`.
+    /// Stores `cells` in the memory of `self`.
     ///
     /// # Errors
-    /// [`Ros2Error`] if there are cells and no slice.
+    /// [`Ros2Error`] if there are cells but the message has no slice.
     fn holding(self, cells: &[u8]) -> Result<Self, Ros2Error>;
 
-    /// The slice.
+    /// Returns the slice.
     fn cells(self) -> Vec<u8>;
 }
 

@@ -1,4 +1,4 @@
-//! The pieces that several forms share: headers, counted lists, texts.
+//! The pieces that several forms share: headers, counted lists and texts.
 
 use ros2_interfaces_jazzy_serde::{builtin_interfaces::msg::Time, std_msgs::msg::Header as HeaderForm};
 
@@ -7,35 +7,35 @@ use crate::message::{Header, Text};
 
 const NS_PER_S: u64 = 1_000_000_000;
 
-/// Refuses with [`Ros2Error::Value`] unless `holds`.
+/// Checks a condition on a field.
 ///
 /// # Errors
-/// That error.
+/// [`Ros2Error::Value`] if the condition does not hold.
 pub fn expect(holds: bool, field: &'static str, expected: &'static str, found: u64) -> Result<(), Ros2Error> {
     if holds { Ok(()) } else { Err(Ros2Error::Value { field, expected, found }) }
 }
 
-/// `text` in the memory of `spare`.
+/// Returns `text` in the memory of `spare`.
 pub fn string(text: &str, mut spare: String) -> String {
     spare.clear();
     spare.push_str(text);
     spare
 }
 
-/// The stamp with `frame`.
+/// Returns the ROS 2 header with the message's time and `frame`.
 ///
 /// # Errors
-/// [`Ros2Error::Value`] for a number or a time that does not fit into the form.
+/// [`Ros2Error::Value`] if the message's number or time does not fit into the form.
 pub fn header_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
     let expected = "a number from 1 to 4294967295, by which messages name each other (other tools write 0)";
     expect((1..=u32::MAX.into()).contains(&header.seq), "header.seq", expected, header.seq)?;
     Ok(HeaderForm { stamp: time(header.stamp_ns)?, frame_id: string(frame, spare.frame_id) })
 }
 
-/// The same for a sensor reading, which is its own cause.
+/// Like [`header_form`], but for a sensor reading, which is its own cause.
 ///
 /// # Errors
-/// As [`header_form`]; also for a cause that is another message.
+/// As [`header_form`], and [`Ros2Error::Value`] if the cause is another message.
 pub fn reading_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
     let expected = "header.seq, for a reading is its own cause";
     expect(header.source_seq == header.seq, "header.source_seq", expected, header.source_seq)?;
@@ -50,10 +50,10 @@ fn time(stamp_ns: u64) -> Result<Time, Ros2Error> {
     }
 }
 
-/// The message's header from the form's, the message's number and its cause.
+/// Returns the message's header from its ROS 2 header, its number and its cause.
 ///
 /// # Errors
-/// [`Ros2Error::Value`] for a time before the mission's start.
+/// [`Ros2Error::Value`] if the time is before the mission's start or its nanoseconds are a second or more.
 pub fn header(form: &HeaderForm, seq: u64, source_seq: u64) -> Result<Header, Ros2Error> {
     let (sec, nanosec) = (form.stamp.sec, form.stamp.nanosec);
     let Ok(seconds) = u64::try_from(sec) else {
@@ -64,8 +64,8 @@ pub fn header(form: &HeaderForm, seq: u64, source_seq: u64) -> Result<Header, Ro
     Ok(Header { seq, stamp_ns: seconds * NS_PER_S + u64::from(nanosec), source_seq })
 }
 
-/// The entries of `all` that count. A count above the capacity is rejected, and so are entries beyond the count that are not
-/// zero, since these do not travel.
+/// Returns the entries of `all` that are in use. Rejects a count above the capacity, and also entries beyond the count that
+/// are not zero, since these would be lost.
 fn counted<'a, T: bytemuck::Pod>(
     field: &'static str,
     all: &'a [T],
@@ -86,12 +86,12 @@ fn counted<'a, T: bytemuck::Pod>(
     }
 }
 
-/// The entries of `all` that count, each turned into its form, in the memory of `spare`, which then has
-/// room for all.
+/// Converts the entries of `all` that are in use into their forms, using the memory of `spare`, which then has room for all
+/// entries.
 ///
 /// # Errors
-/// [`Ros2Error::Value`] for a count above the capacity, or entries beyond the count that are not zero, since these do not
-/// travel.
+/// [`Ros2Error::Value`] if the count is above the capacity or an entry beyond the count is not zero, since such an entry
+/// would be lost.
 pub fn list<T: Field>(
     field: &'static str,
     all: &[T],
@@ -107,10 +107,10 @@ pub fn list<T: Field>(
     Ok(spare)
 }
 
-/// Fills the start of `all` and returns the count; refuses what does not fit.
+/// Converts `forms` into the first entries of `all` and returns their number.
 ///
 /// # Errors
-/// [`Ros2Error::Value`] if there are more than fit.
+/// [`Ros2Error::Value`] if there are more forms than entries, and any error of [`Field::from_form`].
 pub fn fill<T: Field>(field: &'static str, all: &mut [T], forms: &[T::Form]) -> Result<u32, Ros2Error> {
     let expected = "a count within the capacity";
     expect(forms.len() <= all.len(), field, expected, forms.len() as u64)?;
@@ -120,10 +120,10 @@ pub fn fill<T: Field>(field: &'static str, all: &mut [T], forms: &[T::Form]) -> 
     Ok(forms.len() as u32)
 }
 
-/// The text as a string in the memory of `spare`, which then has room for any text; refuses what would not come back the same.
+/// Returns the text as a string in the memory of `spare`, which then has room for any text of this type.
 ///
 /// # Errors
-/// [`Ros2Error::Text`].
+/// [`Ros2Error::Text`] if converting the string back would not yield the same bytes.
 pub fn text_form<const N: usize>(
     field: &'static str,
     text: &Text<N>,
@@ -134,10 +134,10 @@ pub fn text_form<const N: usize>(
     if holds { Ok(string(text.as_str(), spare)) } else { Err(Ros2Error::Text { field }) }
 }
 
-/// Refuses a slice after a message that has none.
+/// Checks that no slice follows a message that has none.
 ///
 /// # Errors
-/// [`Ros2Error::Value`] if there is one.
+/// [`Ros2Error::Value`] if there is a slice.
 pub fn no_cells(cells: &[u8]) -> Result<(), Ros2Error> {
     expect(cells.is_empty(), "cells", "no slice after this message", cells.len() as u64)
 }

@@ -1,6 +1,6 @@
-//! What standard messages for viewers are made of: lines of poses, and shapes.
+//! The parts of standard messages for viewers: paths and shapes.
 //!
-//! Lengths in frame `sketch` are pixels, as everywhere; in all other frames they are metres.
+//! Lengths in frame `sketch` are in pixels. In all other frames they are in metres.
 
 use ros2_interfaces_jazzy_serde::{
     geometry_msgs::msg::{Point, Pose, PoseStamped, Vector3},
@@ -14,15 +14,15 @@ use super::fields::pose;
 use super::parts::header_form;
 use crate::message::Header;
 
-/// The header of a form in a frame.
+/// Returns the ROS 2 header of a message in a frame.
 ///
 /// # Errors
-/// [`Ros2Error`] if ROS 2 has no such number or time.
+/// [`Ros2Error`] if the message's number or time does not fit into ROS 2.
 pub fn stamped(header: &Header, frame: &str) -> Result<HeaderForm, Ros2Error> {
     header_form(header, frame, HeaderForm::default())
 }
 
-/// A line through points; each pose faces the next one.
+/// Returns a path through points. Each of its poses faces the next one.
 ///
 /// # Errors
 /// As [`stamped`].
@@ -39,33 +39,33 @@ pub fn path(header: &Header, frame: &str, points: &[[f32; 2]]) -> Result<Path, R
     Ok(Path { poses: poses.collect(), header })
 }
 
-/// A pose in the plane.
+/// Returns a pose in the plane.
 pub fn turned(x: f64, y: f64, yaw_rad: f64) -> Pose {
     pose(x, y, (yaw_rad / 2.0).sin(), (yaw_rad / 2.0).cos())
 }
 
-/// The entries that count, at most as many as there are.
+/// Returns the first `count` entries, or all of them if there are fewer.
 pub fn first<T>(all: &[T], count: u32) -> &[T] {
     &all[..(count as usize).min(all.len())]
 }
 
-/// Where the robot is to go.
+/// Colour of where the robot is meant to go.
 pub const ROUTE_COLOR: [f32; 4] = [0.85, 0.33, 0.1, 0.9];
-/// What it sees.
+/// Colour of what the robot sees.
 pub const SEEN_COLOR: [f32; 4] = [0.93, 0.69, 0.13, 1.0];
-/// What it remembers.
+/// Colour of what the robot remembers.
 pub const REMEMBERED_COLOR: [f32; 4] = [0.47, 0.53, 0.6, 0.9];
-/// A person.
+/// Colour of people.
 pub const PERSON_COLOR: [f32; 4] = [0.49, 0.18, 0.56, 0.9];
 
-/// Shapes of one message, in one frame.
+/// The shapes of one message, in one frame.
 pub struct Shapes {
     header: HeaderForm,
     markers: Vec<Marker>,
 }
 
 impl Shapes {
-    /// No shapes yet. They replace those of the previous message.
+    /// Starts without shapes. The new shapes replace those of the previous message.
     ///
     /// # Errors
     /// As [`stamped`].
@@ -75,7 +75,7 @@ impl Shapes {
         Ok(Self { header, markers: vec![clear] })
     }
 
-    /// Adds a shape of a kind of [`Marker`].
+    /// Adds a shape and returns it. `kind` is one of the types of a [`Marker`].
     pub fn add(&mut self, kind: i32, pose: Pose, scale: [f64; 3], color: [f32; 4]) -> &mut Marker {
         let [x, y, z] = scale;
         let id = self.markers.len();
@@ -112,7 +112,7 @@ impl Shapes {
         self.add(Marker::CYLINDER, turned(at[0], at[1], 0.0), scale, color);
     }
 
-    /// All of them.
+    /// Returns the message with all shapes.
     pub fn finish(self) -> MarkerArray {
         MarkerArray { markers: self.markers }
     }

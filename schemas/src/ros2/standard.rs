@@ -1,4 +1,4 @@
-//! Messages that are standard ROS 2 messages, mapped by hand. Nothing is computed: every number keeps its bits.
+//! Messages that are standard ROS 2 messages, mapped by hand. Nothing is computed, so every number keeps its bits.
 
 use bytemuck::Zeroable;
 use ros2_interfaces_jazzy_serde::{
@@ -12,7 +12,7 @@ use super::parts::{fill, header, list, no_cells, reading_form, string};
 use super::{Field, Ros2, Ros2Error};
 use crate::message::{GroundTruth, LaserScan, Odometry, PoseM, Twist};
 
-/// A message without a slice.
+/// The result of reading a message: the message and its slice, which is empty here.
 type Read<T> = Result<(T, Vec<u8>), Ros2Error>;
 
 fn alone<T>(message: T) -> Read<T> {

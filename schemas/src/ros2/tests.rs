@@ -10,7 +10,7 @@ fn cdr<T: Ros2>(message: &T, cells: &[u8]) -> Vec<u8> {
     out
 }
 
-/// A sequence length of four billion in thirty bytes must not reserve memory for it.
+/// A sequence length of four billion in thirty bytes must not make the reader reserve memory for it.
 #[test]
 fn a_lying_length_ends_at_the_end_of_the_bytes() {
     let scan = LaserScan { header: Header { seq: 1, stamp_ns: 0, source_seq: 1 }, ..Zeroable::zeroed() };
@@ -90,14 +90,14 @@ fn rounding_in_a_quaternion_is_told_from_a_tilt() {
     );
 }
 
-/// How often the schema of `T` has a constant of this name and number.
+/// Returns how often the schema of `T` has a constant with this name and number.
 fn constants<T: Ros2>(name: &str, code: u32) -> usize {
     let line = format!("uint32 {}={code} #", definitions::constant(name));
     T::schema().lines().filter(|found| found.starts_with(&line)).count()
 }
 
-/// The `.msg` texts were once written by hand: `Process::Pad` was added to the code, but not to the two messages that contain a
-/// process.
+/// The `.msg` texts were once written by hand. When `Process::Pad` was added to the code, it was forgotten in the two
+/// messages that contain a process.
 #[test]
 fn the_pad_is_a_process_in_every_message_that_names_processes() {
     for value in Process::VALUES {

@@ -1,5 +1,5 @@
-//! The transforms that viewers need to place the messages: `/tf` follows the odometry, `/tf_static`
-//! says where the laser is mounted. Derived from other messages; nothing reads them back.
+//! The transforms that viewers need to place the messages: `/tf` follows the odometry, and `/tf_static` says where the laser
+//! is mounted. They are derived from other messages and never read back.
 
 use ros2_interfaces_jazzy_serde::{
     geometry_msgs::msg::{Quaternion, Transform, TransformStamped, Vector3},
@@ -11,9 +11,9 @@ use super::{Ros2Error, definitions, encode};
 use crate::message::{Header, Odometry, PoseM};
 use crate::robot::Laser;
 
-/// The topic of odom → base_link.
+/// The topic of the transform odom → base_link.
 pub const TF: &str = "/tf";
-/// The topic of base_link → laser.
+/// The topic of the transform base_link → laser.
 pub const TF_STATIC: &str = "/tf_static";
 /// The ROS 2 type of both topics.
 pub const TYPE: &str = "tf2_msgs/msg/TFMessage";
@@ -26,8 +26,7 @@ pub fn schema() -> String {
 /// The form of the messages of both topics.
 pub type Form = TFMessage;
 
-/// Appends the transform odom → base_link at the time of `odometry`, in CDR, to `out`, by way of `form`, whose memory is
-/// reused.
+/// Appends the transform odom → base_link at the time of `odometry` to `out`, in CDR. Reuses the memory of `form`.
 ///
 /// # Errors
 /// [`Ros2Error`] if the header cannot be expressed in ROS 2.
@@ -37,10 +36,10 @@ pub fn base_in_odom(odometry: &Odometry, form: &mut Form, out: &mut Vec<u8>) -> 
     encode(form, out)
 }
 
-/// Appends the transform base_link → laser of a mounted `laser`, in CDR, to `out`.
+/// Appends the transform base_link → laser, from where `laser` is mounted, to `out`, in CDR.
 ///
 /// # Errors
-/// None for a valid laser.
+/// [`Ros2Error`], which never occurs with a valid laser.
 pub fn laser_in_base(laser: &Laser, out: &mut Vec<u8>) -> Result<(), Ros2Error> {
     let mount = PoseM::new(&laser.mount());
     let latched = Header { seq: 1, stamp_ns: 0, source_seq: 0 };

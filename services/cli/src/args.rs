@@ -1,4 +1,4 @@
-//! The command line.
+//! The command line of `sketchnav`.
 
 mod bridge;
 mod system;
@@ -53,8 +53,8 @@ pub struct Cli {
     pub command: Option<Command>,
 }
 
-/// Whether a program reads standard output as one object, because the command was given `--json`. Where that prints one
-/// line per message, the option has another id.
+/// Returns true if the command was given a `--json` that makes standard output a single JSON object. Commands whose
+/// `--json` prints one object per line give that option another id, so they are not counted.
 pub fn wants_json(command: &ArgMatches) -> bool {
     let is_given = command.try_get_one::<bool>("json").is_ok_and(|json| json == Some(&true));
     is_given || command.subcommand().is_some_and(|(_, command)| wants_json(command))
@@ -72,8 +72,8 @@ pub enum Command {
         /// The mission file (TOML; see docs/missions.md for how to write one), or `demo`.
         #[arg(required_unless_present = "resume", conflicts_with = "resume")]
         mission: Option<PathBuf>,
-        /// Continue the mission whose recording is in this folder, after its supervisor was killed. Seed, pace and
-        /// processes are those of that run.
+        /// Continue the mission recorded in this folder after its supervisor was killed. Seed, pace and processes are
+        /// those of the original run.
         #[arg(long, value_name = "DIR", conflicts_with_all = ["speed", "seed", "method", "out", "system", "without", "faults", "split_size", "split_duration"])]
         resume: Option<PathBuf>,
         #[command(flatten)]
@@ -98,7 +98,7 @@ pub enum Command {
         after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
     )]
     Eval {
-        /// A suite of drives, a study, or `all`, which runs every one of them into the folder given by --output and
+        /// A suite of drives, a study, or `all`, which runs every suite and study into the folder given by --output and
         /// skips those already there.
         #[arg(value_parser = experiments())]
         suite: String,
@@ -110,7 +110,7 @@ pub enum Command {
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav deform sim/missions/building/building.floor.toml --degree 1 --seed 3 -o drawing.png\nExample: sketchnav deform sim/missions/building/building.floor.toml --place 2.0,6.95,0 --place 14.0,10.6 -o drawing.png"
     )]
     Deform {
-        /// A floor plan (.toml) or a map of map_server (.yaml).
+        /// A floor plan (.toml) or a map_server map (.yaml).
         map: PathBuf,
         #[command(flatten)]
         options: DeformOptions,
@@ -125,7 +125,7 @@ pub enum Command {
         #[command(flatten)]
         options: ChaosOptions,
     },
-    /// Run one process of a system by hand, or a real robot's driver alongside the others.
+    /// Run one process of a running system by hand, such as one left out by `run --without`.
     #[command(after_help = "Example: sketchnav serve localizer --system lab")]
     Serve {
         /// A process of a run.
@@ -147,8 +147,8 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// List the channels with their messages, writers and readers, in the order of an instant. For a running system,
-    /// also list the connected processes, the messages in the histories, and the rates.
+    /// List the channels with their messages, writers and readers, in pipeline order. For a running system, also list
+    /// the connected processes, the number of messages in each history, and the rates.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input (no such system or kind), 3 anything else.\nExample: sketchnav channels --kind sketch\nExample: sketchnav channels lab --json"
     )]
@@ -163,7 +163,8 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Draw the pipeline as SVG: processes, channels, writers and readers. For a running system, add the rates of one second.
+    /// Draw the pipeline as SVG: processes, channels, writers and readers. For a running system, add the rates of the
+    /// last second.
     #[command(
         after_help = "Exit codes: 0 drawn, 2 bad input, 3 anything else.\nExample: sketchnav graph --system lab -o lab.svg"
     )]
@@ -180,7 +181,7 @@ pub enum Command {
         #[arg(long)]
         json: bool,
     },
-    /// Remove what dead systems have left: processes, folders, shared memory. Running systems are not affected.
+    /// Remove what dead systems have left behind: processes, folders, shared memory. Running systems are not affected.
     #[command(
         after_help = "A system that was cleaned away cannot be resumed.\nThe next system that starts cleans up as well.\nExample: sketchnav clean"
     )]
@@ -226,7 +227,7 @@ pub enum Command {
         #[command(flatten)]
         options: LogsOptions,
     },
-    /// End a process of a running system and wait for its successor, which resumes from where it was.
+    /// End a process of a running system and wait for its successor, which resumes where it left off.
     #[command(
         after_help = "Exit codes: 0 the successor has joined, 2 bad input (no such process), 3 anything else.\nExample: sketchnav restart localizer --system lab"
     )]
@@ -242,7 +243,7 @@ pub enum Command {
         #[command(flatten)]
         options: SendOptions,
     },
-    /// Print the parameters that are in force in a running system, both the mission's and the defaults.
+    /// Print the parameters in force in a running system, including defaults.
     #[command(
         after_help = "A parameter is set at the start of a run: in the mission, or tried on a recording by `rerun --set`.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav param get localizer.beams --system lab"
     )]
@@ -295,7 +296,7 @@ pub enum Command {
         #[command(flatten)]
         options: RelationsOptions,
     },
-    /// Print the landmark states of a mission's sketch in words, as a file for `route_file`.
+    /// Print the landmark states of a mission's sketch in words, in the format of a `route_file`.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav landmarks sim/missions/landmarks/scene-a-states.toml > route.txt"
     )]
@@ -306,7 +307,7 @@ pub enum Command {
         #[arg(long)]
         table: bool,
     },
-    /// Print what the map-maker of a mission with directions makes of it: itineraries, landmarks, the transition matrix.
+    /// Print what the map-maker derives from a mission with directions: itineraries, landmarks, the transition matrix.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav directions sim/missions/directions/hundred.toml --method d-r\nExample: sketchnav directions sim/missions/directions/hundred.toml --table landmarks --only reliable=0.95"
     )]
@@ -316,7 +317,7 @@ pub enum Command {
         #[command(flatten)]
         options: DirectionsOptions,
     },
-    /// Print the completions of a shell.
+    /// Print the completion script for a shell.
     #[command(
         after_help = "Exit codes: 0 done, 2 built without them, 3 anything else.\nExample: sketchnav completions bash > ~/.local/share/bash-completion/completions/sketchnav"
     )]
@@ -348,7 +349,7 @@ pub enum Param {
     },
     /// Print the value of one parameter.
     Get {
-        /// Its process and key: `localizer.beams`.
+        /// The parameter's process and key, such as `localizer.beams`.
         #[arg(value_name = "PROCESS.KEY")]
         key: String,
         #[command(flatten)]
@@ -370,16 +371,17 @@ pub struct ParamOptions {
 /// The options of `deform`.
 #[derive(Debug, Clone, Args)]
 pub struct DeformOptions {
-    /// 0: the walls as they are; 1: distorted as people draw them; up to 3.
+    /// Degree of distortion: 0 leaves the walls as they are, 1 distorts them as people do; at most 3.
     #[arg(long, default_value_t = 1.0)]
     pub degree: f64,
-    /// The seed; another seed gives another drawing.
+    /// The seed; each seed gives a different drawing.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
     /// Where to write the drawing: strokes (.json), .svg or .png.
     #[arg(short, long, default_value = "sketch.json")]
     pub output: PathBuf,
-    /// Print where this place of the floor is in the drawing: metres, and for a start a heading in degrees. May be repeated.
+    /// Print where this position on the floor lies in the drawing: metres and, for a start, a heading in degrees. May
+    /// be repeated.
     #[arg(long = "place", value_name = "X,Y[,DEG]", value_parser = parse_floor_place, allow_hyphen_values = true)]
     pub places: Vec<FloorPlace>,
     /// Print one JSON object instead of text.
@@ -390,23 +392,24 @@ pub struct DeformOptions {
 /// The options of `eval`.
 #[derive(Debug, Clone, Args)]
 pub struct EvalOptions {
-    /// One or more methods of the suite's kind of navigator, separated by commas. An unknown name lists all of them.
-    /// Default: that of the kind.
+    /// One or more methods of the suite's kind of navigator, separated by commas; an unknown name lists all of them.
+    /// Default: the suite's methods, otherwise the default method of that kind.
     #[arg(long = "method", value_delimiter = ',')]
     pub methods: Vec<String>,
-    /// Repetitions of each trial, each with its own seed. Default: that of the suite.
+    /// Repetitions of each trial, each with its own seed. Default: set by the suite.
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub trials: Option<u32>,
     /// The seed from which all others are derived.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Trials at a time. Default: the number of cores. The results do not depend on it.
+    /// Number of trials to drive at a time. Default: the number of cores. Does not affect the results.
     #[arg(long)]
     pub jobs: Option<usize>,
     /// Drive only these drawings, separated by commas.
     #[arg(long, value_delimiter = ',')]
     pub drawings: Vec<String>,
-    /// Set a parameter in all trials, as `localizer.beams=60` or `planner.footprint_padding_m=0.1`; may be repeated.
+    /// Set a parameter in all trials, such as `localizer.beams=60` or `planner.footprint_padding_m=0.1`; may be
+    /// repeated.
     #[arg(long = "set", value_name = "SERVICE.KEY=VALUE")]
     pub parameters: Vec<Parameters>,
     /// Also print a table of what the drives cost: commands, messages, processor time, energy.
@@ -418,27 +421,27 @@ pub struct EvalOptions {
     /// With `eval all`: run only these suites and studies, separated by commas.
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub suites: Vec<String>,
-    /// With `eval all`: fill in the figures of this page, and store them as JSON beside it. Further pages use the
-    /// figures of the first.
+    /// With `eval all`: fill in the figures of this page, and store them as JSON beside it; may be repeated. Further
+    /// pages use the figures stored beside the first.
     #[arg(long = "page", value_name = "FILE")]
     pub pages: Vec<PathBuf>,
-    /// Drive only this trial, named as by `--verbose` and `--json`.
+    /// Drive only this trial, named as `--verbose` and `--json` name it.
     #[arg(long, value_name = "TRIAL")]
     pub only: Option<String>,
     /// List each task that failed, and why.
     #[arg(long)]
     pub verbose: bool,
-    /// List the jobs with their numbers, and drive none.
+    /// List the jobs with their numbers instead of driving them.
     #[arg(long, conflicts_with_all = ["job", "merge", "output"])]
     pub list_jobs: bool,
-    /// Drive only the job of this number, or a range such as 3-10, and write the outcomes to --output for --merge.
+    /// Drive only the job with this number, or a range such as 3-10, and write the outcomes to --output for --merge.
     #[arg(long, value_name = "K", value_parser = parse_jobs, requires = "output", conflicts_with_all = ["merge", "check_processes", "pictures"])]
     pub job: Option<RangeInclusive<usize>>,
-    /// Drive nothing, but merge the outcomes of all jobs from the parts (.json) in this
-    /// folder. Needs the options of the jobs.
+    /// Drive nothing; merge the parts (.json) in this folder, which together contain the outcomes of all jobs. Give the
+    /// same options as for the jobs.
     #[arg(long, value_name = "DIR")]
     pub merge: Option<PathBuf>,
-    /// Also accept parts of another kind of machine, or of another build of the program.
+    /// Also accept parts from another kind of machine, or from another build of the program.
     #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',', requires = "merge")]
     pub accept: Vec<Foreign>,
     /// Write all figures, with pictures of some of the tasks, as one HTML page; with --job, write the part.
@@ -447,11 +450,11 @@ pub struct EvalOptions {
     /// Draw each trial into this folder.
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,
-    /// Drive this many of the trials with processes as well, and compare every message.
+    /// Also drive this many of the trials with separate processes, and compare every message.
     #[arg(long, value_name = "N")]
     pub check_processes: Option<usize>,
-    /// Folder of the maps and drawings that are not part of the project. Default: the value of
-    /// the environment variable SKETCHNAV_DATA.
+    /// Folder of the maps and drawings that are not part of the project. Default: the value of the environment variable
+    /// SKETCHNAV_DATA.
     #[arg(long, value_name = "DIR")]
     pub data: Option<PathBuf>,
     /// A checkout of sketchnav, for the missions that suites drive. Default: the one that contains the current folder.
@@ -463,14 +466,14 @@ pub struct EvalOptions {
 }
 
 impl EvalOptions {
-    /// Trials at a time.
+    /// Returns the number of trials to drive at a time, at least 1.
     pub fn jobs(&self) -> usize {
         let cores = || std::thread::available_parallelism().map_or(1, usize::from);
         self.jobs.unwrap_or_else(cores).max(1)
     }
 }
 
-/// In what a part of an experiment may differ from this program on this machine.
+/// A difference between this program on this machine and the origin of a part, which the user may accept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Foreign {
     /// Another kind of machine, whose outcomes may differ in the last bits.
@@ -491,16 +494,16 @@ pub struct ChaosOptions {
     /// Apply the faults of this file (TOML), written by chaos or by hand, instead of random kills.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["kills", "targets", "signal", "at_start_up", "at_messages"])]
     pub schedule: Option<PathBuf>,
-    /// Kill processes before randomly chosen messages instead of at random moments, so
-    /// that the schedule can be repeated exactly.
+    /// Kill processes before randomly chosen messages instead of at random moments, so that the schedule can be
+    /// repeated exactly.
     #[arg(long, conflicts_with = "at_start_up")]
     pub at_messages: bool,
     /// The processes that may be killed, separated by commas.
     #[arg(long, value_delimiter = ',', value_parser = parse_service, default_values_t = SERVICES)]
     pub targets: Vec<Process>,
-    /// What happens to them, separated by commas; each time one is chosen at random. kill: killed at once, in the
-    /// middle of whatever it does. stop: stopped, which its supervisor has to detect. term: asked to end. starve:
-    /// limited to 2 to 50 % of the processor for 0.2 to 2 s; needs `--at-messages`.
+    /// What to do to the targets, separated by commas; one is chosen at random each time. kill: kill at once, in the
+    /// middle of whatever the process is doing. stop: stop the process, which the supervisor has to detect. term: ask
+    /// the process to end. starve: limit it to 2 to 50 % of the processor for 0.2 to 2 s; needs `--at-messages`.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "kill")]
     pub signal: Vec<KillSignal>,
     /// Also kill processes while they start, up to three times in a row.
@@ -517,7 +520,7 @@ pub struct ChaosOptions {
     pub json: bool,
 }
 
-/// A shell for which there are completions.
+/// A shell for which completions can be generated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Shell {
     /// Bourne Again shell.
@@ -532,7 +535,7 @@ pub enum Shell {
     Zsh,
 }
 
-/// What happens to a process.
+/// How `chaos` disturbs a process.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum KillSignal {
     /// SIGKILL.
@@ -551,7 +554,7 @@ pub struct TopOptions {
     /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// Print the view once, after a second, and end.
+    /// Print the view once, after a second, and exit.
     #[arg(long)]
     pub once: bool,
     /// Print the view once, as one JSON object.

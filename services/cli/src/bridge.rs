@@ -5,7 +5,7 @@ use anyhow::anyhow;
 use crate::args::{Other, Rmw, Ros2Options, parse_rmw};
 use crate::failure::{Failure, Outcome};
 
-/// The variable with which ROS 2 selects the middleware.
+/// The environment variable with which ROS 2 selects the middleware.
 const RMW_VARIABLE: &str = "RMW_IMPLEMENTATION";
 
 /// Runs the bridge until the system ends or the user ends it.
@@ -30,14 +30,14 @@ fn ros2(options: &Ros2Options) -> Result<Outcome, Failure> {
     }
 }
 
-/// The error of builds without it, which says how to build it.
+/// Returns the error of a build without a feature, which says how to build with it.
 #[cfg(not(all(feature = "ros2", feature = "zenoh")))]
 fn absent(what: &str, feature: &str) -> Failure {
     let advice = format!("cargo build --release --features {feature}");
     Failure::Input(anyhow!("{what}: this program was built without it; build it with `{advice}`"))
 }
 
-/// The middleware to use. Options of the other one are errors.
+/// Returns the middleware to use, and rejects options of the other one.
 fn rmw(options: &Ros2Options) -> Result<Rmw, Failure> {
     let rmw = match (options.rmw, std::env::var(RMW_VARIABLE)) {
         (Some(rmw), _) => rmw,
@@ -71,14 +71,14 @@ mod built {
     use crate::output::{live, say};
     use crate::systems;
 
-    /// The variable with which ROS 2 selects the domain.
+    /// The environment variable with which ROS 2 selects the domain.
     const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
 
-    /// The router of this host, with rmw_zenoh's default endpoint.
+    /// The Zenoh router of this host, at the default endpoint of rmw_zenoh.
     #[cfg(feature = "zenoh")]
     const ROUTER: &str = "tcp/localhost:7447";
 
-    /// Zenoh as a client of the routers, or as a router.
+    /// Returns Zenoh as a client of the given routers, or as a router itself if `--listen` is given.
     #[cfg(feature = "zenoh")]
     pub fn zenoh(options: &Ros2Options) -> Middleware {
         let (mut routers, listen) = (options.routers.clone(), options.listen.clone());
@@ -117,7 +117,7 @@ mod built {
         Ok(told(name, &done))
     }
 
-    /// Runs a ROS 2 robot in place of the world.
+    /// Lets a ROS 2 robot take the place of the world.
     fn drive(system: System, run: &RunConfig, settings: &Settings) -> Result<Outcome, Failure> {
         let name = &run.system;
         if !run.without.contains(&Process::World) || run.pace == Pace::Lockstep {

@@ -1,5 +1,6 @@
-//! Shows the pipeline: every channel with its message, its writer and its readers, in the order of an instant. For a
-//! running system, also the connected processes, the number of messages in the history, and the rates.
+//! Shows the pipeline: every channel with its message, its writer and its readers, in the order in which an instant
+//! passes through them. For a running system, also shows the connected processes, the number of messages in each
+//! history, and the rates.
 
 use anyhow::Context;
 use comfy_table::{Table, presets::UTF8_FULL_CONDENSED};
@@ -15,15 +16,15 @@ use crate::systems;
 #[derive(Serialize)]
 struct Row {
     channel: &'static str,
-    /// The ROS 2 type, as in recordings.
+    /// The ROS 2 type under which the message is recorded.
     message: &'static str,
     ros2: &'static str,
-    /// `None` if all processes write it.
+    /// The process that writes the channel, or `None` if all processes do.
     writer: Option<&'static str>,
     readers: Vec<&'static str>,
-    /// The kind of navigator that has it; `None` if all do.
+    /// The kind of navigator that has the channel, or `None` if all kinds do.
     kind: Option<&'static str>,
-    /// The number of messages that a late reader gets.
+    /// The number of messages that a reader receives when it connects late.
     history: usize,
     latched: bool,
     recorded: bool,
@@ -45,7 +46,7 @@ impl Row {
     }
 }
 
-/// Prints the channels of a running system with the connected processes and the rates.
+/// Prints the channels of a running system with their connected processes and rates.
 pub fn show_live(system: &str, json: bool) -> Result<Outcome, Failure> {
     let (_, figures) = live::measure(systems::find(Some(system))?)?;
     if json {

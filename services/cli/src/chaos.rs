@@ -1,6 +1,6 @@
 //! `sketchnav chaos`: runs a mission twice, killing its processes during the second run, and compares the two.
 //!
-//! Both runs are separate programs, so that what is killed is what people run.
+//! Both runs are programs of their own, so that chaos tests exactly what users run.
 
 mod injector;
 mod safety;
@@ -26,23 +26,23 @@ use crate::output::out;
 use injector::{Hit, Injector, Plan};
 use safety::{Safety, safety};
 
-/// The result; `--json` prints exactly this.
+/// The result of both runs, printed as it is by `--json`.
 #[derive(Debug, Serialize)]
 struct Report {
     kills: usize,
-    /// How many kills were asked for; fewer prove nothing.
+    /// The number of kills that the options asked for. Fewer happen, and prove less, if the mission ends early.
     asked: u32,
-    /// How many of the kills ended no process, but limited its share of the processor for some time.
+    /// How many of the kills starved a process of the processor for a while instead of ending it.
     starvations: usize,
     by_process: BTreeMap<&'static str, usize>,
-    /// Whether every task was reached with the kills, and without them.
+    /// Whether every task was reached in the run with kills.
     success: bool,
     undisturbed_success: bool,
-    /// Whether every message is that of the undisturbed run; `None` in real time, where no two runs agree.
+    /// Whether every message equals that of the undisturbed run. `None` in real time, where no two runs are identical.
     identical: Option<bool>,
     lost_messages: u64,
     recovery_ms: BTreeMap<&'static str, Recovery>,
-    /// Whether the robot was safe in the meantime; `None` in lockstep, where the world waits for its navigators.
+    /// Whether the robot remained safe. `None` in lockstep, where the world waits for its navigators.
     safety: Option<Safety>,
     orphans: usize,
     leftover_files: Vec<PathBuf>,
@@ -52,8 +52,8 @@ struct Report {
 }
 
 impl Report {
-    /// Whether everything is as it is without kills. A mission that also fails without kills is not held against
-    /// them, nor is one that ends before the last kill.
+    /// Returns true if the kills changed nothing. A mission that also fails without kills still counts as good, and so
+    /// does one that ends before the last kill.
     fn is_good(&self) -> bool {
         let is_safe = |safety: &Safety| safety.unstopped == 0 && safety.wall_contacts == 0;
         (self.success || !self.undisturbed_success)
@@ -65,7 +65,7 @@ impl Report {
     }
 }
 
-/// Time from a kill to the first new work, milliseconds by the clock.
+/// Times from a kill until its process has done new work, in milliseconds by the clock.
 #[derive(Debug, Serialize)]
 struct Recovery {
     median: f64,
@@ -73,7 +73,7 @@ struct Recovery {
     max: f64,
 }
 
-/// Runs the mission in the file `mission` undisturbed, then disturbed.
+/// Runs the mission in the file `mission` twice, first undisturbed and then disturbed.
 pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure> {
     if options.signal.contains(&KillSignal::Starve) && !options.at_messages {
         let error = anyhow!("--signal starve: expected --at-messages, found kills at random moments");
@@ -102,7 +102,7 @@ pub fn chaos(mission: &Path, options: &ChaosOptions) -> Result<Outcome, Failure>
     Ok(if good { Outcome::Success } else { Outcome::Short })
 }
 
-/// Kills at random moments; the schedule records what happened.
+/// Kills processes at random moments, and writes what happened to the file `schedule`.
 fn by_lot(
     mission: &Path,
     options: &ChaosOptions,
@@ -115,7 +115,7 @@ fn by_lot(
     let plan = Plan { steps: world_messages(reference)?, supervisor: run.id(), system: system("chaos") };
     let hits = Injector::new(options, plan).disturb(&mut run).context("watching the run")?;
     let disturbed = report(run);
-    // A run that failed usually has a recording, too.
+    // Written even after a failure, since a run that failed usually has a recording, too.
     let is_written = schedule::write_happened(schedule, &out);
     let disturbed = disturbed.map_err(|failure| schedule::told(failure, schedule))?;
     is_written?;
@@ -129,11 +129,11 @@ fn by_lot(
     )
 }
 
-/// A kill, and how long its process took until it had done new work.
+/// A kill, and how long its process took to recover.
 struct Kill {
     process: Process,
     recovered_ms: Option<f64>,
-    /// Its process was starved of the processor, so there is nothing to recover from.
+    /// Whether the process was only starved of the processor, in which case there is nothing to recover from.
     is_starved: bool,
 }
 
@@ -143,7 +143,7 @@ impl Kill {
         Self { process: hit.process, recovered_ms, is_starved: false }
     }
 
-    /// Whether its process has yet to recover.
+    /// Returns true if the process has yet to recover.
     fn is_open(&self) -> bool {
         self.recovered_ms.is_none() && !self.is_starved
     }
@@ -173,7 +173,7 @@ fn start(
     Ok(command.spawn().context("starting the mission")?)
 }
 
-/// The report that a run prints when it ends.
+/// Waits for a run to end and returns the report that it prints.
 fn report(run: Child) -> Result<Value, Failure> {
     let output = run.wait_with_output().context("waiting for the mission")?;
     let object: Value = serde_json::from_slice(&output.stdout).context("the mission's report")?;
@@ -189,7 +189,7 @@ fn recording(report: &Value) -> Result<PathBuf, Failure> {
     Ok(path.into())
 }
 
-/// How much work the world does in the whole mission, as its progress counts it.
+/// Returns the number of messages that the world sends in the whole mission, which is how its progress is counted.
 fn world_messages(recording: &Path) -> Result<u32, Failure> {
     let info = info::info(recording).context("the undisturbed recording")?;
     let is_worlds =
@@ -240,7 +240,7 @@ fn judge(
     })
 }
 
-/// Statistics of some times, at least one.
+/// Summarizes `times`, of which there must be at least one.
 fn recovery(mut times: Vec<f64>) -> Recovery {
     times.sort_by(f64::total_cmp);
     let share = |share: f64| times[((times.len() - 1) as f64 * share).ceil() as usize];
@@ -316,7 +316,8 @@ mod tests {
         }
     }
 
-    /// A run that was identical to the byte was once called bad because the mission fails by itself, or ends early.
+    /// A run that was identical down to the byte was once called bad because its mission fails even without kills, or
+    /// ends early.
     #[test]
     fn what_is_the_same_without_kills_is_good() {
         assert!(report().is_good());

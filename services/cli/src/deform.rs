@@ -1,4 +1,5 @@
-//! Writes a drawing of a floor with the distortions of a hand-drawn map, and prints where places of the floor are in it.
+//! Writes a drawing of a floor with the distortions of a hand-drawn map, and prints where given positions on the floor
+//! lie in that drawing.
 
 use std::path::Path;
 
@@ -11,10 +12,10 @@ use crate::args::{DeformOptions, FloorPlace};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 
-/// How many of the omitted pieces of furniture are printed.
+/// Maximum number of omitted pieces of furniture that are printed.
 const PRINTED: usize = 12;
 
-/// Draws the floor of `map`.
+/// Draws the floor of the file `map`.
 pub fn deform(map: &Path, options: &DeformOptions) -> Result<Outcome, Failure> {
     let floor = files::floor(map).or_input()?;
     let drawing = sketchnav_deform::deform(&floor, options.degree, options.seed).or_input()?;
@@ -49,22 +50,22 @@ fn encoded(drawing: &DeformedDrawing, path: &Path) -> Result<Vec<u8>, Failure> {
     }
 }
 
-/// A place of the floor, and where it is in the drawing.
+/// A position on the floor, and the corresponding position in the drawing.
 #[derive(Serialize)]
 struct Drawn {
-    /// Position on the floor, metres.
+    /// Position on the floor, in metres.
     at_m: [f64; 2],
-    /// Column and row of the drawing; `None` in a room that was forgotten.
+    /// Column and row in the drawing, or `None` if the position lies in a room that was forgotten.
     at_px: Option<[f64; 2]>,
-    /// The heading at the place as drawn, degrees.
+    /// The heading at that position in the drawing, in degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     heading_deg: Option<f64>,
-    /// The omitted piece of furniture whose bounding box contains the place.
+    /// The name of the omitted piece of furniture whose bounding box contains the position.
     #[serde(skip_serializing_if = "Option::is_none")]
     within: Option<String>,
 }
 
-/// Where a place that the user has asked for is in the drawing.
+/// Finds where a position given by the user lies in the drawing.
 fn asked(floor: &Floor, drawing: &DeformedDrawing, place: &FloorPlace) -> anyhow::Result<Drawn> {
     let [x, y] = place.at_m;
     if floor.region_at(&Point::<World>::new(x, y)).is_none() {
@@ -93,7 +94,7 @@ fn asked(floor: &Floor, drawing: &DeformedDrawing, place: &FloorPlace) -> anyhow
     })
 }
 
-/// The lower left and the upper right corner of all rooms.
+/// Returns the lower left and the upper right corner of the box around all rooms, in metres.
 fn extent(floor: &Floor) -> [[f64; 2]; 2] {
     let corners = floor.regions().iter().flat_map(|region| &region.polygon);
     corners.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], at| {
@@ -101,7 +102,7 @@ fn extent(floor: &Floor) -> [[f64; 2]; 2] {
     })
 }
 
-/// The centres of the rooms.
+/// Returns the centres of the rooms, and where they lie in the drawing.
 fn rooms(floor: &Floor, drawing: &DeformedDrawing) -> Vec<Drawn> {
     let room = |center: &Point<World>| {
         let at = drawing.to_sketch(center);
@@ -195,7 +196,7 @@ fn piece_name(piece: &Furnishing) -> &str {
     if piece.name.is_empty() { "a piece that was taken for furniture" } else { &piece.name }
 }
 
-/// Whether a place, m, is inside a piece's bounding box.
+/// Returns true if a position, in metres, is inside the bounding box of a piece of furniture.
 fn covers(piece: &Furnishing, at_m: [f64; 2]) -> bool {
     let offsets = [at_m[0] - piece.center.x, at_m[1] - piece.center.y];
     offsets.iter().zip(piece.size_m).all(|(offset, size_m)| offset.abs() <= size_m / 2.0)

@@ -1,4 +1,4 @@
-//! Prints what the map-maker derives from a mission: its itineraries, its landmarks, its transition matrix.
+//! Prints what the map-maker derives from a mission: itineraries, landmarks, or the transition matrix.
 
 use std::path::Path;
 
@@ -12,14 +12,14 @@ use sketchnav_schemas::run::RunConfig;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output;
 
-/// What to print of what the map-maker knows.
+/// The options of `directions`.
 #[derive(Debug, Clone, Args)]
 pub struct DirectionsOptions {
-    /// A table of the plane instead of the itineraries.
+    /// Print a table of the plane instead of the itineraries.
     #[arg(long, value_enum)]
     table: Option<Table>,
-    /// Of the table: only these parkways and trajectories. One of detectable, recoverable, reliable=R with the least
-    /// reliability from 0 to 1.
+    /// Restrict the table to these parkways and trajectories: detectable, recoverable, or reliable=R, where R is the
+    /// least reliability, from 0 to 1.
     #[arg(long, value_name = "WHICH", value_parser = parse_parkways, requires = "table")]
     only: Option<Parkways>,
     /// Plan with this method instead of the mission's.
@@ -30,14 +30,14 @@ pub struct DirectionsOptions {
     seed: u64,
 }
 
-/// What a table is about.
+/// The contents of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Table {
-    /// The landmarks, those that are attained from most others first.
+    /// The landmarks, starting with those that can be reached from most others.
     Landmarks,
-    /// The transition matrix as CSV: the distance from landmark to landmark (Park and Kender 1995, table 2).
+    /// The transition matrix as CSV: the distance between each pair of landmarks (Park and Kender 1995, table 2).
     Distances,
-    /// The transition matrix as CSV: -ln R of each transition.
+    /// The transition matrix as CSV: -ln R of each transition, where R is its reliability.
     Unreliability,
 }
 
@@ -73,7 +73,7 @@ pub fn print(path: &Path, options: &DirectionsOptions) -> Result<Outcome, Failur
     Ok(Outcome::Success)
 }
 
-/// Each task's landmarks as in figure 30, with the costs of its path.
+/// Formats each task's landmarks as in figure 30, with the costs of its path.
 fn itineraries(run: &RunConfig) -> Result<String, String> {
     let made = sketcher::make(run, &sketchnav_navigators::read_file).map_err(|error| error.to_string())?;
     let settings = mission::settings(&run.mission, &run.robot).map_err(|error| error.to_string())?;

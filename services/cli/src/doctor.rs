@@ -1,6 +1,6 @@
 //! `sketchnav doctor`: checks whether this machine can run a system, and says what to do if it cannot.
 //!
-//! Changes nothing but files of its own, which it removes.
+//! The checks change nothing except for files of their own, which they remove.
 
 mod checks;
 
@@ -18,7 +18,7 @@ pub enum Level {
     Fine,
     /// A system runs, but not as well as it could.
     Warning,
-    /// No system can run, or its measurements are wrong.
+    /// No system can run, or its measurements would be wrong.
     Error,
 }
 
@@ -40,18 +40,18 @@ pub struct Finding {
     level: Level,
     /// What was found.
     found: String,
-    /// What to do; `None` if everything is in order.
+    /// What to do about it, or `None` if everything is in order.
     #[serde(skip_serializing_if = "Option::is_none")]
     advice: Option<String>,
 }
 
 impl Finding {
-    /// A finding that everything is in order.
+    /// Creates a finding that everything is in order.
     pub fn fine(check: &'static str, found: impl Into<String>) -> Self {
         Self { check, level: Level::Fine, found: found.into(), advice: None }
     }
 
-    /// A finding of a problem; `advice` says what to do.
+    /// Creates a finding of a problem, with advice on what to do about it.
     pub fn of(
         check: &'static str,
         level: Level,
@@ -62,7 +62,7 @@ impl Finding {
     }
 }
 
-/// Runs all checks and prints the findings; exit code 1 if there is an error.
+/// Runs all checks and prints the findings. The exit code is 1 if any finding is an error.
 pub fn doctor(json: bool) -> Result<Outcome, Failure> {
     let findings: Vec<_> = checks::all().collect();
     let worst = findings.iter().map(|finding| finding.level).max().unwrap_or(Level::Fine);

@@ -1,4 +1,4 @@
-//! Doubts about a mission's files, before a robot is driven by them.
+//! Doubts about a mission's files, which are raised before the robot drives by them.
 
 use std::path::Path;
 
@@ -12,11 +12,11 @@ use sketchnav_stage::doubts::Doubts;
 use crate::failure::{Failure, OrInput};
 use crate::output::say;
 
-/// What the navigator of a run doubts about its files, where its sketcher is not somebody else's, and what of the world is not
-/// known.
+/// Collects the doubts that the run's navigator has about its files, unless its sketcher is run by hand, and those
+/// about unknown areas of the world's map.
 ///
 /// # Errors
-/// The sketcher's error, if a file cannot be read or is entirely wrong.
+/// Returns the sketcher's error if a file cannot be read or is entirely invalid.
 pub fn of(run: &RunConfig, files: &dyn Files) -> Result<Doubts, Failure> {
     let navigator = sketchnav_navigators::of(&run.mission).or_input()?;
     let by_sketcher = navigator.doubts.filter(|_| !run.without.contains(&Process::Sketcher));
@@ -27,7 +27,8 @@ pub fn of(run: &RunConfig, files: &dyn Files) -> Result<Doubts, Failure> {
     Ok(found)
 }
 
-/// How much of the world's map is transparent. What else may be wrong with it the world says.
+/// Returns a warning if part of the world's map is transparent. Any other problem with the map is reported by the world
+/// itself.
 fn of_map(run: &RunConfig, files: &dyn Files) -> Option<String> {
     let path = run.mission.world.map.as_deref().filter(|_| !run.without.contains(&Process::World))?;
     let share = occupancy_map_in(files, Path::new(path)).ok()?.transparent_share();
@@ -40,7 +41,7 @@ fn of_map(run: &RunConfig, files: &dyn Files) -> Option<String> {
     })
 }
 
-/// Prints them to standard error.
+/// Prints the doubts to standard error.
 pub fn tell(doubts: &Doubts) {
     doubts.warnings.iter().for_each(|warning| say!("warning: {warning}"));
     doubts.left_out.iter().for_each(|what| say!("left out: {what}"));

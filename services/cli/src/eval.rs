@@ -1,4 +1,4 @@
-//! Experiments: runs a suite and prints its table.
+//! Runs experiments and prints their tables.
 
 pub mod all;
 pub mod machine;
@@ -27,7 +27,7 @@ use parts::Origin;
 pub use parts::parse_jobs;
 use processes::Check;
 
-/// Runs the suite or the study `name`.
+/// Runs the suite or the study called `name`.
 pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     if name == all::WORD {
         return all::run(options);
@@ -68,7 +68,7 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
         None => drive_each(&jobs, options)?.concat(),
     };
     let wall = began.elapsed();
-    // What was driven is printed in any case; it may have taken hours.
+    // Print what was driven in any case, since it may have taken hours.
     let check = options.check_processes.map(|count| processes::check(&jobs, count));
     let checked = check.as_ref().and_then(|check| check.as_ref().ok());
     let driven = Driven { suite: &suite, methods: &methods, jobs: &jobs, outcomes: &outcomes };
@@ -88,14 +88,14 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
     Ok(if is_same { Outcome::Success } else { Outcome::Short })
 }
 
-/// The variable that names the folder of the data if `--data` does not.
+/// The environment variable that names the data folder if `--data` is absent.
 const DATA_VARIABLE: &str = "SKETCHNAV_DATA";
 /// The folder of the missions in a checkout.
 const MISSIONS: &str = "sim/missions";
 
 fn folders(options: &EvalOptions) -> anyhow::Result<Folders> {
     let data = options.data.clone().or_else(|| std::env::var_os(DATA_VARIABLE).map(PathBuf::from));
-    // Trials go to other processes, too, with the paths of their files.
+    // Other processes also drive trials and are given the paths of their files, so the paths must be absolute.
     let data = data.map(std::path::absolute).transpose().context("the folder of the data")?;
     Ok(Folders { suite: "", project: project(options.project.as_deref())?, data })
 }
@@ -116,12 +116,12 @@ fn project(named: Option<&Path>) -> anyhow::Result<PathBuf> {
     here.ancestors().find(has_missions).map(Path::to_path_buf).with_context(missing)
 }
 
-/// Data that a suite cannot read are the user's to correct.
+/// Classifies an error as bad input, since the user can correct data that a suite cannot read.
 fn classify(error: EvalError) -> Failure {
     Failure::Input(error.into())
 }
 
-/// Selects the trials that the user wants.
+/// Selects the trials that the user asked for.
 fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
     let drawings = suite.drawings();
     if let Some(unknown) = options.drawings.iter().find(|wanted| !drawings.contains(wanted)) {
@@ -140,7 +140,8 @@ fn choose(suite: &mut Suite, options: &EvalOptions) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The methods that the user wants; by default the first of the suite's kind of navigator.
+/// Returns the methods that the user asked for. By default, these are the suite's own methods or, if it names none, the
+/// first method of its kind of navigator.
 fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> {
     let Some(first) = suite.trials.first() else { return Ok(options.methods.clone()) };
     let known = sketchnav_navigators::of(&first.mission)?.methods;
@@ -154,7 +155,8 @@ fn methods(suite: &Suite, options: &EvalOptions) -> anyhow::Result<Vec<String>> 
     if !suite.methods.is_empty() {
         return Ok(suite.methods.clone());
     }
-    // If all trials are driven by one method, whatever is asked for, its name is above the table.
+    // If all trials prescribe one method, they are driven by it whatever the user asks for, so the table is headed with
+    // its name.
     let own = first.method.as_deref();
     let own = own.filter(|own| suite.trials.iter().all(|trial| trial.method.as_deref() == Some(own)));
     Ok(own.or(known.first().copied()).map(str::to_owned).into_iter().collect())
@@ -178,7 +180,7 @@ fn jobs<'a>(suite: &'a Suite, methods: &'a [String], options: &EvalOptions) -> R
     Ok(methods.map(|method| Job::new(trial, method, repetition, options.seed)).collect())
 }
 
-/// The outcomes of each job.
+/// Drives the jobs and returns the outcomes of each.
 fn drive_each(jobs: &[Job<'_>], options: &EvalOptions) -> Result<Vec<Vec<Ended>>, Failure> {
     let bar = progress_bar(jobs.len(), options.json);
     let so_far = std::sync::Mutex::new(Vec::new());
@@ -194,7 +196,8 @@ fn drive_each(jobs: &[Job<'_>], options: &EvalOptions) -> Result<Vec<Vec<Ended>>
     Ok(outcomes)
 }
 
-/// Checked before anything is driven. If the folder is removed later, the results go to standard output.
+/// Rejects an output in a missing folder before anything is driven. If the folder is removed later, the results go to
+/// standard output.
 fn refuse_missing_folder(output: Option<&Path>) -> Result<(), Failure> {
     let folder = output.and_then(Path::parent).filter(|folder| !folder.as_os_str().is_empty());
     match folder.filter(|folder| !folder.is_dir()) {
@@ -207,7 +210,7 @@ fn refuse_missing_folder(output: Option<&Path>) -> Result<(), Failure> {
     }
 }
 
-/// A suite that was driven.
+/// The jobs of a suite, with their outcomes.
 struct Driven<'a> {
     suite: &'a Suite,
     methods: &'a [String],
@@ -215,7 +218,7 @@ struct Driven<'a> {
     outcomes: &'a [Ended],
 }
 
-/// Writes the pictures and the report that the user wants.
+/// Writes the pictures and the report that the user asked for.
 fn write_files(driven: &Driven<'_>, options: &EvalOptions) -> anyhow::Result<()> {
     let drawn = options.pictures.as_ref().map_or(Ok(()), |folder| draw(driven.jobs, folder));
     let reported = options.output.as_ref().map_or(Ok(()), |path| report(driven, path));
@@ -230,7 +233,8 @@ fn progress_bar(length: usize, quiet: bool) -> ProgressBar {
     ProgressBar::new(length as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Drives each job once more to draw it; the drive is identical, so no log of thousands of trials has to be kept.
+/// Drives each job once more to draw it. The drive is identical, so there is no need to keep the logs of thousands of
+/// trials.
 fn draw(jobs: &[Job<'_>], folder: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     for job in jobs {
@@ -257,11 +261,11 @@ fn report(driven: &Driven<'_>, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Options, each with a value, that say where the outcomes come from. They are omitted, so that the page of a merged
-/// experiment equals that of one machine.
+/// Options that say where the outcomes come from, each of which takes a value. They are not shown, so that the page of
+/// a merged experiment equals that of one driven on a single machine.
 const WHERE_FROM: [&str; 2] = ["--merge", "--accept"];
 
-/// The command line as it was typed, without the program's path and the options for where the outcomes come from.
+/// Returns the command line as it was typed, without the program's path and the options in [`WHERE_FROM`].
 fn command_line() -> String {
     let mut is_value = false;
     let is_shown = |word: &String| {
@@ -300,7 +304,7 @@ fn print(driven: &Driven<'_>, options: &EvalOptions, wall: Duration) -> anyhow::
     if options.verbose {
         print_failures(outcomes)?;
     }
-    // The time is the only thing on which two runs do not agree.
+    // Only the wall-clock time differs between two runs, so it goes to standard error.
     say!("{:.0} s by the clock", wall.as_secs_f64());
     out!("{} tasks", outcomes.len())
 }

@@ -1,4 +1,4 @@
-//! How a command ends: the exit codes and what is printed with them.
+//! Ends commands: the exit codes, and what is printed with them.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -15,11 +15,11 @@ use crate::output::{self, out};
 pub enum Failure {
     /// Bad input or usage: exit 2.
     Input(anyhow::Error),
-    /// A tool with the exit codes of MCAP's own tool failed: exit 1.
+    /// A tool that follows the exit codes of the official MCAP tool failed: exit 1.
     Plain(anyhow::Error),
     /// Anything else: exit 3.
     Other(anyhow::Error),
-    /// As `Other`, but the command has nevertheless printed what it could: exit 3.
+    /// Anything else, after the command printed what it could: exit 3.
     Reported(anyhow::Error),
     /// The recording is incomplete: exit 4.
     Incomplete(anyhow::Error),
@@ -32,7 +32,7 @@ pub enum Outcome {
     Success,
     /// Done, but some task was not reached, or the recordings differ: exit 1.
     Short,
-    /// Recovered, but not all of it: exit 3.
+    /// Recovered, but with losses: exit 3.
     Loss,
     /// Every task reached, but the recording is incomplete: exit 4.
     Incomplete,
@@ -45,7 +45,7 @@ impl From<anyhow::Error> for Failure {
 }
 
 impl Failure {
-    /// The error, whatever kind of failure it is.
+    /// Returns the error, whatever kind of failure it is.
     pub fn into_error(self) -> anyhow::Error {
         match self {
             Self::Input(error)
@@ -57,9 +57,9 @@ impl Failure {
     }
 }
 
-/// Marks an error as bad input.
+/// Marks errors as bad input.
 pub trait OrInput<T> {
-    /// The value, or [`Failure::Input`].
+    /// Turns an error into [`Failure::Input`].
     fn or_input(self) -> Result<T, Failure>;
 }
 
@@ -69,8 +69,8 @@ impl<T, E: Into<anyhow::Error>> OrInput<T> for Result<T, E> {
     }
 }
 
-/// Prints a failure and returns the exit code. With `json`, standard output gets an object too, so that a program
-/// always finds one there.
+/// Prints a failure and returns the exit code. With `json`, also prints an object with the error to standard output, so
+/// that a program always finds an object there.
 pub fn exit_code(result: Result<Outcome, Failure>, json: bool) -> ExitCode {
     match result {
         Ok(Outcome::Success) => ExitCode::from(0),
@@ -91,20 +91,21 @@ fn report(error: &anyhow::Error, code: u8, json: bool) -> ExitCode {
     }
     let story = story(error);
     if json {
-        // If it is standard output that failed, only standard error shows it.
+        // If standard output itself has failed, the error is still on standard error.
         let _ = out!("{}", serde_json::json!({ "error": story, "exit": code }));
     }
     output::aside(on_lines(&story));
     ExitCode::from(code)
 }
 
-/// What of an error has several lines of its own: the place in a TOML file, and what a process printed.
+/// Texts after which an error contains line breaks on purpose: the position in a TOML file, and the last output of a
+/// process.
 const LINES_FOLLOW: [&str; 2] = ["TOML parse error at line ", "; its last words:\n"];
-/// The place in a YAML file, on a line of its own after some spaces.
+/// Marks the position in a YAML file, which is on a line of its own after some spaces.
 const YAML_PLACE: &str = "--> <input>:";
 
-/// Formats an error for printing. Names before the position in a file are kept on one line; later lines are indented,
-/// so that none looks like another message.
+/// Formats an error for printing. The file name is kept on one line, even if it contains line breaks. Lines that
+/// follow, such as an excerpt of the file, are indented so that none of them looks like another message.
 fn on_lines(story: &str) -> String {
     let yaml = story.find(YAML_PLACE).map(|at| story[..at].trim_end_matches(' ').len());
     let yaml = yaml.and_then(|end| Some(story[..end].strip_suffix('\n')?.len()));
@@ -113,22 +114,24 @@ fn on_lines(story: &str) -> String {
     format!("error: {}{}", OneLine(first), lines.replace('\n', "\n  "))
 }
 
-/// Prints an error of the command line, or the help that was asked for, and returns the exit code.
+/// Prints a usage error or the requested help, and returns the exit code.
 pub fn refuse_usage(error: &clap::Error) -> ExitCode {
     match tame(std::env::args_os()) {
-        // In colours, the only escapes that are left. If the output is not read, nothing is lost.
+        // Printed with colours, the only escape sequences that are left. If the output cannot be written, nothing is
+        // lost.
         Some(tame) => drop(tame.print()),
         None => output::aside(error.render()),
     }
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
-/// The error of these words, made from their escaped forms: some may be file names, which can contain anything.
+/// Returns the usage error for these words with their special characters escaped, since any of the words may be a file
+/// name and contain anything.
 fn tame(words: impl Iterator<Item = OsString>) -> Option<clap::Error> {
     Cli::try_parse_from(words.map(|word| one_line(word.to_string_lossy()))).err()
 }
 
-/// The error and its causes; a cause that is in the text already is not repeated.
+/// Joins an error and its causes, leaving out causes whose text already appears.
 pub fn story(error: &anyhow::Error) -> String {
     error.chain().skip(1).fold(error.to_string(), |story, cause| {
         let cause = cause.to_string();
@@ -142,7 +145,7 @@ mod tests {
 
     use super::*;
 
-    /// The error that rejected an escape sequence once sent it to the terminal itself.
+    /// An error that quoted a rejected escape sequence used to send it to the terminal itself.
     #[test]
     fn no_error_steers_the_terminal_or_begins_a_line() {
         let name = "a\u{1b}[31m\u{202e}\nerror: forged\u{9b}";
@@ -151,7 +154,7 @@ mod tests {
             output_of(&error),
             "error: a\\u001b[31m\\u202e\\nerror: forged\\u009b: expected a mission"
         );
-        // The quoted line of the file is kept on a line of its own below it, with its content.
+        // The excerpt of the file is kept on lines of its own below the error.
         let toml = toml::from_str::<toml::Table>("a = 1\nb\u{1b}[2J = = 2\n").unwrap_err();
         let told = output_of(&anyhow::Error::from(toml).context("m\n.toml"));
         assert!(told.starts_with("error: m\\n.toml: TOML parse error at line 2"), "{told}");
@@ -164,7 +167,7 @@ mod tests {
         }
     }
 
-    /// A file name that a shell pattern matched among others.
+    /// The second word stands for a file name that a shell pattern happened to match.
     #[test]
     fn a_rejected_word_of_the_command_line_is_shown_as_it_is() {
         let words = ["sketchnav", "inf\u{1b}[31m\u{202e}o\n"].map(OsString::from);
@@ -176,7 +179,7 @@ mod tests {
         shown::lines(on_lines(&story(error)))
     }
 
-    /// A missing file was once reported three times over: "m.toml: cannot be read: No such file …: cannot be …".
+    /// A missing file was once reported three times: "m.toml: cannot be read: No such file …: cannot be …".
     #[test]
     fn a_cause_is_told_once() {
         let missing = sketchnav_sim::mission_file::load("/nowhere/m.toml".as_ref()).unwrap_err();

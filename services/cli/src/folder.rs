@@ -1,5 +1,5 @@
-//! The folder of a run, a new one each time, so that no run overwrites another's recording. A command that fails before it has
-//! begun leaves no folder behind.
+//! The folder of a run. Each run gets a new one, so that no run overwrites another's recording. A command that fails
+//! before its run begins leaves no folder behind.
 
 use std::io::{self, ErrorKind};
 use std::ops::Deref;
@@ -10,12 +10,12 @@ use anyhow::Context;
 /// Maximum number of runs of one mission in one folder.
 const MAX_RUNS: u32 = 9999;
 
-/// Folders that a command has made, the innermost first.
+/// Folders created by a command, innermost first.
 #[derive(Debug)]
 pub struct MadeFolders(Vec<PathBuf>);
 
 impl MadeFolders {
-    /// Makes a folder and those above it, as far as they are missing.
+    /// Creates a folder and any missing folders above it.
     pub fn with_parents(folder: &Path) -> io::Result<Self> {
         let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
         let missing = folder.ancestors().take_while(is_missing).map(Path::to_path_buf).collect();
@@ -23,7 +23,7 @@ impl MadeFolders {
         Ok(Self(missing))
     }
 
-    /// Removes them as far as they are empty. A folder that cannot be removed does no harm.
+    /// Removes the folders if they are empty. A folder that cannot be removed does no harm.
     pub fn discard(&self) {
         let _ = self.0.iter().try_for_each(std::fs::remove_dir);
     }
@@ -45,14 +45,14 @@ impl Deref for RunFolder {
 }
 
 impl RunFolder {
-    /// Removes the folder of a run that never began, with all that is in it.
+    /// Removes the folder of a run that never began, with its contents.
     pub fn discard(&self) {
-        // One that cannot be removed does no harm: the next run gets a folder of its own.
+        // A folder that cannot be removed does no harm, since the next run gets a new one.
         let _ = std::fs::remove_dir_all(&self.path);
         self.above.discard();
     }
 
-    /// The same, unless there is something in it.
+    /// Removes the folder of a run that never began, unless it contains something.
     pub fn discard_if_empty(&self) {
         if std::fs::remove_dir(&self.path).is_ok() {
             self.above.discard();
@@ -60,7 +60,7 @@ impl RunFolder {
     }
 }
 
-/// Creates `out/name-001`, or the first free number.
+/// Creates the folder `NAME-001` in `out`, or the first one whose number is not taken yet.
 pub fn create(out: &Path, name: &str) -> anyhow::Result<RunFolder> {
     let above = MadeFolders::with_parents(out)
         .with_context(|| format!("{}: expected a folder to write to", out.display()))?;
@@ -78,7 +78,7 @@ pub fn create(out: &Path, name: &str) -> anyhow::Result<RunFolder> {
     anyhow::bail!("{}: expected fewer than {MAX_RUNS} runs of {name}", out.display())
 }
 
-/// The mission's name as a file name and as a system's name: lower case, digits and hyphens.
+/// Converts a mission's name to lower-case letters, digits and hyphens, for use as a file name and a system's name.
 pub fn plain_name(name: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
     let name: String = name.chars().map(plain).take(24).collect();

@@ -1,4 +1,5 @@
-//! Draws the pipeline: a lane per process, a row per channel in the order of an instant.
+//! Draws the pipeline with a lane per process and a row per channel, in the order in which an instant passes through
+//! them.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -17,11 +18,11 @@ use crate::{channels as table, systems};
 
 const LANE_PX: f64 = 118.0;
 const ROW_PX: f64 = 30.0;
-/// Width left of the lanes, for the channels' names and types.
+/// Width to the left of the lanes, for the names and types of the channels.
 const LEFT_PX: f64 = 292.0;
-/// Width right of them, for the figures.
+/// Width to the right of the lanes, for the figures.
 const RIGHT_PX: f64 = 170.0;
-/// Part of that for the bandwidth.
+/// The part of `RIGHT_PX` that is for the bandwidth.
 const BAND_PX: f64 = 76.0;
 const TOP_PX: f64 = 104.0;
 const FONT: &str = "font-family=\"Helvetica, Arial, sans-serif\"";
@@ -31,7 +32,7 @@ const LINE: &str = "#d9dde4";
 const SENT: &str = "#1d4ed8";
 const QUIET: &str = "#9aa3b2";
 
-/// Draws the channels of a kind of navigator, or those of a running system with their rates.
+/// Draws the channels of a kind of navigator, or of a running system with their rates.
 pub fn graph(options: &GraphOptions) -> Result<Outcome, Failure> {
     table::check_kind(options.kind.as_deref())?;
     let system = options.system.as_deref().map(|name| systems::find(Some(name))).transpose()?;
@@ -59,7 +60,7 @@ fn write(path: &Path, svg: &str) -> anyhow::Result<()> {
     sketchnav_files::write(path, svg).with_context(|| format!("--output {}", path.display()))
 }
 
-/// A running system.
+/// A running system and the figures of its channels.
 struct Live {
     system: String,
     kind: String,
@@ -72,7 +73,7 @@ fn measured(system: System) -> Result<Live, Failure> {
     Ok(Live { system: name, kind, figures })
 }
 
-/// The processes in the order in which they take part in an instant.
+/// Returns the processes in the order in which they take part in an instant.
 fn lanes() -> Vec<Process> {
     let [world, sketcher, localizer, planner, recorder] = SERVICES;
     let [pad] = EXTRAS;
@@ -129,7 +130,7 @@ fn lane(svg: &mut String, x: f64, bottom: f64, word: &str) {
     text(svg, [x, top + 18.0], 13.5, "middle", INK, word);
 }
 
-/// Draws a channel: name, type, writer, readers and rate.
+/// Draws a channel with its name, type, writer, readers and rate.
 fn row(
     svg: &mut String,
     y: f64,

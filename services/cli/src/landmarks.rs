@@ -9,7 +9,7 @@ use sketchnav_landmarks::{language, sketcher};
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output;
 
-/// Prints them in words, or as a table.
+/// Prints the landmark states in words or as a table.
 pub fn print(path: &Path, table: bool) -> Result<Outcome, Failure> {
     let (mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
     let in_file = |reason: String| anyhow!("{}: {reason}", path.display());

@@ -1,4 +1,5 @@
-//! Shared by `sketchnav run` and `sketchnav pad`: from options to a configured run and its processes.
+//! Turns the options of `sketchnav run` and `sketchnav pad` into a configured run and the command lines of its
+//! processes.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -24,7 +25,7 @@ use crate::output::say;
 /// takes precedence over the mission's.
 ///
 /// # Errors
-/// Names the file, the key, and what was expected there.
+/// If a file or a value in it is invalid. The error names the file, the key, and what was expected there.
 pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Failure> {
     let (mut mission, robot) = sketchnav_sim::mission_file::load(path).or_input()?;
     if let Some(method) = &options.method {
@@ -34,7 +35,7 @@ pub fn load(path: &Path, options: &SystemOptions) -> Result<(Mission, Robot), Fa
     Ok((mission, robot))
 }
 
-/// Checks the requirements of the mission's navigator, including those on the world.
+/// Checks what the mission's navigator requires of the mission, the robot and the world's markers.
 fn check(mission: &Mission, robot: &Robot) -> Result<(), Box<dyn Error + Send + Sync>> {
     let navigator = sketchnav_navigators::of(mission)?;
     (navigator.check)(mission, robot)?;
@@ -44,7 +45,7 @@ fn check(mission: &Mission, robot: &Robot) -> Result<(), Box<dyn Error + Send + 
     }
 }
 
-/// A run of `mission` with `robot`, recorded in `folder`.
+/// Configures a run of `mission` with `robot`, to be recorded in `folder`.
 ///
 /// # Errors
 /// If the folder's path is not UTF-8.
@@ -79,20 +80,21 @@ pub fn configure(
     })
 }
 
-/// Reads a plan of faults for a run of this kind of navigator.
+/// Reads a fault plan for a run of this kind of navigator.
 ///
 /// # Errors
-/// Names the file, the fault and the key, and what was expected there.
+/// If the plan is invalid. The error names the file, the fault, the key, and what was expected there.
 pub fn fault_plan(path: &Path, kind: &str) -> anyhow::Result<FaultPlan> {
     let named = || path.display().to_string();
     let text = sketchnav_files::read_to_string(path, FAULT_PLAN).with_context(named)?;
     FaultPlan::parse(&text, kind).with_context(named)
 }
 
-/// The command lines of the processes of `run`, except for those left to the user; with a page, also that of the pad.
+/// Returns the command lines of the processes of `run`, except for those that the user runs by hand. If there is a
+/// page, they include that of the pad.
 ///
 /// # Errors
-/// As [`ProcessLine::serve`].
+/// Those of [`ProcessLine::serve`].
 pub fn lines(run: &RunConfig, link: Option<&Link>) -> Result<Vec<ProcessLine>, SystemError> {
     for process in &run.without {
         let robot = match (process, run.pace) {
@@ -107,15 +109,15 @@ pub fn lines(run: &RunConfig, link: Option<&Link>) -> Result<Vec<ProcessLine>, S
     services.chain(link.map(|link| link.line(&run.system))).collect()
 }
 
-/// How long processes may go without a sign of life.
+/// Returns how long processes may go without a sign of life.
 pub fn grace(options: &SystemOptions) -> Grace {
     Grace { stopped: Duration::from_secs_f64(options.stopped_limit), ..Grace::default() }
 }
 
-/// Whether the error is one that the user can correct.
+/// Classifies an error as bad input if the user can correct it.
 pub fn classify(error: SystemError) -> Failure {
     match &error {
-        // What a service reports about its input concerns the user; that it was a service's process does not.
+        // The user needs to know what a service reports about its input, but not that a service's process reported it.
         SystemError::Died(death) if error.is_bad_input() => {
             let words = death.last_lines.trim_start_matches("error: ");
             Failure::Input(anyhow!("{}: {words}", death.process))
@@ -149,7 +151,7 @@ mod tests {
         configure(&options(words), Path::new("out"), mission, robot, (Pace::Lockstep, Pad::Absent)).unwrap()
     }
 
-    /// The method as which its recording is judged.
+    /// Returns the method that `judge` reports for a recording of this run.
     fn judged(run: &RunConfig) -> String {
         let file = tempfile::NamedTempFile::new().unwrap();
         Writer::create(file.reopen().unwrap(), run).unwrap().finish().unwrap();
@@ -158,7 +160,7 @@ mod tests {
         serde_json::to_value(judged).unwrap()["method"].as_str().unwrap().to_owned()
     }
 
-    /// The recordings of all kinds but one were once reported to have no method.
+    /// The method was once missing from the recordings of all kinds of navigators but one.
     #[test]
     fn the_method_of_a_run_is_known_whatever_its_navigator() {
         let mut kinds = BTreeSet::new();
@@ -169,7 +171,7 @@ mod tests {
             let navigator = sketchnav_navigators::of(&run.mission).unwrap();
             assert_eq!(Some(&run.method.as_str()), navigator.methods.first(), "{mission}");
             assert_eq!(judged(&run), run.method, "{mission}");
-            // As written by earlier versions.
+            // Earlier versions recorded no method.
             assert_eq!(judged(&RunConfig { method: String::new(), ..run.clone() }), run.method, "{mission}");
             kinds.insert(navigator.kind);
         }

@@ -1,10 +1,10 @@
 //! `sketchnav` drives a robot by what a person can say about a place without surveying it: a drawing, a route past
-//! landmarks, directions. This crate is the command line; the parts are libraries of their own.
+//! landmarks, directions. This crate is the command line. The parts that it is made of are separate libraries.
 //!
 //! | to | take |
 //! |---|---|
-//! | write a navigator | [`sketchnav_stage`], with an example of a [`Stage`](sketchnav_stage::Stage); [`Navigator`]; [`main_with`] makes a program of it |
-//! | see which process sends what to which | [`sketchnav_schemas::channels`], the pipeline as one table; messages in [`sketchnav_schemas::message`] |
+//! | write a navigator | [`sketchnav_stage`], with an example [`Stage`](sketchnav_stage::Stage); [`Navigator`]; [`main_with`] |
+//! | see which process sends what to which | [`sketchnav_schemas::channels`]; messages in [`sketchnav_schemas::message`] |
 //! | drive a mission in a test, without processes | [`sketchnav_rehearsal`] |
 //! | read, repair or compare recordings | [`sketchnav_recordings`] |
 //! | compute qualitative relations of objects | [`sketchnav_qualitative`]: no robot in it |
@@ -13,12 +13,12 @@
 //! | judge runs and drive experiments | [`sketchnav_lab`] |
 //! | read drawings, localize and plan in them | [`sketchnav_sketch`] |
 //!
-//! The README says what it is and how to run it, `docs/` how to use it, `ARCHITECTURE.md` how it is built.
+//! The README says what `sketchnav` is and how to run it, `docs/` how to use it, and `ARCHITECTURE.md` how it is built.
 //!
 //! # A mission in one process
 //!
-//! The same stages and the same messages, byte for byte, as with processes. An
-//! [`Onlooker`](sketchnav_rehearsal::Onlooker) sees them all, and may end the mission.
+//! A mission can run in one process, with the same stages and the same messages, byte for byte, as with separate
+//! processes. An [`Onlooker`](sketchnav_rehearsal::Onlooker) sees every message and may end the mission.
 //!
 //! ```
 //! use sketchnav_rehearsal::{Onlooker, Rehearsal, Tap};
@@ -86,10 +86,10 @@
 //!
 //! # A program with your own navigator
 //!
-//! A `main` that calls [`main_with`] is a complete `sketchnav` with your own navigators added.
-//! `docs/write-a-navigator.md` explains `tests/stranger/wall_follower.rs`, which is such a program.
+//! A `main` that calls [`main_with`] makes a complete `sketchnav` that includes your own navigators.
+//! `docs/write-a-navigator.md` explains such a program, `tests/stranger/wall_follower.rs`.
 
-// All printing goes through `output`, which escapes what could steer a terminal.
+// All printing goes through `output`, which escapes any text that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod args;
@@ -139,14 +139,14 @@ use sketchnav_stage::Navigator;
 use args::{Cli, Command};
 use failure::{Failure, Outcome, exit_code};
 
-/// The program itself: reads the command line and runs the command.
+/// Reads the command line and runs the command.
 pub fn main() -> ExitCode {
     main_with(&[])
 }
 
-/// As [`main`], with navigators of your own.
+/// Like [`main`], but also registers your own navigators.
 pub fn main_with(navigators: &'static [Navigator]) -> ExitCode {
-    // Before anything that uses much of it.
+    // Before anything that needs much of the stack.
     if let Err(error) = sketchnav_runtime::provide_stack() {
         return exit_code(Err(Failure::Other(error.into())), false);
     }
@@ -160,7 +160,7 @@ pub fn main_with(navigators: &'static [Navigator]) -> ExitCode {
     }
 }
 
-/// The command line, and whether a program reads the output.
+/// Parses the command line. Also returns whether standard output must be a single JSON object.
 fn parse() -> clap::error::Result<(Cli, bool)> {
     let matches = Cli::command().try_get_matches()?;
     let cli = Cli::from_arg_matches(&matches).map_err(|error| error.format(&mut Cli::command()))?;
@@ -174,7 +174,7 @@ fn ignore_file_size_signal() {
     let _ = unsafe { signal(Signal::SIGXFSZ, SigHandler::SigIgn) };
 }
 
-/// The command line, for documentation and completions.
+/// Returns the description of the command line, for documentation and completions.
 pub fn command_line() -> clap::Command {
     Cli::command()
 }

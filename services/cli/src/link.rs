@@ -15,10 +15,10 @@ use sketchnav_supervisor::{Error as SystemError, ProcessLine};
 
 use crate::args::PadSite;
 
-/// Longest that the page may take to answer when checked for.
+/// Longest time that the page may take to accept a connection.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The link to a page, and what its process has to be given.
+/// The link to a page, and what the process that serves it must be given.
 pub struct Link {
     site: PadSite,
     token: Token,
@@ -26,7 +26,8 @@ pub struct Link {
 }
 
 impl Link {
-    /// Port 0 becomes a free port; a token is made up if neither the command line nor the environment has one.
+    /// Creates a link. Port 0 is replaced by a free port. If neither the command line nor the environment provides a
+    /// token, a new one is generated.
     ///
     /// # Errors
     /// If no port is free, or the token in the environment is invalid.
@@ -41,15 +42,15 @@ impl Link {
         Ok(Self { site, token: given.unwrap_or_else(Token::random), study: None })
     }
 
-    /// The same for the page of the study in this folder; its path is absolute.
+    /// Makes this the link to the page of the study in `folder`, which must be an absolute path.
     pub fn of_study(self, folder: PathBuf) -> Self {
         Self { study: Some(folder), ..self }
     }
 
-    /// The command line of the pad's process.
+    /// Returns the command line of the pad's process.
     ///
     /// # Errors
-    /// As [`ProcessLine::serve`].
+    /// Those of [`ProcessLine::serve`].
     pub fn line(&self, system: &str) -> Result<ProcessLine, SystemError> {
         let PadSite { port, bind, hosts, save } = &self.site;
         let mut line = ProcessLine::serve(Process::Pad, system)?;
@@ -61,13 +62,13 @@ impl Link {
         Ok(line)
     }
 
-    /// Whether a process listens there.
+    /// Returns true if a process is listening at the link's address.
     pub fn is_up(&self) -> bool {
         let host = if self.site.bind.is_unspecified() { loopback(self.site.bind) } else { self.site.bind };
         TcpStream::connect_timeout(&SocketAddr::new(host, self.site.port), LOOK).is_ok()
     }
 
-    /// The text to print: the link and, if other devices can reach the page, a QR code of it.
+    /// Returns the text to print: the link and, if other devices can reach the page, a QR code of the link.
     pub fn text(&self) -> String {
         let url = self.url();
         let code = (!self.site.bind.is_loopback()).then(|| QrCode::new(&url).ok()).flatten();
@@ -89,8 +90,8 @@ fn loopback(unspecified: IpAddr) -> IpAddr {
     }
 }
 
-/// The address at which other machines reach this one: that of the route to an address reserved for documentation (RFC
-/// 5737, RFC 3849). Nothing is sent.
+/// Returns the address at which other machines reach this one. It is the local address of the route to an address
+/// reserved for documentation (RFC 5737, RFC 3849), to which nothing is sent.
 fn own_address(unspecified: IpAddr) -> IpAddr {
     let outside = match unspecified {
         IpAddr::V4(_) => "192.0.2.1:9",
@@ -111,8 +112,8 @@ mod tests {
         PadSite { port: 0, bind: bind.parse().unwrap(), hosts: vec!["robot.local".into()], save: ".".into() }
     }
 
-    /// All users of the machine can reach a loopback address: a link to it once had no
-    /// token, and another user drove the robot.
+    /// All users of the machine can reach a loopback address. A link to one once had no token, and another user could
+    /// drive the robot.
     #[test]
     fn every_link_has_a_token_that_nobody_guesses() {
         for bind in ["127.0.0.1", "::1", "0.0.0.0"] {

@@ -1,4 +1,4 @@
-//! The activity on the channels of a running system: rates, sizes, and the connected processes.
+//! Measures the activity on the channels of a running system: rates, sizes, and the connected processes.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -11,11 +11,12 @@ use sketchnav_schemas::codes::Process;
 
 use crate::failure::{Failure, OrInput};
 
-/// How often to poll; a channel's buffer holds what arrives in between.
+/// How often to poll. The buffer of a channel holds the messages that arrive in between.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// The time over which rates are measured.
+/// The period over which rates are measured.
 const LOOK_FOR: Duration = Duration::from_secs(1);
-/// The time before that: writers look up from their work within a quarter of a second, and then hand over their histories.
+/// The time to wait before measuring. Writers notice a new reader within a quarter of a second and then hand over their
+/// histories, which must not be counted.
 const WARM_UP: Duration = Duration::from_millis(300);
 
 /// The figures of a channel.
@@ -27,32 +28,32 @@ pub struct Figures {
     pub rate_hz: f64,
     /// Bytes of shared memory per second.
     pub bytes_per_second: f64,
-    /// Messages that were sent so far; `None` for the channel with many writers.
+    /// The number of messages sent so far, or `None` for the channel with several writers.
     pub sent: Option<u64>,
-    /// The number of messages in its history.
+    /// The number of messages in the channel's history.
     pub kept: Option<u64>,
-    /// The processes that have it open for writing.
+    /// The processes that have the channel open for writing.
     pub writers: Vec<Connected>,
-    /// The processes that have it open for reading.
+    /// The processes that have the channel open for reading.
     pub readers: Vec<Connected>,
 }
 
 /// A process that has a channel open.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Connected {
-    /// Its name; that of an observer includes its process id, and dead processes are marked as such.
+    /// The process's name. The name of an observer includes its process id, and dead processes are marked as such.
     pub process: String,
-    /// Its process id; `None` if it is dead.
+    /// The process id, or `None` if the process is dead.
     pub pid: Option<u32>,
 }
 
-/// Measures the channels of a system for a second.
+/// Measures the channels of a system for a second. Also returns its kind of navigator.
 pub fn measure(system: System) -> Result<(String, Vec<Figures>), Failure> {
     let kind = system.run_config().or_input()?.mission.navigator_kind().to_owned();
     let name = system.name().to_owned();
     let node = Node::join(system, Process::Observer).with_context(|| format!("joining {name}"))?;
     let specs: Vec<_> = channels::of_kind(&kind).collect();
-    // The connected processes are listed before this observer connects.
+    // The connected processes are listed before this observer connects, so that it is not among them.
     let peers = specs.iter().map(|spec| node.peers(spec)).collect::<Result<Vec<_>, _>>();
     let peers = peers.context("listing the connected processes")?;
     let mut counted = open(&node, &specs)?;
@@ -66,7 +67,7 @@ pub fn measure(system: System) -> Result<(String, Vec<Figures>), Failure> {
     Ok((kind, all.collect::<anyhow::Result<_>>()?))
 }
 
-/// Counts what arrives; returns how long that took.
+/// Counts the messages that arrive, and returns how long that took.
 fn look_for(node: &Node, counted: &mut [Counted], time: Duration) -> anyhow::Result<Duration> {
     let began = Instant::now();
     while began.elapsed() < time && node.nap(LOOK_EVERY) != Wake::Terminate {

@@ -18,12 +18,12 @@ use crate::systems;
 
 /// How often to look for more output.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// A longer line is printed in pieces, bytes.
+/// Maximum length of a line, in bytes. A longer line is printed in pieces.
 const MAX_LINE: usize = 64 << 10;
-/// How much of a log is searched for its last lines, bytes.
+/// How much of a log's end is searched for its last lines, in bytes.
 const MAX_TAIL: u64 = 4 << 20;
 
-/// Prints the last lines of each process, and then new ones if asked to.
+/// Prints the last lines of each process's log and, with `--follow`, new lines as they are written.
 pub fn logs(options: &LogsOptions) -> Result<Outcome, Failure> {
     let system = systems::find(options.system.as_deref())?;
     let wanted = |process: &Process| options.processes.is_empty() || options.processes.contains(process);
@@ -42,7 +42,7 @@ pub fn logs(options: &LogsOptions) -> Result<Outcome, Failure> {
 /// Prints new lines until the system ends.
 fn follow(system: &System, logs: &mut [Log], options: &LogsOptions) -> anyhow::Result<()> {
     loop {
-        // What is written before the end is still read below.
+        // Checked before reading, so that lines written before the end are not missed.
         let has_ended = System::open(system.name()).is_err();
         for log in &mut *logs {
             log.read().with_context(|| log.path.display().to_string())?;
@@ -59,9 +59,9 @@ fn follow(system: &System, logs: &mut [Log], options: &LogsOptions) -> anyhow::R
 struct Log {
     process: Process,
     path: PathBuf,
-    /// Opened as soon as it exists, since it may be removed before its last lines are read.
+    /// The log, opened as soon as it exists, since it may be removed before its last lines are read.
     file: Option<File>,
-    /// What was read but not yet printed.
+    /// Bytes that were read but not printed yet.
     rest: Vec<u8>,
 }
 
@@ -81,7 +81,7 @@ impl Log {
         Ok(self.file.as_mut())
     }
 
-    /// Reads the last lines.
+    /// Reads the last `lines` lines of the log.
     fn tail(&mut self, lines: usize) -> std::io::Result<()> {
         let Some(file) = self.open()? else { return Ok(()) };
         let length = file.metadata()?.len();
@@ -93,7 +93,7 @@ impl Log {
         Ok(())
     }
 
-    /// Reads everything new.
+    /// Reads everything that was appended to the log.
     fn read(&mut self) -> std::io::Result<()> {
         let mut rest = std::mem::take(&mut self.rest);
         let read = match self.open()? {

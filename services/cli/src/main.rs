@@ -1,4 +1,4 @@
-//! The `sketchnav` program: see the library.
+//! The `sketchnav` program. See the library of the same name for the documentation.
 
 use std::process::ExitCode;
 

@@ -13,7 +13,7 @@ use crate::output;
 /// The name of the program.
 const NAME: &str = "sketchnav";
 
-/// Prints the completions of a shell.
+/// Prints the completion script for a shell.
 pub fn completions(shell: Shell) -> Result<Outcome, Failure> {
     let known = match shell {
         Shell::Bash => Known::Bash,

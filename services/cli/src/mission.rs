@@ -1,4 +1,4 @@
-//! Runs a mission: starts its system, shows its progress, reports the result.
+//! Runs a mission: starts its system, shows its progress and reports the result.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -28,30 +28,30 @@ use crate::report;
 use crate::view::Beside;
 use crate::warnings;
 
-/// How often the progress line is updated.
+/// Time between updates of the progress line.
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// The demo, whose files are embedded in the program.
+/// The files of the demo, which are embedded in the program.
 const DEMO: [(&str, &[u8]); 3] = [
     ("building-a.toml", include_bytes!("../../../sim/missions/building/building-a.toml")),
     ("building.floor.toml", include_bytes!("../../../sim/missions/building/building.floor.toml")),
     ("sketch-a.svg", include_bytes!("../../../sim/missions/building/sketch-a.svg")),
 ];
 
-/// The word that stands for the demo in place of a mission's file.
+/// The word that stands for the demo wherever a mission file is expected.
 const DEMO_WORD: &str = "demo";
 
-/// Whether the demo is meant; an existing file of that name takes precedence.
+/// Returns true if `mission` refers to the embedded demo. An existing file called `demo` takes precedence.
 pub fn is_demo(mission: &Path) -> bool {
     mission == Path::new(DEMO_WORD) && !mission.exists()
 }
 
-/// The demo's mission as embedded in the program.
+/// Returns the mission of the embedded demo.
 pub fn demo_mission() -> anyhow::Result<Mission> {
     Ok(Mission::parse(std::str::from_utf8(DEMO[0].1)?)?)
 }
 
-/// Writes the demo's files beside its results, where they can be changed and run again, and runs it.
+/// Runs the demo. Its files are written beside the results, where the user can edit them and run them again.
 pub fn demo(options: &RunOptions) -> Result<Outcome, Failure> {
     let folder = create(&options.system.out, "demo").or_input()?;
     let (mission, robot) = load_demo(&folder, &options.system).inspect_err(|_| folder.discard())?;
@@ -81,7 +81,7 @@ pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
         resumed => resumed.map_err(|error| classify(error.into()))?,
     };
     let began = Instant::now();
-    // The open pages know the previous token.
+    // Pages that are still open know the previous token.
     let token = options.token.clone().or_else(|| token::kept(&system));
     let (link, view) = (link(&run, options, token)?, Beside::prepare(options.foxglove)?);
     let lines = lines(&run, link.as_ref()).map_err(classify)?;
@@ -93,8 +93,8 @@ pub fn resume(folder: &Path, options: &RunOptions) -> Result<Outcome, Failure> {
     follow(supervisor, began, &run, options, (folder, None))
 }
 
-/// Completes a run whose supervisor was killed when everything else was done, by making the table and the pictures. For
-/// any other run, the error says what exists of it.
+/// Completes a run whose supervisor was killed after everything else was done, by producing the table and the pictures.
+/// For any other run, returns an error that says what there is of its recording.
 fn make_up_for(folder: &Path, options: &RunOptions, nothing: RuntimeError) -> Result<Outcome, Failure> {
     let Ok(recording) = only_one_in(folder) else { return Err(classify(nothing.into())) };
     let name = recording.display();
@@ -149,7 +149,8 @@ fn drive(
     follow(supervisor, began, run, options, (folder, Some(folder)))
 }
 
-/// Follows the mission to its end and reports the result. A folder that is `new` is removed if the mission never began.
+/// Follows the mission to its end and reports the result. `new` is a folder created for this run, which is removed if
+/// the mission never began.
 fn follow(
     mut supervisor: Supervisor,
     began: Instant,
@@ -174,7 +175,7 @@ fn follow(
     };
     let report = match report::Report::new(run, &supervisor, wall, folder, warnings) {
         Ok(report) => report,
-        // The errors that processes report when they end are closer to the cause, for example a full disk.
+        // The errors with which processes ended are closer to the cause, such as a full disk, so they take precedence.
         Err(failure) => {
             let failure = ended.err().map_or(failure, classify);
             return Err(if options.json { without_recording(&supervisor, failure)? } else { failure });
@@ -193,7 +194,7 @@ fn follow(
     }
 }
 
-/// Prints an object with the error and the tasks as reported by the planner, since there is no recording to judge.
+/// Prints an object with the error and the tasks as the planner reported them, since there is no recording to judge.
 fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failure, Failure> {
     let error = failure.into_error();
     let task = |status: &MissionStatus| {
@@ -210,7 +211,7 @@ fn without_recording(supervisor: &Supervisor, failure: Failure) -> Result<Failur
     Ok(Failure::Reported(error))
 }
 
-/// The link to the page, if the run has one.
+/// Returns the link to the page, if the run has one.
 fn link(run: &RunConfig, options: &RunOptions, token: Option<Token>) -> Result<Option<Link>, Failure> {
     if run.pad.is_absent() {
         return Ok(None);
@@ -263,7 +264,7 @@ fn progress_line(run: &RunConfig, quiet: bool) -> ProgressBar {
         .with_prefix(one_line(&run.mission.name))
 }
 
-/// Prints above the progress line or, without a terminal, to standard error.
+/// Prints a line above the progress line or, if there is no terminal, to standard error.
 fn tell(line: &ProgressBar, quiet: bool, text: &str) {
     match (quiet, line.is_hidden()) {
         (true, _) => {}

@@ -1,23 +1,23 @@
-//! Notifies a service manager (sd_notify(3)): ready, still alive, stopping.
+//! Tells a service manager that this service is ready, still alive, or stopping (sd_notify(3)).
 //!
-//! Without a manager (`NOTIFY_SOCKET`), nothing is done. Failed notifications are dropped, since the manager notices
-//! their absence by itself.
+//! Does nothing if there is no manager (`NOTIFY_SOCKET` is not set). Failed notifications are ignored, since the
+//! manager notices that they are missing.
 
 use std::env;
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::time::{Duration, Instant};
 
-/// The manager that started this process.
+/// The service manager that started this process.
 pub struct Manager {
     socket: Option<(UnixDatagram, SocketAddr)>,
-    /// How often it expects a sign of life.
+    /// How often to send a sign of life, or `None` if the manager does not expect any.
     ping_every: Option<Duration>,
     pinged: Instant,
 }
 
 impl Manager {
-    /// The manager named by the environment.
+    /// Returns the manager that the environment variables describe.
     pub fn of_environment() -> Self {
         let variable = |name: &str| env::var(name).ok();
         let is_for_us = variable("WATCHDOG_PID").is_none_or(|pid| pid == std::process::id().to_string());
@@ -25,7 +25,8 @@ impl Manager {
         Self::new(variable("NOTIFY_SOCKET").as_deref(), limit.as_deref())
     }
 
-    /// `limit_us`: the longest that the manager waits for a sign of life, microseconds; one is sent after half of that.
+    /// `limit_us` is the longest time, in microseconds, that the manager waits for a sign of life. Signs of life are
+    /// sent at half of that.
     fn new(socket: Option<&str>, limit_us: Option<&str>) -> Self {
         let address = socket.and_then(address);
         let socket = address.and_then(|address| Some((UnixDatagram::unbound().ok()?, address)));
@@ -37,7 +38,7 @@ impl Manager {
         }
     }
 
-    /// Reports that the service is doing its work from now on; `status`: a line for people.
+    /// Reports that the service has started its work. `status` is a line for people.
     pub fn ready(&self, status: &str) {
         self.tell(&format!("READY=1\nSTATUS={status}"));
     }
@@ -63,7 +64,7 @@ impl Manager {
     }
 }
 
-/// A path, or an abstract name preceded by `@`.
+/// Parses the address of a socket: a path, or an abstract name preceded by `@`.
 fn address(name: &str) -> Option<SocketAddr> {
     match name.strip_prefix('@') {
         Some(name) => SocketAddr::from_abstract_name(name).ok(),

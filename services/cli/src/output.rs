@@ -1,7 +1,7 @@
-//! Prints without panicking: the reader of our output may be gone, or the disk that it is written to may be full.
+//! Prints without panicking, even if the reader of our output is gone or the disk is full.
 //!
 //! Only this module writes to standard output and standard error, and only through [`sketchnav_schemas::shown`], so
-//! that text from outside, such as the name of a file or of a task, cannot steer the terminal.
+//! that text from outside, such as the name of a file or a task, cannot control the terminal.
 
 use std::fmt::{Arguments, Display};
 use std::io::{self, Write};
@@ -9,33 +9,32 @@ use std::io::{self, Write};
 pub(crate) use sketchnav_schemas::say;
 use sketchnav_schemas::shown::{Lines, OneLine};
 
-/// Prints a line of a result to standard output. If its reader is gone, nothing is lost, and the command's outcome and
-/// exit code remain the same.
+/// Prints a line of a result to standard output. If the reader is gone, the line is dropped without an error, so that
+/// the command's outcome and exit code stay the same.
 ///
 /// # Errors
-/// If it cannot be written, for example to a full disk.
+/// If the line cannot be written for any other reason, such as a full disk.
 pub fn line(text: Arguments<'_>) -> anyhow::Result<()> {
     heard(print(OneLine(text)))
 }
 
-/// Prints several lines of a result, for example a table. The caller ensures that they
-/// contain no name that could break a line.
+/// Prints several lines of a result, such as a table. The caller ensures that no name in them contains a line break.
 ///
 /// # Errors
-/// As [`line`].
+/// Those of [`line`].
 pub fn lines(text: impl Display) -> anyhow::Result<()> {
     heard(print(Lines(text)))
 }
 
-/// Prints a line of an output that continues for as long as it is read.
+/// Prints a line of an output that continues for as long as someone reads it.
 ///
 /// # Errors
-/// If it is not read any more (see [`is_unheard`]), or cannot be written.
+/// If the reader is gone (see [`is_unheard`]), or the line cannot be written.
 pub fn live_line(text: Arguments<'_>) -> anyhow::Result<()> {
     print(OneLine(text))
 }
 
-/// Prints several lines to standard error; dropped if they cannot be written.
+/// Prints several lines to standard error, or drops them if they cannot be written.
 pub fn aside(text: impl Display) {
     let _ = writeln!(io::stderr().lock(), "{}", Lines(text));
 }
@@ -53,18 +52,18 @@ fn heard(written: anyhow::Result<()>) -> anyhow::Result<()> {
     }
 }
 
-/// Whether the error means that the reader of our output is gone, as `head` is when it has enough.
+/// Returns true if the error means that the reader of our output is gone, as `head` is after it has read enough.
 pub fn is_unheard(error: &anyhow::Error) -> bool {
     let pipe = |cause: &io::Error| cause.kind() == io::ErrorKind::BrokenPipe;
     error.chain().any(|cause| cause.downcast_ref::<io::Error>().is_some_and(pipe))
 }
 
-/// Prints a line to standard output, as `println!` does, and returns an error if that fails.
+/// Prints a line to standard output like `println!`, but returns an error if that fails.
 macro_rules! out {
     ($($text:tt)*) => { $crate::output::line(format_args!($($text)*)) };
 }
 
-/// Prints a line to standard output, and returns an error when it is not read any more.
+/// Prints a line to standard output, and returns an error if its reader is gone.
 macro_rules! live {
     ($($text:tt)*) => { $crate::output::live_line(format_args!($($text)*)) };
 }

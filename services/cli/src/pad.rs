@@ -1,4 +1,4 @@
-//! `sketchnav pad`: a whole system in real time, driven by what people draw.
+//! `sketchnav pad` runs a whole system in real time, which people drive by drawing.
 
 use std::path::Path;
 use std::time::Duration;
@@ -20,10 +20,10 @@ use crate::notify::Manager;
 use crate::output::{self, say};
 use crate::study;
 
-/// How often to look for deaths and for the end.
+/// How often to check for dead processes and for the end.
 const REFRESH: Duration = Duration::from_millis(100);
 
-/// Serves the page and drives by what is drawn there, until a person ends it.
+/// Serves the page and drives by what people draw there, until a person ends it.
 pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     match &options.study {
         Some(folder) if options.report => study::report(folder),
@@ -36,19 +36,19 @@ pub fn pad(options: &PadOptions) -> Result<Outcome, Failure> {
     }
 }
 
-/// How a system with a page has ended.
+/// How a system with a page ended.
 #[derive(Debug, Clone, Copy)]
 pub struct Ended {
-    /// Whether all of it is recorded.
+    /// Whether the recording is complete.
     pub outcome: Outcome,
-    /// Whether a person ended it.
+    /// Whether a person ended the system.
     pub by_person: bool,
 }
 
 /// The folder of the results, the world and the robot.
 pub type Stage = (RunFolder, Mission, Robot);
 
-/// Hosts the system until a person ends it, or until `is_over`.
+/// Runs the system until a person ends it or `is_over` returns true.
 pub fn host(
     options: &PadOptions,
     link: &Link,
@@ -82,7 +82,7 @@ pub fn host(
     Ok(Ended { outcome: Outcome::Incomplete, by_person })
 }
 
-/// Reads the mission and makes the folder of its results.
+/// Reads the mission and creates the folder for its results.
 pub fn place(options: &PadOptions) -> Result<Stage, Failure> {
     match options.mission.as_ref().filter(|path| !is_demo(path)) {
         Some(path) => {
@@ -114,7 +114,8 @@ fn check_kind(mission: &Mission) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The run with the mission's world, robot and true start; what the mission says about a drawing is left out.
+/// Configures a run with the mission's world, robot and true start, but without anything that the mission says about a
+/// drawing.
 fn run_config(
     options: &PadOptions,
     folder: &Path,
@@ -133,7 +134,7 @@ fn run_config(
     configure(&options.system, folder, mission, robot, (options.speed, Pad::Draws))
 }
 
-/// Waits until a person ends it, or until `is_over`; returns whether it was a person.
+/// Waits until a person ends the system, in which case it returns true, or until `is_over` returns true.
 fn watch(
     supervisor: &mut Supervisor,
     link: &Link,
@@ -150,10 +151,10 @@ fn watch(
         }
         manager.ping_if_due();
         if !is_told && link.is_up() {
-            // If it is not read, the link may be known already.
+            // If standard output is closed, the user may know the link already.
             let _ = output::lines(link.text());
             is_told = true;
-            // Without the link, since it contains the secret token.
+            // The status omits the link, since that contains the secret token.
             manager.ready("serving the page");
         }
         for death in &supervisor.survived()[mourned..] {

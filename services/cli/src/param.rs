@@ -1,7 +1,7 @@
-//! `sketchnav param`: the parameters in force in a running system, including the defaults.
+//! `sketchnav param` prints the parameters in force in a running system, including the defaults.
 //!
-//! They are read-only. A stage takes its parameters when it starts, and its successor after a death takes the same, so
-//! that those in a recording hold for every message in it.
+//! Parameters cannot be changed while a system runs. A stage reads its parameters when it starts, and so does the stage
+//! that replaces it after a crash, so the parameters in a recording apply to every message in it.
 
 use anyhow::{Context, anyhow};
 use sketchnav_runtime::System;
@@ -13,7 +13,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::systems;
 
-/// Prints one parameter, or all.
+/// Prints one parameter or all of them.
 pub fn param(what: &Param) -> Result<Outcome, Failure> {
     match what {
         Param::List { options } => list(options),
@@ -54,7 +54,8 @@ fn get(key: &str, options: &ParamOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// Why there is no such parameter: names the one that was probably meant, or else all of the process, or all of every process.
+/// Explains that there is no such parameter. Names the one that was probably meant or, if there is none, all parameters
+/// of the process or of all processes.
 fn unknown(key: &str, all: &[(String, &toml::Value)]) -> String {
     let (process, rest) = key.split_once('.').unwrap_or((key, ""));
     let names = || all.iter().filter_map(|(name, _)| name.split_once('.'));

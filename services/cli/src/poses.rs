@@ -1,4 +1,5 @@
-//! Positions of objects in recordings that this project did not write, from every topic whose messages contain one.
+//! Reads positions of objects from recordings that this project did not write, using every topic whose messages contain
+//! a position.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +8,7 @@ use sketchnav_recordings::dynamic::Decoder;
 use sketchnav_recordings::reader::{RawMessage, Selection, Topic};
 use sketchnav_recordings::{Recording, RecordingError};
 
-/// Types that contain a position, and the path to it.
+/// The message types that contain a position, with the path to its field.
 const TYPES: [(&str, &[&str]); 4] = [
     ("nav_msgs/Odometry", &["pose", "pose"]),
     ("geometry_msgs/PoseWithCovarianceStamped", &["pose", "pose"]),
@@ -15,34 +16,35 @@ const TYPES: [(&str, &[&str]); 4] = [
     ("geometry_msgs/PointStamped", &["point"]),
 ];
 
-/// The position of an object at one time.
+/// The position of an object at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     pub time_s: f64,
-    /// Position in the topic's frame, metres.
+    /// Position in the topic's frame, in metres.
     pub at_m: [f64; 2],
-    /// `None` if the message contains no direction.
+    /// Heading in the topic's frame, in radians, or `None` if the message contains no orientation.
     pub heading_rad: Option<f64>,
 }
 
-/// An object whose positions are in a topic.
+/// An object whose positions a topic contains.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Way {
     /// The topic without its leading slash.
     pub name: String,
     pub frame: String,
-    /// The positions in the order of time, each time once.
+    /// The positions in order of time, at most one for each time.
     pub places: Vec<Place>,
-    /// Messages that were left out: none of their type, without finite numbers, or of a time that another one has.
+    /// Number of messages that were left out because they are not of the topic's type, lack finite numbers, or repeat
+    /// the time of another message.
     pub left_out: usize,
 }
 
-/// The supported types, for errors.
+/// Returns the names of the supported types, for error messages.
 pub fn types() -> String {
     TYPES.map(|(name, _)| name).join(", ")
 }
 
-/// Reads the positions of all topics that contain some, ordered by name.
+/// Reads the positions in all topics that contain any, ordered by the topics' names.
 ///
 /// # Errors
 /// [`RecordingError`] if the recording or a message definition cannot be read.
@@ -69,13 +71,14 @@ pub fn read(recording: &Recording) -> Result<Vec<Way>, RecordingError> {
 }
 
 fn path_in(topic: &Topic) -> Option<&'static [&'static str]> {
-    // ROS 1 type names contain no `msg`; that its messages are not read is reported when they are.
+    // Type names in ROS 1 contain no `msg`. Messages in ROS 1's encoding cannot be read, which is reported when they
+    // are decoded.
     let kind = topic.ros2_type.replacen("/msg/", "/", 1);
     TYPES.iter().find(|(name, _)| *name == kind).map(|(_, path)| *path)
 }
 
 impl Way {
-    /// What there is to say of messages that were left out.
+    /// Returns a notice for the user if messages were left out.
     pub fn notice(&self) -> Option<String> {
         let Self { name, left_out, .. } = self;
         let words = "none of their type, no finite place, or a time that another one has";
@@ -103,21 +106,21 @@ impl Way {
     }
 }
 
-/// The time in the message or, if it contains none, the time at which it was recorded.
+/// Returns the time in the message's header or, if it has none, the time at which it was recorded, in seconds.
 fn time_s(message: &Value, recorded_ns: u64) -> f64 {
     let stamp = &message["header"]["stamp"];
     let said = stamp["sec"].as_f64().zip(stamp["nanosec"].as_f64()).map(|(s, ns)| s + ns / 1e9);
     said.filter(|s| *s > 0.0).unwrap_or(recorded_ns as f64 / 1e9)
 }
 
-/// The position of a point, or of a pose that contains one.
+/// Reads the position of a point, or of a pose that contains one.
 fn place(pose: &Value, time_s: f64) -> Option<Place> {
     let point = pose.get("position").unwrap_or(pose);
     let at_m = [point["x"].as_f64()?, point["y"].as_f64()?];
     Some(Place { time_s, at_m, heading_rad: heading_rad(&pose["orientation"]) })
 }
 
-/// The yaw of a quaternion; `None` for one that is zero, which has no direction.
+/// Returns the yaw of a quaternion, or `None` for a zero quaternion, which has no direction.
 fn heading_rad(turn: &Value) -> Option<f64> {
     let [x, y, z, w] = ["x", "y", "z", "w"].map(|name| turn[name].as_f64());
     let (x, y, z, w) = (x?, y?, z?, w?);

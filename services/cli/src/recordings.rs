@@ -22,7 +22,7 @@ use crate::output::say;
 use args::Tool;
 use whole::Whole;
 
-/// Runs the subcommand.
+/// Runs a subcommand.
 pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
     match tool {
         Tool::Replay { file, options } => with(&file, |whole| replay::replay(whole.path(), &options)),
@@ -47,13 +47,14 @@ pub fn dispatch(tool: Tool) -> Result<Outcome, Failure> {
     }
 }
 
-/// Works with the recording that a person means by a path, which is what a failure names.
+/// Calls `work` with the recording that the path `file` refers to. Failures name that path, even if the recording is in
+/// a temporary file.
 pub fn with(file: &Path, work: impl FnOnce(&Whole) -> Result<Outcome, Failure>) -> Result<Outcome, Failure> {
     let whole = Whole::of(file)?;
     whole.known(work(&whole))
 }
 
-/// The same of several.
+/// Like [`with`], but for several recordings.
 pub fn with_all(
     files: &[PathBuf],
     work: impl FnOnce(&[Whole]) -> Result<Outcome, Failure>,
@@ -70,7 +71,7 @@ fn refuse_to_overwrite<'a>(
     sketchnav_files::draft::refuse_to_overwrite(inputs.into_iter().map(PathBuf::as_path), output).or_input()
 }
 
-/// Rejects an output of another kind that would overwrite a recording, which is probably a mistake.
+/// Rejects an output that is not a recording but would overwrite one, which is probably a mistake. `force` allows it.
 fn refuse_a_recording(output: &Path, force: bool) -> Result<(), Failure> {
     let is_recording = || output.is_file() && (whole::is_packed(output) || copy::profile(output).is_ok());
     if force || !is_recording() {
@@ -83,7 +84,7 @@ fn refuse_a_recording(output: &Path, force: bool) -> Result<(), Failure> {
     )))
 }
 
-/// Warns that the recording is cut off, so that it covers a part of the run only.
+/// Warns that a recording is cut off, and so covers only part of the run.
 pub fn tell_cut_off(name: impl std::fmt::Display) {
     say!("notice: {name} is cut off; the rest is intact");
 }
@@ -99,7 +100,7 @@ mod tests {
 
     use crate::args::Cli;
 
-    /// A folder with these recordings, in which to run commands.
+    /// A temporary folder with a recording, in which to run commands.
     struct Place(tempfile::TempDir);
 
     impl Place {
@@ -109,7 +110,7 @@ mod tests {
             place
         }
 
-        /// The error of a command, or an empty text.
+        /// Runs a command and returns its error, or an empty string if it succeeds.
         fn run(&self, line: &str) -> String {
             let ends = [".mcap", ".html", ".zstd", "parts.d"];
             let here = |word: &str| match ends.iter().any(|end| word.ends_with(end)) {
@@ -198,7 +199,7 @@ mod tests {
         assert_eq!(place.run("echo text --file x.mcap --field a"), "");
     }
 
-    /// One message that could not be decoded was the end of `echo` and `relations`.
+    /// A single message that could not be decoded used to make `echo` and `relations` fail.
     #[test]
     fn a_message_that_cannot_be_decoded_is_skipped() {
         let cut = |count: usize| {
@@ -212,11 +213,11 @@ mod tests {
         {
             assert_eq!(place.run(line), "", "{line}");
         }
-        // Where nothing is left, the error is that of the first.
+        // If no message is left, the command fails with the error of the first one.
         assert!(cut(25).run("echo ball --file x.mcap").contains("found the end of the message"));
     }
 
-    /// `filter -o pipe` waited for ever for somebody to read the pipe.
+    /// `filter -o pipe` used to wait forever for a process to read the pipe.
     #[test]
     fn a_pipe_that_nobody_reads_is_no_output() {
         let place =
@@ -247,7 +248,7 @@ mod tests {
         }
     }
 
-    /// A page took the place of a recording that stood under a name like the one that was meant.
+    /// A page once replaced a recording whose name resembled the intended one.
     #[test]
     fn no_page_takes_the_place_of_another_recording_unless_told_so() {
         let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);
@@ -265,7 +266,7 @@ mod tests {
         assert_eq!(place.run("report x.mcap -o other.mcap"), "", "a page may be written again");
     }
 
-    /// `report` of a packed file once wrote the page over it.
+    /// `report` once overwrote a packed recording with its page.
     #[test]
     fn no_page_takes_the_place_of_what_it_shows() {
         let place = Place::new(SampleForm::default(), &[points("/ball", 25, false)]);

@@ -1,4 +1,4 @@
-//! Relations between objects over time, from a table of positions or from the bodies of a recording.
+//! Computes relations between objects over time, from a table of positions or from a recording.
 
 mod association;
 mod bodies;
@@ -29,13 +29,13 @@ pub struct RelationsOptions {
     /// The objects, in the order of the relation's arguments, separated by commas. Default: all combinations.
     #[arg(long, value_delimiter = ',', value_name = "A,B")]
     pub between: Vec<String>,
-    /// Ignore motion up to this distance between two samples, metres (qtc-b, qtc-c, qtc-bc, mos).
+    /// Ignore motion up to this distance between two samples, in metres (qtc-b, qtc-c, qtc-bc, mos).
     #[arg(long, value_name = "METRES", conflicts_with = "quantisation_mps")]
     pub quantisation_m: Option<f64>,
-    /// Ignore motion up to this speed, metres per second.
+    /// Ignore motion up to this speed, in metres per second.
     #[arg(long, value_name = "M/S")]
     pub quantisation_mps: Option<f64>,
-    /// Distance up to which qtc-bc includes the sides, metres.
+    /// Distance up to which qtc-bc includes the sides, in metres.
     #[arg(long, value_name = "METRES", default_value_t = sketchnav_qualitative::qtc::PERSONAL_SPACE_M)]
     pub near_m: f64,
     /// Labels and upper bounds for argd, separated by commas.
@@ -46,20 +46,20 @@ pub struct RelationsOptions {
         default_value = "near=3.0,medium=3.5,far=4.0"
     )]
     pub thresholds: Vec<String>,
-    /// Treat sides that differ by up to this as equal, metres (rcc, rectangle).
+    /// Treat sides that differ by up to this distance as equal, in metres (rcc, rectangle).
     #[arg(long, value_name = "METRES", default_value_t = 0.0)]
     pub tolerance_m: f64,
-    /// Treat stamps that differ by up to this as equal, seconds. The times are those of the object with the fewest
-    /// samples; of each other object the nearest sample is used. By default stamps must be equal.
+    /// Treat stamps that differ by up to this many seconds as equal. The object with the fewest samples sets the times,
+    /// and the nearest sample of each other object is used. By default stamps must be equal.
     #[arg(long, value_name = "SECONDS", value_parser = parse_tolerance)]
     pub tolerance: Option<f64>,
-    /// Do not follow objects across gaps in their samples longer than this, seconds.
+    /// Do not follow objects across gaps of more than this many seconds in their samples.
     #[arg(long, value_name = "SECONDS")]
     pub max_gap_s: Option<f64>,
     /// Print a line for each sample, even if the relation stays the same.
     #[arg(long)]
     pub every_sample: bool,
-    /// Leave out relations that motion must have passed through between two samples.
+    /// Omit relations that were not sampled but that motion must have passed through between two samples.
     #[arg(long)]
     pub observed_only: bool,
     /// Print one JSON object instead of a table.
@@ -75,14 +75,14 @@ fn parse_tolerance(text: &str) -> Result<f64, String> {
     seconds.ok_or_else(|| "expected a number of seconds, 0 or above".to_owned())
 }
 
-/// An object at one time.
+/// An object at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Body {
-    /// Position, metres.
+    /// Position, in metres.
     at: [f64; 2],
-    /// Heading, radians; `None` for the direction of its motion.
+    /// Heading, in radians, or `None` to use the direction of motion.
     heading_rad: Option<f64>,
-    /// Length along x and width along y of its bounding box, metres.
+    /// Length along x and width along y of the bounding box, in metres.
     size_m: Option<[f64; 2]>,
 }
 
@@ -90,7 +90,7 @@ struct Body {
 #[derive(Debug, Clone, PartialEq)]
 struct Track {
     name: String,
-    /// With times in seconds, ascending.
+    /// The samples with their times, in seconds, in ascending order.
     samples: Vec<(f64, Body)>,
 }
 
@@ -99,18 +99,18 @@ struct Track {
 struct Series {
     between: Vec<String>,
     relations: Vec<Held>,
-    /// Why there are no relations, or fewer than the samples would suggest.
+    /// Explains why there are no relations, or fewer than the number of samples would suggest.
     #[serde(skip_serializing_if = "Option::is_none")]
     note: Option<String>,
 }
 
-/// A relation, and the period for which it held.
+/// A relation and the period during which it held.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct Held {
     from_s: f64,
     to_s: f64,
     relation: String,
-    /// How it follows the previous one, in a word.
+    /// How the relation follows from the previous one, in a word.
     change: String,
 }
 
@@ -146,7 +146,7 @@ fn compute(whole: &Whole, options: &RelationsOptions) -> anyhow::Result<Vec<Seri
     Ok(series)
 }
 
-/// Whether it is meant as a recording, or is one whatever its name says.
+/// Returns true if the file is named like a recording, or is one whatever its name.
 fn is_recording(file: &Path) -> bool {
     let is_named_so = file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"));
     is_named_so || copy::profile(file).is_ok()
@@ -160,7 +160,7 @@ fn of_tracks(tracks: &[&Track], options: &RelationsOptions) -> anyhow::Result<Se
     Ok(Series { between, relations, note })
 }
 
-/// Why there are no relations, or what most samples lack.
+/// Explains why there are no relations, or what most samples lack.
 fn note(meetings: &Meetings, is_empty: bool, options: &RelationsOptions) -> Option<String> {
     let Meetings { together, rarest, samples, .. } = meetings;
     let times = match options.tolerance {
@@ -191,7 +191,7 @@ impl Series {
     }
 }
 
-/// The objects that the user names; otherwise all combinations of as many objects as the calculus takes.
+/// Returns the objects that the user named or, by default, all combinations of as many objects as the calculus takes.
 fn choose<'a>(tracks: &'a [Track], options: &RelationsOptions) -> anyhow::Result<Vec<Vec<&'a Track>>> {
     let count = options.calculus.arguments();
     if options.between.is_empty() {
@@ -212,7 +212,7 @@ fn choose<'a>(tracks: &'a [Track], options: &RelationsOptions) -> anyhow::Result
     Ok(vec![named])
 }
 
-/// All combinations of `count` of them, in their order.
+/// Returns all combinations of `count` tracks, in the order of the tracks.
 fn combinations(tracks: &[Track], count: usize) -> Vec<Vec<&Track>> {
     if count == 0 {
         return vec![Vec::new()];

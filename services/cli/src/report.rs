@@ -1,4 +1,4 @@
-//! The result of a run: read from its recording, judged, drawn and printed.
+//! The result of a run, which is read from its recording, judged, drawn and printed.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -26,7 +26,7 @@ use crate::failure::{Failure, OrInput};
 use crate::output::{self, out};
 use crate::recordings::whole::Whole;
 
-/// A run's figures; `--json` prints exactly this.
+/// The figures of a run, printed as they are by `--json`.
 #[derive(Debug, Serialize)]
 pub struct Report {
     mission: String,
@@ -35,14 +35,14 @@ pub struct Report {
     verdict: Verdict,
     #[serde(flatten)]
     doubts: Doubts,
-    /// How the method drove instead, and why, if it did.
+    /// How the planner says that it drove, if it had to deviate from the method.
     #[serde(skip_serializing_if = "Option::is_none")]
     driven: Option<&'static str>,
-    /// `None` for a run whose supervisor was killed at its end.
+    /// Duration of the run by the clock, in seconds, or `None` if its supervisor was killed at its end.
     wall_seconds: Option<f64>,
     real_time_factor: Option<f64>,
     lost_messages: u64,
-    /// The recorded messages that all readers reject as invalid, by topic and reason.
+    /// The recorded messages that every reader rejects as invalid, by topic and reason.
     rejected: Rejections,
     /// The planned faults that did not happen.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -61,12 +61,12 @@ pub struct Report {
 /// A planned fault that did not happen, because its message was never sent.
 #[derive(Debug, Serialize)]
 struct OutstandingFault {
-    /// Its number in the plan, from 1.
+    /// The number of the fault in the plan, from 1.
     number: usize,
     words: String,
 }
 
-/// What a process reported about itself when it ended.
+/// The figures that a process reported when it ended.
 #[derive(Debug, Serialize)]
 struct ProcessFigures {
     process: &'static str,
@@ -79,7 +79,7 @@ struct ProcessFigures {
 }
 
 impl Report {
-    /// Reads the recording of `run`, judges it, and draws it into `folder`.
+    /// Judges the recording of `run` and draws it into `folder`.
     pub fn new(
         run: &RunConfig,
         supervisor: &Supervisor,
@@ -93,8 +93,8 @@ impl Report {
         Ok(report)
     }
 
-    /// The same for a run whose supervisor was killed after the mission had ended, from its
-    /// recording only; `None` if it had not ended.
+    /// Judges and draws a run whose supervisor was killed after the mission had ended, using only its recording.
+    /// Returns `None` if the mission had not ended.
     pub fn of_ended(recording: &Path, folder: &Path) -> Result<Option<Self>, Failure> {
         let whole = Whole::of(recording)?;
         let file = Recording::open(whole.path()).or_input()?;
@@ -127,7 +127,7 @@ impl Report {
         }
         let mut pictures = Vec::new();
         let drawn = draw((run, files), &log, &verdict, folder, &mut pictures);
-        // A process that did not run has no report; usually that is the pad.
+        // A process that did not run has no report, which is usually the case for the pad.
         let processes = channels::SERVICES.into_iter().chain(channels::EXTRAS);
         let processes: Vec<_> = processes.filter_map(|process| figures(process, supervisor?)).collect();
         let lost: u64 = processes.iter().map(|p| p.lost_messages).sum();
@@ -136,13 +136,13 @@ impl Report {
         Ok(Self {
             mission: run.mission.name.clone(),
             seed: run.seed,
-            // If it cannot be read, that was reported before the drive.
+            // Files that cannot be read were already reported before the drive.
             doubts: doubts::of(run, files).unwrap_or_default(),
             driven: log.driven(),
             wall_seconds,
             real_time_factor: wall_seconds.map(|wall_seconds| verdict.sim_seconds / wall_seconds),
             verdict,
-            // The recorder counts its own losses too; if the file lacks more, these were lost on disk.
+            // The recorder also counts its own losses. Any further messages that the file lacks were lost on disk.
             lost_messages: lost.max(info.missing).max(incomplete.as_ref().map_or(0, |gap| gap.missing)),
             rejected: log.rejected,
             outstanding_faults: outstanding
@@ -157,17 +157,17 @@ impl Report {
         })
     }
 
-    /// Whether every task was reached.
+    /// Returns true if every task was reached.
     pub fn success(&self) -> bool {
         self.verdict.success
     }
 
-    /// What the recording lacks; `None` if it has everything.
+    /// Says what the recording lacks, or returns `None` if it is complete.
     pub fn incomplete(&self) -> Option<&str> {
         self.incomplete.as_deref()
     }
 
-    /// Prints the table, or one JSON object.
+    /// Prints a table or, with `json`, a JSON object.
     pub fn print(&self, json: bool) -> Result<(), Failure> {
         if json {
             out!("{}", serde_json::to_string(self).context("the report as JSON")?)?;
@@ -208,7 +208,8 @@ impl Report {
         Ok(())
     }
 
-    /// The rejected messages: those of the recording with reasons or, if it has none, those counted by processes.
+    /// Describes the rejected messages: those in the recording with reasons or, if it contains none, those that the
+    /// processes counted.
     fn rejections(&self) -> Vec<String> {
         let recorded: Vec<_> = self.rejected.list().iter().map(Rejected::to_string).collect();
         if !recorded.is_empty() {
@@ -238,14 +239,14 @@ impl Report {
     }
 }
 
-/// What a recording lacks because its files could not be written.
+/// The losses of a recording whose files could not be written.
 struct Gap {
     words: String,
     missing: u64,
 }
 
 impl Gap {
-    /// `None` if there was room again in time.
+    /// Returns `None` if the disk had room again before anything was lost.
     fn of(failure: Option<&RecordingFailure>, info: &Info) -> Option<Self> {
         let failure = failure?;
         let missing = failure.missing.max(info.missing);

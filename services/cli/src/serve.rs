@@ -1,4 +1,4 @@
-//! One process of a system.
+//! Runs one process of a system.
 
 use std::path::PathBuf;
 
@@ -12,7 +12,8 @@ use sketchnav_schemas::codes::Process;
 use crate::args::PadSite;
 use crate::failure::{Failure, Outcome};
 
-/// Runs `process` in the system until it is asked to end. `page`: where the pad serves it, and for which study.
+/// Runs `process` in the system until it is asked to end. For the pad, `page` says where to serve the page and for
+/// which study.
 pub fn serve(process: Process, system: &str, page: (PadSite, Option<PathBuf>)) -> Result<Outcome, Failure> {
     let system = System::open(system).map_err(|error| Failure::Input(error.into()))?;
     let node = Node::join(system, process).map_err(|error| Failure::Other(error.into()))?;
@@ -53,7 +54,8 @@ fn settings((site, study): (PadSite, Option<PathBuf>)) -> Result<Settings, PadEr
     Ok(Settings { bind, port, hosts, token: token::given()?, folder: save, study })
 }
 
-/// A mission, a drawing or a parameter that a service rejects is the user's to correct.
+/// Classifies an error as bad input if a service rejected a mission, a drawing or a parameter, which the user can
+/// correct.
 fn classify(error: anyhow::Error) -> Failure {
     let is_input = error.chain().any(|cause| {
         cause.is::<sketchnav_sim::SimError>()

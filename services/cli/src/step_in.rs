@@ -1,6 +1,6 @@
-//! Interventions by hand: restarts a process of a running system, or gives an order.
+//! Intervenes in a running system: restarts a process or gives an order.
 //!
-//! Both appear on `faults`, so that the recording shows what a person did.
+//! Both are reported on the channel `faults`, so that the recording shows what a person did.
 
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -22,7 +22,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::out;
 use crate::systems;
 
-/// How often to check.
+/// How often to check whether the successor has joined or the order has appeared.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 
 /// Ends a process and waits for its successor.
@@ -59,7 +59,7 @@ fn pid_of(system: &System, process: Process) -> anyhow::Result<Option<u32>> {
     Ok(processes.into_iter().find(|(name, _)| name == process.word()).map(|(_, pid)| pid))
 }
 
-/// The process that has replaced the process `before`.
+/// Waits for the process that replaces the one with the id `before`, and returns its id.
 fn successor(system: &System, process: Process, before: u32, patience: Duration) -> anyhow::Result<u32> {
     let limit = Instant::now() + patience;
     loop {
@@ -77,7 +77,7 @@ fn successor(system: &System, process: Process, before: u32, patience: Duration)
     }
 }
 
-/// Has the supervisor give an order, and waits until it is on its channel.
+/// Asks the supervisor to give an order, and waits until the order appears on its channel.
 pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
     let system = systems::find(options.system.as_deref())?;
     let (name, run) = (system.name().to_owned(), system.run_config().or_input()?);
@@ -87,7 +87,7 @@ pub fn send(options: &SendOptions) -> Result<Outcome, Failure> {
     let here = options.at.map(|at| here(&node, &run, at, options.heading)).transpose()?;
     let ordered = Ordered { order: options.order, task, here };
     let mut orders = node.reader(MISSION).context("the channel of orders")?;
-    // Skips earlier orders.
+    // Earlier orders are skipped.
     let mut last = newest(&node)?;
     node.system().order(ordered, "send").context("ordering")?;
     let limit = Instant::now() + options.timeout;
@@ -117,7 +117,8 @@ fn is_order(given: &MissionCommand, ordered: &Ordered) -> bool {
     given.order == ordered.order.code() && given.task == ordered.task && given.here() == ordered.here
 }
 
-/// The index of the task that the order is about, from 0; an order to resume has the number of a state in its place.
+/// Returns the index, from 0, of the task that the order refers to. With `--state`, returns the number, from 1, of the
+/// landmark state from which to resume.
 fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, Failure> {
     let (order, tasks) = (options.order, run.mission.task.len() as u32);
     if let Some(state) = options.state {
@@ -141,7 +142,8 @@ fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, 
     Ok(task)
 }
 
-/// Checks that the order `here` has a position and a mission with a drawing, and that no other order has a position.
+/// Checks that the order `here` has a position and goes to a robot that estimates its position in a drawing, and that
+/// no other order has a position.
 fn check_place(options: &SendOptions, run: &RunConfig) -> Result<(), Failure> {
     let kind = run.mission.navigator_kind();
     match (options.order, options.at) {
@@ -158,7 +160,7 @@ fn check_place(options: &SendOptions, run: &RunConfig) -> Result<(), Failure> {
     }
 }
 
-/// A position in the current drawing, converted to the sketch.
+/// Converts a position in the current drawing, in image pixels, to the sketch.
 fn here(node: &Node, run: &RunConfig, at: [f64; 2], yaw_rad: Option<f64>) -> Result<Here, Failure> {
     let (size_px, scale) = drawing(node, run)?;
     let here = Here { at: Point::new(at[0] * scale, size_px[1] - at[1] * scale), yaw_rad };
@@ -170,8 +172,8 @@ fn here(node: &Node, run: &RunConfig, at: [f64; 2], yaw_rad: Option<f64>) -> Res
     Err(Failure::Input(anyhow!("--at: {expected}, found {},{}", at[0], at[1])))
 }
 
-/// Width and height of the sketch, and its pixels per image pixel: from the last drawing that was accepted if people
-/// draw, otherwise from the mission's.
+/// Returns the width and height of the sketch, and its pixels per image pixel. They come from the last accepted drawing
+/// if people draw, otherwise from the mission's drawing.
 fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
     if let Some(Canvas { size_px, scale }) = canvas(run)? {
         return Ok((size_px, scale));
@@ -185,7 +187,7 @@ fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
     Ok(([answer.sketch_width_px, answer.sketch_height_px].map(f64::from), answer.scale))
 }
 
-/// The drawing in which the robot of a run's mission estimates its position, if there is one.
+/// Returns the drawing in which the robot estimates its position, if the mission has one.
 fn canvas(run: &RunConfig) -> Result<Option<Canvas>, Failure> {
     let navigator = sketchnav_navigators::of(&run.mission).or_input()?;
     let Some(find) = navigator.canvas else { return Ok(None) };
@@ -193,7 +195,7 @@ fn canvas(run: &RunConfig) -> Result<Option<Canvas>, Failure> {
     find(run, &read_from(&*files)).map_err(|error| anyhow!("{error}")).or_input()
 }
 
-/// The number of the newest order.
+/// Returns the sequence number of the newest order.
 fn newest(node: &Node) -> anyhow::Result<u64> {
     let sent = SendTimes::open(node, MISSION.spec).context("the channel of orders")?;
     Ok(sent.newest())

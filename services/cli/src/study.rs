@@ -1,5 +1,6 @@
-//! `sketchnav pad --study`: a user study. Participants draw on the page one after the other, each with a system of their own, so
-//! that the robot stands at its start. When one has answered, the drive is judged and the pages are written.
+//! `sketchnav pad --study` runs a user study. Participants draw on the page one after the other. Each gets a new
+//! system, so that the robot is back at its start. When a participant has answered, the drive is judged and the pages
+//! are written.
 
 mod page;
 
@@ -28,14 +29,15 @@ use crate::output::{out, say};
 use crate::pad;
 use crate::recordings::whole::Whole;
 
-/// How long the page thanks a participant until the system is ended for the next one.
+/// How long the page thanks a participant before the system is ended for the next one.
 const THANKS: Duration = Duration::from_secs(3);
-/// Where the robot was, in the drawing; written beside the picture of the true floor.
+/// The name of the picture that shows where the robot was in the drawing. It is written beside the picture of the true
+/// floor.
 const IN_DRAWING: &str = "sketch.svg";
 /// The name of the picture of the true floor.
 const ON_FLOOR: &str = "floor.svg";
 
-/// Serves the page to one participant after the other, until a person ends it.
+/// Serves the page to one participant after another, until a person ends it.
 pub fn run(folder: &Path, options: &PadOptions) -> Result<Outcome, Failure> {
     let folder = std::path::absolute(folder).context("the current folder is gone").or_input()?;
     if folder.is_dir() {
@@ -67,7 +69,7 @@ pub fn run(folder: &Path, options: &PadOptions) -> Result<Outcome, Failure> {
     }
 }
 
-/// Writes table and pages again.
+/// Writes the table and the pages again.
 pub fn report(folder: &Path) -> Result<Outcome, Failure> {
     let study = Folder::open(folder).or_input()?;
     let everyone = write(&study)?;
@@ -77,7 +79,8 @@ pub fn report(folder: &Path) -> Result<Outcome, Failure> {
     Ok(if everyone.left_out.is_empty() { Outcome::Success } else { Outcome::Loss })
 }
 
-/// The study's folder, with the picture that participants see before they draw. With a real robot they see the place itself.
+/// Prepares the study's folder, with the picture that participants see before they draw. With a real robot there is
+/// none, since they see the place itself.
 fn prepare(folder: &Path, mission: &Mission, options: &PadOptions) -> Result<Folder, Failure> {
     let shows_floor = !options.system.without.contains(&Process::World);
     let facts = Facts {
@@ -96,7 +99,7 @@ fn prepare(folder: &Path, mission: &Mission, options: &PadOptions) -> Result<Fol
     Ok(study)
 }
 
-/// The floor from above, with start and goal.
+/// Draws the floor from above, with the start and the goal.
 fn floor(shapes: &FloorShapes, mission: &Mission, goal: &Place) -> String {
     let [x, y] = goal.middle();
     let task = TaskPicture {
@@ -119,7 +122,8 @@ fn floor(shapes: &FloorShapes, mission: &Mission, goal: &Place) -> String {
     })
 }
 
-/// Judges what is not judged yet, and writes table and pages. What cannot be read is named, and left out.
+/// Judges the drives that have not been judged yet, and writes the table and the pages. Files that cannot be read are
+/// named and left out.
 fn write(study: &Folder) -> Result<Everyone, Failure> {
     let mut everyone = study.everyone().or_input()?;
     for kept in &mut everyone.kept {
@@ -173,7 +177,7 @@ fn judged(study: &Folder, kept: &Kept, drive: &Drive) -> Result<Judged, Failure>
     outcome(&verdict, heading_rad, study.facts()).context("expected a recording with a drive").or_input()
 }
 
-/// The outcome of a drive that begins with this heading in the drawing; `None` without a task.
+/// Returns the outcome of a drive whose drawn start has this heading, or `None` if the drive had no task.
 fn outcome(verdict: &Verdict, heading_rad: f64, facts: &Facts) -> Option<Judged> {
     let last = verdict.tasks.last()?;
     let decisive = verdict.tasks.iter().find(|task| !task.reached).unwrap_or(last);
@@ -219,7 +223,7 @@ mod tests {
         Facts { version: VERSION, mission, method, start_heading_deg, goal, shows_floor: true }
     }
 
-    /// Somebody who holds the plan upside down draws a robot that looks to the left where it truly looks to the right.
+    /// A participant who holds the plan upside down draws a robot that faces left, although it really faces right.
     #[test]
     fn an_outcome_says_how_it_ended_and_how_the_drawing_is_turned() {
         let tasks = vec![task(true, "reached"), task(false, "lost"), task(false, "not begun")];

@@ -1,4 +1,4 @@
-//! The systems on this machine.
+//! Lists the systems on this machine, cleans up after dead ones, and finds a running one by name.
 
 use std::path::Path;
 
@@ -26,10 +26,10 @@ struct Member {
     pid: u32,
 }
 
-/// Lists the systems of this user and their processes.
+/// Lists this user's systems and their processes.
 pub fn ps(json: bool) -> Result<Outcome, Failure> {
     let systems = System::list().context("looking for systems")?;
-    // A system that ends in the meantime is left out.
+    // Systems that end in the meantime are left out.
     let rows: Vec<_> = systems.iter().filter_map(|system| row(system).ok()).collect();
     if json {
         out!("{}", serde_json::to_string(&rows).context("the list as JSON")?)?;
@@ -47,7 +47,7 @@ pub fn ps(json: bool) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// How to continue a system whose supervisor was killed.
+/// Says how to resume a system whose supervisor was killed.
 fn how_to_go_on(name: &str, run: &RunConfig) -> String {
     let folder = run.recording.as_deref().and_then(|recording| Path::new(recording).parent());
     match folder {
@@ -59,7 +59,7 @@ fn how_to_go_on(name: &str, run: &RunConfig) -> String {
     }
 }
 
-/// Removes what dead systems of this user have left.
+/// Removes what this user's dead systems have left behind.
 pub fn clean(json: bool) -> Result<Outcome, Failure> {
     let cleared = System::sweep_dead().context("removing what dead systems have left")?;
     if json {
@@ -103,7 +103,7 @@ fn table(rows: &[Row]) -> Table {
     table
 }
 
-/// The system of that name; without a name, the only one that is running.
+/// Opens the system with this name or, without a name, the only one that is running.
 pub fn find(name: Option<&str>) -> Result<System, Failure> {
     if let Some(name) = name {
         return System::open(name).map_err(|error| Failure::Input(error.into()));

@@ -21,16 +21,16 @@ use crate::systems;
 pub use echo::echo;
 pub use rate::hz;
 
-/// How often to look for messages, since they do not wake observers.
+/// How often to poll for messages, since messages do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
-/// How often to check whether the system still runs, and to print a rate.
+/// How often to print a rate, and to check whether the system is still running.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Processes the messages of a channel.
+/// Processes the messages of channels.
 trait Listener {
-    /// Whether the channel's history, which arrives all at once, counts.
+    /// Whether to pass on the messages of the channel's history, all of which arrive at once.
     const HISTORY: bool;
-    /// Called once, before the first message, with the channels that are read.
+    /// Called once before the first message, with the channels that are read.
     fn begin(&mut self, node: &Node, specs: &[&'static ChannelSpec]) -> Result<(), Failure>;
     fn hear(&mut self, spec: &'static ChannelSpec, sample: &RawSample) -> Result<(), Failure>;
     /// Called once a second, with the number of messages of a channel that have been lost so far.
@@ -40,20 +40,20 @@ trait Listener {
 /// How many messages to read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Amount {
-    /// This many, as they arrive.
+    /// This many messages, as they arrive.
     Messages(u64),
-    /// One: the newest one, or the first one to arrive.
+    /// A single message: the newest one or, if there is none yet, the first one to arrive.
     Newest,
 }
 
 impl Amount {
-    /// That many; without a number, all.
+    /// Returns that number of messages, or all messages if there is no number.
     fn of(count: Option<u64>) -> Self {
         Self::Messages(count.unwrap_or(u64::MAX))
     }
 }
 
-/// Passes on what arrives until that is enough, the system is gone or the user ends it.
+/// Passes messages on to the listener until there are enough of them, the system is gone, or the user ends the command.
 fn follow<L: Listener>(tap: &Tap, amount: Amount, listener: &mut L) -> Result<Outcome, Failure> {
     let named = tap.channel.as_deref().map(known).transpose()?;
     let system = systems::find(tap.system.as_deref())?;
@@ -75,11 +75,12 @@ fn known(name: &str) -> Result<&'static ChannelSpec, Failure> {
         }
         false => anyhow!("channel {name:?}: expected one of {}", channels::names()),
     };
-    // With the slash that ROS and recordings use, too.
+    // Names with the leading slash that ROS and recordings use are accepted, too.
     channels::find(name.strip_prefix('/').unwrap_or(name)).ok_or_else(unknown).or_input()
 }
 
-/// The selected topics of a recording: channels of ours, and whatever others have recorded.
+/// Returns the names of the selected topics of a recording, whether they are channels of ours or recorded by other
+/// software.
 fn recorded(recording: &Recording, tap: &Tap) -> Result<Vec<String>, Failure> {
     let plain = |name: &str| name.trim_start_matches('/').to_owned();
     let named = tap.channel.as_deref().map(plain);
@@ -123,7 +124,7 @@ fn chosen(
 /// A channel that is read.
 struct Tapped {
     reader: RawReader,
-    /// Whether messages count; those of the history may not.
+    /// Whether to pass on the messages that arrive. Those of the history may be skipped.
     counts: bool,
 }
 
@@ -159,7 +160,7 @@ fn listen<L: Listener>(
     }
 }
 
-/// Takes what has arrived, but no more than wanted.
+/// Passes on the messages that have arrived, up to the wanted number.
 fn hear<L: Listener>(tapped: &mut Tapped, amount: &mut Amount, listener: &mut L) -> Result<(), Failure> {
     let mut came = false;
     let spec = tapped.reader.spec();

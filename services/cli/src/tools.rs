@@ -1,4 +1,4 @@
-//! Tools for recordings.
+//! Tools that inspect recordings.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,7 @@ pub fn diff(wholes: &[Whole], json: bool) -> Result<Outcome, Failure> {
     let [a, b] = wholes else { return Err(Failure::Input(anyhow!("expected two recordings"))) };
     let opened = [a, b].map(|whole| Recording::open(whole.path()));
     let opened = opened.into_iter().collect::<Result<Vec<_>, _>>().or_input()?;
-    // Only channels of ours are compared: of others' recordings none would be.
+    // Only our own channels are compared. Recordings by other software have none, so they would always seem identical.
     opened.iter().try_for_each(Recording::must_be_ours).or_input()?;
     let difference = sketchnav_recordings::diff::diff(a.path(), b.path()).or_input()?;
     let cut_off = cut_off(wholes.iter().zip(&opened)).or_input()?;
@@ -42,7 +42,7 @@ pub fn diff(wholes: &[Whole], json: bool) -> Result<Outcome, Failure> {
     Ok(if difference.is_none() { Outcome::Success } else { Outcome::Short })
 }
 
-/// The names of those of the recordings that `info` calls cut off.
+/// Returns the names of the recordings that `info` reports as cut off.
 fn cut_off<'a>(
     recordings: impl Iterator<Item = (&'a Whole, &'a Recording)>,
 ) -> Result<Vec<String>, RecordingError> {
@@ -55,7 +55,7 @@ fn cut_off<'a>(
     Ok(names)
 }
 
-/// Most faults of a recording that are printed for people.
+/// Maximum number of a recording's faults that are printed for people.
 const MAX_FAULTS: usize = 60;
 
 /// The information about a recording.
@@ -68,7 +68,7 @@ struct Told {
 
 fn look(file: &Path) -> Result<Told, RecordingError> {
     let info = sketchnav_recordings::info::info(file)?;
-    // In recordings of others, a topic of that name may be something else.
+    // In a recording by other software, a topic with this name may mean something else.
     let spec = FAULTS.spec;
     let is_faults = |topic: &&TopicInfo| spec.is_topic(&topic.topic) && topic.ros2_type == spec.message.ros2;
     let none = info.topics.iter().find(is_faults).is_none_or(|topic| topic.messages == 0);
@@ -76,7 +76,7 @@ fn look(file: &Path) -> Result<Told, RecordingError> {
     Ok(Told { info, faults })
 }
 
-/// The same for a path that may refer to several files, or to a packed one.
+/// Like [`look`], but for a path that may refer to several files or to a packed one.
 fn look_at(path: &Path, whole: &Whole) -> Result<Told, Failure> {
     let mut told = look(whole.path()).or_input()?;
     told.info.path = path.display().to_string();
@@ -88,7 +88,7 @@ fn look_at(path: &Path, whole: &Whole) -> Result<Told, Failure> {
     Ok(told)
 }
 
-/// Prints the content of a recording, or of every recording of a folder.
+/// Describes a recording, or each recording in a folder.
 pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     if !path.is_dir() {
         let whole = Whole::of(path)?;
@@ -110,7 +110,7 @@ pub fn info(path: &Path, json: bool) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// That the files of a bag hold fewer messages than its metadata say.
+/// Returns a warning if the files of a bag contain fewer messages than its metadata says.
 fn fewer(folder: &Path, infos: &[Told]) -> Result<Option<String>, Failure> {
     let said = Bag::read(folder).or_input()?.and_then(|bag| bag.messages);
     let held = infos.iter().map(|told| told.info.messages).sum::<u64>();
@@ -143,7 +143,7 @@ fn print(told: &Told) -> anyhow::Result<()> {
         out!("{:<10} {}", "written by", of(&info.library))?;
         info.notes.iter().try_for_each(|note| out!("{:<10} {note}", "note"))?;
     }
-    // Other software records real time; what it recorded says nothing of a run.
+    // Other software records real time, and its recordings say nothing about a run.
     let what = if info.run.is_empty() { "recorded" } else { "simulated" };
     out!("{:.1} s {what}, {} messages, {} missing; {end}", info.duration_s, info.messages, info.missing)?;
     let mut table = Table::new();
@@ -189,7 +189,7 @@ mod tests {
 
     use super::*;
 
-    /// A bag had lost most of its messages, and nobody was told.
+    /// A bag had lost most of its messages, and the user was not warned.
     #[test]
     fn a_bag_that_holds_fewer_messages_than_its_metadata_say_is_named() {
         let folder = tempfile::tempdir().unwrap();

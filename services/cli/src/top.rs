@@ -18,12 +18,12 @@ use crate::output::{self, out};
 use crate::systems;
 use gather::{Gatherer, Row, Snapshot};
 
-/// How often to look for messages, since they do not wake observers.
+/// How often to poll for messages, since messages do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// How often the figures are updated; rates are measured over this time.
+/// How often the figures are updated, and the period over which rates are measured.
 const REFRESH: Duration = Duration::from_secs(1);
 
-/// Shows a system until the user quits or it ends; or once.
+/// Shows a system until the user quits or the system ends, or prints it once.
 pub fn top(options: &TopOptions) -> Result<Outcome, Failure> {
     let system = systems::find(options.system.as_deref())?;
     let mut gatherer = Gatherer::join(system).context("joining the system").or_input()?;
@@ -48,7 +48,7 @@ fn terminal() -> anyhow::Result<DefaultTerminal> {
     ratatui::try_init().context(advice)
 }
 
-/// Observes for as long as rates need.
+/// Observes the system for as long as measuring its rates takes.
 fn observe(gatherer: &mut Gatherer) -> anyhow::Result<Snapshot> {
     gatherer.snapshot()?;
     let began = Instant::now();
@@ -73,7 +73,7 @@ impl Screen {
         Ok(Self { gatherer, snapshot, taken: Instant::now(), chosen: 0, said: String::new() })
     }
 
-    /// Runs until the user quits; returns a final message.
+    /// Runs until the user quits or the system ends, and returns a final message.
     fn run(&mut self, terminal: &mut DefaultTerminal) -> anyhow::Result<String> {
         let name = self.snapshot.system.clone();
         loop {
@@ -102,7 +102,7 @@ impl Screen {
         Ok(())
     }
 
-    /// Handles a key; returns whether it quits.
+    /// Handles a key, and returns true if it quits.
     fn press(&mut self, key: KeyEvent) -> bool {
         let last = self.snapshot.processes.len().saturating_sub(1);
         match key.code {

@@ -1,8 +1,8 @@
-//! Shows a running system or a recording in Foxglove and Lichtblick: `sketchnav view`
-//! and, beside a mission, `run --foxglove`.
+//! Shows a running system or a recording in Foxglove and Lichtblick, for `sketchnav view` and, beside a mission, for
+//! `run --foxglove`.
 //!
-//! The view is a process of its own, an observer: a mission neither waits for it nor ends with it. It is available if
-//! the program was built with the feature `foxglove`.
+//! The view is an observer in a separate process, so a mission neither waits for it nor ends with it. It is only
+//! available if the program was built with the feature `foxglove`.
 
 #[cfg_attr(not(feature = "foxglove"), path = "view/absent.rs")]
 mod shown;
@@ -24,18 +24,18 @@ use crate::failure::{Failure, Outcome};
 use crate::output::say;
 use crate::systems;
 
-/// Longest that a view may take to end after its mission has ended.
+/// Maximum time that a view may take to end after its mission has ended.
 const GOODBYE: Duration = Duration::from_secs(2);
-/// How often to check whether it has.
+/// How often to check whether the view has ended.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// What to show.
+/// What a view shows.
 enum Target<'a> {
     System(System),
     File(&'a Path),
 }
 
-/// Serves until the user ends it, or the system ends.
+/// Serves the view until the user ends it or the system ends.
 pub fn view(options: &ViewOptions) -> Result<Outcome, Failure> {
     let port = shown::port(options.port)?;
     match target(options)? {
@@ -63,23 +63,24 @@ fn system<'a>(name: Option<&str>, options: &ViewOptions) -> Result<Target<'a>, F
     systems::find(name).map(Target::System)
 }
 
-/// A view that will run beside a mission.
+/// A view to be shown beside a mission.
 pub struct Beside {
     port: shown::Port,
 }
 
 impl Beside {
-    /// Checks that the port is free, before anything else begins.
+    /// Checks that the port is free, before anything else starts.
     pub fn prepare(port: Option<u16>) -> Result<Option<Self>, Failure> {
         port.map(|number| Ok(Self { port: shown::port(number)? })).transpose()
     }
 
-    /// Starts it, and prints its address.
+    /// Starts the view and prints its address.
     pub fn start(self, system: &str) -> anyhow::Result<Running> {
         let program = std::env::current_exe().context("path of this program")?;
         let mut command = Command::new(program);
         command.args(["view", "--system", system, "--port", &self.port.number().to_string()]);
-        // Its link is printed here; a Ctrl-C is for the mission, which ends it.
+        // The address is printed here. The view gets its own process group, since Ctrl-C is meant for the mission,
+        // which ends the view.
         command.stdin(Stdio::null()).stdout(Stdio::null()).process_group(0);
         // SAFETY: between fork and exec the closure only makes one system call.
         unsafe { command.pre_exec(|| Ok(set_pdeathsig(Signal::SIGKILL)?)) };
@@ -89,7 +90,7 @@ impl Beside {
     }
 }
 
-/// A view beside a mission; dropping it ends it.
+/// A view that is shown beside a mission. Dropping this ends the view.
 pub struct Running(Child);
 
 impl Drop for Running {
@@ -99,7 +100,7 @@ impl Drop for Running {
         while matches!(self.0.try_wait(), Ok(None)) && Instant::now() < limit {
             sleep(LOOK_EVERY);
         }
-        // If it has ended, these do nothing.
+        // If the view has already ended, these calls do nothing.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

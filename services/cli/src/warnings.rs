@@ -1,4 +1,4 @@
-//! Warnings of `run` about the plan that a navigator makes before the start.
+//! Warnings of `run` about the plan that the navigator makes before the start.
 
 use std::time::Duration;
 
@@ -13,11 +13,11 @@ use crate::output::say;
 /// How often to check whether the navigator has planned.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Waits until the navigator of a run has made its plan, prints its doubts about that unless `quiet`, and adds them to
-/// `warnings`. Returns how the run has ended, if it has in the meantime.
+/// Waits until the navigator of a run has made its plan, prints its doubts about the plan unless `quiet`, and adds them
+/// to `warnings`. If the run ends in the meantime, returns how it ended.
 ///
 /// # Errors
-/// As [`Supervisor::poll`].
+/// Those of [`Supervisor::poll`].
 pub fn hear(
     warnings: &mut Vec<String>,
     supervisor: &mut Supervisor,
@@ -41,7 +41,7 @@ pub fn hear(
     }
 }
 
-/// The doubts about the plan of a recorded run.
+/// Returns the doubts that the navigator of a recorded run had about its plan.
 ///
 /// # Errors
 /// If the recording cannot be read.

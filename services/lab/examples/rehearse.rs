@@ -32,19 +32,19 @@ struct Options {
     /// Mission files.
     #[arg(required = true)]
     missions: Vec<PathBuf>,
-    /// Seeds to drive with: one, or the first and the last.
+    /// Seed, or first and last seed, to drive with.
     #[arg(long, value_name = "A..B", default_value = "1", value_parser = seeds)]
     seeds: RangeInclusive<u64>,
-    /// outline, beam, boniardi-2015, boniardi-2015-fixed-scale or behzadian-2015; left out, what the mission says.
+    /// Method to use instead of the mission's: outline, beam, boniardi-2015, boniardi-2015-fixed-scale or behzadian-2015.
     #[arg(long)]
     method: Option<Method>,
-    /// Another value of a parameter of the localizer; may be repeated.
+    /// Override a parameter of the localizer (may be repeated).
     #[arg(long, value_name = "KEY = VALUE")]
     set: Vec<String>,
-    /// Take the true floor plan for the drawing.
+    /// Use the true floor plan as the drawing.
     #[arg(long)]
     control: bool,
-    /// Print the tasks that were reached, too, and the estimate every five seconds.
+    /// Also print the tasks that were reached, and the estimate every five seconds.
     #[arg(long)]
     verbose: bool,
 }
@@ -72,7 +72,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Returns how many tasks were reached, and how many there were.
+/// Returns the number of tasks that were reached, and the number of all tasks.
 fn rehearse_all(options: &Options) -> anyhow::Result<(usize, usize)> {
     let drawing = tempfile::Builder::new().prefix("control-").suffix(".svg").tempfile()?;
     let set: toml::Table = toml::from_str(&options.set.join("\n"))?;

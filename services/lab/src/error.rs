@@ -1,4 +1,4 @@
-//! What can go wrong with an experiment; a robot that does not arrive is not an error.
+//! Errors of experiments. Note that a robot failing to arrive is a result, not an error.
 
 use std::path::PathBuf;
 
@@ -10,117 +10,117 @@ use crate::judge::anchors::AnchorsError;
 use crate::judge::homotopy::CorrespondenceError;
 use crate::picture::PictureError;
 
-/// Why a suite cannot be loaded or a trial cannot be driven.
+/// The reason why a suite cannot be loaded or a trial cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum EvalError {
-    /// A suite that does not exist.
+    /// The suite does not exist.
     #[error("suite {found:?}: expected one of {known}")]
     Suite {
-        /// The name that was asked for.
+        /// The requested name.
         found: String,
-        /// All suites.
+        /// The names of all suites.
         known: String,
     },
-    /// Data that are not part of the project are missing.
+    /// The suite needs data that are not part of the project.
     #[error(
         "suite {suite} needs {what}, which is not shipped with sketchnav: expected {file} in the folder given by --data DIR or SKETCHNAV_DATA, found {found}"
     )]
     NoData {
-        /// The suite.
+        /// The suite that needs the data.
         suite: &'static str,
-        /// The data.
+        /// A description of the data.
         what: &'static str,
-        /// The file's place in the folder of the data.
+        /// Path of the file in the data folder.
         file: &'static str,
         /// What was found instead.
         found: String,
     },
-    /// A file that cannot be read.
+    /// A file cannot be read.
     #[error("{path}: {cause}")]
     Io {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The cause of the failure.
         cause: std::io::Error,
     },
-    /// A line of a file that is not as expected.
+    /// A line of a file is malformed.
     #[error("{path}, line {line}: expected {expected}, found {found:?}")]
     Line {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// The line's number, from 1.
+        /// Line number, from 1.
         line: usize,
         /// What was expected.
         expected: &'static str,
         /// What was found.
         found: String,
     },
-    /// A marker of a page that cannot be filled.
+    /// A marker in a page cannot be filled in.
     #[error("line {line}: expected {expected}, found {found:?}")]
     Marker {
-        /// The line's number in the page, from 1.
+        /// Line number of the marker in the page, from 1.
         line: usize,
         /// What was expected.
         expected: String,
         /// What was found.
         found: String,
     },
-    /// A data file of this project that cannot be parsed.
+    /// A data file of this project cannot be parsed.
     #[error("{what}: {cause}")]
     Data {
-        /// The file's contents.
+        /// A description of the file's contents.
         what: &'static str,
-        /// Why.
+        /// The cause of the failure.
         cause: toml::de::Error,
     },
-    /// A failure of a map-maker or of a navigator by landmarks.
+    /// A map-maker or a landmark navigator failed.
     #[error(transparent)]
     Directions(#[from] sketchnav_directions::Error),
-    /// The world, the robot or the mission file is faulty.
+    /// The world, the robot or the mission file is invalid.
     #[error(transparent)]
     Sim(#[from] SimError),
-    /// A floor that cannot be drawn.
+    /// The floor cannot be drawn.
     #[error(transparent)]
     Deform(#[from] sketchnav_deform::DeformError),
     /// The drawing cannot be read.
     #[error(transparent)]
     Sketch(#[from] SketchError),
-    /// The file that says which places of drawings correspond to which places of floors is faulty.
+    /// The file that matches positions in drawings to positions on floors is invalid.
     #[error("{path}: {cause}")]
     Anchors {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// The cause of the failure.
         cause: AnchorsError,
     },
-    /// The places of a drawing and of its floor do not fit together.
+    /// The positions in a drawing contradict those on its floor.
     #[error("{path}: {cause}")]
     Correspondence {
-        /// The mission file.
+        /// Path of the mission file.
         path: PathBuf,
-        /// Why.
+        /// The cause of the failure.
         cause: CorrespondenceError,
     },
-    /// No path leads between the places of the tasks on the true floor.
+    /// No path on the true floor connects the goals of the tasks.
     #[error("mission {mission}: expected a path between the places of its tasks, found none")]
     NoWay {
-        /// The mission's name.
+        /// Name of the mission.
         mission: String,
     },
     /// A picture cannot be drawn.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A trial that cannot start.
+    /// The trial cannot start.
     #[error("trial {trial}: {cause}")]
     Trial {
-        /// The trial's name.
+        /// Name of the trial.
         trial: String,
-        /// Why.
+        /// The cause of the failure.
         cause: Box<RehearsalError>,
     },
 }
 
-/// Reads a file; errors name it.
+/// Reads a file. Errors name the file.
 pub(crate) fn read(path: &std::path::Path) -> Result<Vec<u8>, EvalError> {
     sketchnav_files::read(path, sketchnav_files::DRAWING)
         .map_err(|cause| EvalError::Io { path: path.to_path_buf(), cause })

@@ -1,5 +1,5 @@
-//! Experiments. A [`Suite`] is a list of [`Trial`]s. A trial is driven in one process by the same cores as the separate processes
-//! run. It yields one [`TaskOutcome`] per task, and [`statistics`] counts these.
+//! Experiments. A [`Suite`] is a list of [`Trial`]s. Each trial is driven in a single process by the same cores that the
+//! separate processes run. It yields one [`TaskOutcome`] per task, and [`statistics`] summarises these.
 //!
 //! ```text
 //! suites::load → Suite ─jobs::run_all→ TaskOutcomes ─statistics→ table, report
@@ -7,8 +7,8 @@
 //!
 //! An experiment that drives no missions is a [`Study`](studies::Study).
 //!
-//! The same suite, method and seed give the same outcomes, whatever the number of threads. A trial's seed is derived only from the
-//! suite's seed and the trial's name.
+//! The same suite, method and seed yield the same outcomes, whatever the number of threads. This holds because a trial's
+//! seed is derived only from the suite's seed and the trial's name.
 
 pub mod ablation;
 pub mod calibration;

@@ -1,11 +1,11 @@
-//! The outcome of a mission, judged by the true poses rather than by what the planner believed.
+//! Judges the outcome of a mission by the true poses rather than by what the planner believed.
 //!
-//! A task is reached if the planner reported so *and* the robot truly stood in the task's place (Boniardi et al. 2015, IV, who
-//! "considered a task successful if … the robot is able to access them"). [`on_sketch`] judges by what the robot believed, as the
-//! authors do.
+//! A task is reached if the planner reported so *and* the robot truly stood in the task's place. (Boniardi et al. 2015, IV,
+//! "considered a task successful if … the robot is able to access them".) The [`on_sketch`] module judges by the robot's
+//! own belief instead, as the authors do.
 //!
-//! Pure: messages and the mission in, a [`Verdict`] or [`figures::Figures`] out. Except for [`log::Log`], which is what the judge
-//! needs of a recording, nothing here opens one, and nothing prints.
+//! This module is pure: messages and the mission go in, and a [`Verdict`] or [`figures::Figures`] comes out. Nothing here
+//! prints, and nothing reads a recording except [`log::Log`], which collects the messages that the judge needs.
 
 pub mod anchors;
 pub mod directions;
@@ -28,42 +28,43 @@ use sketchnav_schemas::time::seconds;
 /// The outcome of a mission.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// Whether every task was reached.
+    /// True if every task was reached.
     pub success: bool,
-    /// The tasks, in the mission's order.
+    /// The verdicts on the tasks, in the order of the mission.
     pub tasks: Vec<TaskVerdict>,
-    /// Simulation time of the last message.
+    /// Simulation time of the last message, in seconds.
     pub sim_seconds: f64,
 }
 
 /// The outcome of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TaskVerdict {
-    /// The task's name.
+    /// Name of the task.
     pub name: String,
-    /// Whether the planner reported the goal as reached and the robot truly was there.
+    /// True if the planner reported the goal as reached and the robot truly was there.
     pub reached: bool,
-    /// The last state that the planner reported, in the words of [`TaskState`]; `not begun` if it reported none. `reached` with a
-    /// `reached` of `false`: it stopped in the wrong place.
+    /// The last state that the planner reported, in the words of [`TaskState`], or `not begun` if it reported none. If this
+    /// says `reached` but the field `reached` is false, the robot stopped in the wrong place.
     pub state: String,
-    /// The planner's reason, in its own words.
+    /// The reason that the planner gave, in its own words.
     pub reason: String,
-    /// Simulation time from the task's start to its end.
+    /// Simulation time from the start of the task to its end, in seconds.
     pub time_s: f64,
-    /// Length of the true path.
+    /// Length of the true path, in metres.
     pub path_m: f64,
-    /// From the true position at the task's end to the middle of its place; `None` if the task never began.
+    /// Distance in metres from the true position at the end of the task to the middle of its place. `None` if the task never
+    /// began, if its place is not known, or if the true position is missing.
     pub final_error_m: Option<f64>,
-    /// How often the robot began to touch something.
+    /// Number of times the robot began to touch something.
     pub collisions: u32,
 }
 
 impl Verdict {
-    /// The headings of [`Verdict::task_rows`].
+    /// The column headings for [`Verdict::task_rows`].
     pub const TASK_COLUMNS: [&'static str; 7] =
         ["task", "reached", "time", "path", "final error", "collisions", "the planner said"];
 
-    /// A readable row for each task.
+    /// Returns a human-readable row for each task.
     pub fn task_rows(&self) -> impl Iterator<Item = [String; 7]> {
         self.tasks.iter().map(|task| {
             [
@@ -83,19 +84,19 @@ impl Verdict {
     }
 }
 
-/// When a task was driven, and its last state.
+/// The period in which a task was driven, and its last state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TaskSpan {
-    /// Simulation time of the first status message of the task that does not say `waiting`.
+    /// Simulation time of the first status message of the task other than `waiting`.
     pub begin_ns: u64,
-    /// Simulation time of the status message that ended it, or of its last one.
+    /// Simulation time of the status message that ended the task, or of its last one.
     pub end_ns: u64,
-    /// The state in that message.
+    /// The state in the status message at `end_ns`.
     pub state: TaskState,
 }
 
 impl TaskSpan {
-    /// Those of `messages`, which are in the order of their stamps, within the span.
+    /// Returns the messages within the span. `messages` must be sorted by their stamps.
     pub fn of<'a, T: Message>(&self, messages: &'a [T]) -> &'a [T] {
         let first = messages.partition_point(|m| m.header().stamp_ns < self.begin_ns);
         let end = messages.partition_point(|m| m.header().stamp_ns <= self.end_ns);
@@ -103,9 +104,9 @@ impl TaskSpan {
     }
 }
 
-/// The span of each of the `task_count` tasks, `None` for one that never began.
+/// Returns the span of each of the `task_count` tasks, or `None` for a task that never began.
 ///
-/// `status` is the whole channel in order. `Finished` refers to the mission and belongs to no task.
+/// `status` is the whole channel in order. `Finished` refers to the mission as a whole, so it belongs to no task.
 pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan>> {
     let mut spans: Vec<Option<TaskSpan>> = vec![None; task_count];
     for message in status {
@@ -124,7 +125,7 @@ pub fn spans(task_count: usize, status: &[MissionStatus]) -> Vec<Option<TaskSpan
     spans
 }
 
-/// Judges a mission by the whole `truth`, `status` and `contact` channels, each in order.
+/// Judges a mission by the `truth`, `status` and `contact` channels. Each must be complete and in order.
 pub fn judge(
     mission: &Mission,
     truth: &[GroundTruth],
@@ -146,11 +147,12 @@ pub fn judge(
     }
 }
 
-/// How much older than the end of a task a true pose may be, nanoseconds: one was sent for each instant.
+/// Maximum age of a true pose at the end of a task, in nanoseconds. A true pose is sent at each instant, so an older one
+/// shows a gap.
 const FRESH_NS: u64 = 1_000_000_000;
 
-/// Judges what a recording with gaps does not show by the last status that each ended task reported while the mission ran. Such a
-/// task is reached if the planner reported so, and its reason says that it is not in the recording.
+/// Judges tasks that end in a gap of the recording by the last status that they reported while the mission ran. Such a task
+/// is reached if the planner reported so, and its reason says that it is not in the recording.
 pub fn fill_gaps<'a>(
     verdict: &mut Verdict,
     truth: &[GroundTruth],
@@ -219,7 +221,8 @@ fn judge_task(
     }
 }
 
-/// The mission does not say which place of the true world the task leads to.
+/// Returns the reason of a task for which the mission names no place in the true world, so that only the robot's own report
+/// counts.
 fn by_its_word(reason: &str) -> String {
     let separator = if reason.is_empty() { "" } else { "; " };
     format!("{reason}{separator}according to the robot only")
@@ -243,7 +246,7 @@ fn reason_of(index: usize, span: &TaskSpan, status: &[MissionStatus]) -> String 
     last.map_or_else(String::new, |m| m.reason.as_str().to_owned())
 }
 
-/// The true pose at `stamp_ns`: of that very step if it was sent, otherwise the last one before it.
+/// Returns the true pose at `stamp_ns`, or the last one before it if none was sent at that step.
 fn truth_at(truth: &[GroundTruth], stamp_ns: u64) -> Option<&GroundTruth> {
     let after = truth.partition_point(|m| m.header.stamp_ns <= stamp_ns);
     truth[..after].last()
@@ -251,7 +254,7 @@ fn truth_at(truth: &[GroundTruth], stamp_ns: u64) -> Option<&GroundTruth> {
 
 fn path_length_m(truth: &[GroundTruth]) -> f64 {
     let ways = truth.windows(2).map(|pair| pair[0].pose().position().distance(&pair[1].pose().position()));
-    // An empty sum of floats is minus zero.
+    // An empty sum of floats is minus zero, so start the fold from 0.
     ways.fold(0.0, |sum, way| sum + way)
 }
 
@@ -282,7 +285,7 @@ mod tests {
         Header { seq: step, stamp_ns: step * 100_000_000, source_seq: step }
     }
 
-    /// One pose per step, 0.1 m per step to the right.
+    /// Returns one pose per step, with each step moving 0.1 m to the right.
     fn drive(steps: u64) -> Vec<GroundTruth> {
         let pose = |k: u64| PoseM::new(&Pose::<World>::new(k as f64 * 0.1, 0.0, 0.0));
         (0..steps).map(|k| GroundTruth { header: header(k), pose: pose(k), ..Zeroable::zeroed() }).collect()
@@ -376,17 +379,17 @@ mod tests {
             fill_gaps(&mut verdict, truth, status, heard);
             verdict
         };
-        // The second task's end is missing.
+        // The end of the second task is missing.
         let verdict = judged(&drive(30), &recorded, &ends);
         assert!(verdict.success && verdict.sim_seconds == 5.0, "{verdict:?}");
         let [a, b] = &verdict.tasks[..] else { panic!("{verdict:?}") };
         assert!(a.final_error_m.is_some() && a.reason == "because", "{a:?}");
         assert!(b.final_error_m.is_none() && b.reason.ends_with("not in the recording"), "{b:?}");
-        // Its status is there, but not where the robot was.
+        // The status of the second task is there, but the robot's pose is not.
         let status = [recorded.as_slice(), &[ends[1]]].concat();
         assert!(judged(&drive(30), &status, &ends).success);
         assert!(judged(&[], &[], &ends).success);
-        // What can be seen counts, whatever was reported.
+        // What the recording does show counts, whatever was reported.
         let early = [say(10, 0, TaskState::Reached)];
         assert!(!judged(&drive(100), &early, &early).tasks[0].reached);
         let lost = [ends[0], say(50, 1, TaskState::Lost)];

@@ -1,11 +1,12 @@
-//! How well recordings and runs went: judging, pictures and pages; and experiments, which drive and judge many runs.
+//! Assesses recordings and runs: judges them, draws pictures and builds pages. Experiments drive and judge many runs.
 //!
-//! - [`judge`]: how a mission went, and how far its estimates were off.
-//! - [`picture`]: what it looked like, as SVG; [`page`]: pages of HTML that show it.
-//! - [`sections`]: the parts of a report that concern one kind of navigator.
-//! - [`experiments`]: suites of trials, driven in one process, judged and counted.
+//! - [`judge`] determines how a mission went and how far its estimates were off.
+//! - [`picture`] draws missions as SVG, and [`page`] builds the HTML pages that show them.
+//! - [`sections`] holds the parts of a report that concern one kind of navigator.
+//! - [`experiments`] holds suites of trials, which are driven in one process, judged and counted.
 //!
-//! Never opens shared memory and never prints. Reads recordings and the files that suites consist of, but writes none.
+//! This crate never opens shared memory and never prints. It reads recordings and the files that make up suites, but writes
+//! no files.
 
 pub mod error;
 pub mod experiments;

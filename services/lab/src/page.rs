@@ -1,16 +1,18 @@
-//! Pages of HTML that need no other file: their frame and style, tables, and curves over time. They work in light and dark mode and
-//! fit a phone.
+//! Self-contained HTML pages: their frame and style, tables, and curves over time. Pages work in light and dark mode and
+//! fit the screen of a phone.
 //!
-//! Pure: the same content gives the same page.
+//! This module is pure: the same content yields the same page.
 
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use sketchnav_schemas::shown;
 
-/// Cells with more characters are text: they are left-aligned and may wrap.
+/// Maximum length, in characters, of a cell that is laid out as a value. Longer cells are text, so they are left-aligned
+/// and may wrap.
 const LONGEST_IN_A_LINE: usize = 32;
 const STYLE: &str = include_str!("page/style.css");
 
-/// A whole page. Names in it may come from anywhere, so hidden characters in them are made visible, as on a terminal.
+/// Returns a whole page. Names in the content may come from anywhere, so hidden characters in them are made visible, as on
+/// a terminal.
 pub fn document(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
@@ -28,7 +30,7 @@ pub fn document(title: &str, body: &Markup) -> String {
     shown::lines(page.into_string())
 }
 
-/// A table; the first cell of a row is its name.
+/// Returns a table. The first cell of each row is its heading.
 pub fn table(header: &[String], rows: &[Vec<String>]) -> Markup {
     html! {
         div.scroll {
@@ -49,43 +51,43 @@ pub fn table(header: &[String], rows: &[Vec<String>]) -> Markup {
     }
 }
 
-/// A value over time, or over another quantity.
+/// A curve of a value over time, or over another quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// What the value is.
+    /// Name of the value.
     pub name: String,
-    /// Position along the picture, mostly in seconds, and value; points that are not finite are left out.
+    /// Positions along the picture, mostly in seconds, with their values. Points that are not finite are left out.
     pub points: Vec<[f64; 2]>,
 }
 
-/// A picture of values over time, or over another quantity.
+/// A chart of values over time, or over another quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart<'a> {
-    /// What it shows.
+    /// Heading of the chart.
     pub title: &'a str,
-    /// The unit of the values.
+    /// Unit of the values.
     pub unit: &'a str,
     /// The curves.
     pub series: &'a [Series],
-    /// The unit along the picture: `s` for time.
+    /// Unit along the picture, for example `s` for time.
     pub x_unit: &'a str,
-    /// The first and the last position along the picture, mostly in seconds.
+    /// First and last position along the picture, mostly in seconds.
     pub span: [f64; 2],
-    /// When the tasks began.
+    /// Positions at which the tasks began.
     pub marks: &'a [f64],
-    /// When processes died.
+    /// Positions at which processes died.
     pub faults: &'a [f64],
 }
 
-/// Size of a chart, and the space around its plot: left, top, right, below.
+/// Width and height of a chart. `RIM` is the space around its plot: left, top, right and bottom.
 const SIZE: [f64; 2] = [340.0, 210.0];
 const RIM: [f64; 4] = [40.0, 10.0, 10.0, 30.0];
-/// Most points of a curve: more than there are pixels could not be seen.
+/// Maximum number of points in a curve. Points closer together than pixels would be invisible.
 const MOST_POINTS: usize = 320;
 const LINES: usize = 4;
 
 impl Chart<'_> {
-    /// The picture with its heading and legend.
+    /// Returns the chart with its heading and legend.
     pub fn figure(&self) -> Markup {
         let top = self.top();
         let [left, rim_top, right, below] = RIM;
@@ -128,7 +130,7 @@ impl Chart<'_> {
         }
     }
 
-    /// The value at the upper edge, which is a round one.
+    /// Returns the value at the upper edge, which is a round number.
     fn top(&self) -> f64 {
         let values = self.series.iter().flat_map(|series| series.points.iter().map(|point| point[1]));
         let largest = values.filter(|value| value.is_finite()).fold(0.0, f64::max);
@@ -149,7 +151,7 @@ fn fixed(value: f64) -> String {
     format!("{value:.1}")
 }
 
-/// About three significant digits: more would not be visible in a chart.
+/// Formats a value with about three significant digits, since more would be invisible in a chart.
 fn short(value: f64) -> String {
     let text = match value.abs() {
         v if v >= 100.0 || v == 0.0 => format!("{value:.0}"),
@@ -159,7 +161,7 @@ fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// The largest of every few points, so that no peak is lost.
+/// Returns the largest of every few points, so that no peak is lost.
 fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let finite: Vec<_> = points.iter().copied().filter(|p| p[0].is_finite() && p[1].is_finite()).collect();
     let each = finite.len().div_ceil(MOST_POINTS).max(1);

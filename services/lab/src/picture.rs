@@ -1,10 +1,10 @@
-//! Two pictures of a mission: the drawing with the estimated path, and the true floor with the true path.
+//! Draws two pictures of a mission: the drawing with the estimated path, and the true floor with the true path.
 //!
-//! Pure: plain points in, an SVG as text out, the same text for the same points. Never reads a recording (see
-//! [`crate::judge::TaskSpan::of`] for cutting channels into tasks), never writes a file.
+//! This module is pure: it takes plain points and returns SVG as text, and the same points yield the same text. It never
+//! reads a recording (see [`crate::judge::TaskSpan::of`] for cutting channels into tasks) and never writes a file.
 //!
-//! Both pictures are 1200 units wide, and sizes are in these units, so that lines and letters look alike whatever the size of a
-//! canvas or a building.
+//! Both pictures are 1200 units wide and all sizes are in these units, so that lines and letters look alike whatever the
+//! size of the canvas or building.
 
 mod correspondence;
 mod floor;
@@ -26,15 +26,15 @@ pub use svg::escape;
 use svg::{Sheet, View};
 pub use task::{TaskMark, TaskPicture};
 
-/// What cannot be drawn.
+/// The reason why a picture cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The number of cells does not match the size of the grid.
     #[error("sketch cells: expected {width_px} × {height_px} of them, found {found}")]
     Cells {
-        /// The width that was given.
+        /// The given width.
         width_px: u32,
-        /// The height that was given.
+        /// The given height.
         height_px: u32,
         /// The number of cells.
         found: usize,
@@ -44,43 +44,43 @@ pub enum PictureError {
     Png(#[from] image::ImageError),
 }
 
-/// The drawing and what the robot believed.
+/// The drawing and the robot's beliefs, to be drawn by [`sketch()`].
 #[derive(Debug, Clone)]
 pub struct SketchPicture<'a> {
     /// Heading of the picture.
     pub title: &'a str,
-    /// Width of the drawing.
+    /// Width of the drawing, in pixels.
     pub width_px: u32,
-    /// Height of the drawing.
+    /// Height of the drawing, in pixels.
     pub height_px: u32,
-    /// Cells of a [`sketchnav_sketch::messages::SketchMap`]: row 0 at the bottom.
+    /// Cells of a [`sketchnav_sketch::messages::SketchMap`], with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// Where the robot started.
+    /// Pose at which the robot started.
     pub start: Pose<Sketch>,
-    /// The tasks, in order.
+    /// The tasks in order.
     pub tasks: &'a [TaskPicture<Sketch>],
 }
 
-/// The true floor and what truly happened.
+/// The true floor and what truly happened on it, to be drawn by [`floor()`].
 #[derive(Debug, Clone)]
 pub struct FloorPicture<'a> {
     /// Heading of the picture.
     pub title: &'a str,
-    /// What stands on the floor.
+    /// Walls and objects on the floor.
     pub shapes: &'a FloorShapes,
-    /// The paths of people who walk there.
+    /// Paths of the people walking on the floor.
     pub people: &'a [Vec<Point<World>>],
-    /// What a camera saw at some moments, as polygons.
+    /// Polygons of what a camera saw at some moments.
     pub views: &'a [Vec<Point<World>>],
-    /// Where the robot started.
+    /// Pose at which the robot started.
     pub start: Pose<World>,
-    /// The tasks, in order.
+    /// The tasks in order.
     pub tasks: &'a [TaskPicture<World>],
-    /// Where contacts began.
+    /// Positions at which contacts began.
     pub contacts: &'a [Point<World>],
 }
 
-/// The outline of a place: its corners, or a disc as a polygon of 48 corners.
+/// Returns the outline of a place: its corners if it is a polygon, or a polygon of 48 corners if it is a disc.
 pub fn place_outline(place: &Place) -> Vec<Point<World>> {
     if let Some(polygon) = &place.polygon {
         return polygon.iter().map(|p| Point::new(p[0], p[1])).collect();
@@ -93,10 +93,10 @@ pub fn place_outline(place: &Place) -> Vec<Point<World>> {
     (0..48).map(corner).collect()
 }
 
-/// The drawing with the estimated trajectory, as SVG.
+/// Draws the drawing with the estimated trajectory as SVG.
 ///
 /// # Errors
-/// [`PictureError`] if the number of cells does not match the size.
+/// [`PictureError`] if the number of cells does not match the size, or if they cannot be packed as a PNG.
 pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     let (width, height) = (f64::from(picture.width_px), f64::from(picture.height_px));
     let view = View::new([0.0, 0.0], [width, height], 0.0);
@@ -115,31 +115,31 @@ pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     Ok(sheet.finish())
 }
 
-/// A moment in the drawing.
+/// A moment of a run in a drawing, to be drawn by [`moment()`].
 #[derive(Debug, Clone)]
 pub struct Moment<'a> {
-    /// What it is, in words.
+    /// Heading of the picture.
     pub title: &'a str,
-    /// Width of the drawing's grid.
+    /// Width of the drawing's grid, in pixels.
     pub width_px: u32,
-    /// Height of the drawing's grid.
+    /// Height of the drawing's grid, in pixels.
     pub height_px: u32,
-    /// Its cells, row 0 at the bottom.
+    /// Cells of the grid, with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// Where the robot believed itself to be.
+    /// Pose at which the robot believed itself to be.
     pub pose: Pose<Sketch>,
-    /// Where it had believed itself to be until then.
+    /// Positions at which the robot had believed itself to be until then.
     pub trail: &'a [Point<Sketch>],
-    /// The particles.
+    /// Positions of the particles.
     pub particles: &'a [Point<Sketch>],
     /// The planned path.
     pub plan: &'a [Point<Sketch>],
 }
 
-/// A moment in the drawing as SVG: the path so far, the particles, the pose and the plan.
+/// Draws a moment in the drawing as SVG, with the path so far, the particles, the pose and the plan.
 ///
 /// # Errors
-/// [`PictureError`] if the number of cells does not match the size.
+/// [`PictureError`] if the number of cells does not match the size, or if they cannot be packed as a PNG.
 pub fn moment(moment: &Moment<'_>) -> Result<String, PictureError> {
     let Moment { title, width_px, height_px, cells, .. } = *moment;
     let view = View::new([0.0, 0.0], [width_px.into(), height_px.into()], 0.0);
@@ -153,7 +153,7 @@ pub fn moment(moment: &Moment<'_>) -> Result<String, PictureError> {
     Ok(sheet.finish())
 }
 
-/// The true floor with the true trajectory, if anything was driven, contacts and a scale bar, as SVG.
+/// Draws the true floor as SVG, with contacts, a scale bar and, if the robot drove, its true trajectory.
 pub fn floor(picture: &FloorPicture<'_>) -> String {
     let (low, high) = extent(picture);
     let view = View::new(low, high, 0.04);
@@ -191,7 +191,7 @@ pub fn floor(picture: &FloorPicture<'_>) -> String {
     sheet.finish()
 }
 
-/// The smallest box around walls, trails and the start, with at least one metre around the start.
+/// Returns the smallest box around walls, trails and the start, with at least one metre around the start.
 fn extent(picture: &FloorPicture<'_>) -> ([f64; 2], [f64; 2]) {
     let start = picture.start.position();
     let (mut low, mut high) = ([start.x - 1.0, start.y - 1.0], [start.x + 1.0, start.y + 1.0]);
@@ -205,7 +205,7 @@ fn extent(picture: &FloorPicture<'_>) -> ([f64; 2], [f64; 2]) {
     (low, high)
 }
 
-/// The walls as a PNG, row 0 at the top: dark on white, a few dozen kilobytes for a whole canvas.
+/// Packs the walls as a PNG, dark on white with row 0 at the top. A whole canvas takes a few dozen kilobytes.
 fn wall_png(width_px: u32, height_px: u32, cells: &[u8]) -> Result<Vec<u8>, PictureError> {
     let found = cells.len();
     if found == 0 || found as u64 != u64::from(width_px) * u64::from(height_px) {

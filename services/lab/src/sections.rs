@@ -1,5 +1,5 @@
-//! The parts of a report that concern one kind of navigator and need to know what was true: pictures and verdicts. What a navigator
-//! can report of a run by itself is in its [`Account`](sketchnav_stage::account::Account).
+//! The parts of a report that concern one kind of navigator and need the true state of the world, such as pictures and
+//! verdicts. What a navigator can report about a run by itself is in its [`Account`](sketchnav_stage::account::Account).
 
 pub mod directions;
 mod drawing;
@@ -18,10 +18,10 @@ use crate::judge::{self, TaskSpan, TaskVerdict, Verdict};
 use crate::picture::TaskMark;
 use landmarks::Landmarks;
 
-/// The part of a page about the run's kind of navigator.
+/// Returns the part of a page about the run's kind of navigator.
 ///
 /// # Errors
-/// If a route or a plan in the recording is unreadable.
+/// Fails if a route or a plan in the recording cannot be read.
 pub fn of(
     recording: &Recording,
     (run, files): (&RunConfig, &dyn Files),
@@ -37,7 +37,8 @@ pub fn of(
     })
 }
 
-/// The drawing or sketch with the path that the robot believed it took; `None` if the recording has neither.
+/// Returns a picture of the drawing or sketch with the path that the robot believed it took, or `None` if the recording has
+/// neither.
 ///
 /// # Errors
 /// Fails if the drawing or the route cannot be read.
@@ -48,7 +49,7 @@ pub fn believed(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result
     }
 }
 
-/// The true floor with the true trajectory, or the plane of dots; and a name for its file.
+/// Returns a picture of the true floor with the true trajectory, or of the plane of dots, preceded by a file name for it.
 ///
 /// # Errors
 /// Fails if a file of the world cannot be read.
@@ -69,7 +70,7 @@ fn within<'a, T: Message>(span: &Option<TaskSpan>, messages: &'a [T]) -> &'a [T]
     span.as_ref().map_or(&[], |span| span.of(messages))
 }
 
-/// The outcome of a task, as pictures show it.
+/// Returns the outcome of a task as shown in pictures.
 pub fn outcome(span: &Option<TaskSpan>, verdict: &TaskVerdict) -> TaskMark {
     match (span, verdict.reached) {
         (None, _) => TaskMark::NotBegun,

@@ -1,5 +1,5 @@
-//! Directions over a plane where landmarks are easily confused, in gusts, by a camera with misses and false dots: in one
-//! process, with the judge.
+//! Drives journeys over a plane on which landmarks are easily confused, in gusts and with a camera that misses dots and
+//! reports false ones. Everything runs in one process, including the judge.
 
 use std::path::Path;
 
@@ -46,8 +46,8 @@ fn in_gusts_and_among_clusters_as_many_journeys_arrive_as_the_map_maker_says() {
     assert!((arrived - mean).abs() < 3.0 * f64::sqrt(variance), "{arrived} {mean} {verdicts:?}");
 }
 
-/// Somebody stands halfway between two poles: the robot touches nobody and goes on. Who stands there hides poles, and so it may
-/// take another one and lose its way.
+/// A person stands halfway between two poles. The robot must go around without touching anybody. Since the person hides
+/// poles, the robot may take another one and get lost.
 #[test]
 fn on_land_the_robot_goes_around_somebody_in_its_way_and_touches_nobody() {
     let mut run = run("poles.toml", 1);
@@ -69,7 +69,7 @@ fn on_land_the_robot_goes_around_somebody_in_its_way_and_touches_nobody() {
     assert!(log.contacts.is_empty(), "{:?}", log.contacts.len());
 }
 
-/// The robot sees its laser alone. It drives around poles in its way, and touches none.
+/// The robot only has its laser to see with. It must drive around the poles in its way without touching any.
 #[test]
 fn on_land_the_robot_drives_from_pole_to_pole_without_a_touch() {
     let run = run("poles.toml", 1);

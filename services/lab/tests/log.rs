@@ -1,4 +1,4 @@
-//! What the judge reads of a recording.
+//! Tests which parts of a recording the judge reads.
 
 #[allow(dead_code, reason = "the tests of the recordings use more of it")]
 #[path = "../../../recordings/tests/recordings/common.rs"]
@@ -9,8 +9,8 @@ use sketchnav_lab::judge::log::Log;
 use sketchnav_recordings::Recording;
 use sketchnav_schemas::channels;
 
-/// What the judge needs comes in one pass. A scan to which no command came counts as one, also where no estimate came
-/// to it either, as in real time. Estimates without a status were counted in its place.
+/// Everything that the judge needs is read in one pass. A scan that got no command must be counted as unanswered, even if
+/// it did not get an estimate either, as may happen in real time. Estimates without a status used to be counted instead.
 #[test]
 fn scans_without_a_command_are_counted() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! The published methods where they must succeed: the drawing is the true floor plan.
+//! Runs the published methods under conditions in which they must succeed, with the true floor plan as the drawing.
 
 mod support;
 
@@ -11,7 +11,7 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_sketch::method::Method;
 use sketchnav_sketch::mission::SketchMission;
 
-/// How many of the first `tasks` tasks of a mission that ships succeed in the true floor plan.
+/// Returns how many of the first `tasks` tasks of a shipped mission succeed in the true floor plan.
 fn reached(mission: &str, method: Method, tasks: usize, seed: u64) -> usize {
     let folder = tempfile::tempdir().unwrap();
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../sim/missions").join(mission);

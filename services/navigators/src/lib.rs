@@ -17,8 +17,8 @@ macro_rules! residents {
     ($($kind:ident),*) => {
         const NAVIGATORS: &[Navigator] = &[$($kind::NAVIGATOR),*];
 
-        /// Visits the message type of every channel that all navigators have, and those of this project's navigators; stops at the
-        /// first error.
+        /// Visits the message type of every channel that all navigators have, and of those that belong to this project's
+        /// navigators. Stops at the first error.
         ///
         /// # Errors
         /// The visitor's error.
@@ -35,7 +35,7 @@ residents! { sketchnav_sketch, sketchnav_corridor, sketchnav_landmarks, sketchna
 /// The navigators of this project and those that were added.
 struct Known {
     navigators: RwLock<Vec<&'static Navigator>>,
-    /// Whether the channels of this project's navigators could be added to the table.
+    /// Result of adding the channels of this project's navigators to the table of channels.
     residents: Result<(), RegisterError>,
 }
 
@@ -50,16 +50,16 @@ static KNOWN: LazyLock<Known> = LazyLock::new(|| Known {
 #[derive(Debug, thiserror::Error)]
 #[error("navigator.kind: expected one of {known}, found {found:?}")]
 pub struct UnknownNavigator {
-    /// The names that exist.
+    /// The known names, separated by commas.
     pub known: String,
     /// The name in the mission.
     pub found: String,
 }
 
-/// Adds foreign navigators with their channels.
+/// Adds navigators of other projects, with their channels.
 ///
 /// # Errors
-/// [`RegisterError`] for two navigators of the same name, or for channels that the table refuses.
+/// [`RegisterError`] if the name of a navigator is already taken, or if the table of channels refuses one of its channels.
 pub fn register(navigators: &'static [Navigator]) -> Result<(), RegisterError> {
     KNOWN.residents.clone()?;
     let mut known = KNOWN.navigators.write().unwrap_or_else(PoisonError::into_inner);
@@ -74,15 +74,15 @@ pub fn register(navigators: &'static [Navigator]) -> Result<(), RegisterError> {
     Ok(())
 }
 
-/// Every navigator; those that were added come last.
+/// Returns every navigator. Those added with [`register`] come last.
 pub fn all() -> impl Iterator<Item = &'static Navigator> {
     KNOWN.navigators.read().unwrap_or_else(PoisonError::into_inner).clone().into_iter()
 }
 
-/// The navigator that a mission names.
+/// Returns the navigator that a mission names.
 ///
 /// # Errors
-/// [`UnknownNavigator`].
+/// [`UnknownNavigator`] if no navigator has that name.
 pub fn of(mission: &Mission) -> Result<&'static Navigator, UnknownNavigator> {
     let found = mission.navigator_kind();
     let known = || all().map(|navigator| navigator.kind).collect::<Vec<_>>().join(", ");
@@ -90,34 +90,34 @@ pub fn of(mission: &Mission) -> Result<&'static Navigator, UnknownNavigator> {
     all().find(|navigator| navigator.kind == found).ok_or_else(unknown)
 }
 
-/// The method by which a mission is driven: the one that it names, or else the first of its navigator. A navigator without methods
-/// counts as a method itself.
+/// Returns the method by which a mission is driven. This is the one it names, or else the first of its navigator. If the
+/// navigator has no methods, this is the navigator's own name.
 pub fn method(mission: &Mission) -> &str {
     let named = mission.navigator.given.get("method").and_then(toml::Value::as_str);
     let first = || of(mission).ok()?.methods.first().copied();
     named.or_else(first).unwrap_or(mission.navigator_kind())
 }
 
-/// The method of a run; if none was resolved at its launch, that of its mission.
+/// Returns the method of a run. If none was resolved when the run was launched, this is the method of its mission.
 pub fn method_of(run: &RunConfig) -> &str {
     if run.method.is_empty() { method(&run.mission) } else { &run.method }
 }
 
-/// The topics that are derived from a channel for viewers, whichever navigator has it.
+/// Returns the topics that are derived from a channel for viewers, whichever navigator the channel belongs to.
 pub fn derived(spec: &ChannelSpec) -> impl Iterator<Item = &'static Derived> {
     let of_navigators = all().flat_map(|navigator| navigator.derived);
     derived::COMMON.iter().chain(of_navigators).filter(move |derived| derived.of == spec)
 }
 
-/// Reads a file on disk by the name that a mission gives it; stages are given this at their start.
+/// Reads a file on disk by the name that a mission gives it. Stages are given this function when they start.
 ///
 /// # Errors
-/// As [`sketchnav_files::read`]; a file that is too large is refused before it is read.
+/// Like [`sketchnav_files::read`]. A file that is too large is refused before it is read.
 pub fn read_file(path: &str) -> std::io::Result<Vec<u8>> {
     read_from(&Disk)(path)
 }
 
-/// The same for files in a store, such as those of a recording.
+/// Like [`read_file`], but for files in a store, such as the files of a recording.
 pub fn read_from(files: &dyn Files) -> impl Fn(&str) -> std::io::Result<Vec<u8>> {
     |name| files.read(name.as_ref(), DRAWING)
 }

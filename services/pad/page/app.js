@@ -1,6 +1,7 @@
 // The page: joins the desk, the link, the panel, and what a person presses. The robot's side of every
 // step is the server's to allow; here a button is only enabled where the server says that it is.
 
+import { bindBar, showBar } from "./bar.js";
 import { Desk } from "./desk.js";
 import { choose, dataUrl, flattened, photo, save } from "./files.js";
 import { Crosshair, shortcuts } from "./keyboard.js";
@@ -25,15 +26,18 @@ let labelled = -1;
 
 const host = {
   settings: () => (robot.hello?.mode === "watches" ? { ...settings, shows: { ...settings.shows, walls: true } } : settings),
-  say, label: askLabel, changed: drawingChanged,
+  say, label: askLabel, changed: drawingChanged, selected: () => showBar(desk?.selecting),
   viewed: () => crosshair?.place(), drawn: (feed) => link.seen(feed.n),
   asked: () => isAsked(robot.feed), answer: (at, heading_deg) => answer(meant(robot.feed.question, at, desk.sheet.px(NEAR_PX)), heading_deg),
 };
 let crosshair = null;
 const desk = new Desk(at("sheet"), readDraft() ?? blank(matchMedia("(orientation: portrait)").matches ? PORTRAIT : LANDSCAPE), host);
-const pointers = new Pointers(desk, () => ({ hand: desk.tool === "hand" && !host.asked(), fingers: settings.fingers || host.asked() }));
+const pointers = new Pointers(desk, () => (
+  { hand: desk.tool === "hand" && !host.asked(), fingers: settings.fingers || host.asked(), picks: desk.tool === "select" }
+));
 listen(at("sheet"), pointers);
-crosshair = new Crosshair(at("sheet"), at("crosshair"), desk.sheet, desk, () => desk.close());
+crosshair = new Crosshair(at("sheet"), at("crosshair"), desk.sheet, desk, () => desk.close(), () => desk.selecting);
+bindBar(desk, at("sheet"));
 window.addEventListener("blur", () => pointers.cancelAll());
 
 /** What was on the sheet before the page was loaded again. */
@@ -48,6 +52,8 @@ function readDraft() {
 }
 
 let drafting = 0;
+/** Tools that change what is drawn already. */
+const EDITS = ["select", "door"];
 
 function drawingChanged() {
   clearTimeout(drafting);
@@ -57,7 +63,8 @@ function drawingChanged() {
   for (const button of document.querySelectorAll("#tools [data-tool]")) {
     button.setAttribute("aria-pressed", String(button.dataset.tool === desk.tool));
   }
-  study.saw(desk.drawing);
+  study.saw(desk.drawing, EDITS.includes(desk.tool));
+  showBar(desk.selecting);
   refresh();
 }
 
@@ -260,10 +267,20 @@ for (const button of document.querySelectorAll("#tools [data-tool]")) {
   button.addEventListener("click", () => desk.take(button.dataset.tool));
 }
 const does = {
-  tool: (name) => desk.take(name), undo: () => study.step("undo", () => desk.undo()), redo: () => study.step("redo", () => desk.redo()), zoom: (factor) => desk.zoom(factor),
-  fit: () => desk.fit(), letGo: () => desk.letGo(), abort,
+  // Who watches has no tools.
+  tool: (name) => robot.hello?.mode === "watches" || desk.take(name),
+  undo: () => study.step("undo", () => desk.undo()), redo: () => study.step("redo", () => desk.redo()),
+  zoom: (factor) => desk.zoom(factor), fit: () => desk.fit(), help: showKeys, letGo: () => desk.escape(),
+  selecting: () => desk.selecting, abort,
 };
 shortcuts(does);
+
+function showKeys() {
+  at("menu").togglePopover(true);
+  at("keys").open = true;
+  at("keys").scrollIntoView();
+}
+
 at("undo").addEventListener("click", does.undo);
 at("redo").addEventListener("click", does.redo);
 at("zoom-in").addEventListener("click", () => does.zoom(1.25));
@@ -332,7 +349,7 @@ at("width").addEventListener("input", () => {
   set({ width_px: at("width").valueAsNumber });
   at("width-shown").textContent = settings.width_px;
 });
-for (const key of ["hold", "fingers"]) {
+for (const key of ["hold", "snap", "fingers"]) {
   at(key).checked = settings[key];
   at(key).addEventListener("change", () => set({ [key]: at(key).checked }));
 }

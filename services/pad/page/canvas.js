@@ -5,10 +5,12 @@
 // - `marks`: obstacles, route, goals, start.
 // - `feed`: what the robot says; drawn once for each message (feed.js).
 // - `live`: the stroke under the pen. A movement draws its new segments and nothing else, in the event
-//   itself, on a canvas that need not wait for the others (`desynchronized`).
+//   itself, on a canvas that need not wait for the others (`desynchronized`). While nothing is drawn by hand, what is
+//   selected is shown here (overlay.js).
 
 import { middle, roomAt } from "./geometry.js";
 import { inkRuns, widthAt } from "./ink.js";
+import { MARK_PX, tipOf } from "./items.js";
 
 /** Screens beyond twice as fine cost more than the eye gains. */
 const MAX_RATIO = 2;
@@ -16,7 +18,7 @@ const MAX_RATIO = 2;
 /** Colours by name, as the style sheet has them for the sheet's element. */
 export function palette(element) {
   const style = getComputedStyle(element);
-  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls"];
+  const names = ["paper", "ink", "edge", "obstacle", "obstacle-text", "route", "goal", "goal-text", "start", "robot", "particle", "scan", "plan", "seen", "hidden", "trail", "rubber", "walls", "select", "guide"];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 
@@ -186,7 +188,7 @@ export class Sheet {
   #drawRoute(context, route) {
     context.lineCap = context.lineJoin = "round";
     context.strokeStyle = context.fillStyle = this.colors.route;
-    context.lineWidth = this.px(6);
+    context.lineWidth = this.px(MARK_PX.route);
     this.#trace(context, route);
     context.stroke();
     const last = route.at(-1);
@@ -211,20 +213,20 @@ export class Sheet {
 
   #drawGoal(context, at, index) {
     context.fillStyle = this.colors.goal;
-    this.#disc(context, at, 13);
+    this.#disc(context, at, MARK_PX.goal);
     this.#write(context, String(index + 1), at, this.colors["goal-text"], 13);
   }
 
-  #drawStart(context, { at, heading_deg }) {
-    const angle = (-heading_deg * Math.PI) / 180;
-    const tip = [at[0] + this.px(34) * Math.cos(angle), at[1] + this.px(34) * Math.sin(angle)];
+  #drawStart(context, start) {
+    const { at } = start;
+    const tip = tipOf(start, this.px(1));
     context.strokeStyle = context.fillStyle = this.colors.start;
     context.lineWidth = this.px(3.5);
     this.#trace(context, [at, tip]);
     context.stroke();
-    this.#arrowHead(context, tip, angle, 12);
+    this.#arrowHead(context, tip, (-start.heading_deg * Math.PI) / 180, 12);
     context.beginPath();
-    context.arc(...at, this.px(9), 0, 2 * Math.PI);
+    context.arc(...at, this.px(MARK_PX.start), 0, 2 * Math.PI);
     context.stroke();
   }
 

@@ -4,6 +4,7 @@
 import { Sheet } from "./canvas.js";
 import { drawFeed, trailed } from "./feed.js";
 import { changed, history, redone, undone } from "./model.js";
+import { drawOverlay } from "./overlay.js";
 import { makeTools } from "./tools.js";
 import { fitted, held, onSheet, panned, zoomed } from "./view.js";
 
@@ -24,7 +25,10 @@ export class Desk {
   #tool = "pen";
   #under = null;
   #draft = null;
-  #stale = { ink: false, marks: false, feed: false };
+  #guides = [];
+  #overlaid = false;
+  #tag = null;
+  #stale = {};
   #frame = 0;
   #host;
   #fits = true;
@@ -37,8 +41,8 @@ export class Desk {
   work = { inkMs: 0, inkWorstMs: 0, feedMs: 0, feedWorstMs: 0, feeds: 0, events: 0, points: 0 };
 
   /**
-   * The host has `settings()`, `say(words)`, `label(index)`, `changed()`, `viewed()`, `drawn(feed)`, `asked()` (whether a
-   * tap tells the robot where it is), `answer(at, heading_deg)`.
+   * The host has `settings()`, `say(words)`, `label(index)`, `changed()`, `selected()`, `viewed()`, `drawn(feed)`, `asked()`
+   * (whether a tap tells the robot where it is), `answer(at, heading_deg)`.
    */
   constructor(element, drawing, host) {
     this.element = element;
@@ -49,9 +53,13 @@ export class Desk {
     this.#tools = makeTools({
       sheet: this.sheet,
       drawing: () => this.#history.now,
-      change: (next) => this.change(next),
+      shown: () => this.#shown,
+      change: (next, tag) => this.change(next, tag),
       preview: (next) => this.#show(next),
       draft: (shape) => this.#drafted(shape),
+      guides: (guides) => this.#guided(guides),
+      over: () => this.#redraw("over"),
+      selected: host.selected,
       settings: host.settings,
       say: host.say,
       label: host.label,
@@ -83,8 +91,11 @@ export class Desk {
   /** Takes another tool; what the last one has begun is dropped. */
   take(name) {
     this.letGo();
+    if (name !== this.#tool) this.#tools[this.#tool]?.leave?.();
     this.#tool = name;
     this.element.dataset.tool = name;
+    this.element.dataset.over = "";
+    this.#redraw("over");
     this.#host.changed();
   }
 
@@ -95,14 +106,29 @@ export class Desk {
     tool?.cancel();
   }
 
+  /** What is selected, while the tool that selects is in hand; `null` otherwise. */
+  get selecting() {
+    return this.#tool === "select" ? this.#tools.select.selection : null;
+  }
+
+  /** Drops what is under way, or else what is selected. */
+  escape() {
+    const tool = this.#tools[this.#tool];
+    if (tool?.escape && !this.#under) tool.escape();
+    else this.letGo();
+  }
+
   /** Closes a shape that waits for its last corner. */
   close() {
     this.#tools[this.#tool]?.close?.();
   }
 
-  /** Another drawing as one step. */
-  change(next) {
-    this.#history = changed(this.#history, next);
+  /** Another drawing as one step; as part of the step before if both have the same `tag`. */
+  change(next, tag = null) {
+    const before = this.#history;
+    this.#history = tag !== null && tag === this.#tag ? { ...before, now: next, future: [] } : changed(before, next);
+    this.#tag = tag;
+    this.#tools.select.selection.follow(before.now, next);
     this.#show(next);
     this.#host.changed();
   }
@@ -122,6 +148,8 @@ export class Desk {
 
   #leap(next) {
     this.letGo();
+    this.#tag = null;
+    this.#tools.select.selection.follow(this.#history.now, next.now);
     this.#history = next;
     this.#show(next.now);
     this.#host.changed();
@@ -135,7 +163,7 @@ export class Desk {
     if (Boolean(next.photo || next.underlay) !== Boolean(before.photo || before.underlay)) this.#recolored();
     if (oneMore(before, next) && !this.#stale.ink) this.sheet.addStroke(next.strokes.at(-1));
     else if (!sameInk(before, next)) this.#redraw("ink");
-    this.#redraw("marks");
+    this.#redraw("marks", "over");
   }
 
   #load(drawing) {
@@ -148,6 +176,11 @@ export class Desk {
   #drafted(shape) {
     this.#draft = shape;
     this.#redraw("marks");
+  }
+
+  #guided(guides) {
+    this.#guides = guides;
+    this.#redraw("over");
   }
 
   /** A message of the robot. */
@@ -174,10 +207,19 @@ export class Desk {
   #draw() {
     this.#frame = 0;
     const stale = this.#stale;
-    this.#stale = { ink: false, marks: false, feed: false };
+    this.#stale = {};
     if (stale.ink) this.sheet.drawInk(this.#shown);
     if (stale.marks) this.sheet.drawMarks(this.#shown, this.#draft);
     if (stale.feed) this.#drawFeed();
+    if (stale.over) this.#drawOver();
+  }
+
+  /** What is selected, or what the tool has snapped to. A stroke under the pen has the layer to itself. */
+  #drawOver() {
+    const overlay = this.#tools[this.#tool]?.overlay?.() ?? (this.#guides.length ? { guides: this.#guides } : null);
+    if (overlay) drawOverlay(this.sheet, overlay);
+    else if (this.#overlaid && !this.#under) this.sheet.wipe("live");
+    this.#overlaid = overlay !== null;
   }
 
   #drawFeed() {
@@ -191,7 +233,7 @@ export class Desk {
 
   #viewed(view) {
     this.sheet.view = held(view, this.#shown.canvas, this.sheet.area);
-    this.#redraw("ink", "marks", "feed");
+    this.#redraw("ink", "marks", "feed", "over");
     this.#host.viewed();
   }
 
@@ -219,7 +261,7 @@ export class Desk {
   }
 
   #recolored() {
-    if (this.sheet.recolor(this.#shown)) this.#redraw("ink", "marks", "feed");
+    if (this.sheet.recolor(this.#shown)) this.#redraw("ink", "marks", "feed", "over");
   }
 
   // ------------------------------------------------------------------ what pointers and keys do
@@ -248,6 +290,14 @@ export class Desk {
     this.#under?.cancel();
     this.#under = null;
     this.#resized();
+  }
+
+  /** A mouse or pen over the sheet, with nothing pressed. */
+  hover(sample) {
+    const tool = this.#tools[this.#tool];
+    tool?.hover?.(this.#placed(sample));
+    const over = tool?.over?.(this.#placed(sample)) ?? "";
+    if (this.element.dataset.over !== over) this.element.dataset.over = over;
   }
 
   #placed(sample) {

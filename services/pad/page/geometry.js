@@ -8,12 +8,14 @@ export const distance = (a, b) => Math.hypot(b[0] - a[0], b[1] - a[1]);
 export const between = (a, b, t) => [a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t];
 
 /** Distance of `p` from the segment `a`–`b`. */
-export function distanceToSegment(p, a, b) {
+export const distanceToSegment = (p, a, b) => distance(p, nearestOn(p, a, b));
+
+/** The point of the segment `a`–`b` that is nearest to `p`. */
+export function nearestOn(p, a, b) {
   const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
   const square = dx * dx + dy * dy;
-  if (square === 0) return distance(p, a);
-  const t = ((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / square;
-  return distance(p, between(a, b, Math.min(1, Math.max(0, t))));
+  const t = square === 0 ? 0 : ((p[0] - a[0]) * dx + (p[1] - a[1]) * dy) / square;
+  return between(a, b, Math.min(1, Math.max(0, t)));
 }
 
 /** Distance of `p` from a line through `points`, closed where it is a polygon's. */
@@ -24,6 +26,21 @@ export function distanceToLine(p, points, closed = false) {
     least = Math.min(least, distanceToSegment(p, points[i - 1], points[i]));
   }
   return least;
+}
+
+const boxes = new WeakMap();
+
+/** The upright box around points: left, top, right, bottom; made once. */
+export function boxOf(points) {
+  let found = boxes.get(points);
+  if (!found) {
+    found = [Infinity, Infinity, -Infinity, -Infinity];
+    for (const [x, y] of points) {
+      found = [Math.min(found[0], x), Math.min(found[1], y), Math.max(found[2], x), Math.max(found[3], y)];
+    }
+    boxes.set(points, found);
+  }
+  return found;
 }
 
 /** Whether `p` lies within the polygon (even-odd). */
@@ -100,21 +117,75 @@ function rangesOutside(a, b, center, radius) {
 export function erased(points, values, center, radius) {
   if (points.length === 1) return distance(points[0], center) < radius ? [] : null;
   if (distanceToLine(center, points) >= radius) return null;
+  return cut(points, values, (i) => rangesOutside(points[i - 1], points[i], center, radius));
+}
+
+/**
+ * The pieces of a line that are left if of the segment before each point `i` only `ranges(i)` stay, each `[from, to]` from 0 at
+ * the point before to 1. `values` are numbers beside the points, or `null`.
+ */
+export function cut(points, values, ranges) {
   const pieces = [];
   let piece = null;
   const value = (i, t) => (values ? values[i - 1] + (values[i] - values[i - 1]) * t : 0);
   for (let i = 1; i < points.length; i += 1) {
     const [a, b] = [points[i - 1], points[i]];
-    for (const [from, to] of rangesOutside(a, b, center, radius)) {
+    const kept = ranges(i);
+    for (const [from, to] of kept) {
       if (from > 0 || !piece) {
         piece = { points: [between(a, b, from)], values: [value(i, from)] };
         pieces.push(piece);
       }
       piece.points.push(between(a, b, to));
       piece.values.push(value(i, to));
-      if (to < 1) piece = null;
     }
-    if (distance(b, center) < radius) piece = null;
+    if (kept.at(-1)?.[1] !== 1) piece = null;
   }
   return pieces.map(({ points: p, values: v }) => ({ points: p, values: values ? v : null }));
+}
+
+/** Where the lines through `a` along `u` and through `b` along `v` meet: so many times `u` from `a`; `null` if parallel. */
+export function meeting(a, u, b, v) {
+  const cross = u[0] * v[1] - u[1] * v[0];
+  if (Math.abs(cross) < 1e-9) return null;
+  return ((b[0] - a[0]) * v[1] - (b[1] - a[1]) * v[0]) / cross;
+}
+
+/** The opposite corner moved so that the box from `a` is a square. */
+export function even(a, b) {
+  const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+  const side = Math.max(Math.abs(dx), Math.abs(dy));
+  return [a[0] + side * (dx < 0 ? -1 : 1), a[1] + side * (dy < 0 ? -1 : 1)];
+}
+
+/** How many corners a curve of this length has: one every 12 px, within limits. */
+const corners = (length, least, most) => Math.round(Math.min(most, Math.max(least, length / 12)));
+
+/** The corners of the ellipse in the upright box between two points. */
+export function ellipse(a, b) {
+  const [cx, cy] = between(a, b, 0.5);
+  const [rx, ry] = [Math.abs(b[0] - a[0]) / 2, Math.abs(b[1] - a[1]) / 2];
+  const count = corners(Math.PI * (rx + ry), 16, 64);
+  const angle = (i) => (2 * Math.PI * i) / count;
+  return Array.from({ length: count }, (_, i) => [cx + rx * Math.cos(angle(i)), cy + ry * Math.sin(angle(i))]);
+}
+
+/** The arc of a circle from `a` over `via` to `b`; a straight line if they lie on one. */
+export function arc(a, b, via) {
+  const [dx, dy] = [b[0] - a[0], b[1] - a[1]];
+  const [ex, ey] = [via[0] - a[0], via[1] - a[1]];
+  const cross = 2 * (dx * ey - dy * ex);
+  const chord = Math.hypot(dx, dy);
+  if (Math.abs(cross) < chord * chord * 0.02) return [a, b];
+  const [d2, e2] = [dx * dx + dy * dy, ex * ex + ey * ey];
+  const middle = [a[0] + (ey * d2 - dy * e2) / cross, a[1] + (dx * e2 - ex * d2) / cross];
+  const radius = distance(middle, a);
+  const angle = (p) => Math.atan2(p[1] - middle[1], p[0] - middle[0]);
+  const whole = 2 * Math.PI;
+  const from = angle(a);
+  const turn = (p) => (angle(p) - from + 2 * whole) % whole;
+  const span = turn(via) < turn(b) ? turn(b) : turn(b) - whole;
+  const count = corners(radius * Math.abs(span), 8, 96);
+  const on = (t) => [middle[0] + radius * Math.cos(from + span * t), middle[1] + radius * Math.sin(from + span * t)];
+  return [a, ...Array.from({ length: count - 1 }, (_, i) => on((i + 1) / count)), b];
 }

@@ -3,8 +3,23 @@
 
 import { onScreen, onSheet } from "./view.js";
 
-const TOOL_KEYS = { p: "pen", l: "line", b: "box", y: "polygon", e: "eraser", r: "path", g: "goal", s: "start", m: "hand" };
+const TOOL_KEYS = {
+  v: "select", 1: "select", p: "pen", l: "line", a: "arc", d: "door", b: "box", o: "ellipse", y: "polygon", e: "eraser",
+  r: "path", g: "goal", s: "start", m: "hand",
+};
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+/** What is done with what is selected, by its key: methods of Selection. With Ctrl or the command key, with Alt, and without. */
+const WITH_CTRL = { a: ["selectAll"], d: ["duplicate"], c: ["copy"], x: ["cut"], v: ["paste"] };
+const WITH_CTRL_SHIFT = {
+  ArrowLeft: ["align", "left"], ArrowRight: ["align", "right"], ArrowUp: ["align", "top"], ArrowDown: ["align", "bottom"],
+};
+const WITH_ALT = { KeyH: ["distribute", 0], KeyV: ["distribute", 1] };
+const PLAIN = {
+  Delete: ["remove"], Backspace: ["remove"], Insert: ["insert"], i: ["insert"], n: ["step", 1], N: ["step", -1], f2: ["label"],
+};
+/** Degrees of a turn by a key, and with Shift; screen pixels of a move or of a change of size, and with Shift. */
+const [TURN_DEG, FINE_DEG] = [15, 1];
+const [NUDGE_PX, FAR_PX] = [1, 5];
 /** Steps of the crosshair, screen pixels; with Shift the fine one. */
 const [STEP_PX, FINE_PX] = [16, 2];
 
@@ -12,8 +27,8 @@ const [STEP_PX, FINE_PX] = [16, 2];
 const writes = (element) => element.matches("input, textarea, select");
 
 /**
- * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `abort()`
- * (answers whether there was something to stop), `letGo()`, `close()`.
+ * Binds the shortcuts. `does` has `tool(name)`, `undo()`, `redo()`, `zoom(factor)`, `fit()`, `help()`, `abort()`
+ * (answers whether there was something to stop), `letGo()`, `selecting()` (the selection, while the tool that selects is in hand).
  */
 export function shortcuts(does) {
   document.addEventListener("keydown", (event) => {
@@ -21,6 +36,7 @@ export function shortcuts(does) {
     if (event.key === "Escape" && does.abort()) return;
     if (writes(event.target)) return;
     const key = event.key.toLowerCase();
+    if (selects(event, key, does)) return;
     if (event.ctrlKey || event.metaKey) {
       if (key === "z") act(event, event.shiftKey ? does.redo : does.undo);
       else if (key === "y") act(event, does.redo);
@@ -29,8 +45,31 @@ export function shortcuts(does) {
     else if (key === "+" || key === "=") act(event, () => does.zoom(1.25));
     else if (key === "-") act(event, () => does.zoom(0.8));
     else if (key === "0") act(event, does.fit);
+    else if (key === "?") act(event, does.help);
     else if (key === "escape") does.letGo();
   });
+}
+
+/** Whether a key meant what is selected, and did it. */
+function selects(event, key, does) {
+  const ctrl = event.ctrlKey || event.metaKey;
+  // To select everything, or to paste, takes the tool.
+  if (ctrl && !event.shiftKey && !does.selecting() && (key === "a" || key === "v")) does.tool("select");
+  const selection = does.selecting();
+  if (!selection) return false;
+  const called = meant(event, key, ctrl);
+  if (called) act(event, () => selection[called[0]](...called.slice(1)));
+  else if (!ctrl && (event.code === "Comma" || event.code === "Period")) {
+    act(event, () => selection.turn((event.shiftKey ? FINE_DEG : TURN_DEG) * (event.code === "Comma" ? -1 : 1)));
+  } else return false;
+  return true;
+}
+
+function meant(event, key, ctrl) {
+  if (ctrl && key === "g") return [event.shiftKey ? "ungroup" : "group"];
+  if (ctrl) return event.shiftKey ? WITH_CTRL_SHIFT[event.key] : WITH_CTRL[key];
+  if (event.altKey) return WITH_ALT[event.code];
+  return PLAIN[event.key] ?? PLAIN[key];
 }
 
 function act(event, action) {
@@ -43,10 +82,14 @@ export class Crosshair {
   #at = null;
   #down = false;
 
-  constructor(element, mark, sheet, listener, close) {
+  /** `selecting()`: the selection, while the tool that selects is in hand: arrows move it, and the crosshair if there is none. */
+  constructor(element, mark, sheet, listener, close, selecting) {
     Object.assign(this, { element, mark, sheet, listener });
     element.addEventListener("keydown", (event) => {
-      if (ARROWS[event.key]) act(event, () => this.#step(ARROWS[event.key], event.shiftKey ? FINE_PX : STEP_PX));
+      const arrow = event.ctrlKey || event.metaKey ? null : ARROWS[event.key];
+      const far = event.shiftKey ? FAR_PX : NUDGE_PX;
+      if (arrow && !this.#down && selecting()?.[event.altKey ? "stretch" : "nudge"](arrow, far)) event.preventDefault();
+      else if (arrow) act(event, () => this.#step(arrow, event.shiftKey ? FINE_PX : STEP_PX));
       else if (event.key === " ") act(event, () => this.#toggle());
       else if (event.key === "Enter") act(event, close);
     });

@@ -9,8 +9,11 @@ const pathOf = ({ route, goals, start }) => [route, goals, start];
 const differs = (part, before, after) => part(before).some((value, i) => value !== part(after)[i]);
 const oneMore = (before, after) => after.length === before.length + 1 && before.every((one, i) => one === after[i]);
 
-/** What a step of the map counts as; `null` where it only changed a word. */
+const fewer = (before, after) => ["strokes", "obstacles"].some((list) => after[list].length < before[list].length);
+
+/** What a step of the map counts as; `null` where it only changed a word, or moved something. */
 function kind(before, after, how) {
+  if (how === "edit") return fewer(before, after) ? "erased" : null;
   if (how !== "draw") return how === "undo" ? "undone" : null;
   if (oneMore(before.strokes, after.strokes) || oneMore(before.obstacles, after.obstacles)) return "strokes";
   return before.strokes === after.strokes && before.obstacles.length === after.obstacles.length ? null : "erased";
@@ -20,7 +23,8 @@ function kind(before, after, how) {
 const longer = (span, began, ended) => [span?.[0] ?? began, ended];
 
 /**
- * What is measured after a step from `before` to `after`. `how`: `draw`, `undo` or `redo`. `began`: when the hand first touched
+ * What is measured after a step from `before` to `after`. `how`: `draw`, `edit` (by a tool that
+ * changes what is drawn already), `undo` or `redo`. `began`: when the hand first touched
  * the sheet for it; `ended`: now. `screen`: how it is held, `landscape` or `portrait`.
  */
 export function measured(sofar, before, after, { how, began, ended, screen }) {

@@ -2,10 +2,11 @@
 // are never changed in place, so that undo is a step back to an older value.
 //
 // The file is the strokes file of sketchnav: `canvas`, `strokes`, `obstacles`, `start`, `goals`, `route`
-// in canvas pixels. What this page alone reads stands under `pad`: `pressure`, beside `strokes`, and
-// pictures as data URLs. A drawing that was saved and loaded is saved again as the same bytes.
+// in canvas pixels. What this page alone reads stands under `pad`: `pressure`, beside `strokes`; `groups`,
+// each with the places of its strokes and obstacles in their lists; pictures as data URLs. A drawing that
+// was saved and loaded is saved again as the same bytes.
 
-import { distance, distanceToLine, erased, inside } from "./geometry.js";
+import { between, boxOf, cut, distance, distanceToLine, erased, inside } from "./geometry.js";
 
 /** The sheets of paper 004: 2540 × 1252, lying or upright. */
 export const LANDSCAPE = [2540, 1252];
@@ -134,16 +135,91 @@ export function withoutMarksAt(drawing, center, radius) {
   return same ? drawing : { ...drawing, goals, start, route };
 }
 
+/** The part of the segment `a`–`b`, as a range of t, in a strip along the first axis: from 0 to `long`, `half` to either side. */
+function rangeWithin(a, b, long, half) {
+  let [from, to] = [0, 1];
+  for (const [p, d, low, high] of [[a[0], b[0] - a[0], 0, long], [a[1], b[1] - a[1], -half, half]]) {
+    if (d === 0 && (p < low || p > high)) return null;
+    if (d === 0) continue;
+    const [t, u] = [(low - p) / d, (high - p) / d];
+    [from, to] = [Math.max(from, Math.min(t, u)), Math.min(to, Math.max(t, u))];
+  }
+  return to > from ? [from, to] : null;
+}
+
+/**
+ * With a door in the walls along the line from `a` to `b`: strokes lose what lies within `half` of it. Those that cross it do not,
+ * so that a door beside a corner leaves the other wall whole.
+ */
+export function withDoor(drawing, a, b, half) {
+  const long = distance(a, b);
+  if (long === 0) return drawing;
+  const [ux, uy] = [(b[0] - a[0]) / long, (b[1] - a[1]) / long];
+  const local = ([x, y]) => [(x - a[0]) * ux + (y - a[1]) * uy, (y - a[1]) * ux - (x - a[0]) * uy];
+  const [left, top, right, bottom] = boxOf([a, b]);
+  const isNear = (box) => box[0] <= right + half && box[2] >= left - half && box[1] <= bottom + half && box[3] >= top - half;
+  let hit = false;
+  const strokes = drawing.strokes.flatMap((stroke) => {
+    if (!isNear(boxOf(stroke.points))) return [stroke];
+    const open = stretches(stroke.points.map(local), long, half);
+    if (!open.size) return [stroke];
+    hit = true;
+    const pieces = cut(stroke.points, stroke.pressure, (i) => {
+      const [from, to] = open.get(i) ?? [1, 1];
+      return [[0, from], [to, 1]].filter(([t, u]) => u > t);
+    });
+    return pieces.map((p) => ({ ...stroke, points: p.points.map(rounded), pressure: p.values }));
+  });
+  return hit ? { ...drawing, strokes } : drawing;
+}
+
+/** The parts of a line's segments in a strip, by the point that each ends at, without stretches that run across. */
+function stretches(points, long, half) {
+  const [open, run] = [new Map(), []];
+  const finish = () => {
+    if (run.length) {
+      const at = ([i, range], end) => between(points[i - 1], points[i], range[end]);
+      const [first, last] = [at(run[0], 0), at(run.at(-1), 1)];
+      if (Math.abs(last[0] - first[0]) >= Math.abs(last[1] - first[1])) run.forEach(([i, range]) => open.set(i, range));
+    }
+    run.length = 0;
+  };
+  for (let i = 1; i < points.length; i += 1) {
+    const range = rangeWithin(points[i - 1], points[i], long, half);
+    if (!range || range[0] > 0) finish();
+    if (range) run.push([i, range]);
+    if (range && range[1] < 1) finish();
+  }
+  finish();
+  return open;
+}
+
 // ---------------------------------------------------------------------------- what is sent
 
 const wire = ({ points, width_px }) => ({ points, width_px });
+const wireObstacle = ({ polygon, label }) => ({ polygon, label });
+
+/** What this page alone reads, without pictures. */
+function ownPart({ strokes, obstacles }) {
+  const pad = {};
+  if (strokes.some((s) => s.pressure)) pad.pressure = strokes.map((s) => s.pressure);
+  const groups = new Map();
+  for (const [kind, items] of Object.entries({ strokes, obstacles })) {
+    items.forEach(({ group }, i) => {
+      if (!group) return;
+      if (!groups.has(group)) groups.set(group, { strokes: [], obstacles: [] });
+      groups.get(group)[kind].push(i);
+    });
+  }
+  if (groups.size) pad.groups = [...groups.values()];
+  return pad;
+}
 
 /** The map as it is sent: no marks, no underlay. */
 export function sketchBody(drawing) {
   const { canvas, strokes, obstacles } = drawing;
-  const body = { canvas, strokes: strokes.map(wire), obstacles };
-  if (strokes.some((s) => s.pressure)) body.pad = { pressure: strokes.map((s) => s.pressure) };
-  return JSON.stringify(body);
+  const [body, pad] = [{ canvas, strokes: strokes.map(wire), obstacles: obstacles.map(wireObstacle) }, ownPart(drawing)];
+  return JSON.stringify(Object.keys(pad).length ? { ...body, pad } : body);
 }
 
 /**
@@ -172,12 +248,11 @@ export function toText(drawing) {
   const { canvas, strokes, obstacles, start, goals, route, photo, underlay } = drawing;
   const rows = (list) => (list.length ? `[\n    ${list.map((v) => JSON.stringify(v)).join(",\n    ")}\n  ]` : "[]");
   const keys = [`"canvas": ${JSON.stringify(canvas)}`, `"strokes": ${rows(strokes.map(wire))}`];
-  keys.push(`"obstacles": ${rows(obstacles)}`);
+  keys.push(`"obstacles": ${rows(obstacles.map(wireObstacle))}`);
   if (start) keys.push(`"start": ${JSON.stringify(start)}`);
   if (goals.length) keys.push(`"goals": ${rows(goals)}`);
   if (route) keys.push(`"route": ${JSON.stringify(route)}`);
-  const pad = {};
-  if (strokes.some((s) => s.pressure)) pad.pressure = strokes.map((s) => s.pressure);
+  const pad = ownPart(drawing);
   if (photo) pad.photo = photo;
   if (underlay) pad.underlay = underlay;
   if (Object.keys(pad).length) keys.push(`"pad": ${JSON.stringify(pad)}`);
@@ -206,6 +281,7 @@ export function fromFile(file) {
   expect(isObject(pad), "pad", "an object", pad);
   const strokes = list(file.strokes, "strokes").map((s, i) => readStroke(s, pad.pressure?.[i] ?? null, `strokes[${i}]`));
   const obstacles = list(file.obstacles ?? [], "obstacles").map((o, i) => readObstacle(o, `obstacles[${i}]`));
+  readGroups(pad, { strokes, obstacles });
   const goals = list(file.goals ?? [], "goals").map((g, i) => readGoal(g, `goals[${i}]`));
   const route = file.route == null ? null : readPoints(file.route, "route", 2);
   const start = file.start == null ? null : readStart(file.start);
@@ -250,6 +326,19 @@ function readObstacle(obstacle, where) {
   readPoints(polygon, `${where}.polygon`, 3);
   expect(typeof label === "string", `${where}.label`, "a text", label);
   return { polygon, label };
+}
+
+/** Groups as numbers on their members, from 1. */
+function readGroups({ groups = [] }, items) {
+  list(groups, "pad.groups").forEach((group, number) => {
+    for (const kind of ["strokes", "obstacles"]) {
+      const where = `pad.groups[${number}].${kind}`;
+      list(group?.[kind] ?? [], where).forEach((i) => {
+        expect(Number.isInteger(i) && items[kind][i] !== undefined, where, `numbers below ${items[kind].length}`, i);
+        items[kind][i].group = number + 1;
+      });
+    }
+  });
 }
 
 function readGoal(goal, where) {

@@ -4,7 +4,7 @@
 // an element. The rules of the hand:
 // - A pen or the mouse's first button draws; the other buttons move the sheet.
 // - Until a pen has been seen, one finger draws. From then on fingers only move and zoom: what rests on
-//   the sheet beside a pen is a palm.
+//   the sheet beside a pen is a palm. What is drawn can be selected by a finger all the same.
 // - A second finger never begins a stroke. Where it comes right after the first, both mean a pinch, and
 //   the stroke of the first is dropped.
 // - A stroke that the browser cancels is dropped.
@@ -18,8 +18,9 @@ const ERASER = 32;
 /**
  * What pointers do to the sheet. A pointer is `{ id, type, x, y, pressure, buttons, shift, time }`, in
  * CSS pixels of the sheet's element and milliseconds. The listener has `begin(sample)`,
- * `extend(samples)`, `end()`, `cancel()`, `pan(dx, dy)`, `zoom(at, factor)`; `options()` answers
- * `{ hand, fingers }`: whether the tool moves the sheet, and whether fingers may draw.
+ * `extend(samples)`, `end()`, `cancel()`, `hover(sample)`, `pan(dx, dy)`, `zoom(at, factor)`; `options()` answers
+ * `{ hand, fingers, picks }`: whether the tool moves the sheet, whether fingers may draw, and whether the tool selects, which
+ * fingers may always do.
  */
 export class Pointers {
   #listener;
@@ -56,7 +57,10 @@ export class Pointers {
   /** `points`: everything since the last move, coalesced events among it. */
   move(p, points = [p]) {
     const known = this.#down.get(p.id);
-    if (!known) return;
+    if (!known) {
+      if (p.type !== "touch" && this.#down.size === 0) this.#listener.hover(sample(p));
+      return;
+    }
     if (known.role === "draw") {
       this.#stroke.drawn = Math.max(this.#stroke.drawn, Math.hypot(p.x - this.#stroke.x, p.y - this.#stroke.y));
       this.#listener.extend(points.map(sample));
@@ -118,8 +122,8 @@ export class Pointers {
       return "move";
     }
     const alone = this.#down.size === 0;
-    const { hand, fingers } = this.#options();
-    return alone && !hand && fingers && !this.#penSeen ? "draw" : "move";
+    const { hand, fingers, picks } = this.#options();
+    return alone && !hand && (picks || (fingers && !this.#penSeen)) ? "draw" : "move";
   }
 
   #isYoung(p) {
@@ -143,7 +147,9 @@ export class Pointers {
 }
 
 /** A pen's pressure; a mouse and most fingers have none to tell. */
-const sample = ({ x, y, pressure, type, shift, time }) => ({ at: [x, y], pressure: type === "pen" ? pressure : null, shift: Boolean(shift), time });
+const sample = ({ x, y, pressure, type, shift, alt, ctrl, time }) => (
+  { at: [x, y], pressure: type === "pen" ? pressure : null, touch: type === "touch", shift: Boolean(shift), alt: Boolean(alt), ctrl: Boolean(ctrl), time }
+);
 
 /** Everything since the last event: where a browser hides it (no secure context), the event itself. */
 function coalesced(event) {
@@ -157,7 +163,8 @@ export function listen(element, pointers) {
   new ResizeObserver(() => { frame = element.getBoundingClientRect(); }).observe(element);
   const pointer = (event) => ({
     id: event.pointerId, type: event.pointerType, x: event.clientX - frame.left, y: event.clientY - frame.top,
-    pressure: event.pressure, buttons: event.buttons, shift: event.shiftKey, time: event.timeStamp,
+    pressure: event.pressure, buttons: event.buttons, shift: event.shiftKey, alt: event.altKey, ctrl: event.ctrlKey || event.metaKey,
+    time: event.timeStamp,
   });
   element.addEventListener("pointerdown", (event) => {
     frame = element.getBoundingClientRect();

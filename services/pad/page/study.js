@@ -96,14 +96,15 @@ export class Study {
     this.#how = "draw";
   }
 
-  /** The drawing has changed, or something else has. */
-  saw(drawing) {
+  /** The drawing has changed, or something else has; `edits`: by a tool that changes what is drawn already. */
+  saw(drawing, edits = false) {
     const before = this.#seen;
     this.#seen = drawing;
     if (drawing === before || !this.#takesPart || this.#view.stage !== "draw" || this.practising) return;
     const ended = now();
     const screen = matchMedia("(orientation: portrait)").matches ? "portrait" : "landscape";
-    const step = { how: this.#how, began: this.#began ?? ended, ended, screen };
+    const how = edits && this.#how === "draw" ? "edit" : this.#how;
+    const step = { how, began: this.#began ?? ended, ended, screen };
     this.#began = null;
     this.#keep({ ...this.#kept, measure: measured(this.#kept.measure, before, drawing, step) });
   }

@@ -2,12 +2,17 @@
 // through its host; it knows no browser event.
 //
 // The host has: `drawing()`, `change(drawing)`, `preview(drawing)` (shown, but not yet a step of the
-// history), `sheet`, `draft(shape | null)`, `settings()`, `say(words)`, `label(index)`, `answer(at, heading_deg)`.
+// history), `shown()` (the one that is), `sheet`, `draft(shape | null)`, `guides(list)` (what has snapped to what, snap.js),
+// `over()` (what is selected is drawn again), `selected()` (something else is), `settings()`, `say(words)`, `label(index)`,
+// `answer(at, heading_deg)`.
+// A step with a tag, `change(drawing, tag)`, is one with the step before if that has the same.
 
-import { box, distance, meantStraight, squared } from "./geometry.js";
+import { arc, between, box, distance, ellipse, even, meantStraight, squared } from "./geometry.js";
 import {
-  obstacleAt, rounded, touched, withGoal, withObstacle, withRoute, withStart, withStroke, withoutMapAt, withoutMarksAt,
+  obstacleAt, rounded, touched, withDoor, withGoal, withObstacle, withRoute, withStart, withStroke, withoutMapAt, withoutMarksAt,
 } from "./model.js";
+import { Select } from "./select.js";
+import { SNAP_PX, onWall, snappedEnd, snappedPoint, targets } from "./snap.js";
 
 /** Holding still so long straightens what was meant to be straight. */
 const HOLD_MS = 650;
@@ -17,6 +22,10 @@ const TREMBLE_PX = 4;
 const [CLOSING_PX, TWICE_PX] = [14, 5];
 /** The eraser's radius, screen pixels. */
 const RUBBER_PX = 14;
+/** How near a wall a door is in it, screen pixels. */
+const DOOR_PX = 14;
+/** How far an arc is bent until it is bent by hand, as a part of the distance of its ends. */
+const BULGE = 0.25;
 
 /** A line by hand: the walls' pen, and the path. `finish(points, pressures)` makes of it what it is. */
 class Freehand {
@@ -99,7 +108,7 @@ class Freehand {
   }
 }
 
-/** Two corners: a straight wall, a box. */
+/** Two corners: a straight wall, a box. The shape may say where it begins and ends, by the samples. */
 class TwoCorners {
   #from = null;
   #to = null;
@@ -108,12 +117,13 @@ class TwoCorners {
     Object.assign(this, { host, shape, finish });
   }
 
-  begin({ at }) {
-    [this.#from, this.#to] = [at, at];
+  begin(sample) {
+    this.#from = this.shape.begin?.(sample) ?? sample.at;
+    this.#to = this.#from;
   }
 
   extend(samples) {
-    this.#to = this.shape.end(this.#from, samples.at(-1).at);
+    this.#to = this.shape.end?.(this.#from, samples.at(-1)) ?? samples.at(-1).at;
     this.host.draft(this.shape.draft(this.#from, this.#to));
   }
 
@@ -125,23 +135,151 @@ class TwoCorners {
 
   cancel() {
     this.host.draft(null);
+    this.host.guides([]);
   }
 }
 
-/** Corners one by one; the first one again, Enter or a double tap closes it. */
-class Polygon {
-  #corners = [];
+/** An arc: its two ends with one drag, then how far it is bent with another, or with a click of the mouse. */
+class Arc {
+  #from = null;
+  #to = null;
+  #via = null;
+
+  constructor(host, snap, finish) {
+    Object.assign(this, { host, snap, finish });
+  }
+
+  begin(sample) {
+    if (this.#via) this.#bend(sample.at);
+    else [this.#from, this.#to] = Array(2).fill(this.snap(sample));
+  }
+
+  extend(samples) {
+    const sample = samples.at(-1);
+    if (this.#via) {
+      this.#bend(sample.at);
+      return;
+    }
+    this.#to = this.snap(sample, this.#from);
+    this.#show([this.#from, this.#to]);
+  }
+
+  hover({ at }) {
+    if (this.#via) this.#bend(at);
+  }
+
+  end() {
+    this.host.guides([]);
+    if (this.#via) this.close();
+    else if (distance(this.#from, this.#to) < this.host.sheet.px(8)) {
+      this.cancel();
+      this.host.say("Drag from one end of the arc to the other.");
+    } else {
+      this.#bulge(BULGE);
+      this.host.say("Drag to bend the arc. Enter keeps it as it is.");
+    }
+  }
+
+  close() {
+    if (!this.#via) return;
+    const points = this.#points();
+    this.cancel();
+    this.host.say("");
+    this.finish(points);
+  }
+
+  cancel() {
+    this.#via = null;
+    this.host.draft(null);
+    this.host.guides([]);
+  }
+
+  #points() {
+    return arc(this.#from, this.#to, this.#via);
+  }
+
+  /** Bends it as far as a place is from the line through its ends. */
+  #bend([x, y]) {
+    const [[ax, ay], [bx, by]] = [this.#from, this.#to];
+    const [dx, dy] = [bx - ax, by - ay];
+    this.#bulge(((x - ax) * dy - (y - ay) * dx) / (dx * dx + dy * dy));
+  }
+
+  /** Bends it by a part of the distance of its ends, to the left as one goes along it, or to the right if negative. */
+  #bulge(part) {
+    const [[ax, ay], [bx, by]] = [this.#from, this.#to];
+    const [x, y] = between(this.#from, this.#to, 0.5);
+    this.#via = [x + (by - ay) * part, y - (bx - ax) * part];
+    this.#show(this.#points());
+  }
+
+  #show(points) {
+    this.host.draft({ kind: "line", points, width_px: this.host.settings().width_px });
+  }
+}
+
+/** A door: opens walls along a drag. */
+class Door {
+  #from = null;
+  #walls = null;
 
   constructor(host) {
     this.host = host;
   }
 
   begin({ at }) {
-    this.extend([{ at }]);
+    this.before = this.host.drawing();
+    this.drawing = this.before;
+    const strokes = this.before.strokes.map((_, i) => `strokes:${i}`);
+    this.#walls = targets(this.before, { only: strokes });
+    this.#from = this.#jamb(at);
   }
 
   extend(samples) {
-    this.#show(samples.at(-1).at);
+    const to = this.#jamb(samples.at(-1).at);
+    this.drawing = withDoor(this.before, this.#from, to, this.host.sheet.px(DOOR_PX));
+    this.host.preview(this.drawing);
+    this.host.guides([{ point: this.#from }, { point: to }]);
+  }
+
+  end() {
+    this.host.guides([]);
+    if (this.drawing === this.before) this.host.say("Drag along a wall to open a door in it.");
+    this.before = null;
+    this.host.change(this.drawing);
+  }
+
+  cancel() {
+    this.host.guides([]);
+    if (this.before) this.host.preview(this.before);
+    this.before = null;
+  }
+
+  #jamb(at) {
+    return onWall(at, this.#walls, this.host.sheet.px(DOOR_PX)) ?? at;
+  }
+}
+
+/** Corners one by one; the first one again, Enter or a double tap closes it. With Shift its sides keep to directions. */
+class Polygon {
+  #corners = [];
+
+  constructor(host, snap) {
+    Object.assign(this, { host, snap });
+  }
+
+  begin(sample) {
+    this.extend([sample]);
+  }
+
+  extend(samples) {
+    const sample = samples.at(-1);
+    const directed = sample.shift && this.#corners.length > 0;
+    this.#show(directed ? this.snap(sample, this.#corners.at(-1)) : sample.at);
+  }
+
+  hover(sample) {
+    if (this.#corners.length) this.extend([sample]);
   }
 
   end() {
@@ -153,6 +291,7 @@ class Polygon {
       this.close();
     } else if (this.#corners.length === 0 || !near(this.#corners.at(-1), TWICE_PX)) {
       this.#corners.push(at);
+      this.host.guides([]);
       this.#show(null);
       this.host.say(this.#corners.length < 3 ? "Tap the next corner." : "Tap the first corner, or press Enter, to close the shape.");
     }
@@ -168,6 +307,7 @@ class Polygon {
   cancel() {
     this.#corners = [];
     this.host.draft(null);
+    this.host.guides([]);
   }
 
   #show(at) {
@@ -206,12 +346,14 @@ class Eraser {
 
   end() {
     this.host.draft(null);
+    this.before = null;
     this.host.change(this.drawing);
   }
 
   cancel() {
     this.host.draft(null);
-    this.host.preview(this.before);
+    if (this.before) this.host.preview(this.before);
+    this.before = null;
   }
 
   #radius() {
@@ -250,26 +392,43 @@ export function makeTools(host) {
     if (points.length < 2) host.say("Draw the path as a line, from where the robot stands.");
     else host.change(withRoute(host.drawing(), points));
   };
+  /** A sample's place, snapped to ends and walls; and, if it ends a line, to directions. With Ctrl it is where it is. */
+  const snap = (sample, from = null) => {
+    const free = !host.settings().snap || sample.ctrl;
+    const [around, reach] = [targets(host.drawing()), host.sheet.px(SNAP_PX)];
+    if (free && !sample.shift) return sample.at;
+    const { at, guides } = from ? snappedEnd(from, sample.at, around, reach, sample.shift) : snappedPoint(sample.at, around, reach);
+    host.guides(guides);
+    return at;
+  };
   const wall = {
-    end: squared,
+    begin: (sample) => snap(sample),
+    end: (from, sample) => snap(sample, from),
     draft: (a, b) => ({ kind: "line", points: [a, b], width_px: host.settings().width_px }),
   };
-  const rectangle = { end: (_, b) => b, draft: (a, b) => ({ kind: "polygon", points: box(a, b), closed: true }) };
+  const shape = (outline) => ({
+    end: (from, { at, shift }) => (shift ? even(from, at) : at),
+    draft: (a, b) => ({ kind: "polygon", points: outline(a, b), closed: true }),
+  });
+  const obstacle = (outline) => (a, b, tiny) => {
+    if (!tiny) addObstacle(host, outline(a, b));
+    else if (!editLabel(host, a)) host.say("Drag from one corner of the obstacle to the other.");
+  };
   const arrow = {
-    end: (_, b) => b,
     draft: (a, b) => ({ kind: "start", start: { at: a, heading_deg: headingDeg(a, b) } }),
   };
   return {
+    select: new Select(host),
     pen: new Freehand(host, () => host.sheet.colors.ink, () => host.settings().width_px, pen),
     eraser: new Eraser(host),
     line: new TwoCorners(host, wall, (a, b, tiny) => (tiny ? host.say("Drag from one end of the wall to the other.") : pen([a, b], null))),
-    box: new TwoCorners(host, rectangle, (a, b, tiny) => {
-      if (!tiny) addObstacle(host, box(a, b));
-      else if (!editLabel(host, a)) host.say("Drag from one corner of the obstacle to the other.");
-    }),
-    polygon: new Polygon(host),
+    arc: new Arc(host, snap, (points) => pen(points, null)),
+    door: new Door(host),
+    box: new TwoCorners(host, shape(box), obstacle(box)),
+    ellipse: new TwoCorners(host, shape(ellipse), obstacle(ellipse)),
+    polygon: new Polygon(host, snap),
     path: new Freehand(host, () => host.sheet.colors.goal, () => host.sheet.px(4), path),
-    goal: new TwoCorners(host, { end: (_, b) => b, draft: () => null }, (a) => host.change(withGoal(host.drawing(), a))),
+    goal: new TwoCorners(host, { draft: () => null }, (a) => host.change(withGoal(host.drawing(), a))),
     here: new TwoCorners(host, arrow, (a, b, tiny) => host.answer(a, tiny ? null : headingDeg(a, b))),
     start: new TwoCorners(host, arrow, (a, b, tiny) => host.change(withStart(host.drawing(), a, tiny ? 0 : headingDeg(a, b)))),
   };

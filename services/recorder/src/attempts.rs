@@ -1,12 +1,12 @@
-//! When to try a failed recording again: after pauses that grow while the disk stays full.
+//! Schedules further attempts at a failed recording, after pauses that grow while the disk stays full.
 
 use std::time::{Duration, Instant};
 
-/// The pause before a failed recording is tried again; it doubles with each further attempt.
+/// The pause before a failed recording is tried again. It doubles with each further attempt.
 const FIRST_PAUSE: Duration = Duration::from_secs(1);
 const LONGEST_PAUSE: Duration = Duration::from_secs(16);
 
-/// The next attempt, and the pause before the one after it.
+/// The time of the next attempt, and the pause before the one after it.
 #[derive(Debug)]
 pub(crate) struct Attempts {
     next: Option<Instant>,
@@ -18,7 +18,7 @@ impl Attempts {
         Self { next: None, pause: FIRST_PAUSE }
     }
 
-    /// Whether another attempt is due, the recording having failed.
+    /// Returns true if another attempt is due. To be called while the recording has failed.
     pub(crate) fn is_due(&mut self, now: Instant) -> bool {
         if now < *self.next.get_or_insert(now + self.pause) {
             return false;
@@ -27,7 +27,7 @@ impl Attempts {
         true
     }
 
-    /// The recording continues and has reached the device: the next failure is a new one.
+    /// Notes that the recording continues and has reached the device, so that the next failure counts as a new one.
     pub(crate) fn succeeded(&mut self) {
         *self = Self::new();
     }
@@ -39,7 +39,7 @@ mod tests {
 
     const LOOK: Duration = Duration::from_millis(5);
 
-    /// The time until the next attempt, seconds.
+    /// Returns the time until the next attempt, in seconds.
     fn next(attempts: &mut Attempts, now: &mut Instant) -> f64 {
         let begin = *now;
         while !attempts.is_due(*now) {
@@ -48,8 +48,8 @@ mod tests {
         (*now - begin).as_secs_f64()
     }
 
-    /// A disk that had been full for long once made the recorder slow for good: when the disk filled up again, it came
-    /// back later than the channels can bridge.
+    /// A disk that had been full for a long time once made the recorder slow for good. When the disk filled up again, the
+    /// recorder returned later than the channels can bridge.
     #[test]
     fn pauses_grow_while_the_disk_is_full_and_begin_anew_when_it_was_not() {
         let (mut attempts, mut now) = (Attempts::new(), Instant::now());

@@ -1,9 +1,10 @@
-//! What the recorder does with messages: writes them to the file, counts them, and says up to which tick the file is safe.
+//! The functional core of the recorder. It writes messages to the file, counts them, and reports up to which tick the file is
+//! safe.
 //!
-//! Messages are taken in passes. A pass drains the ticks first, then every other channel in the order of the table, so
-//! that at its end everything sent before its last tick is written. When the disk is full, the core continues without
-//! writing, so that the robot drives on and a lockstep world, which waits for the recorder, is not stopped. When there
-//! is room again, another core takes over. The core never opens a file, reads a clock or prints.
+//! Messages are taken in passes. A pass drains the ticks first, then every other channel in the order of the table, so that
+//! at its end everything sent before its last tick has been written. If the disk is full, the core continues without writing,
+//! so that the robot drives on and a lockstep world, which waits for the recorder, is not stopped. Once there is room again,
+//! another core takes over. The core never opens a file, reads a clock or prints.
 
 use std::io::Write;
 
@@ -15,12 +16,12 @@ use sketchnav_schemas::erased;
 use sketchnav_schemas::message::{Header, Recorded};
 use sketchnav_schemas::run::RunConfig;
 
-/// The last numbers of the recorded channels, in the order of the table, padded with zeros.
+/// The last sequence numbers of the recorded channels, in the order of the table, padded with zeros.
 pub type Positions = [u64; MAX_CHANNELS];
 
 /// The recorder's state.
 pub struct Core<W: Write> {
-    /// `None` once it has failed.
+    /// `None` once writing has failed.
     writer: Option<Writer<W>>,
     report: Report,
     newest_tick: Header,
@@ -30,20 +31,20 @@ pub struct Core<W: Write> {
 /// Counts of the messages so far.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Report {
-    /// Messages in the file, transforms included.
+    /// Number of messages in the file, including transforms.
     pub messages: u64,
-    /// Messages that are missing according to their numbers.
+    /// Number of messages missing according to the sequence numbers.
     pub missing: u64,
-    /// Messages that were rejected as malformed.
+    /// Number of messages that were rejected as malformed.
     pub refused: u64,
-    /// Messages that arrived after the file had failed.
+    /// Number of messages that arrived after writing had failed.
     pub unrecorded: u64,
-    /// Why the file failed; `None` if it did not.
+    /// The reason why writing failed, or `None` if it did not.
     pub failure: Option<String>,
 }
 
 impl<W: Write> Core<W> {
-    /// Begins the recording of `run` in `sink`, which should be buffered; `files` are the files that belong to the run.
+    /// Begins the recording of `run` in `sink`, which should be buffered. `files` are the files that belong to the run.
     ///
     /// # Errors
     /// [`RecordingError`] if not even the beginning can be written.
@@ -51,7 +52,7 @@ impl<W: Write> Core<W> {
         Self::at(sink, run, files, 0)
     }
 
-    /// As [`Core::new`], for a file that begins at this time of the run, nanoseconds.
+    /// Like [`Core::new`], for a file that begins at this time of the run, in nanoseconds.
     ///
     /// # Errors
     /// As [`Core::new`].
@@ -61,21 +62,21 @@ impl<W: Write> Core<W> {
         Ok(Self { writer, report: Report::default(), newest_tick, acknowledged_tick: 0 })
     }
 
-    /// A recorder that cannot write because of `failure`, and counts what it does not write.
+    /// Creates a core that cannot write because of `failure`, and only counts the messages.
     pub fn failed(failure: String) -> Self {
         let newest_tick = Header { seq: 0, stamp_ns: 0, source_seq: 0 };
         let report = Report { failure: Some(failure), ..Report::default() };
         Self { writer: None, report, newest_tick, acknowledged_tick: 0 }
     }
 
-    /// Whether the sink has failed.
+    /// Returns true if writing has failed.
     pub fn has_failed(&self) -> bool {
         self.writer.is_none()
     }
 
-    /// Continues after an earlier part of the recording, which holds everything up to `positions`, the last number of
-    /// each recorded channel in the order of the table. The tick
-    /// `acknowledged_tick` has been acknowledged to the world.
+    /// Continues after an earlier part of the recording. That part contains everything up to `positions`, the last sequence
+    /// numbers of the recorded channels in the order of the table. The tick `acknowledged_tick` has been acknowledged to
+    /// the world.
     pub fn resume_after(&mut self, positions: &Positions, acknowledged_tick: u64) {
         if let Some(writer) = &mut self.writer {
             writer.resume_after(*positions);
@@ -83,15 +84,15 @@ impl<W: Write> Core<W> {
         (self.newest_tick.seq, self.acknowledged_tick) = (acknowledged_tick, acknowledged_tick);
     }
 
-    /// Takes what the next file is to begin with: the last message of each latched channel.
+    /// Takes the messages with which the next file must begin: the last message of each latched channel.
     pub fn take_latched(&mut self) -> Vec<Option<Latched>> {
         self.writer.as_mut().map(Writer::take_latched).unwrap_or_default()
     }
 
-    /// Begins the file with what was latched in the one before.
+    /// Begins the file with the messages that were latched in the previous one.
     ///
     /// # Errors
-    /// The sink has failed; reported once.
+    /// [`RecordingError`] if the sink fails, which is reported only once.
     pub fn repeat(&mut self, latched: Vec<Option<Latched>>, stamp_ns: u64) -> Result<(), RecordingError> {
         match self.writer.as_mut().map_or(Ok(()), |writer| writer.repeat(latched, stamp_ns)) {
             Ok(()) => Ok(()),
@@ -99,14 +100,14 @@ impl<W: Write> Core<W> {
         }
     }
 
-    /// Stores in the recording how often its recorder was killed and restarted.
+    /// Notes in the recording how often its recorder was killed and restarted.
     pub fn survived(&mut self, restarts: u32) {
         if let Some(writer) = &mut self.writer {
             writer.survived(restarts);
         }
     }
 
-    /// The last number of each recorded channel, in the order of the table.
+    /// The last sequence number of each recorded channel, in the order of the table.
     pub fn positions(&self) -> Positions {
         let mut positions = Positions::default();
         let topics = self.writer.iter().flat_map(|writer| writer.topics());
@@ -119,8 +120,8 @@ impl<W: Write> Core<W> {
     /// Writes a message to the file.
     ///
     /// # Errors
-    /// The message is malformed; or the sink has failed, which is reported once: later messages are counted and
-    /// dropped. In either case the recorder continues.
+    /// [`RecordingError`] if the message is malformed, or if the sink fails. A failure of the sink is reported only once;
+    /// later messages are counted and dropped. In either case the recorder continues.
     pub fn record(
         &mut self,
         spec: &'static ChannelSpec,
@@ -147,11 +148,11 @@ impl<W: Write> Core<W> {
         }
     }
 
-    /// Ends a pass over all channels. If enough ticks came since the last acknowledgement, flushes the file and returns
-    /// the next one for the world.
+    /// Ends a pass over all channels. If enough ticks have arrived since the last acknowledgement, flushes the file and
+    /// returns the next acknowledgement for the world.
     ///
     /// # Errors
-    /// The sink has failed; reported once.
+    /// [`RecordingError`] if the sink fails, which is reported only once.
     pub fn end_pass(&mut self) -> Result<Option<Recorded>, RecordingError> {
         let newest = self.newest_tick;
         if newest.seq < self.acknowledged_tick + RECORDED_EVERY {
@@ -163,10 +164,10 @@ impl<W: Write> Core<W> {
         Ok(Some(Recorded { header, message_count: self.report().messages }))
     }
 
-    /// Makes everything so far safe from a kill.
+    /// Flushes the file, so that everything written so far survives a kill.
     ///
     /// # Errors
-    /// The sink has failed; reported once.
+    /// [`RecordingError`] if the sink fails, which is reported only once.
     pub fn flush(&mut self) -> Result<(), RecordingError> {
         match self.writer.as_mut().map_or(Ok(()), Writer::flush) {
             Ok(()) => Ok(()),
@@ -174,7 +175,7 @@ impl<W: Write> Core<W> {
         }
     }
 
-    /// Drops the sink, which may be repaired when this returns.
+    /// Drops the sink and returns the error. The caller may then repair the file.
     fn fail(&mut self, error: RecordingError) -> RecordingError {
         self.report = self.report();
         self.report.failure = Some(error.to_string());
@@ -192,7 +193,7 @@ impl<W: Write> Core<W> {
         report
     }
 
-    /// Ends the recording; returns the flushed sink, unless it has failed.
+    /// Ends the recording. Returns the flushed sink, unless writing has failed.
     pub fn finish(mut self) -> (Report, Option<W>) {
         let mut report = self.report();
         let Some(writer) = self.writer.take() else { return (report, None) };

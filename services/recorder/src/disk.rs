@@ -1,19 +1,19 @@
-//! The file of a recording: created without overwriting an earlier one, and truncated to its complete part when the
-//! disk is full.
+//! The file of a recording. It is created without overwriting an earlier one, and truncated to its complete part if the disk
+//! is full.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, BufWriter, Seek};
 use std::path::{Path, PathBuf};
 
-/// A second handle of the file that the recording is written to.
+/// A second handle to the file that the recording is written to.
 pub struct Disk {
-    /// Shares the writing handle's position.
+    /// Shares its position with the writing handle.
     file: File,
     whole_bytes: u64,
 }
 
 impl Disk {
-    /// Creates the file at `path`, which must not exist; its folder is created if missing.
+    /// Creates the file at `path`, which must not exist. Its folder is created if missing.
     ///
     /// # Errors
     /// Any error of the system.
@@ -26,7 +26,7 @@ impl Disk {
         Ok((Self { file, whole_bytes: 0 }, sink))
     }
 
-    /// Marks everything written so far as complete; to be called after a flush.
+    /// Marks everything written so far as complete. To be called after a flush.
     ///
     /// # Errors
     /// Any error of the system.
@@ -35,12 +35,12 @@ impl Disk {
         Ok(())
     }
 
-    /// How much of the file is complete, bytes.
+    /// Length of the complete part of the file, in bytes.
     pub fn whole_bytes(&self) -> u64 {
         self.whole_bytes
     }
 
-    /// Hands everything complete to the device, in case the power fails.
+    /// Syncs the file to the device, in case the power fails.
     ///
     /// # Errors
     /// Any error of the system.
@@ -48,7 +48,7 @@ impl Disk {
         self.file.sync_data()
     }
 
-    /// Truncates what was being written when the disk was full.
+    /// Truncates the file to its complete part, removing what was being written when the disk filled up.
     ///
     /// # Errors
     /// Any error of the system.
@@ -57,7 +57,7 @@ impl Disk {
     }
 }
 
-/// Makes room at `path`: an existing recording of an earlier run is renamed to `NAME.1.mcap` and so on.
+/// Frees the name `path`. An existing recording of an earlier run is renamed to `NAME.1.mcap` and so on.
 ///
 /// # Errors
 /// Any error of the system.
@@ -70,7 +70,7 @@ pub fn set_aside(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The file of a part of a recording. The first one is the recording itself, `NAME.mcap`; successors of a killed
+/// Returns the file of a part of a recording. The first part is the recording itself, `NAME.mcap`. Successors of a killed
 /// recorder write `NAME.part2.mcap` and so on.
 pub fn part(path: &Path, number: u32) -> PathBuf {
     if number == 1 { path.to_path_buf() } else { path.with_extension(format!("part{number}.mcap")) }

@@ -1,5 +1,5 @@
-//! Reports how long each stage takes for each tick on a channel of its own, so that the figures that people see are in
-//! the recording, beside the health.
+//! Reports how long each stage takes for each tick on a separate channel, so that the figures that people see are in the
+//! recording, beside the health.
 
 use sketchnav_runtime::{Node, Result, SendTimes, Sent, Writer};
 use sketchnav_schemas::channels::{COMMAND, LATENCY, Role, TICK, of_role};
@@ -34,7 +34,7 @@ impl Latencies {
         })
     }
 
-    /// Reports every command since the last call, except for those too old to be looked up.
+    /// Reports every command since the last call, except those that are too old to be looked up.
     pub(crate) fn tell(&mut self) -> Result<()> {
         let newest = self.commands.newest();
         let oldest = newest.saturating_sub(COMMAND.spec.history() as u64) + 1;
@@ -58,7 +58,7 @@ impl Latencies {
     }
 }
 
-/// `None` if by the clock an effect came before its cause: a dead writer's number was used again.
+/// Returns `None` if by the clock an effect came before its cause, which happens if a dead writer's number is used again.
 fn of(tick: &Sent, situation: &Sent, command: &Sent) -> Option<Latency> {
     let header = Header { seq: 0, source_seq: tick.header.seq, ..tick.header };
     let situation_ns = situation.at_ns.checked_sub(tick.at_ns)?;

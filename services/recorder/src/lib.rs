@@ -1,18 +1,18 @@
-//! The process that writes all channels to a file; a thin shell around [`core::Core`].
+//! The process that writes all channels to a file. It is a thin shell around [`core::Core`].
 //!
-//! Messages do not wake it: every few milliseconds it drains all channels, in the order of the table. In lockstep it
-//! acknowledges to the world up to which tick the file is safe, so that the world never runs
-//! further ahead than the channels can hold.
+//! Messages do not wake the recorder. Instead, it drains all channels every few milliseconds, in the order of the table. In
+//! lockstep it acknowledges to the world up to which tick the file is safe, so that the world never runs further ahead than
+//! the channels can hold.
 //!
-//! A full disk does not stop the robot. The recorder reports it and, when there is room again, continues in a new part
-//! with what the channels still have. It counts what is missing.
+//! A full disk does not stop the robot. The recorder reports the failure and, once there is room again, continues in a new
+//! part with the messages that the channels still have. It counts the missing ones.
 //!
-//! When it is killed, its successor continues in a new part with what came after the last checkpoint, taken from the
-//! channels' histories. At the end the parts are joined into one file.
+//! If the recorder is killed, its successor continues in a new part with the messages after the last checkpoint, which it
+//! takes from the channels' histories. At the end the parts are joined into one file.
 //!
-//! If the run asks for files of a certain size or length, the parts are those files and are kept (`series.rs`).
+//! If the run asks for files of a certain size or duration, the parts are those files and are kept (`series.rs`).
 
-// `say!` prints, and escapes what could steer a terminal.
+// `say!` prints, and escapes characters that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 mod attempts;
@@ -44,42 +44,43 @@ use crate::latencies::Latencies;
 
 /// How long to sleep between two passes.
 const NAP: Duration = Duration::from_millis(5);
-/// How often what is written is flushed and handed to the device, at least.
+/// Maximum time between two flushes that are also synced to the device.
 const SYNC_PERIOD: Duration = Duration::from_secs(1);
-/// The format of [`State`].
+/// Name and version of the format of [`State`].
 const CHECKPOINT: &str = "recorder 6";
 
 /// The recording lacks messages, or is in parts, because its files could not be written.
 #[derive(Debug, thiserror::Error)]
 #[error("the recording is incomplete by {missing} messages: {failure}")]
 pub struct Incomplete {
-    /// Messages that are in none of its files.
+    /// Number of messages that are in none of the recording's files.
     pub missing: u64,
-    /// Why.
+    /// The reason.
     pub failure: String,
 }
 
-/// What a successor needs to know.
+/// The state from which a restarted recorder continues.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct State {
-    /// The numbers of this recording's parts, from 1; the last one is being written. Numbers whose files existed before
+    /// The numbers of this recording's parts, from 1. The last part is being written. Numbers whose files already existed
     /// belong to other recordings and are skipped.
     parts: Vec<u32>,
     /// How often the recorder was killed and restarted.
     restarts: u32,
-    /// The last numbers that are safe in this part and those before it.
+    /// The last sequence numbers that are safe in the parts so far.
     positions: Positions,
     acknowledged_tick: u64,
-    /// The simulated time of that tick, nanoseconds.
+    /// Simulated time of the acknowledged tick, in nanoseconds.
     acknowledged_ns: u64,
-    /// When the file began, simulated time, nanoseconds.
+    /// Simulated time at which the current file began, in nanoseconds.
     began_ns: u64,
 }
 
 /// Records all channels of `node`'s system until it is asked to end, including everything that was sent by then.
 ///
 /// # Errors
-/// The run names no recording, its file cannot be created, or a channel fails; at the end [`Incomplete`].
+/// An error if the run names no recording, if its file cannot be created, or if a channel fails. At the end, [`Incomplete`]
+/// if the recording lacks messages or is in parts.
 pub fn run(node: &Node) -> anyhow::Result<()> {
     let mut recorder = Recorder::open(node)?;
     while node.nap(NAP) != Wake::Terminate {
@@ -97,12 +98,12 @@ pub struct Recorder<'a> {
     checkpoints: Checkpoints<State>,
     state: State,
     core: FileCore,
-    /// `None` if not even the file's beginning could be written.
+    /// `None` if not even the beginning of the file could be written.
     disk: Option<Disk>,
-    /// When to try again if the disk is full.
+    /// Schedules further attempts if the disk is full.
     attempts: Attempts,
     inputs: Vec<Input>,
-    /// Present if the world waits for the recorder.
+    /// Present only if the world waits for the recorder.
     acknowledgements: Option<Writer<Recorded>>,
     latencies: Latencies,
     health: HealthReporter,
@@ -124,7 +125,7 @@ impl<'a> Recorder<'a> {
         let is_successor = !state.parts.is_empty();
         let (mut core, disk) = match begin_part(&run, &mut checkpoints, &mut state) {
             Ok((core, disk)) => (core, Some(disk)),
-            // The robot is driving; that its recorder was killed while the disk was full is no reason to stop it.
+            // The robot is driving. It should not be stopped just because its recorder was killed while the disk was full.
             Err(error) if is_successor => (Core::failed(format!("{error:#}")), None),
             Err(error) => return Err(error),
         };
@@ -155,7 +156,7 @@ impl<'a> Recorder<'a> {
         Ok(recorder)
     }
 
-    /// Takes what the predecessor had not made safe.
+    /// Takes the messages that the predecessor had not made safe.
     fn catch_up(&mut self) -> anyhow::Result<()> {
         for (input, position) in self.inputs.iter_mut().zip(self.state.positions) {
             for error in input.catch_up(self.node, position, &mut self.core)? {
@@ -171,7 +172,7 @@ impl<'a> Recorder<'a> {
     /// Drains every channel once, and sends the world an acknowledgement if one is due.
     ///
     /// # Errors
-    /// A channel fails. Rejected messages and a full disk are only printed.
+    /// An error if a channel fails. Rejected messages and a full disk are only printed.
     pub fn pass(&mut self) -> anyhow::Result<()> {
         let step = Step::begin();
         self.latencies.tell()?;
@@ -190,7 +191,7 @@ impl<'a> Recorder<'a> {
         Ok(self.health.report_if_due(self.stamp_ns)?)
     }
 
-    /// Continues in a new part if the disk has room again.
+    /// Continues in a new part if another attempt is due and the disk has room again.
     fn begin_again_if_due(&mut self) -> anyhow::Result<()> {
         if self.attempts.is_due(Instant::now()) { self.begin_again() } else { Ok(()) }
     }
@@ -211,8 +212,8 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Continues in the next file if the run asks for several and this one is full. Everything up to here is safe, and
-    /// has been acknowledged to the world.
+    /// Continues in the next file if the run asks for several files and this one is full. Everything written so far is
+    /// safe, and has been acknowledged to the world.
     fn cut_if_due(&mut self) -> anyhow::Result<()> {
         let bytes = self.disk.as_ref().map_or(0, Disk::whole_bytes);
         let is_full = self.run.split.is_full(bytes, self.stamp_ns.saturating_sub(self.state.began_ns));
@@ -250,7 +251,7 @@ impl<'a> Recorder<'a> {
         Ok(())
     }
 
-    /// Reports that the recording failed between two files; it is tried again as after any failure.
+    /// Reports that the recording failed between two files. It is tried again as after any other failure.
     fn fail(&mut self, failure: String) {
         let words = format!("{failure}; the mission continues; the recording so far remains readable");
         self.node.report_fault(FaultKind::RecordingFailed, 0, &words);
@@ -263,7 +264,7 @@ impl<'a> Recorder<'a> {
     /// Drains every channel a last time and ends the file.
     ///
     /// # Errors
-    /// A channel fails; [`Incomplete`].
+    /// An error if a channel fails, or [`Incomplete`] if the recording lacks messages or is in parts.
     pub fn end(mut self) -> anyhow::Result<()> {
         self.health.report(self.stamp_ns)?;
         self.latencies.tell()?;
@@ -283,8 +284,8 @@ impl<'a> Recorder<'a> {
         tell(self.node, &report)
     }
 
-    /// Takes from the channels' histories what no writer has delivered. A recorder that starts late, in a mission of a
-    /// few instants, finds writers that ended before they connected to it.
+    /// Takes the messages from the channels' histories that no writer has delivered. A recorder that starts late, in a
+    /// mission of a few instants, finds writers that ended before they connected to it.
     fn take_what_was_kept(&mut self) -> anyhow::Result<()> {
         for input in &mut self.inputs {
             let (spec, core, mut complaints) = (input.reader.spec(), &mut self.core, Vec::new());
@@ -301,8 +302,8 @@ impl<'a> Recorder<'a> {
         self.take_all(|input| !(has_failed && input.waits_for_room(node)))
     }
 
-    /// Takes everything that has arrived on the `wanted` channels. Ticks are taken first, so that everything that was
-    /// sent before the last of them is taken after it.
+    /// Takes everything that has arrived on the `wanted` channels. Ticks are taken first, so that everything that was sent
+    /// before the last of them is taken, too.
     fn take_all(&mut self, mut wanted: impl FnMut(&mut Input) -> bool) -> anyhow::Result<()> {
         for is_tick in [true, false] {
             let turn = self.inputs.iter_mut().filter(|input| input.is_tick() == is_tick);
@@ -316,7 +317,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn acknowledge(&mut self, recorded: &Recorded) -> anyhow::Result<()> {
-        // Before the acknowledgement, which lets the channels forget these messages.
+        // This must precede the acknowledgement, which lets the channels forget these messages.
         self.state.acknowledged_tick = recorded.header.source_seq;
         self.state.acknowledged_ns = recorded.header.stamp_ns;
         if let Some(disk) = self.disk.as_mut().filter(|_| !self.core.has_failed()) {
@@ -366,7 +367,7 @@ fn take_all(
     Ok(())
 }
 
-/// Reports an error; a file that failed is truncated to its complete part.
+/// Reports an error. A file that failed is truncated to its complete part.
 fn complain(node: &Node, disk: Option<&Disk>, error: &RecordingError) {
     if error.is_one_message() {
         node.count_refused();
@@ -380,7 +381,8 @@ fn complain(node: &Node, disk: Option<&Disk>, error: &RecordingError) {
     }
 }
 
-/// Prints how the recording ended, and reports it to the supervisor if messages are missing: no other process knows how many.
+/// Prints how the recording ended. If messages are missing, also reports that to the supervisor, because no other process
+/// knows how many.
 fn tell(node: &Node, report: &Report) -> anyhow::Result<()> {
     let Report { messages, refused, .. } = report;
     let missing = report.missing + report.unrecorded;
@@ -394,7 +396,7 @@ fn path(run: &RunConfig) -> anyhow::Result<&Path> {
     run.recording.as_ref().map(Path::new).context("run.json: expected the recording's path, found none")
 }
 
-/// The file of this part, from 1.
+/// Returns the file of the part with this number, from 1.
 fn file(run: &RunConfig, path: &Path, number: u32) -> PathBuf {
     match run.split.is_never() {
         true => part(path, number),
@@ -402,8 +404,8 @@ fn file(run: &RunConfig, path: &Path, number: u32) -> PathBuf {
     }
 }
 
-/// Where to continue. If no checkpoint can be used, that is after the existing parts of this run, with whatever the
-/// channels still have.
+/// Returns the state from which to continue. If no checkpoint can be used, the recording continues after the existing parts
+/// of this run, with whatever messages the channels still have.
 fn resume(run: &RunConfig, path: &Path, found: Found<State>) -> std::io::Result<State> {
     let is_lost = found.is_lost();
     match found.state {
@@ -417,15 +419,15 @@ fn resume(run: &RunConfig, path: &Path, found: Found<State>) -> std::io::Result<
     }
 }
 
-/// Whether a file is a recording of this run, which an earlier version may have begun without a method.
+/// Returns true if a file is a recording of this run. An earlier version may have begun it without a method.
 fn is_of(run: &RunConfig, file: &Path) -> bool {
     let Ok(found) = Recording::open(file).and_then(|recording| recording.run()) else { return false };
     let method = if run.method.is_empty() { found.method.clone() } else { run.method.clone() };
     found == RunConfig { files_of: None, method, ..run.clone() }
 }
 
-/// Begins the next part, under the first free name after the last one. The part is in the checkpoint before its file
-/// exists, so that a successor finds every part that contains something.
+/// Begins the next part, under the first free name after the last one. The part is in the checkpoint before its file exists,
+/// so that a successor finds every part that contains something.
 fn begin_part(
     run: &RunConfig,
     checkpoints: &mut Checkpoints<State>,
@@ -445,7 +447,7 @@ fn begin_part(
         }
         state.parts.pop();
         checkpoints.write(state)?;
-        // Another process may have taken the name since.
+        // Another process may have taken the name in the meantime.
         if file.symlink_metadata().is_err() {
             return begun;
         }
@@ -453,7 +455,7 @@ fn begin_part(
     anyhow::bail!("{}: expected a free name for a part", path.display())
 }
 
-/// Begins a file that does not exist; if that fails, no file is left.
+/// Begins a file that does not exist yet. If that fails, no file is left behind.
 fn begin(run: &RunConfig, path: &Path, state: &State) -> anyhow::Result<(FileCore, Disk)> {
     let name = || path.display().to_string();
     let created = Disk::create(path);
@@ -477,7 +479,7 @@ fn begin_in(
     Ok((core, disk))
 }
 
-/// Hands the last part to the device and makes one recording of all parts: one file, or one series of files.
+/// Syncs the last part to the device and makes one recording of all parts, either a single file or a series of files.
 fn make_whole(
     run: &RunConfig,
     state: &State,
@@ -497,13 +499,13 @@ fn make_whole(
     join(run, state, &parts, report).with_context(|| format!("its parts {names} cannot be joined"))
 }
 
-/// Joins the parts into one file. A kill in the middle leaves all parts, to be joined again.
+/// Joins the parts into one file. A kill while joining leaves all parts, which are then joined again.
 fn join(run: &RunConfig, state: &State, parts: &[PathBuf], report: &mut Report) -> anyhow::Result<()> {
     let path = path(run)?;
     let whole = path.with_extension("joined.mcap");
     let joined = join_as(&whole, run, state, parts, report);
     if joined.is_err() {
-        // The parts still exist; a partial copy of them is in the way.
+        // The parts still exist, and a partial copy of them would be in the way.
         let _ = std::fs::remove_file(&whole);
     }
     joined?;
@@ -536,12 +538,12 @@ fn join_as(
 /// A channel that is recorded.
 struct Input {
     reader: RawReader,
-    /// Whether its messages stay in the channel until a file can be written.
+    /// True if the messages stay in the channel until a file can be written.
     is_waiting: bool,
 }
 
 impl Input {
-    /// All recorded channels of the run, in the order of the table.
+    /// Opens all recorded channels of the run, in the order of the table.
     fn all(node: &Node, kind: &str) -> sketchnav_runtime::Result<Vec<Self>> {
         let recorded = channels::of_kind(kind).filter(|spec| spec.is_recorded());
         recorded.map(|spec| Ok(Self { reader: node.raw_reader(spec)?, is_waiting: false })).collect()
@@ -560,9 +562,9 @@ impl Input {
         Ok(sample.map(|sample| core.record(self.reader.spec(), sample.message(), sample.cells())))
     }
 
-    /// Whether its messages stay in the channel while the file has failed. That is so for messages with cells, which
-    /// are stored nowhere else. When the file fails, the reader is opened again to get the history once more, because
-    /// the newest messages may have been in the part that was truncated. If opening fails, the old reader still has the
+    /// Returns true if the messages stay in the channel while writing has failed. That applies to messages with cells,
+    /// which are stored nowhere else. When writing fails, the reader is opened again to get the history once more, because
+    /// the newest messages may have been in the part that was truncated. If that fails, the old reader still receives the
     /// messages from now on.
     fn waits_for_room(&mut self, node: &Node) -> bool {
         if self.reader.spec().max_cells == 0 {
@@ -577,9 +579,9 @@ impl Input {
         true
     }
 
-    /// Resumes after the message `position`, with what the channel's history has first; returns the core's errors.
-    /// Messages with cells wait in the channel. Right after a recorder's death none are there yet: they come once the
-    /// writer has noticed the new reader, and a writer that has died too sends its last message again.
+    /// Resumes after the message `position`, starting with the messages in the channel's history, and returns the core's
+    /// errors. Messages with cells wait in the channel itself. Right after a recorder's death none are there yet: they
+    /// arrive once the writer has noticed the new reader, and a writer that has died as well sends its last message again.
     fn catch_up(
         &mut self,
         node: &Node,

@@ -1,5 +1,5 @@
-//! The end of a recording that was cut into files: files that a kill has cut off are completed, and `metadata.yaml`
-//! lists all files, so that the folder is a rosbag2 bag.
+//! Ends a recording that was split into several files. Files that a kill has cut off are completed, and `metadata.yaml` lists
+//! all files, so that the folder is a rosbag2 bag.
 
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind};
@@ -14,7 +14,7 @@ use sketchnav_recordings::{Recording, RecordingError, rosbag2};
 
 use crate::core::Report;
 
-/// The file that lists the files of a rosbag2 folder.
+/// Name of the file that lists the files of a rosbag2 folder.
 const METADATA: &str = "metadata.yaml";
 
 /// Closes the recording `path`, which consists of these files, and counts their messages.
@@ -38,13 +38,13 @@ pub(crate) fn close(path: &Path, files: Vec<PathBuf>, report: &mut Report) -> an
     Ok(())
 }
 
-/// Removes files that a kill left before they contained anything.
+/// Removes files that a kill left before they contained anything, and returns the others.
 fn with_messages(files: Vec<PathBuf>) -> anyhow::Result<Vec<PathBuf>> {
     let mut kept = Vec::new();
     for file in files {
         match Recording::open(&file) {
             Err(RecordingError::Damaged { source: Damage::Empty, .. }) => std::fs::remove_file(&file)?,
-            // It was in the checkpoint before it existed.
+            // The file was in the checkpoint before it existed.
             Err(RecordingError::File { source, .. }) if source.kind() == ErrorKind::NotFound => {}
             _ => kept.push(file),
         }

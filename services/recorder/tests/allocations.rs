@@ -1,4 +1,4 @@
-//! The recorder allocates nothing for a message; what remains are the allocations of the mcap crate per chunk.
+//! The recorder allocates nothing for a message. The only allocations left are those of the mcap crate for each chunk.
 
 use std::convert::Infallible;
 use std::io;
@@ -15,25 +15,25 @@ use sketchnav_schemas::seed::stream;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// The most that mcap 0.26 allocates for a chunk of [`RECORDED_EVERY`] messages of each of `topics`, its end included.
-/// For the chunk itself these are zstd's output buffer, buffers of three checksums, two trees, and the entry of the
-/// chunk index. The message index has a list per topic, which is first allocated for 4 messages: it grows at the 1st,
-/// 5th, 9th, 17th and so on. A buffer of the whole chunk is doubled when it is full. Now and then the list of chunks
-/// grows, too. The crate allocates all of them again for every chunk, and has no option to keep them other than leaving
-/// out index and checksums.
+/// The maximum number of allocations by mcap 0.26 for a chunk with [`RECORDED_EVERY`] messages of each of `topics`, including
+/// its end. For the chunk itself these are zstd's output buffer, the buffers of three checksums, two trees, and the entry of
+/// the chunk index. The message index has a list for each topic, which is first allocated for 4 messages and therefore grows
+/// at the 1st, 5th, 9th, 17th message and so on. A buffer of the whole chunk is doubled when it is full, and the list of
+/// chunks grows now and then. The crate allocates all of these again for every chunk. The only option that avoids them is to
+/// leave out the index and the checksums.
 fn most_a_chunk(topics: u64) -> u64 {
     // The trees have nodes of eleven entries.
     47 + topics / 11 + 3 * topics
 }
 
-/// How often `work` allocates.
+/// Returns how often `work` allocates.
 fn allocations<R>(work: impl FnOnce() -> R) -> u64 {
     let before = allocations_of_this_thread();
     work();
     allocations_of_this_thread() - before
 }
 
-/// Encodes random messages of every channel as CDR, one after the other.
+/// Encodes random messages of every channel as CDR, one after another.
 struct Encode;
 
 impl ChannelVisitor for Encode {
@@ -42,7 +42,7 @@ impl ChannelVisitor for Encode {
     fn visit<T: Ros2>(&mut self, channel: Channel<T>) -> Result<(), Infallible> {
         let (mut form, mut out) = (T::Form::default(), Vec::with_capacity(1 << 20));
         for seq in 1..=40 {
-            // Latched messages come once, or the same one again.
+            // Latched messages are sent only once, or repeated unchanged.
             let seed = if channel.spec.is_latched() { 0 } else { seq };
             let (message, cells) = sample::<T>(&mut stream(seed, T::NAME), seq);
             out.clear();
@@ -66,7 +66,7 @@ fn encoding_allocates_nothing_after_the_first_message_whatever_their_lengths() {
     }
 }
 
-/// Records the emptiest message of every channel, number `seq`, into a sink that discards it.
+/// Records an empty message with the number `seq` on every channel, into a sink that discards it.
 struct Round {
     core: Core<io::Sink>,
     seq: u64,

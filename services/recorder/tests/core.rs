@@ -1,4 +1,4 @@
-//! The recorder's core, without files and processes.
+//! Tests of the recorder's core, without files and processes.
 
 use std::io::{self, Write};
 
@@ -85,8 +85,8 @@ impl Write for Disk {
     }
 }
 
-/// A full disk must not stop a robot: the failure is reported once, and the world in
-/// lockstep still gets its acknowledgements.
+/// A full disk must not stop a robot. The failure is reported once, and the world in lockstep still gets its
+/// acknowledgements.
 #[test]
 fn a_full_disk_is_said_once_and_stops_nobody() {
     let mut core = Core::new(Disk { room: 20_000 }, &run(), &[]).unwrap();

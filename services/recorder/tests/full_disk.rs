@@ -1,4 +1,5 @@
-//! The file cannot grow for a while: what the channels still hold is recorded afterwards, and the rest is counted.
+//! The file cannot grow for a while. Messages that the channels still have are recorded afterwards, and the others are
+//! counted.
 
 mod support;
 
@@ -16,11 +17,11 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_sketch::messages::{SKETCH, SketchMap};
 use support::{TestSystem, header, run};
 
-/// Longest that the recorder may take to continue.
+/// Maximum time that the recorder may take to continue.
 const LIMIT: Duration = Duration::from_secs(60);
 
-/// A disk without room for anything more: no file of this process grows, and none can be created in the recording's
-/// folder, which is elsewhere meanwhile and whose name is taken by a file.
+/// A disk without room for anything more. No file of this process grows, and none can be created in the recording's folder,
+/// since the folder has been moved elsewhere and a file has taken its name.
 struct FullDisk {
     folder: PathBuf,
     elsewhere: PathBuf,
@@ -29,7 +30,7 @@ struct FullDisk {
 
 impl FullDisk {
     fn fill(recording: &Path) -> Self {
-        // The kernel sends a signal for that, which ends a process that does not handle it.
+        // The kernel sends a signal when a file exceeds the limit, which ends a process that does not handle it.
         SigSet::from(Signal::SIGXFSZ).thread_block().unwrap();
         let most = getrlimit(Resource::RLIMIT_FSIZE).unwrap();
         setrlimit(Resource::RLIMIT_FSIZE, recording.metadata().unwrap().len(), most.1).unwrap();
@@ -40,7 +41,7 @@ impl FullDisk {
         Self { folder, elsewhere, most }
     }
 
-    /// Files may grow again; still none can be created.
+    /// Lets files grow again, although none can be created yet.
     fn let_grow(&self) {
         setrlimit(Resource::RLIMIT_FSIZE, self.most.0, self.most.1).unwrap();
     }
@@ -60,10 +61,11 @@ fn draw(sketches: &mut Writer<SketchMap>) {
     sketch.send().unwrap();
 }
 
-/// Records a run in which a sketch is drawn, a second one just before the disk is full, and `drawn_meanwhile` while it
-/// is. Returns the numbers of the sketches in the recording, and how many messages it reports as missing. The run may
-/// end as soon as there is room again, before the recorder has noticed. A foreign file has the name of the next part;
-/// such a file was once taken for a part of the recording, joined with it and removed.
+/// Records a run in which a sketch is drawn at the start, a second one when the disk has just filled up and the recorder
+/// has not noticed yet, and `drawn_meanwhile` more while no new part can be created. Returns the numbers of the sketches in
+/// the recording, and how many messages it reports as missing. With `ends_at_once`, the run ends as soon as there is room
+/// again, before the recorder has noticed. A foreign file has the name of the next part. Such a file was once taken for a
+/// part of the recording, joined with it and removed.
 fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
@@ -75,7 +77,7 @@ fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
     let mut ticks = world.writer(TICK).unwrap();
     let mut sketches = sketcher.writer(SKETCH).unwrap();
     let mut recorder = Recorder::open(&recorder_node).unwrap();
-    // A foreign file, under the name that the next part would have.
+    // A foreign file with the name that the next part would have.
     let foreign = path.with_extension("part2.mcap");
     std::fs::write(&foreign, "precious").unwrap();
     let mut seq = 0;
@@ -117,14 +119,14 @@ fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
 }
 
 /// The recorder once took sketches out of their channel while it could not write them, and continued after them. The
-/// recording of a run on the pad then had a route and estimates in a drawing that it lacked. By the numbers nothing was
-/// missing, since people do not draw the same drawing twice.
+/// recording of a run on the pad then had a route and estimates in a drawing that it lacked. According to the numbers nothing
+/// was missing, since people do not draw the same drawing twice.
 #[test]
 fn what_is_drawn_while_the_disk_is_full_is_recorded_when_there_is_room() {
-    // The second one was taken, and lost with what could not be written.
+    // The second sketch was taken from the channel, and lost with the messages that could not be written.
     assert_eq!(record(0, false), (vec![1, 2], 0));
     assert_eq!(record(1, false), (vec![1, 2, 3], 0));
-    // Two wait in the channel.
+    // Only two sketches fit into the channel.
     assert_eq!(record(3, false), (vec![1, 4, 5], 2));
     assert_eq!(record(1, true), (vec![1, 2, 3], 0));
 }

@@ -1,4 +1,4 @@
-//! The recorder in a system of its own, with the test as the world.
+//! The recorder in a system of its own, in which the test is the world.
 
 mod support;
 
@@ -57,7 +57,7 @@ fn everything_that_was_sent_is_in_the_file_and_the_world_is_told() {
 }
 
 /// On a busy machine, a mission of twelve instants was once over before its recorder had connected to the writers. The
-/// recording lacked the odometry and the status, and counted nothing as missing.
+/// recording lacked the odometry and the status, and nothing counted as missing.
 #[test]
 fn a_recorder_that_comes_late_takes_what_writers_have_left() {
     let folder = tempfile::tempdir().unwrap();

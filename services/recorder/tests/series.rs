@@ -1,4 +1,5 @@
-//! A recording that is cut into files while it grows: nothing is lost, whatever is killed, and all files are one recording.
+//! A recording that is split into several files while it grows. Whatever is killed, nothing is lost, and all files together
+//! are one recording.
 
 mod support;
 
@@ -49,7 +50,7 @@ fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
             step(seq);
             recorder.pass().unwrap();
         }
-        // Some messages that have not been read when it dies.
+        // Some messages that the recorder has not read when it dies.
         for _ in 0..5 {
             seq += 1;
             step(seq);
@@ -71,7 +72,7 @@ fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
         together.extend(ticks(file));
     }
     assert_eq!(together, (1..=seq).collect::<Vec<_>>(), "each message is in one file");
-    // The second file does not follow a kill, and has the latched messages.
+    // The second file does not follow a kill, yet it begins with the latched messages.
     assert_eq!(Recording::open(&files[1]).unwrap().channel(SKETCH).unwrap().count(), 1);
 
     let whole = folder.path().join("whole.mcap");
@@ -88,7 +89,8 @@ fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
     system.remove();
 }
 
-/// Without an end of its own, a large run once was one file, whatever was asked for: the size is checked where the length is.
+/// If no limit of duration was set, a large run was once recorded into one file, whatever size was asked for. The size is
+/// now checked where the duration is.
 #[test]
 fn a_file_ends_when_it_is_as_large_as_the_run_says() {
     let folder = tempfile::tempdir().unwrap();
@@ -106,7 +108,7 @@ fn a_file_ends_when_it_is_as_large_as_the_run_says() {
     recorder.end().unwrap();
     let files = series::files(&path).unwrap();
     let sizes: Vec<_> = files.iter().map(|file| file.metadata().unwrap().len()).collect();
-    // The description of the run and the index add up to some 40 kB.
+    // The description of the run and the index take about 40 kB.
     assert!(files.len() > 1 && sizes.iter().all(|bytes| *bytes < 110_000), "{sizes:?}");
     assert_eq!(files.iter().flat_map(|file| ticks(file)).collect::<Vec<_>>(), (1..=1600).collect::<Vec<_>>());
 

@@ -1,4 +1,4 @@
-//! A recorder dies and another one continues: the parts become one recording without gap or duplicate.
+//! A recorder dies and another one continues. The parts become one recording without gaps or duplicates.
 
 mod support;
 
@@ -34,13 +34,13 @@ fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
             step(seq);
             recorder.pass().unwrap();
         }
-        // Some messages that have not been read when it dies.
+        // Some messages that the recorder has not read when it dies.
         for _ in 0..5 {
             seq += 1;
             step(seq);
         }
         drop(recorder);
-        // It was killed, so nothing will complete its file.
+        // The recorder was killed, so nothing completes its file.
         let part = if life == 1 { path.clone() } else { path.with_extension(format!("part{life}.mcap")) };
         let file = OpenOptions::new().write(true).open(part).unwrap();
         file.set_len(file.metadata().unwrap().len() - 50).unwrap();

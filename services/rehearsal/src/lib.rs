@@ -1,9 +1,9 @@
-//! A mission in one process: the world and the stages of a navigator, called in turn.
+//! Runs a mission in a single process by calling the world and the stages of a navigator in turn.
 //!
-//! It sends the very messages that the processes send in lockstep, byte for byte and channel by channel (except for
-//! health), and an [`Onlooker`] sees them all. It has no shared memory and no thread; the clock is only read to measure
-//! how long a stage took. A person's answer ([`Onlooker::here`]) counts from the next instant on, whereas processes may
-//! hear it at any. [`rerun`] executes one of the processes again on what a recording holds.
+//! A rehearsal sends exactly the messages that the processes send in lockstep, byte for byte and channel by channel (except for
+//! health), and an [`Onlooker`] sees them all. It needs no shared memory and no threads, and reads the clock only to measure
+//! how long the stages take. Note that a person's answer ([`Onlooker::here`]) takes effect at the next instant, whereas
+//! separate processes may hear it at any time. [`rerun`] executes one of the processes again on its inputs in a recording.
 
 mod parts;
 pub mod rerun;
@@ -23,44 +23,44 @@ pub use sketchnav_stage::Tap;
 
 use parts::{Part, World};
 
-/// Why a rehearsal cannot begin or continue.
+/// The reason that a rehearsal cannot begin or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum RehearsalError {
-    /// The world or the robot's start in it.
+    /// The world, or the robot's start in it, is invalid.
     #[error(transparent)]
     World(#[from] SimError),
-    /// The mission's navigator.
+    /// The mission names an unknown navigator.
     #[error(transparent)]
     Navigator(#[from] UnknownNavigator),
-    /// A stage: its parameters, its drawing, or a message.
+    /// A stage failed because of its parameters, its drawing, or a message.
     #[error("{0}")]
     Stage(#[source] StageError),
 }
 
-/// Watches a mission. It may say where the robot is and may end the mission; by default it does neither.
+/// Watches a mission. An onlooker can also say where the robot is or end the mission; by default it does neither.
 pub trait Onlooker: Tap {
-    /// Whether it has seen enough; asked after each instant. `true` ends the mission there.
+    /// Returns true to end the mission at this point. Called after each instant.
     fn has_enough(&self) -> bool {
         false
     }
 
-    /// A person's answer to where the robot is: its position, pixels, frame `Sketch`, and heading, radians. Asked after
-    /// each instant but the last.
+    /// Returns a person's answer to where the robot is, if there is one. Its position is in pixels (frame `Sketch`), its
+    /// heading in radians. Called after each instant except the last.
     fn here(&mut self) -> Option<Here> {
         None
     }
 }
 
-/// How long the parts of a mission took by the clock.
+/// Wall-clock time spent in each part of a mission.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Spent {
-    /// The simulation.
+    /// Time spent in the simulation.
     pub world: Duration,
-    /// Reading what a person provides.
+    /// Time spent reading what a person provides.
     pub sketcher: Duration,
-    /// All steps of the localizer.
+    /// Time spent in all steps of the localizer.
     pub localizer: Duration,
-    /// All steps of the planner.
+    /// Time spent in all steps of the planner.
     pub planner: Duration,
 }
 
@@ -72,23 +72,23 @@ pub struct Rehearsal {
     localizer: Part,
     planner: Part,
     supervisor: InProcess,
-    /// How many instants the stages take for a step.
+    /// Number of instants that the stages take for a step; 0 is lockstep.
     thinking_scans: u32,
 }
 
 impl Rehearsal {
-    /// Reads the files that the run's mission names.
+    /// Creates a rehearsal and reads the files that the run's mission names.
     ///
     /// # Errors
-    /// [`RehearsalError`] with the file, the key or the position.
+    /// [`RehearsalError`] that names the file, the key or the position.
     pub fn new(run: &RunConfig) -> Result<Self, RehearsalError> {
         Self::by(run, &read_file)
     }
 
-    /// With a drawing that is not in a file: `bytes` are used in place of the file that the mission names.
+    /// Creates a rehearsal with a drawing that is not in a file. `bytes` are used in place of the file that the mission names.
     ///
     /// # Errors
-    /// As [`Rehearsal::new`].
+    /// Like [`Rehearsal::new`].
     pub fn by_bytes(run: &RunConfig, bytes: &[u8]) -> Result<Self, RehearsalError> {
         Self::by(run, &|_| Ok(bytes.to_vec()))
     }
@@ -110,17 +110,17 @@ impl Rehearsal {
         })
     }
 
-    /// Simulates real time on a slow machine: the stages take this many instants for a step. Meanwhile the world goes
-    /// on with the previous command, and the readings of that time are not used. 0 is lockstep.
+    /// Simulates real time on a slow machine, where each step takes the stages this many instants. In the meantime, the world
+    /// carries on with the previous command, and readings go unused. 0 is lockstep.
     #[must_use]
     pub fn thinking_for(self, thinking_scans: u32) -> Self {
         Self { thinking_scans, ..self }
     }
 
-    /// Drives the mission to its end, or until the onlooker has seen enough; returns how long its parts took.
+    /// Drives the mission to its end, or until the onlooker has seen enough. Returns the time spent in each part.
     ///
     /// # Errors
-    /// [`RehearsalError::Stage`] if the drawing or the tasks do not suit the stages.
+    /// [`RehearsalError::Stage`] if a stage cannot use the drawing or the tasks.
     pub fn run(mut self, onlooker: &mut impl Onlooker) -> Result<Spent, RehearsalError> {
         self.drive(onlooker).map_err(RehearsalError::Stage)?;
         let Self { world, sketcher, localizer, planner, .. } = &self;
@@ -150,7 +150,7 @@ impl Rehearsal {
         }
     }
 
-    /// Passes on what a person provides, and the order to start.
+    /// Passes the sketcher's messages on to the other stages and gives the order to start.
     fn begin(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { sketcher, localizer, planner, supervisor, kind, .. } = self;
         for part in [&mut *sketcher, localizer, planner] {
@@ -168,7 +168,7 @@ impl Rehearsal {
         planner.hear(MISSION.spec, &order, tap)
     }
 
-    /// Passes on the onlooker's answer to where the robot is; it counts from the next instant on.
+    /// Passes on the onlooker's answer to where the robot is, which takes effect at the next instant.
     fn tell(&mut self, here: Here, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { world, localizer, planner, supervisor, .. } = self;
         let order = parts::order(supervisor, world.stamp_ns(), (Order::Here, Some(here)), tap)?;
@@ -176,7 +176,7 @@ impl Rehearsal {
         planner.hear(MISSION.spec, &order, tap)
     }
 
-    /// One instant, from the sensors to the command.
+    /// Runs one instant, from the sensors to the command.
     fn step(&mut self, tap: &mut impl Tap) -> Result<(), StageError> {
         let Self { world, localizer, planner, kind, .. } = self;
         world.observe(tap)?;

@@ -1,4 +1,4 @@
-//! The processes of a mission without processes: each one's computation and the messages that it has sent.
+//! The parts of a rehearsal. Each takes the place of a process, with that process's computation and the messages it has sent.
 
 use std::time::{Duration, Instant as Clock};
 
@@ -15,12 +15,12 @@ use sketchnav_stage::{
 
 use crate::RehearsalError;
 
-/// The world: its simulation, and the messages of an instant.
+/// The world, with its simulation and the messages it has sent.
 pub(crate) struct World {
     simulation: sim::World,
     pub(crate) memory: InProcess,
     tick: u64,
-    /// How long it has taken so far.
+    /// Time spent in the world so far.
     pub(crate) spent: Duration,
 }
 
@@ -31,7 +31,7 @@ impl World {
         Ok(Self { simulation, memory, tick: 0, spent: Duration::ZERO })
     }
 
-    /// Advances to the next instant with the given command, or with the previous one.
+    /// Advances to the next instant with the given command, or with the previous one if there is none.
     pub(crate) fn step(&mut self, command: Option<&VelocityCommand>) {
         let began = Clock::now();
         self.simulation.step(command);
@@ -61,7 +61,7 @@ impl World {
     }
 }
 
-/// The number of the newest message of each sensor, for a tick; 0 if there is none.
+/// Returns the sequence number of each sensor's newest message, for the tick. The number is 0 if a sensor has not sent any.
 fn newest_readings(memory: &InProcess) -> [u64; MAX_SENSORS] {
     let mut newest = [0; MAX_SENSORS];
     for (newest, sensor) in newest.iter_mut().zip(channels::sensors()) {
@@ -70,10 +70,10 @@ fn newest_readings(memory: &InProcess) -> [u64; MAX_SENSORS] {
     newest
 }
 
-/// Sends the simulation's messages.
+/// Sends the messages of the simulation.
 struct Said<'a> {
     sink: &'a mut dyn Sink,
-    /// The tick of the instant.
+    /// Number of the instant's tick.
     source_seq: u64,
 }
 
@@ -90,17 +90,17 @@ impl Senses for Said<'_> {
     }
 }
 
-/// A navigator's process: its stage, and the messages that it has sent.
+/// A process of the navigator, with its stage and the messages it has sent.
 pub(crate) struct Part {
     access: Access,
     stage: Box<dyn Hosted>,
     pub(crate) memory: InProcess,
-    /// How long the stage has taken so far.
+    /// Time spent in the stage so far.
     pub(crate) spent: Duration,
 }
 
 impl Part {
-    /// `None` for a process that hosts no stage.
+    /// Creates the part for a process, or returns `None` if the process hosts no stage.
     pub(crate) fn new(
         process: Process,
         run: &RunConfig,
@@ -118,7 +118,7 @@ impl Part {
         self.stage.is_ready()
     }
 
-    /// Hears an instruction; or hears a request and sends the answer.
+    /// Passes an instruction or a request to the stage. If it is a request, the stage answers it at once.
     pub(crate) fn hear(
         &mut self,
         spec: &'static ChannelSpec,
@@ -141,7 +141,7 @@ impl Part {
         said
     }
 
-    /// Takes the step of an instant.
+    /// Lets the stage take its step for an instant.
     pub(crate) fn step(
         &mut self,
         (tick, stamp_ns): (u64, u64),
@@ -157,7 +157,7 @@ impl Part {
     }
 }
 
-/// Sends an order in place of the supervisor.
+/// Sends an order in place of the supervisor and returns the message.
 pub(crate) fn order(
     memory: &mut InProcess,
     stamp_ns: u64,

@@ -1,9 +1,9 @@
-//! Executes the core of one service again on the inputs that a recording holds.
+//! Executes the core of one service again on the inputs in a recording.
 //!
-//! The inputs come in the order of time, those of one instant in the order of a step. A process takes its inputs by
-//! their stamps, so this is the order in which it saw them.
+//! Inputs arrive in order of their stamps, and those of the same instant in the order of a step. Since a process takes its
+//! inputs by their stamps, this is the order in which it saw them the first time.
 //!
-//! In real time two things are not recorded and cannot be executed again: which command had arrived when the world went
+//! In real time, two things are not recorded and so cannot be repeated: which command had arrived by the time the world moved
 //! on, and between which two estimates an order reached the planner.
 
 mod subject;
@@ -28,7 +28,7 @@ use sketchnav_schemas::time::seconds;
 use crate::{RehearsalError, Tap};
 use subject::Subject;
 
-/// Why a service cannot be executed again.
+/// The reason that a service cannot be executed again.
 #[derive(Debug, thiserror::Error)]
 pub enum RerunError {
     /// The recording cannot be read.
@@ -64,23 +64,23 @@ pub enum RerunError {
 /// The result of executing a service again.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rerun {
-    /// The first difference, if there is one; side A is the recording.
+    /// The first difference, if there is one. Side A is the recording.
     pub difference: Option<Difference>,
-    /// Messages that are the same.
+    /// Number of messages that agree with the recording.
     pub same: u64,
-    /// Messages that the service sent now.
+    /// Number of messages that the service sent this time.
     pub sent: u64,
-    /// Messages of the service that the recording has.
+    /// Number of messages of the service in the recording.
     pub recorded: u64,
-    /// The simulated time that was executed, seconds.
+    /// Simulated time that was executed, in seconds.
     pub simulated_s: f64,
     /// The messages that the service rejected as invalid.
     pub rejected: Rejections,
-    /// How long the core took, excluding reading, encoding, comparing and writing.
+    /// Time spent in the core, excluding reading, encoding, comparing and writing.
     pub core: Duration,
-    /// The durations of its steps.
+    /// Durations of the core's steps.
     pub steps: StepTimes,
-    /// How long everything took.
+    /// Time that everything took, including reading and comparing.
     pub wall: Duration,
 }
 
@@ -91,7 +91,7 @@ pub struct StepTimes {
     pub count: usize,
     /// The mean duration.
     pub mean: Duration,
-    /// 99 % of the steps took at most this long.
+    /// Duration that 99 % of the steps did not exceed.
     pub within_99: Duration,
     /// The longest duration.
     pub longest: Duration,
@@ -111,17 +111,18 @@ impl StepTimes {
     }
 }
 
-/// The channels that `process` writes and the recorder records, except for its health.
+/// Returns the channels that `process` writes and the recorder records, except for its health.
 pub fn outputs(process: Process, kind: &str) -> impl Iterator<Item = &'static ChannelSpec> {
     channels::written_by(process, kind).filter(|spec| spec.is_recorded())
 }
 
-/// Executes `process` of the recorded run, which may have other parameters than the recording's, and compares what it
-/// sends with what is recorded. `copy` gets everything: the recorded messages of the other processes, and those that
-/// this one sends now.
+/// Executes `process` of the recorded run again and compares the messages it sends with the recorded ones. The run need not
+/// have the same parameters as the recording.
+///
+/// `copy` receives every message: the recorded ones of the other processes, and those that this process sends now.
 ///
 /// # Errors
-/// [`RerunError`].
+/// [`RerunError`] if the recording cannot be read, the process has no core, or the run cannot be repeated.
 pub fn rerun<W: std::io::Write>(
     recording: &Recording,
     process: Process,
@@ -185,7 +186,7 @@ pub fn rerun<W: std::io::Write>(
     })
 }
 
-/// Whether the recording has such an order.
+/// Returns true if the recording has an order for which `is_such` holds.
 fn has_order(
     recording: &Recording,
     channel: Channel<MissionCommand>,
@@ -199,8 +200,8 @@ fn has_order(
     Ok(false)
 }
 
-/// The ticks that the recorded process answered; `None` if it answered all. In real time it may have missed the first
-/// ones, or skipped some.
+/// Returns the ticks that the recorded process answered, or `None` if it answered all of them. In real time, a process may miss
+/// the first ticks or skip some.
 fn answered(
     recording: &Recording,
     process: Process,
@@ -212,7 +213,7 @@ fn answered(
     };
     let ticks: Result<BTreeSet<u64>, _> =
         recording.headers(spec)?.map(|header| Ok(header?.source_seq)).collect();
-    // A log that has not been localized yet has no answers.
+    // A log that has not been localized yet has no answers, in which case every tick is answered.
     Ok(Some(ticks?).filter(|ticks| !ticks.is_empty()))
 }
 
@@ -244,7 +245,7 @@ impl SentTopic {
         Self { spec, topic: Arc::new(topic), spare: spec.message.spare() }
     }
 
-    /// The topic of a channel among `topics`, added if missing.
+    /// Returns the topic of a channel, adding it to `topics` if it is missing.
     fn of<'a>(topics: &'a mut Vec<Self>, spec: &'static ChannelSpec) -> &'a mut Self {
         let index = topics.iter().position(|topic| topic.spec == spec).unwrap_or_else(|| {
             topics.push(Self::new(spec));

@@ -1,4 +1,4 @@
-//! Any mission can be driven for an instant or is rejected, and nothing panics. `fuzz/` has the same as a target.
+//! Any mission either drives for an instant or is rejected, and nothing panics. `fuzz/` has the same check as a fuzz target.
 
 use std::path::Path;
 
@@ -40,7 +40,7 @@ time_limit_s = 60.0
 there = { center = [1.0, 1.0], radius_m = 1.0 }
 "#;
 
-/// Has seen enough with the first message.
+/// Ends a mission after its first instant.
 struct Once;
 
 impl Tap for Once {
@@ -53,7 +53,7 @@ impl Onlooker for Once {
     }
 }
 
-/// Drives for an instant; returns whether there was anything to drive.
+/// Drives a mission for an instant. Returns false if the mission is rejected.
 fn drives(text: &str) -> bool {
     let Ok(mut mission) = Mission::parse(text) else { return false };
     let floor =

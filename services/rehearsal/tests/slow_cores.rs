@@ -1,4 +1,4 @@
-//! Cores that need longer than a scan period: the world goes on with the previous command.
+//! While a core needs longer than a scan period, the world carries on with the previous command.
 
 use std::path::Path;
 
@@ -40,7 +40,7 @@ fn driven(thinking_scans: u32) -> Log {
     log
 }
 
-/// The index of the first truth in which the robot moves.
+/// Returns the index of the first truth message in which the robot moves.
 fn begins_to_move(log: &Log) -> usize {
     log.truth.iter().position(|truth| truth.twist.vx_mps.hypot(truth.twist.vy_mps) > 0.01).unwrap()
 }
@@ -57,7 +57,7 @@ fn only_each_third_scan_is_answered_and_three_scans_late() {
     }
     let first =
         |log: &Log| log.command.iter().position(|c| c.twist.vx_mps.hypot(c.twist.vy_mps) > 0.0).unwrap();
-    // It takes a step before a command shows; a late one is sent three steps after its scan.
+    // A command shows one step later, and a late command is sent three steps after its scan.
     assert_eq!(begins_to_move(&prompt), first(&prompt) + 1);
     assert_eq!(begins_to_move(&late), 3 * (first(&late) + 1) + 1);
 }

@@ -1,4 +1,4 @@
-//! An onlooker says where the robot is: localizer and planner hear it before the next instant.
+//! An onlooker says where the robot is, and the localizer and the planner hear it before the next instant.
 
 use std::path::Path;
 
@@ -13,14 +13,14 @@ use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
 /// Maximum number of instants of a drive.
 const MOST: usize = 200;
 
-/// Says where the robot is, once, when the moment has come.
+/// Says once where the robot is, as soon as `is_time` holds.
 struct Witness {
     is_time: fn(&Self) -> bool,
     at: fn(&Self) -> Point<Sketch>,
     estimates: Vec<PoseEstimate>,
     status: Vec<MissionStatus>,
     orders: Vec<MissionCommand>,
-    /// The number of instants before it was said.
+    /// Number of instants before the witness said where the robot is, or `None` if it has not yet.
     told: Option<usize>,
 }
 
@@ -89,7 +89,7 @@ fn the_localizer_goes_on_from_where_somebody_said() {
 fn the_planner_of_a_lost_robot_goes_on_when_somebody_has_said_where_it_is() {
     let is_lost = |it: &Witness| it.status.last().is_some_and(|s| s.state == TaskState::Paused.code());
     let where_it_believes = |it: &Witness| it.believed(it.estimates.len() - 1);
-    // So impatient that it is lost after a few instants.
+    // These parameters make the robot so impatient that it considers itself lost after a few instants.
     let witness =
         Witness::new(is_lost, where_it_believes).drives(&[("astray_factor", 0.1), ("astray_m", 0.1)]);
     let told = witness.told.unwrap();

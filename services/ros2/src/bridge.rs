@@ -1,6 +1,7 @@
-//! The bridge as a process: reads channels as an observer, publishes their messages, and passes on orders.
+//! The bridge process: reads channels as an observer, publishes their messages, and passes on orders.
 //!
-//! It publishes what is sent while it runs. Of earlier messages, subscribers get the newest one of each latched channel.
+//! It publishes the messages that are sent while it runs. Of earlier messages, subscribers get only the newest one of each
+//! latched channel.
 
 use std::time::{Duration, Instant};
 
@@ -17,15 +18,15 @@ use crate::participant::{Intake, Outlet, Participant};
 use crate::topics::{Delivery, Source, Topic};
 use crate::{BridgeError, Settings, Summary};
 
-/// How often to look for messages, since they do not wake observers.
+/// How often to look for messages, since messages do not wake observers.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
 /// How often to publish the state of the processes, and to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 /// The topic of orders.
 pub const ORDER_TOPIC: &str = "order";
-/// Its type.
+/// The type of the topic of orders.
 const ORDER_TYPE: &str = "std_msgs/msg/String";
-/// Maximum number of orders that wait.
+/// Maximum number of orders that can wait.
 const ORDER_DEPTH: usize = 10;
 
 /// Publishes `topics` until the system is gone or the process is asked to end.
@@ -63,10 +64,10 @@ pub fn run(
     Ok(bridge.summary())
 }
 
-/// A channel that is read.
+/// A channel that the bridge reads.
 struct Inlet {
     reader: RawReader,
-    /// The last message that is not to be published.
+    /// The number of the last message that was sent before the bridge started and must not be published.
     seen: u64,
     spare: Spare,
     outlet: Option<Outlet>,
@@ -78,7 +79,7 @@ struct Bridge {
     clock: Option<Outlet>,
     transforms: Option<Outlet>,
     transform: transforms::Form,
-    /// Published once, latched; kept open so that late subscribers get it.
+    /// The transform to the laser. It was published once, and the topic is kept open so that late subscribers get it.
     _mount: Option<Outlet>,
     diagnostics: Option<(Diagnostics, Outlet)>,
     stamp_ns: u64,
@@ -122,7 +123,7 @@ impl Bridge {
         Ok(Self { system, inlets, clock, transforms, transform, _mount: mount, diagnostics, stamp_ns: 0 })
     }
 
-    /// Publishes what has arrived.
+    /// Publishes the messages that have arrived.
     fn look(&mut self, now: Duration) -> Result<(), BridgeError> {
         let mut inlets = std::mem::take(&mut self.inlets);
         for inlet in &mut inlets {
@@ -139,7 +140,7 @@ impl Bridge {
     fn derive(&mut self, inlet: &Inlet, sample: &RawSample, now: Duration) -> Result<(), BridgeError> {
         let (spec, message) = (inlet.reader.spec(), sample.message());
         if let Some((diagnostics, _)) = &mut self.diagnostics {
-            // Earlier messages count too: a process may have died before the bridge started.
+            // Earlier messages are included, because a process may have died before the bridge started.
             if let Some(health) = HEALTH.message(spec, message) {
                 diagnostics.on_health(health, now);
             } else if let Some(fault) = FAULTS.message(spec, message) {
@@ -195,12 +196,12 @@ impl Inlet {
         Ok(Self { reader, seen, spare: spec.message.spare(), outlet })
     }
 
-    /// Whether the message was sent after the bridge started.
+    /// Returns true if the message was sent after the bridge started.
     fn is_new(&self, sample: &RawSample) -> bool {
         self.reader.spec().writer.is_none() || sample.header().seq > self.seen
     }
 
-    /// A message that has no ROS 2 form is left out, as it is in a recording.
+    /// Publishes a message. One that has no ROS 2 form is left out, as it is in a recording.
     fn publish(&mut self, sample: &RawSample) -> Result<(), BridgeError> {
         let is_new = self.is_new(sample);
         let Some(outlet) = self.outlet.as_mut().filter(|_| is_new) else { return Ok(()) };
@@ -220,7 +221,7 @@ impl Inlet {
     }
 }
 
-/// Orders from ROS 2.
+/// Takes orders from ROS 2.
 struct Orders {
     intake: Intake<Text>,
     task_count: u32,
@@ -234,7 +235,7 @@ impl Orders {
         Ok(Self { intake, task_count: run.mission.task.len() as u32, allowance: Allowance::default() })
     }
 
-    /// Has the supervisor give the orders that have arrived.
+    /// Passes on the orders that have arrived, for the supervisor to give them.
     fn hand_on(&mut self, system: &System, now: Duration) -> Result<(), BridgeError> {
         while let Some(text) = self.intake.take() {
             let order = match self.allowance.take(now) {

@@ -18,17 +18,17 @@ use crate::{BridgeError, Settings};
 /// A ROS 2 node.
 pub struct Participant {
     node: Node,
-    /// The namespace with a leading slash; only the slash if there is none.
+    /// The namespace with a leading slash, or only the slash if there is none.
     namespace: String,
-    /// Dropped last, because the node needs it.
+    /// Declared last, and therefore dropped last, because the node needs it.
     _context: Context,
 }
 
 impl Participant {
-    /// Joins a domain as the node `name`. Without `interfaces`, all of the host's are used.
+    /// Joins a domain as the node `name`. If `interfaces` is empty, all network interfaces of the host are used.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`] if its sockets cannot be opened.
+    /// [`BridgeError::Middleware`] if the sockets cannot be opened.
     pub fn join(settings: &Settings, interfaces: &[IpAddr], name: &str) -> Result<Self, BridgeError> {
         let failed = BridgeError::middleware(format!("joining domain {}", settings.domain));
         let mut builder = DomainParticipantBuilder::new(settings.domain);
@@ -47,7 +47,7 @@ impl Participant {
     /// Opens a topic for publishing.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`], also if the name is not allowed in ROS 2.
+    /// [`BridgeError::Middleware`] if the topic cannot be opened, for example because the name is not allowed in ROS 2.
     pub fn publisher(
         &mut self,
         name: &str,
@@ -85,14 +85,14 @@ impl Participant {
     }
 }
 
-/// `package/msg/Type`.
+/// Splits `package/msg/Type` into the type name that DDS needs.
 fn type_name(kind: &str) -> MessageTypeName {
     let (package, name) = kind.split_once("/msg/").unwrap_or(("", kind));
     MessageTypeName::new(package, name)
 }
 
 fn quality(delivery: Delivery) -> QosProfile {
-    // A slow subscriber must not hold up the others.
+    // A slow subscriber must not delay the others.
     let reliable = Reliability::Reliable { when_full: WhenFull::Fail };
     let (reliability, durability) = match delivery {
         Delivery::Sensor => (Reliability::BestEffort, Durability::Volatile),
@@ -126,7 +126,7 @@ impl<F: DeserializeOwned + 'static> Receiver<F> for Incoming<F> {
     }
 }
 
-/// A message in CDR, serialized as the bytes that follow the encapsulation header.
+/// A message in CDR. It is serialized as the bytes after the encapsulation header.
 struct Cdr(Vec<u8>);
 
 impl Serialize for Cdr {
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
     use crate::participant::dds_type_name;
 
-    /// What is sent must be what a recording holds: nothing is aligned or counted a second time.
+    /// The sent bytes must be those of a recording, so nothing may be aligned or counted a second time.
     #[test]
     fn bytes_of_cdr_are_serialized_as_they_are() {
         let mut cdr = Vec::new();

@@ -1,4 +1,4 @@
-//! The content of `/diagnostics`: one status per process, from `health` and `faults`.
+//! The content of `/diagnostics`: one status per process, based on `health` and `faults`.
 //!
 //! Time is passed as an argument. The levels are those of `diagnostic_msgs/msg/DiagnosticStatus`.
 
@@ -10,7 +10,7 @@ use sketchnav_schemas::message::{Fault, Health};
 
 use crate::forms::{DiagnosticArray, DiagnosticStatus, KeyValue, time};
 
-/// How long after its last report the figures of a process are stale; it reports its health once a second.
+/// Time after its last report at which the figures of a process are stale. A process reports its health once a second.
 const STALE_AFTER: Duration = Duration::from_secs(5);
 
 /// The severity of a status.
@@ -19,7 +19,7 @@ const STALE_AFTER: Duration = Duration::from_secs(5);
 pub enum Level {
     /// Nothing is wrong.
     Ok = 0,
-    /// Something is wrong, and the process continues.
+    /// Something is wrong, but the process continues.
     Warn = 1,
     /// The process does not do its work.
     Error = 2,
@@ -37,7 +37,7 @@ pub struct Diagnostics {
 struct Member {
     health: Option<Health>,
     heard: Duration,
-    /// Lost and refused messages at the time of the previous report.
+    /// The numbers of lost and of refused messages at the time of the previous diagnostics report.
     told: (u64, u64),
     /// The current problem.
     trouble: Option<(Level, String)>,
@@ -45,18 +45,18 @@ struct Member {
 }
 
 impl Diagnostics {
-    /// Takes a health report that arrived at `now`.
+    /// Takes a health report that arrived at `now` into account.
     pub fn on_health(&mut self, health: &Health, now: Duration) {
         let member = self.processes.entry(health.process).or_default();
         let is_another = member.health.is_none_or(|before| before.pid != health.pid);
         if is_another {
-            // A successor counts from 0.
+            // A restarted process counts from 0.
             member.told = (0, 0);
         }
         (member.health, member.heard) = (Some(*health), now);
     }
 
-    /// Takes a fault.
+    /// Takes a fault that arrived at `now` into account.
     pub fn on_fault(&mut self, fault: &Fault, now: Duration) {
         let Some(kind) = FaultKind::from_code(fault.kind) else { return };
         let member = self.processes.entry(fault.process).or_default();
@@ -79,7 +79,7 @@ impl Diagnostics {
         }
     }
 
-    /// The report at `now`. `stamp_ns`: simulation time, ns.
+    /// Returns the report at `now`. `stamp_ns` is the simulation time, in nanoseconds.
     pub fn report(&mut self, system: &str, stamp_ns: u64, now: Duration) -> DiagnosticArray {
         let mut array = DiagnosticArray::default();
         array.header.stamp = time(stamp_ns);

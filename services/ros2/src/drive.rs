@@ -1,6 +1,7 @@
-//! A ROS 2 robot in the world's place: `/scan` and `/odom` become the sensors' channels and the tick, commands become `/cmd_vel`.
+//! Drives a ROS 2 robot in place of the simulated world: `/scan` and `/odom` become the sensors' channels and the tick, and
+//! commands become `/cmd_vel`.
 //!
-//! An instant ends with each scan. The robot stands still if no command has arrived for half a second, and at the end.
+//! An instant ends with each scan. The robot is stopped if no command has arrived for half a second, and at the end.
 
 use std::time::{Duration, Instant};
 
@@ -15,17 +16,17 @@ use crate::readings::{self, OdometryForm, ReadingError, ScanForm, Thinning, Time
 use crate::topics::Delivery;
 use crate::{BridgeError, Settings, Summary};
 
-/// How often to look for messages, since those of ROS 2 wake no process.
+/// How often to look for messages, since ROS 2 messages wake no process.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
 /// How often to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 /// How long the robot moves without a new command before it is stopped.
 const COMMAND_LIMIT: Duration = Duration::from_millis(500);
-/// How long the last message may take to be sent.
+/// Maximum time for sending the last message.
 const FAREWELL: Duration = Duration::from_millis(100);
 const STANDSTILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
 
-/// Drives the robot until its mission is over, the system is gone or the process is asked to end.
+/// Drives the robot until its mission is over, the system is gone, or the process is asked to end.
 ///
 /// # Errors
 /// [`BridgeError`] if the domain or a channel cannot be opened, or sending is no longer possible.
@@ -63,16 +64,16 @@ struct Driver<'a> {
     health: HealthReporter,
     time: Timebase,
     thinning: Thinning,
-    /// The newest odometry reading that was not sent.
+    /// The newest odometry reading, if it has not been sent yet.
     held: Option<Odometry>,
     has_odometry: bool,
-    /// The last tick of an earlier driver: commands that answer it or older ones are ignored.
+    /// The last tick of an earlier driver. Commands that answer it or older ticks are ignored.
     ticks_before: u64,
     stamp_ns: u64,
     commanded: Instant,
     is_moving: bool,
     refused: u64,
-    /// Once it is dropped, nothing is received any more.
+    /// Once this is dropped, nothing is received any more.
     _participant: Participant,
 }
 
@@ -86,7 +87,7 @@ impl<'a> Driver<'a> {
             participant.publisher("cmd_vel", "geometry_msgs/msg/Twist", Delivery::Reliable { depth: 1 })?;
         let (mut scan, mut reading, mut tick) =
             (node.writer(SCAN)?, node.writer(ODOMETRY)?, node.writer(TICK)?);
-        // If an earlier driver has died, its numbers and its clock are continued.
+        // If an earlier driver has died, its sequence numbers and its clock are continued.
         scan.resume_after_history();
         reading.resume_after_history();
         tick.resume_after_history();
@@ -115,7 +116,7 @@ impl<'a> Driver<'a> {
         })
     }
 
-    /// Passes on what the robot has measured.
+    /// Passes on the robot's readings.
     fn sense(&mut self) -> Result<(), BridgeError> {
         while let Some(form) = self.odometry.take() {
             let stamp_ns = self.time.of(&form.header.stamp);
@@ -149,7 +150,8 @@ impl<'a> Driver<'a> {
         Ok(())
     }
 
-    /// A scan ends an instant. Before the first odometry its position is unknown, and it is left out.
+    /// Passes on a scan, which ends an instant. A scan that arrives before the first odometry reading is left out, because
+    /// its position is unknown.
     fn on_scan(&mut self, scan: &LaserScan) -> Result<(), BridgeError> {
         if !self.has_odometry {
             return Ok(());
@@ -168,7 +170,8 @@ impl<'a> Driver<'a> {
         Ok(())
     }
 
-    /// Counts a reading that must not be passed on, and prints the first of each hundred to standard error.
+    /// Counts a reading that must not be passed on, and prints every hundredth of them, beginning with the first, to
+    /// standard error.
     fn refuse(&mut self, topic: &str, error: &ReadingError) {
         if self.refused.is_multiple_of(100) {
             sketchnav_schemas::say!("/{topic}: left out ({} so far): {error}", self.refused + 1);
@@ -177,7 +180,7 @@ impl<'a> Driver<'a> {
         self.node.count_refused();
     }
 
-    /// Passes commands on; returns whether that was the last one.
+    /// Passes commands on. Returns true if the last one was among them.
     fn command(&mut self) -> Result<bool, BridgeError> {
         let mut newest = None;
         while let Some(command) = self.commands.receive_valid()? {
@@ -205,7 +208,7 @@ impl<'a> Driver<'a> {
 
     fn end(mut self) -> Result<Summary, BridgeError> {
         self.tell(STANDSTILL)?;
-        // It is sent by another thread, which cannot report that it has been sent.
+        // The last command is sent by another thread, which cannot report when it has been sent.
         std::thread::sleep(FAREWELL);
         self.health.report(self.stamp_ns)?;
         let (sent, unsent) = self.wheels.counts();

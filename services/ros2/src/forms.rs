@@ -5,38 +5,38 @@ use serde::{Deserialize, Serialize};
 
 const NS_PER_S: u64 = 1_000_000_000;
 
-/// `rosgraph_msgs/msg/Clock`.
+/// The message `rosgraph_msgs/msg/Clock`.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Clock {
     /// Simulation time.
     pub clock: Time,
 }
 
-/// `diagnostic_msgs/msg/DiagnosticArray`.
+/// The message `diagnostic_msgs/msg/DiagnosticArray`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct DiagnosticArray {
-    /// When it was made.
+    /// Header with the time of the report.
     pub header: Header,
     /// One status per process.
     pub status: Vec<DiagnosticStatus>,
 }
 
-/// `diagnostic_msgs/msg/DiagnosticStatus`.
+/// The message `diagnostic_msgs/msg/DiagnosticStatus`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct DiagnosticStatus {
-    /// The severity: the number of a [`crate::diagnostics::Level`].
+    /// Severity, the number of a [`crate::diagnostics::Level`].
     pub level: u8,
     /// The name of the process.
     pub name: String,
     /// A description.
     pub message: String,
-    /// The robot.
+    /// Identifier of the hardware, here the name of the system.
     pub hardware_id: String,
-    /// Figures.
+    /// Figures of the process.
     pub values: Vec<KeyValue>,
 }
 
-/// `diagnostic_msgs/msg/KeyValue`.
+/// The message `diagnostic_msgs/msg/KeyValue`.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct KeyValue {
     /// The name of the figure.
@@ -45,14 +45,14 @@ pub struct KeyValue {
     pub value: String,
 }
 
-/// `std_msgs/msg/String`.
+/// The message `std_msgs/msg/String`.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Text {
     /// The text.
     pub data: String,
 }
 
-/// A simulation time in ROS 2 form. Times beyond 2³¹ s are clamped to the last one.
+/// Converts a simulation time in nanoseconds into its ROS 2 form. Times beyond 2³¹ s are clamped to the last one.
 pub fn time(stamp_ns: u64) -> Time {
     let sec = i32::try_from(stamp_ns / NS_PER_S).unwrap_or(i32::MAX);
     Time { sec, nanosec: (stamp_ns % NS_PER_S) as u32 }

@@ -1,13 +1,13 @@
-//! A bridge to ROS 2 on other hosts: an observer that publishes a running system's channels by DDS or Zenoh.
+//! A bridge to ROS 2 on other hosts: an observer that publishes the channels of a running system over DDS or Zenoh.
 //!
-//! Each topic has the name and the type under which it is recorded, and carries the very bytes that a recording holds.
-//! `/clock`, `/tf`, `/tf_static` and `/diagnostics` are published in addition. If the settings allow it, orders are
-//! taken from `/order` and treated like those of `sketchnav send`: the supervisor gives them. [`drive`] works the other
-//! way round: a ROS 2 robot is the world.
+//! Each topic has the name and the type under which it is recorded, and carries exactly the bytes that a recording contains.
+//! `/clock`, `/tf`, `/tf_static` and `/diagnostics` are published in addition. If the settings allow it, orders are taken
+//! from `/order` and handled like those of `sketchnav send`: the supervisor gives them. [`drive`] works in the other
+//! direction and lets a ROS 2 robot replace the simulated world.
 //!
 //! [`topics`], [`diagnostics`], [`orders`] and [`readings`] are pure. [`run`] writes to no channel.
 
-// `say!` prints, and escapes what could steer a terminal.
+// `say!` prints, and escapes characters that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 #[cfg(not(any(feature = "dds", feature = "zenoh")))]
@@ -33,66 +33,66 @@ use std::net::IpAddr;
 pub use bridge::{ORDER_TOPIC, run};
 pub use drive::drive;
 
-/// How to take part in ROS 2.
+/// The settings for taking part in ROS 2.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings {
-    /// The domain, 0 to 232.
+    /// The ROS 2 domain, 0 to 232.
     pub domain: u16,
     /// The middleware that carries the messages.
     pub middleware: Middleware,
-    /// The namespace of all topics and the node, without slashes around it; empty for none.
+    /// The namespace of all topics and of the node, without slashes around it. Empty for none.
     pub namespace: String,
-    /// Whether orders are accepted.
+    /// True if orders are accepted.
     pub takes_orders: bool,
 }
 
 impl Settings {
-    /// The full name of a topic.
+    /// Returns the full name of a topic.
     pub fn topic(&self, name: &str) -> String {
         let slash = if self.namespace.is_empty() { "" } else { "/" };
         format!("{slash}{}/{name}", self.namespace)
     }
 }
 
-/// The middleware that carries the messages. Only nodes with the same one can communicate.
+/// The middleware that carries the messages. Only nodes that use the same one can communicate.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Middleware {
     /// DDS, compatible with rmw_fastrtps and rmw_cyclonedds.
     #[cfg(feature = "dds")]
     Dds {
-        /// The addresses of the interfaces to use; empty for all.
+        /// The addresses of the network interfaces to use. Empty for all of them.
         interfaces: Vec<IpAddr>,
     },
     /// Zenoh, compatible with rmw_zenoh.
     #[cfg(feature = "zenoh")]
     Zenoh {
-        /// The routers to connect to, as `tcp/localhost:7447`.
+        /// The routers to connect to, such as `tcp/localhost:7447`.
         routers: Vec<String>,
-        /// The endpoints to listen on as a router; empty for a client.
+        /// The endpoints to listen on as a router. Empty for a client.
         listen: Vec<String>,
     },
 }
 
-/// What a bridge has done.
+/// What a bridge did, in numbers.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Summary {
-    /// Messages that were sent.
+    /// Number of messages that were sent.
     pub sent: u64,
-    /// Messages that were dropped because a subscriber was too slow.
+    /// Number of messages that were dropped because a subscriber was too slow.
     pub unsent: u64,
-    /// Messages that the bridge itself was too slow for.
+    /// Number of messages that were lost because the bridge itself was too slow.
     pub lost: u64,
 }
 
-/// Why a bridge failed.
+/// Reasons why a bridge failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BridgeError {
     /// DDS or Zenoh reported an error.
     #[error("{doing}: {cause}")]
     Middleware {
-        /// What was to be done.
+        /// What the bridge was doing.
         doing: String,
-        /// Its error.
+        /// The middleware's error.
         cause: String,
     },
     /// The system's channels failed.

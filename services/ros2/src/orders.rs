@@ -1,31 +1,31 @@
-//! Orders from ROS 2: a word, followed by the task if the order names one.
+//! Orders from ROS 2. An order is a word, followed by the number of the task if it names one.
 //!
-//! Any node in the domain may send them. So their number is bounded, and invalid ones are reported on standard error.
+//! Any node in the domain may send orders, so their rate is limited, and invalid ones are reported on standard error.
 
 use std::time::Duration;
 
 use sketchnav_schemas::codes::Order;
 
-/// Most orders per second; a person gives fewer.
+/// Maximum number of orders per second. A person gives fewer.
 const MAX_A_SECOND: u32 = 10;
-/// Longest part of a text that is printed, characters.
+/// Maximum number of characters of a text that are printed.
 const MAX_SHOWN: usize = 40;
 
-/// Why an order was rejected.
+/// Reasons why an order was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum OrderError {
-    /// An unknown word.
+    /// The word is unknown.
     #[error("{found:?}: expected {}", words())]
     Word {
         /// The text.
         found: String,
     },
-    /// A number that is not that of a task of the mission.
+    /// The number is not that of a task of the mission.
     #[error("{found:?}: expected a task from 1 to {count}")]
     Task {
         /// The text.
         found: String,
-        /// How many tasks there are.
+        /// Number of tasks in the mission.
         count: u32,
     },
     /// Too many orders in a second.
@@ -38,13 +38,13 @@ fn words() -> String {
     format!("one of {}, followed by a task number if it needs one", words.join(", "))
 }
 
-/// Whether an order consists of its word only. `here` does not: it needs a position in the sketch.
+/// Returns true if an order consists of words only. `here` does not, because it needs a position in the sketch.
 fn is_word(order: &Order) -> bool {
     *order != Order::Here
 }
 
-/// Reads an order such as `pause` or `goal 3`, for a mission with `task_count` tasks. In the text tasks count from 1,
-/// in the result from 0.
+/// Parses an order such as `pause` or `goal 3`, for a mission with `task_count` tasks. Tasks are counted from 1 in the text,
+/// and from 0 in the result.
 ///
 /// # Errors
 /// [`OrderError`] with what was found.
@@ -65,7 +65,7 @@ pub fn parse(text: &str, task_count: u32) -> Result<(Order, u32), OrderError> {
     }
 }
 
-/// Counts the orders in a second.
+/// Limits the number of orders per second.
 #[derive(Debug, Default)]
 pub struct Allowance {
     second: u64,
@@ -73,10 +73,11 @@ pub struct Allowance {
 }
 
 impl Allowance {
-    /// Takes an order that arrived at `now`.
+    /// Takes an order that arrived at `now` into account. Returns true if it may be given.
     ///
     /// # Errors
-    /// [`OrderError::Flood`] for the first one too many in a second; `Ok(false)` for those after it.
+    /// [`OrderError::Flood`] for the first order above the limit in a second. Later orders in the same second yield
+    /// `Ok(false)`, so that the flood is reported only once.
     pub fn take(&mut self, now: Duration) -> Result<bool, OrderError> {
         if self.second != now.as_secs() {
             (self.second, self.taken) = (now.as_secs(), 0);

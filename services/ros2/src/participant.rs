@@ -1,6 +1,6 @@
-//! The participant: a ROS 2 node with its publishers and subscriptions, for any middleware.
+//! The participant: a ROS 2 node with its publishers and subscriptions, independent of the middleware.
 //!
-//! Messages are sent as the CDR that a recording holds. They are carried by [`dds`](crate::dds) or
+//! Messages are sent as the same CDR that a recording contains. They are carried by [`dds`](crate::dds) or
 //! [`rmw_zenoh`](crate::rmw_zenoh), each of which has a cargo feature.
 
 use serde::de::DeserializeOwned;
@@ -14,10 +14,10 @@ use crate::{BridgeError, Middleware, Settings};
 
 /// A ROS 2 node.
 pub enum Participant {
-    /// In a DDS domain.
+    /// A node in a DDS domain.
     #[cfg(feature = "dds")]
     Dds(Box<dds::Participant>),
-    /// At a Zenoh router.
+    /// A node at a Zenoh router.
     #[cfg(feature = "zenoh")]
     Zenoh(Box<rmw_zenoh::Participant>),
 }
@@ -26,7 +26,7 @@ impl Participant {
     /// Joins as the node of the system `name`.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`] if nothing can be reached or opened.
+    /// [`BridgeError::Middleware`] if the network or the router cannot be reached, or a socket cannot be opened.
     pub fn join(settings: &Settings, name: &str) -> Result<Self, BridgeError> {
         let node = node_name(name);
         match &settings.middleware {
@@ -41,10 +41,10 @@ impl Participant {
         }
     }
 
-    /// Opens a topic for publishing, given its name without a leading slash, and its type as `package/msg/Type`.
+    /// Opens a topic for publishing. The name has no leading slash, and the type has the form `package/msg/Type`.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`], also if the name is not allowed in ROS 2.
+    /// [`BridgeError::Middleware`] if the topic cannot be opened, for example because the name is not allowed in ROS 2.
     pub fn publisher(&mut self, name: &str, kind: &str, delivery: Delivery) -> Result<Outlet, BridgeError> {
         let sender: Box<dyn Sender> = match self {
             #[cfg(feature = "dds")]
@@ -75,12 +75,12 @@ impl Participant {
     }
 }
 
-/// The node name for a system's name: letters, digits and underscores.
+/// Returns the node name for a system, in which only letters, digits and underscores are allowed.
 fn node_name(system: &str) -> String {
     format!("sketchnav_{}", system.replace(|c: char| !c.is_ascii_alphanumeric(), "_"))
 }
 
-/// The full name of the type `package/msg/Type` in DDS and Zenoh: `package::msg::dds_::Type_`.
+/// Returns the full name of the type `package/msg/Type` in DDS and Zenoh: `package::msg::dds_::Type_`.
 #[cfg(any(feature = "zenoh", test))]
 pub fn dds_type_name(kind: &str) -> String {
     let (package, name) = kind.split_once("/msg/").unwrap_or(("", kind));
@@ -89,23 +89,23 @@ pub fn dds_type_name(kind: &str) -> String {
 
 /// Sends the messages of a topic.
 pub trait Sender {
-    /// Sends a message in CDR with its encapsulation header; returns whether there was room for it.
+    /// Sends a message in CDR with its encapsulation header. Returns false if there was no room for it.
     ///
     /// # Errors
-    /// A text if sending is no longer possible.
+    /// A text with the reason if sending is no longer possible.
     fn send(&mut self, cdr: Vec<u8>) -> Result<bool, String>;
 }
 
 /// Receives the messages of a topic.
 pub trait Receiver<F> {
-    /// The next message in the queue.
+    /// Takes the next message from the queue.
     ///
     /// # Errors
-    /// A text if the next one is not a message of the type.
+    /// A text with the reason if the next one is not a message of the type.
     fn take(&mut self) -> Result<Option<F>, String>;
 }
 
-/// A topic that is published.
+/// A topic that this node publishes.
 pub struct Outlet {
     name: String,
     sender: Box<dyn Sender>,
@@ -114,7 +114,8 @@ pub struct Outlet {
 }
 
 impl Outlet {
-    /// Publishes a message in CDR with its encapsulation header. One for which there is no room is counted as not sent.
+    /// Publishes a message in CDR with its encapsulation header. A message for which there is no room is dropped and
+    /// counted.
     ///
     /// # Errors
     /// [`BridgeError::Middleware`] if sending is no longer possible.
@@ -127,20 +128,21 @@ impl Outlet {
         Ok(())
     }
 
-    /// The number of messages that were sent, and of those for which there was no room.
+    /// Returns the number of messages that were sent, and the number of those for which there was no room.
     pub fn counts(&self) -> (u64, u64) {
         (self.sent, self.unsent)
     }
 }
 
-/// A topic that is subscribed to.
+/// A topic that this node subscribes to.
 pub struct Intake<F> {
     name: String,
     receiver: Box<dyn Receiver<F>>,
 }
 
 impl<F> Intake<F> {
-    /// The next message. Any node may send anything: what is not a message of the type is reported on standard error.
+    /// Takes the next message. Any node may send anything, so data that is not a message of the type is reported on
+    /// standard error.
     pub fn take(&mut self) -> Option<F> {
         self.receiver.take().unwrap_or_else(|error| {
             sketchnav_schemas::say!("/{}: {error}", self.name);

@@ -1,41 +1,41 @@
-//! Converts a ROS 2 robot's readings to messages: its scans, its odometry, its time.
+//! Converts the readings of a ROS 2 robot into messages: its scans, its odometry, its time.
 //!
-//! Readings are checked here; an error says what was expected and what was found. Ranges follow REP 117.
+//! Readings are checked here, and errors say what was expected and what was found. Ranges follow REP 117.
 
 use ros2_interfaces_jazzy_serde::builtin_interfaces::msg::Time;
 use sketchnav_schemas::message::{Header, LaserScan, MAX_BEAMS, Message, Odometry};
 use sketchnav_schemas::ros2::{Ros2, Ros2Error};
 
-/// `sensor_msgs/msg/LaserScan`.
+/// The form of `sensor_msgs/msg/LaserScan`.
 pub type ScanForm = <LaserScan as Ros2>::Form;
-/// `nav_msgs/msg/Odometry`.
+/// The form of `nav_msgs/msg/Odometry`.
 pub type OdometryForm = <Odometry as Ros2>::Form;
 
-/// Why a reading was rejected.
+/// Reasons why a reading was rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadingError {
-    /// It does not fit into a message.
+    /// The reading does not fit into a message.
     #[error(transparent)]
     Form(#[from] Ros2Error),
-    /// A number that no sensor can measure.
+    /// The scan contains a number that no sensor can measure.
     #[error(
         "expected finite numbers, range_min below range_max and ranges as REP 117 has them, found others"
     )]
     Scan,
-    /// An impossible pose.
+    /// The pose or the velocity is impossible.
     #[error("expected a finite pose with a heading, and a finite velocity, found others")]
     Odometry,
-    /// A stamp that is not later than the previous one.
+    /// The stamp is not later than the previous one.
     #[error("expected a stamp behind that of the reading before, found {found_ns} ns for {before_ns} ns")]
     Stamp {
-        /// This stamp, nanoseconds.
+        /// The rejected stamp, in nanoseconds.
         found_ns: u64,
-        /// The previous stamp, nanoseconds.
+        /// The previous stamp, in nanoseconds.
         before_ns: u64,
     },
 }
 
-/// Converts the robot's stamps to simulation time; the first reading gets the current time of the mission.
+/// Converts the robot's stamps to simulation time. The first reading gets the current time of the mission.
 #[derive(Debug, Clone, Copy)]
 pub struct Timebase {
     begin_ns: u64,
@@ -43,12 +43,12 @@ pub struct Timebase {
 }
 
 impl Timebase {
-    /// Starts at a simulation time, ns.
+    /// Starts at this simulation time, in nanoseconds.
     pub fn at(begin_ns: u64) -> Self {
         Self { begin_ns, first_ns: None }
     }
 
-    /// The simulation time of a stamp, ns, and never before the start.
+    /// Returns the simulation time of a stamp, in nanoseconds. It is never before the start.
     pub fn of(&mut self, stamp: &Time) -> u64 {
         let found = i128::from(stamp.sec) * 1_000_000_000 + i128::from(stamp.nanosec);
         let first = *self.first_ns.get_or_insert(found);
@@ -57,10 +57,10 @@ impl Timebase {
     }
 }
 
-/// Converts a scan. One with more beams than a message holds is thinned evenly.
+/// Converts a scan. If it has more beams than a message can hold, it is thinned evenly.
 ///
 /// # Errors
-/// [`ReadingError`].
+/// [`ReadingError`] if the scan does not fit into a message or is invalid.
 pub fn scan(mut form: ScanForm, stamp_ns: u64) -> Result<LaserScan, ReadingError> {
     let stride = form.ranges.len().div_ceil(MAX_BEAMS).max(1);
     if stride > 1 {
@@ -75,10 +75,10 @@ pub fn scan(mut form: ScanForm, stamp_ns: u64) -> Result<LaserScan, ReadingError
     if scan.is_valid() { Ok(scan) } else { Err(ReadingError::Scan) }
 }
 
-/// Converts an odometry reading. Of a tilted orientation, only the rotation about the vertical axis counts.
+/// Converts an odometry reading. If the orientation is tilted, only the rotation about the vertical axis is kept.
 ///
 /// # Errors
-/// [`ReadingError`].
+/// [`ReadingError`] if the reading does not fit into a message or is invalid.
 pub fn odometry(mut form: OdometryForm, stamp_ns: u64) -> Result<Odometry, ReadingError> {
     form.header.stamp = Time::default();
     let turn = &mut form.pose.pose.orientation;
@@ -89,7 +89,8 @@ pub fn odometry(mut form: OdometryForm, stamp_ns: u64) -> Result<Odometry, Readi
     if odometry.is_valid() { Ok(odometry) } else { Err(ReadingError::Odometry) }
 }
 
-/// Selects the odometry readings that are sent: between two ticks, no more than the channel holds for a late reader.
+/// Selects which odometry readings are sent, so that there are no more between two ticks than the channel holds for a late
+/// reader.
 #[derive(Debug)]
 pub struct Thinning {
     gap_ns: u64,
@@ -99,13 +100,13 @@ pub struct Thinning {
 }
 
 impl Thinning {
-    /// For ticks with a period of `period_ns`, and `per_tick` messages per tick.
+    /// Creates a selection for ticks with a period of `period_ns` nanoseconds, and `per_tick` messages per tick.
     pub fn new(period_ns: u64, per_tick: usize) -> Self {
         let most = per_tick.saturating_sub(1).max(1);
         Self { gap_ns: period_ns / per_tick.max(1) as u64, most, last_ns: None, since_tick: 0 }
     }
 
-    /// Whether a reading of this time is to be sent now. (The last one before a tick is sent in any case.)
+    /// Returns true if a reading with this stamp should be sent now. (The last reading before a tick is sent in any case.)
     pub fn takes(&mut self, stamp_ns: u64) -> bool {
         let is_far = self.last_ns.is_none_or(|last| stamp_ns >= last + self.gap_ns);
         let takes = is_far && self.since_tick < self.most;

@@ -1,6 +1,7 @@
 //! The participant at a Zenoh router, compatible with nodes that use ROS 2's rmw_zenoh.
 //!
-//! It is a client of a router, or the router itself. Latched topics behave like an advanced publisher of zenoh-ext.
+//! The participant is either a client of a router or the router itself. Latched topics behave like an advanced publisher of
+//! zenoh-ext.
 
 mod names;
 mod type_hash;
@@ -23,31 +24,31 @@ use crate::participant::{Receiver, Sender, dds_type_name};
 use crate::topics::{self, Delivery};
 use crate::{BridgeError, Settings};
 
-/// Longest message that is accepted or forwarded, bytes: any node may send.
+/// Maximum size, in bytes, of a message that is accepted or forwarded. There must be a limit because any node may send.
 const MAX_MESSAGE_BYTES: usize = 64 << 20;
 
 /// A ROS 2 node.
 pub struct Participant {
     session: Session,
     node: Node,
-    /// The number of the endpoint that was opened last.
+    /// The number of the most recently opened endpoint.
     endpoint: u32,
     _token: LivelinessToken,
 }
 
-/// An open topic.
+/// An opened topic.
 struct Opened {
     key: String,
-    /// Announces it to others.
+    /// Announces the topic to other nodes.
     token: LivelinessToken,
     identity: [u8; 16],
 }
 
 impl Participant {
-    /// Connects to `routers` as the node `name`; with endpoints in `listen` it is a router itself.
+    /// Connects to `routers` as the node `name`. With endpoints in `listen`, the node is a router itself.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`] if there is no router, or it cannot listen.
+    /// [`BridgeError::Middleware`] if no router can be reached, or if an endpoint cannot be listened on.
     pub fn join(
         settings: &Settings,
         routers: &[String],
@@ -75,7 +76,7 @@ impl Participant {
     /// Opens a topic for publishing.
     ///
     /// # Errors
-    /// [`BridgeError::Middleware`], also if the type has no definition.
+    /// [`BridgeError::Middleware`] if the topic cannot be opened, for example because its type has no definition.
     pub fn publisher(
         &mut self,
         name: &str,
@@ -85,7 +86,7 @@ impl Participant {
         let failed = BridgeError::middleware(format!("publishing /{name}"));
         let opened = self.open(End::Publisher, name, kind, delivery).map_err(|cause| failed(&cause))?;
         let is_latched = delivery == Delivery::Latched;
-        // A slow subscriber must not hold up the others. Latched messages are rare, and must arrive.
+        // A slow subscriber must not delay the others. Latched messages are rare and must arrive.
         let congestion = if is_latched { CongestionControl::Block } else { CongestionControl::Drop };
         let publisher = self.session.declare_publisher(opened.key.clone()).congestion_control(congestion);
         let publisher = publisher.wait().map_err(|error| failed(&error))?;
@@ -126,7 +127,8 @@ impl Participant {
     }
 }
 
-/// Clients need a router at once; a router waits for others. As in rmw_zenoh, multicast is not used to find them.
+/// Returns the configuration of the session. A client needs a router at once, while a router waits for others. As in
+/// rmw_zenoh, multicast is not used to find them.
 fn config(routers: &[String], listen: &[String]) -> zenoh::Result<Config> {
     let mut config = Config::default();
     let mode = if listen.is_empty() { "client" } else { "router" };
@@ -139,7 +141,7 @@ fn config(routers: &[String], listen: &[String]) -> zenoh::Result<Config> {
     Ok(config)
 }
 
-/// The text of a Zenoh error, without its source line.
+/// Returns the text of a Zenoh error, without its source line.
 fn plain(error: &zenoh::Error) -> String {
     let text = error.to_string();
     text.split(" at /").next().unwrap_or(&text).trim_end().to_owned()
@@ -149,14 +151,14 @@ struct Outgoing {
     session: Session,
     publisher: zenoh::pubsub::Publisher<'static>,
     identity: [u8; 16],
-    /// The number of the last message.
+    /// The sequence number of the last message.
     number: i64,
     newest: Option<Newest>,
     _token: LivelinessToken,
 }
 
 impl Sender for Outgoing {
-    /// Always reports room: Zenoh does not report what it drops on a congested link.
+    /// Always reports that there was room, because Zenoh does not report the messages that it drops on a congested link.
     fn send(&mut self, cdr: Vec<u8>) -> Result<bool, String> {
         self.number += 1;
         let stamp = self.session.new_timestamp();
@@ -173,7 +175,7 @@ impl Sender for Outgoing {
     }
 }
 
-/// A message as it was sent.
+/// A message as it was sent, with its attachment and time stamp.
 #[derive(Clone)]
 struct Message {
     cdr: zenoh::bytes::ZBytes,
@@ -181,11 +183,11 @@ struct Message {
     stamp: Timestamp,
 }
 
-/// The newest message of a latched topic, for late subscribers.
+/// The newest message of a latched topic, which late subscribers query.
 struct Newest {
     message: Arc<Mutex<Option<Message>>>,
     _answers: Queryable<()>,
-    /// Lets early subscribers know that there is something to query.
+    /// Tells subscribers that joined earlier that there is something to query.
     _token: LivelinessToken,
 }
 

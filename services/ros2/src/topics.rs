@@ -1,4 +1,4 @@
-//! The ROS 2 topics of a run: one per recorded channel, and those that are derived from channels.
+//! The ROS 2 topics of a run: one for each recorded channel, and those that are derived from channels.
 //!
 //! A channel keeps the name and the type under which it is recorded. Its quality of service follows from its role.
 
@@ -6,22 +6,22 @@ use sketchnav_schemas::channels::{self, ChannelSpec, Role};
 use sketchnav_schemas::ros2::{definitions, transforms};
 use sketchnav_schemas::run::RunConfig;
 
-/// How a topic is delivered. ROS 2 connects subscribers that ask for no more than this.
+/// How a topic is delivered. ROS 2 connects subscribers that request no more than this.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Delivery {
-    /// Best effort, the profile of sensor data: a lost message is not sent again, since a newer reading follows.
+    /// Best effort, the profile of sensor data. A lost message is not sent again, since a newer reading follows.
     Sensor,
-    /// Reliable; `depth` messages wait for a slow subscriber before the oldest is lost.
+    /// Reliable. `depth` messages wait for a slow subscriber before the oldest is lost.
     Reliable {
-        /// The length of the queue, messages.
+        /// Length of the queue, in messages.
         depth: usize,
     },
-    /// Reliable and transient local (latched): a late subscriber gets the newest message.
+    /// Reliable and transient local (latched). A late subscriber gets the newest message.
     Latched,
 }
 
 impl Delivery {
-    /// The length of the queue, messages.
+    /// Length of the queue, in messages.
     pub fn depth(self) -> usize {
         match self {
             Self::Sensor => 5,
@@ -40,7 +40,7 @@ pub enum Source {
     Clock,
     /// The robot's pose in its odometry frame.
     Transforms,
-    /// Where the laser is mounted.
+    /// The transform from the robot to its laser.
     Mount,
     /// Health and faults of all processes, once a second.
     Diagnostics,
@@ -49,17 +49,17 @@ pub enum Source {
 /// A topic.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Topic {
-    /// Its name, without a leading slash.
+    /// Name, without a leading slash.
     pub name: &'static str,
-    /// Its ROS 2 type, `package/msg/Type`.
+    /// ROS 2 type, `package/msg/Type`.
     pub kind: &'static str,
-    /// How it is delivered.
+    /// How the topic is delivered.
     pub delivery: Delivery,
-    /// What it is made of.
+    /// The source of the messages.
     pub source: Source,
 }
 
-/// The topics of a run: the recorded channels of its kind of navigator, then the derived ones.
+/// Returns the topics of a run: the recorded channels of its kind of navigator, then the derived ones.
 pub fn of_run(run: &RunConfig) -> Vec<Topic> {
     let recorded = channels::of_kind(run.mission.navigator_kind()).filter(|spec| spec.is_recorded());
     let mut topics: Vec<_> = recorded.map(of_channel).collect();
@@ -74,8 +74,8 @@ pub fn of_run(run: &RunConfig) -> Vec<Topic> {
     topics
 }
 
-/// The `ros2msg` schema of `package/msg/Type`: its definition, followed by those of the types
-/// that it uses. Empty for an unknown type.
+/// Returns the `ros2msg` schema of `package/msg/Type`: its definition, followed by those of the types that it uses. Empty for
+/// an unknown type.
 pub fn schema(kind: &str) -> String {
     let channel = channels::all().find(|spec| spec.message.ros2 == kind);
     channel.map_or_else(|| definitions::schema(kind, &[]), |spec| spec.message.schema())
@@ -94,7 +94,7 @@ fn of_channel(spec: &'static ChannelSpec) -> Topic {
     }
 }
 
-/// How the messages of a role are delivered.
+/// Returns how the messages of a channel are delivered.
 fn delivery_of(spec: &ChannelSpec) -> Delivery {
     match spec.role {
         _ if spec.is_latched() => Delivery::Latched,

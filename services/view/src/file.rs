@@ -17,26 +17,27 @@ use crate::server::{Event, Port, Served, Server, SharedPlayback, locked};
 use crate::topics::Topic;
 use crate::{Result, ViewError};
 
-/// Longest wait between two checks.
+/// Maximum wait between two checks for viewers' requests.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
-/// The number of messages shown between two checks of what viewers ask for.
+/// Maximum number of messages shown between two checks for viewers' requests.
 const MESSAGES_A_LOOK: usize = 64;
 
-/// How to play.
+/// The options for playing a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Options {
-    /// Recorded seconds per second.
+    /// Rate of playing, in recorded seconds per second.
     pub rate: f64,
-    /// Whether to start again at the end.
+    /// True if playing starts again at the end.
     pub again: bool,
-    /// Whether to wait until a viewer starts it.
+    /// True if playing waits until a viewer starts it.
     pub is_paused: bool,
 }
 
-/// Plays a recording until the process is asked to end; calls `ready` when viewers can connect.
+/// Plays a recording until the process is asked to end. Calls `ready` when viewers can connect.
 ///
 /// # Errors
-/// [`ViewError`]. A message that cannot be decoded is skipped; such messages are counted and named at the end.
+/// [`ViewError`] if the recording is empty or cannot be read, or if the server fails. A message that cannot be decoded is not
+/// an error: it is skipped, and all such messages are counted and reported at the end.
 pub fn play(recording: &Recording, port: Port, options: Options, ready: impl FnOnce()) -> Result<End> {
     let path = recording.path();
     let span = recording.index()?.span_ns().ok_or_else(|| ViewError::Empty { path: named(path) })?;
@@ -55,11 +56,11 @@ fn named(path: &Path) -> String {
     path.display().to_string()
 }
 
-/// How the playing of a stretch ended.
+/// The reason why the playing of a stretch ended.
 enum Turn {
     /// The stretch is over.
     Played,
-    /// Playing continues from another time.
+    /// Playing continues from another time, in nanoseconds.
     Seek(u64),
     /// The process is asked to end.
     End,
@@ -91,7 +92,7 @@ impl Player<'_> {
         }
     }
 
-    /// Shows the messages from a time on, preceded by the messages latched before it.
+    /// Shows the messages from a time onwards, in nanoseconds, preceded by the messages that were latched before it.
     fn play_from(&mut self, from_ns: u64) -> Result<Turn> {
         self.shown.forget();
         for message in self.recording.latched_before(from_ns)? {
@@ -121,7 +122,7 @@ impl Player<'_> {
         Ok(Turn::Played)
     }
 
-    /// At the end: starts again, or waits until a viewer plays it from somewhere.
+    /// Waits at the end of the recording until a viewer plays it from somewhere, or starts again if the options say so.
     fn rest(&mut self) -> Result<Turn> {
         let now = Instant::now();
         if self.options.again {
@@ -143,7 +144,7 @@ impl Player<'_> {
         }
     }
 
-    /// Handles viewers' requests, for `timeout` at most.
+    /// Handles viewers' requests, for at most `timeout`.
     fn look(&mut self, timeout: Duration) -> Option<Turn> {
         let mut event = self.server.wait_for_event(timeout);
         let mut turn = None;
@@ -162,10 +163,10 @@ impl Player<'_> {
     }
 }
 
-/// The topics of a recording, and those that are derived from them.
+/// The topics of a recording, and the topics derived from them.
 struct Shown {
     topics: Vec<ShownTopic>,
-    /// The messages of this stretch that could not be decoded, and what was said of earlier ones.
+    /// The messages of this stretch that could not be decoded. `told` are those that have been reported so far.
     skipped: Rejections,
     told: Rejections,
 }
@@ -194,7 +195,7 @@ impl Shown {
         }
     }
 
-    /// Names what was skipped, where that was not said of an earlier stretch.
+    /// Reports the skipped messages, unless the same ones were reported for an earlier stretch.
     fn tell_skipped(&mut self) {
         if self.skipped != self.told {
             self.skipped
@@ -226,7 +227,7 @@ impl ShownTopic {
         let announced = has_schema
             .then(|| Schema::new(schema.name.clone(), schema.encoding.clone(), schema.data.clone()));
         let own = Topic::foreign(context, name, encoding, announced, recorded.is_latched())?;
-        // In a recording from elsewhere, a topic of that name may have another type.
+        // In a recording from elsewhere, a topic with the name of a channel may have another type.
         let spec = channels::of_topic(name).filter(|spec| spec.message.ros2 == recorded.ros2_type);
         let derived = spec.into_iter().flat_map(sketchnav_navigators::derived);
         let derived = derived.map(|derived| Ok((derived, Topic::derived(context, derived)?)));
@@ -238,7 +239,8 @@ impl ShownTopic {
         std::iter::once(&self.own).chain(self.derived.iter().map(|(_, topic)| topic))
     }
 
-    /// What is damaged is not shown; of what cannot be decoded nothing is derived.
+    /// Shows a message and what is derived from it. A damaged message is not shown, and nothing is derived from one that
+    /// cannot be decoded.
     fn show(&mut self, message: &RawMessage, skipped: &mut Rejections) {
         if message.is_damaged() {
             return skipped.count_damaged(message);
@@ -272,7 +274,8 @@ impl ShownTopic {
 mod tests {
     use super::*;
 
-    /// One message that could not be decoded was reported, thousands like it as one; what did not unpack was shown as it was.
+    /// A single message that could not be decoded was reported, but thousands of them were reported as one. A message that
+    /// could not be unpacked was shown as it was.
     #[test]
     fn what_cannot_be_decoded_is_skipped_and_counted() {
         sketchnav_navigators::register(&[]).unwrap();

@@ -6,16 +6,16 @@
 //!                  ├─ topics (CDR, schema) ─ server (foxglove, threads of tokio) ⇄ viewers
 //! recording ───────┘
 //! ```
-//! - [`live`]: follows a system as an observer. A channel is only open while a viewer watches it;
-//! - [`mod@file`]: plays a recording; [`playback`] is its clock, pure, which viewers can pause, seek and speed up;
-//! - `topics`: what is shown: every channel in its recorded form and name, transforms, and the standard messages that are
-//!   derived from ours (`sketchnav_navigators::derived`);
-//! - `server`: the socket.
+//! - [`live`] follows a system as an observer. A channel is open only while a viewer watches it.
+//! - [`mod@file`] plays a recording. Its clock is [`playback`], which is pure and which viewers can pause, seek and speed up.
+//! - `topics` are the topics that are shown: every channel in its recorded form and name, transforms, and the standard
+//!   messages derived from ours (`sketchnav_navigators::derived`).
+//! - `server` is the socket.
 //!
-//! Nothing here writes to a channel, and viewers can send nothing but what they want to see. The socket is bound to
-//! loopback only, because the protocol has no token. A viewer that is too slow loses the oldest messages.
+//! Nothing here writes to a channel, and viewers can only send what they want to see. The socket is bound to loopback,
+//! because the protocol has no token. A viewer that is too slow loses the oldest messages.
 
-// `say!` prints, and escapes what could steer a terminal.
+// `say!` prints, and escapes characters that could control a terminal.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 pub mod file;
@@ -31,7 +31,7 @@ use std::net::SocketAddr;
 use sketchnav_recordings::RecordingError;
 use sketchnav_schemas::ros2::Ros2Error;
 
-/// Why nothing can be shown.
+/// Reasons why nothing can be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// The address cannot be listened on.
@@ -39,10 +39,10 @@ pub enum ViewError {
     Address {
         /// The address.
         address: SocketAddr,
-        /// Why not.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// The recording has nothing to play.
+    /// The recording contains no messages.
     #[error("{path}: expected messages, found none")]
     Empty {
         /// The recording.

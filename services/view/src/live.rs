@@ -1,5 +1,5 @@
-//! Follows a running system as an observer: never writes, and is not woken by messages. It polls the watched channels
-//! every few milliseconds; channels that no viewer watches are not even open.
+//! Follows a running system as an observer, which never writes and is not woken by messages. It polls the watched channels
+//! every few milliseconds, and channels that no viewer watches are not even open.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -18,26 +18,28 @@ use crate::Result;
 use crate::server::{Event, Port, Served, Server};
 use crate::topics::{Announced, Topic};
 
-/// How often to poll while a viewer watches: a channel's buffer holds what arrives in between.
+/// How often to poll while a viewer watches. A channel's buffer holds the messages that arrive in between.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 /// How often to check whether a viewer watches.
 const IDLE: Duration = Duration::from_millis(50);
 /// How often to check whether the system still runs.
 const SECOND: Duration = Duration::from_secs(1);
 
-/// Why it ended.
+/// The reason why showing ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// A person has seen enough.
+    /// The process was asked to end, by a person who has seen enough.
     Asked,
     /// The system or the recording has ended.
     Over,
 }
 
-/// Shows the system of an observer's node until it ends or the process is asked to; calls `ready` when viewers can connect.
+/// Shows the system of an observer's node until it ends or the process is asked to end. Calls `ready` when viewers can
+/// connect.
 ///
 /// # Errors
-/// [`crate::ViewError`]; a message that has no ROS 2 form is printed, once per channel.
+/// [`crate::ViewError`] if the system or the server fails. A message that has no ROS 2 form is not an error, but is printed,
+/// once per channel.
 pub fn show(node: &Node, port: Port, ready: impl FnOnce()) -> Result<End> {
     let run = node.run_config()?;
     let name = node.system().name().to_owned();
@@ -69,7 +71,7 @@ pub fn show(node: &Node, port: Port, ready: impl FnOnce()) -> Result<End> {
 /// Everything that is shown of a system.
 struct View {
     sources: Vec<Source>,
-    /// Where the laser is mounted; `None` if the robot has none.
+    /// The transform from the robot to its laser. `None` if the robot has no laser.
     fixed: Option<Topic>,
     newest_ns: u64,
 }
@@ -109,11 +111,11 @@ impl View {
 /// A channel, and the topics that are made from it.
 struct Source {
     spec: &'static ChannelSpec,
-    /// Open while a viewer watches.
+    /// Open only while a viewer watches the channel.
     reader: Option<RawReader>,
     own: Topic,
     derived: Vec<(&'static Derived, Topic)>,
-    /// `/tf`, made from the odometry.
+    /// The topic `/tf`, if it is made from this channel.
     transform: Option<(Topic, transforms::Form)>,
     spare: Spare,
     cdr: Vec<u8>,
@@ -151,7 +153,7 @@ impl Source {
         self.topics().any(Topic::is_watched)
     }
 
-    /// Shows what has arrived; returns the newest message's time.
+    /// Shows the messages that have arrived, and returns the time of the newest one.
     fn look(&mut self, node: &Node) -> Result<Option<u64>> {
         if !self.is_watched() {
             self.close();
@@ -170,7 +172,7 @@ impl Source {
         Ok(newest_ns)
     }
 
-    /// Closes a channel that no viewer watches; its last message may be outdated when a viewer returns.
+    /// Closes a channel that no viewer watches, and forgets its last message, which may be outdated when a viewer returns.
     fn close(&mut self) {
         if self.reader.take().is_some() {
             self.own.forget();
@@ -209,13 +211,14 @@ impl Source {
     }
 }
 
-/// A latched topic is also wanted for viewers that connect later, while its channel is open.
+/// Returns true if a viewer watches the topic, or if it is latched: its last message is also needed for viewers that connect
+/// later while the channel is open.
 fn is_wanted(topic: &Topic) -> bool {
     topic.is_watched() || topic.is_latched()
 }
 
-/// Opens a channel. Of continuous data, a late reader needs only the newest message. What people send and what went
-/// wrong is shown as far back as the history goes.
+/// Opens a channel. For continuous data, a late reader needs only the newest message. Messages from people and reports of
+/// faults are shown as far back as the history goes.
 fn open(node: &Node, spec: &'static ChannelSpec) -> Result<RawReader> {
     let mut reader = node.raw_reader(spec)?;
     let is_kept = matches!(spec.role, Role::Instruction | Role::Request | Role::Reply | Role::Report);

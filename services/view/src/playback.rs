@@ -1,48 +1,49 @@
-//! The position in a recording that is played: a clock that viewers can pause, seek and speed
-//! up. Pure: time is passed as an argument.
+//! The position in a recording that is being played: a clock that viewers can pause, seek and speed up. It is pure, since
+//! time is passed as an argument.
 
 use std::time::{Duration, Instant};
 
-/// The range of rates, recorded seconds per second.
+/// The range of rates, in recorded seconds per second.
 pub const RATES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=64.0;
 
 /// A viewer's request.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Request {
-    /// Whether to play; otherwise to pause.
+    /// True to play, false to pause.
     pub plays: bool,
-    /// Recorded seconds per second; if this is not a positive number, the rate is kept.
+    /// Recorded seconds per second. If this is not a positive number, the rate is left unchanged.
     pub rate: f64,
-    /// Where to seek first, nanoseconds.
+    /// Recorded time to seek to first, in nanoseconds.
     pub seek_ns: Option<u64>,
 }
 
 /// The state of playing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
-    /// It is playing.
+    /// The recording is playing.
     Playing,
-    /// It is paused.
+    /// The recording is paused.
     Paused,
-    /// It has reached the end.
+    /// The recording has been played to its end.
     Ended,
 }
 
-/// The clock of a recording.
+/// The clock of a recording that is played.
 #[derive(Debug, Clone)]
 pub struct Playback {
     first_ns: u64,
     last_ns: u64,
     rate: f64,
     state: State,
-    /// A recorded time, and the moment at which it was reached.
+    /// A recorded time in nanoseconds, and the moment at which it was reached.
     anchor: (u64, Instant),
-    /// Whether a viewer watches: without one, time stands still.
+    /// True if a viewer watches. Otherwise time stands still.
     is_watched: bool,
 }
 
 impl Playback {
-    /// A clock that stands at the first of the two times, both of which belong to the recording.
+    /// Creates a clock that stands at `first_ns`. The two times are those of the recording's first and last message, in
+    /// nanoseconds.
     pub fn new((first_ns, last_ns): (u64, u64), rate: f64, state: State, now: Instant) -> Self {
         Self { first_ns, last_ns, rate, state, anchor: (first_ns, now), is_watched: false }
     }
@@ -52,12 +53,12 @@ impl Playback {
         self.state
     }
 
-    /// Recorded seconds per second.
+    /// The rate, in recorded seconds per second.
     pub fn rate(&self) -> f64 {
         self.rate
     }
 
-    /// The current recorded time, nanoseconds.
+    /// The current recorded time, in nanoseconds.
     pub fn at_ns(&self, now: Instant) -> u64 {
         let (from_ns, since) = self.anchor;
         if !self.moves() {
@@ -67,7 +68,7 @@ impl Playback {
         from_ns.saturating_add(passed_ns as u64).min(self.last_ns)
     }
 
-    /// How long until the message of this recorded time is due; `None` while time stands still.
+    /// Returns how long it takes until the message of this recorded time is due, or `None` while time stands still.
     pub fn until(&self, stamp_ns: u64, now: Instant) -> Option<Duration> {
         let left_ns = stamp_ns.saturating_sub(self.at_ns(now));
         match (left_ns, self.moves()) {
@@ -77,8 +78,8 @@ impl Playback {
         }
     }
 
-    /// Handles a viewer's request; returns the time from which playing continues, if that
-    /// changes. Playing from the end starts again.
+    /// Handles a viewer's request. Returns the time from which playing continues, if that changes. Playing from the end
+    /// starts again at the beginning.
     pub fn ask(&mut self, request: Request, now: Instant) -> Option<u64> {
         self.settle(now);
         if request.rate.is_finite() && request.rate > 0.0 {
@@ -102,7 +103,7 @@ impl Playback {
         }
     }
 
-    /// Notes that the last message was played.
+    /// Notes that the last message has been played.
     pub fn end(&mut self, now: Instant) {
         self.state = State::Ended;
         self.anchor = (self.last_ns, now);

@@ -1,4 +1,4 @@
-//! The socket: viewers, their requests, and the end.
+//! The WebSocket server: viewers, their requests, and the end of the process.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 use std::sync::Arc;
@@ -15,13 +15,13 @@ use tokio::runtime::{Builder, Runtime};
 use crate::playback::{Playback, Request, State};
 use crate::{Result, ViewError};
 
-/// Messages that wait for a viewer; if there are more, it loses the oldest.
+/// Maximum number of messages that wait for a viewer. If there are more, the viewer loses the oldest.
 const BACKLOG: usize = 512;
-/// How often the time is sent to viewers, at most.
+/// Minimum interval at which the time is sent to viewers.
 const TIME_EVERY: Duration = Duration::from_millis(50);
-/// Longest wait until viewers have been notified of the end.
+/// Maximum wait until viewers have been notified of the end.
 const GOODBYE: Duration = Duration::from_millis(500);
-/// One thread for all viewers, since there is nothing to compute for them.
+/// Number of threads. One is enough for all viewers, since there is nothing to compute for them.
 const THREADS: usize = 1;
 
 /// A port that only this machine can reach.
@@ -29,22 +29,22 @@ const THREADS: usize = 1;
 pub struct Port(u16);
 
 impl Port {
-    /// The port of this number, or a free one for 0.
+    /// Returns the port with this number, or a free port if it is 0.
     ///
     /// # Errors
-    /// [`ViewError::Address`] if it is taken.
+    /// [`ViewError::Address`] if the port is taken.
     pub fn free(number: u16) -> Result<Self> {
         let address = address(number);
         let bound = TcpListener::bind(address).and_then(|listener| listener.local_addr());
         Ok(Self(bound.map_err(|source| ViewError::Address { address, source })?.port()))
     }
 
-    /// Its number.
+    /// The number of the port.
     pub fn number(self) -> u16 {
         self.0
     }
 
-    /// The address for viewers to open.
+    /// The address that viewers open.
     pub fn url(self) -> String {
         format!("ws://{}", address(self.0))
     }
@@ -54,14 +54,14 @@ fn address(port: u16) -> SocketAddr {
     SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)
 }
 
-/// An event.
+/// An event for the thread that shows messages.
 #[derive(Debug)]
 pub enum Event {
     /// A viewer watches a topic from now on.
     Subscribed(ChannelId, SinkId),
-    /// Playing continues from another time.
+    /// Playing continues from another time, in nanoseconds.
     Sought(u64),
-    /// Something else has changed: which topics are watched, or the state of playing.
+    /// Something else has changed: the topics that are watched, or the state of playing.
     Changed,
     /// A signal asks the process to end.
     End,
@@ -70,35 +70,35 @@ pub enum Event {
 /// The clock of a recording, shared with the viewers that set it.
 pub type SharedPlayback = Arc<std::sync::Mutex<Playback>>;
 
-/// Locks the clock; no thread panics while holding it.
+/// Locks the clock. Poisoning can be ignored, because no thread panics while holding the lock.
 pub fn locked(playback: &SharedPlayback) -> std::sync::MutexGuard<'_, Playback> {
     playback.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// A running server; dropping it ends it.
+/// A running server. Dropping it ends it.
 pub struct Server {
     handle: Option<WebSocketServerHandle>,
     runtime: Runtime,
     context: Arc<Context>,
     events: Receiver<Event>,
     tell: Sender<Event>,
-    /// The last time that was sent to viewers, and when.
+    /// The last time that was sent to viewers, in nanoseconds, and when it was sent.
     told: (u64, Option<Instant>),
 }
 
-/// What is served: everything about it that viewers get to know.
+/// What viewers get to know about the served system or recording.
 pub struct Served {
-    /// Its name.
+    /// Name shown to people.
     pub name: String,
-    /// For a recording: the times of its first and last message, and its clock.
+    /// For a recording: the times of its first and last message in nanoseconds, and its clock.
     pub playback: Option<((u64, u64), SharedPlayback)>,
 }
 
 impl Server {
-    /// Starts listening. Topics are added to [`Server::context`].
+    /// Starts listening. Topics are then added to [`Server::context`].
     ///
     /// # Errors
-    /// [`ViewError::Address`], [`ViewError::Server`].
+    /// [`ViewError::Address`] if the port cannot be listened on, [`ViewError::Server`] if the server cannot start.
     pub fn start(port: Port, served: Served) -> Result<Self> {
         let runtime = Builder::new_multi_thread().worker_threads(THREADS).enable_all().build();
         let runtime = runtime.map_err(|error| ViewError::Server(error.to_string()))?;
@@ -130,10 +130,10 @@ impl Server {
         &self.context
     }
 
-    /// Reports SIGINT and SIGTERM as [`Event::End`].
+    /// From now on, reports SIGINT and SIGTERM as [`Event::End`].
     ///
     /// # Errors
-    /// [`ViewError::Server`] if the kernel refuses.
+    /// [`ViewError::Server`] if the kernel refuses to report signals.
     pub fn hear_signals(&self) -> Result<()> {
         use tokio::signal::unix::{SignalKind, signal};
         let _inside = self.runtime.enter();
@@ -149,18 +149,18 @@ impl Server {
         Ok(())
     }
 
-    /// The next event, if there is one.
+    /// Returns the next event, if there is one.
     pub fn next_event(&self) -> Option<Event> {
         self.events.try_recv().ok()
     }
 
-    /// Waits for the next event, for `timeout` at most.
+    /// Waits at most `timeout` for the next event.
     pub fn wait_for_event(&self, timeout: Duration) -> Option<Event> {
         self.events.recv_timeout(timeout).ok()
     }
 
-    /// Sends the time to viewers if it has changed and was not sent just now. A viewer that cannot keep up is
-    /// disconnected, so it is not sent with every message.
+    /// Sends the time to viewers if it has changed and none was sent just now. A viewer that cannot keep up is
+    /// disconnected, so the time does not accompany every message.
     pub fn tell_time(&mut self, stamp_ns: u64) {
         let (last_ns, since) = self.told;
         let is_due = since.is_none_or(|since| since.elapsed() >= TIME_EVERY);
@@ -182,7 +182,7 @@ impl Drop for Server {
     fn drop(&mut self) {
         if let Some(handle) = self.handle.take() {
             let ending = handle.stop();
-            // A viewer that does not answer is not waited for.
+            // Do not wait for viewers that do not respond.
             let _ = self.runtime.block_on(async { tokio::time::timeout(GOODBYE, ending.wait()).await });
         }
     }
@@ -202,14 +202,14 @@ fn told(playback: &Playback, did_seek: bool) -> PlaybackState {
     }
 }
 
-/// Receives viewers' requests, on the server's thread.
+/// Receives viewers' requests on the server's thread.
 struct Listener {
     tell: Sender<Event>,
     playback: Option<SharedPlayback>,
 }
 
 impl Listener {
-    /// If the receiver is gone, the server is about to end.
+    /// Sends an event. A missing receiver is no error, since the server is then about to end.
     fn say(&self, event: Event) {
         let _ = self.tell.send(event);
     }

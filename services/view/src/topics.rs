@@ -1,4 +1,4 @@
-//! The topics that are shown, with their schemas, in the form of recordings.
+//! The topics that are shown, with their schemas, in the same form as in recordings.
 
 use std::sync::Arc;
 
@@ -8,32 +8,32 @@ use sketchnav_schemas::ros2::transforms;
 
 use crate::{Result, ViewError};
 
-/// How a topic's messages are encoded, and the language of its schema, as in recordings.
+/// The encoding of a topic's messages, and the language of its schema, as in recordings.
 const ENCODING: &str = "cdr";
 const SCHEMA_ENCODING: &str = "ros2msg";
 
 /// The announcement of a topic.
 pub struct Announced<'a> {
-    /// `/scan`.
+    /// Name, such as `/scan`.
     pub topic: &'a str,
-    /// `sensor_msgs/msg/LaserScan`.
+    /// ROS 2 type, such as `sensor_msgs/msg/LaserScan`.
     pub kind: &'a str,
-    /// The definition.
+    /// The schema.
     pub schema: String,
-    /// Whether a late viewer gets its last message.
+    /// True if a late viewer gets the last message.
     pub is_latched: bool,
 }
 
 /// A topic that viewers can watch.
 pub struct Topic {
     channel: Arc<RawChannel>,
-    /// The last message with its time, if the topic is latched.
+    /// The last message with its time in nanoseconds, if the topic is latched.
     last: Option<(u64, Vec<u8>)>,
     is_latched: bool,
 }
 
 impl Topic {
-    /// Announces a topic in our own encoding.
+    /// Announces a topic in the encoding of our own recordings.
     pub fn new(context: &Arc<Context>, announced: Announced<'_>) -> Result<Self> {
         let Announced { topic, kind, schema, is_latched } = announced;
         let schema = Schema::new(kind, SCHEMA_ENCODING, schema.into_bytes());
@@ -54,7 +54,7 @@ impl Topic {
         )
     }
 
-    /// Announces a topic of any encoding.
+    /// Announces a topic in any encoding.
     pub fn foreign(
         context: &Arc<Context>,
         topic: &str,
@@ -67,22 +67,22 @@ impl Topic {
         Ok(Self { channel, last: None, is_latched })
     }
 
-    /// Whether a viewer watches it.
+    /// Returns true if a viewer watches the topic.
     pub fn is_watched(&self) -> bool {
         self.channel.has_sinks()
     }
 
-    /// Whether it is the topic with this id.
+    /// Returns true if the topic has this id.
     pub fn is(&self, id: ChannelId) -> bool {
         self.channel.id() == id
     }
 
-    /// Whether its last message is stored.
+    /// Returns true if the topic's last message is stored.
     pub fn is_latched(&self) -> bool {
         self.is_latched
     }
 
-    /// Shows a message; one of a latched topic is stored for late viewers.
+    /// Shows a message. If the topic is latched, the message is stored for late viewers.
     pub fn show(&mut self, stamp_ns: u64, cdr: &[u8]) {
         self.channel.log_with_meta(cdr, PartialMetadata::with_log_time(stamp_ns));
         if self.is_latched {
@@ -90,7 +90,7 @@ impl Topic {
         }
     }
 
-    /// Shows a late viewer the last message.
+    /// Shows the last message to a late viewer.
     pub fn show_last(&self, sink: SinkId) {
         if let Some((stamp_ns, cdr)) = &self.last {
             let meta = PartialMetadata::with_log_time(*stamp_ns);

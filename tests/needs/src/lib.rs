@@ -1,19 +1,20 @@
-//! What tests need that not every machine has: programs, Python modules, other people's data.
+//! Things that tests need but that not every machine has: programs, Python modules, and data that is not part of the
+//! project.
 //!
-//! A test asks for it here. If it is missing, the test prints a notice and passes, or fails if `SKETCHNAV_ALL_TESTS` asks for
-//! it. No test calls a program in any other way (`tests/house/rules.rs`), so [`PROGRAMS`] is the complete list of what a
-//! machine may lack.
+//! A test asks this crate for whatever it needs. If that is missing, the test prints a notice and passes, or fails if
+//! `SKETCHNAV_ALL_TESTS` requires it. No test may call a program in any other way (see `tests/house/rules.rs`), so
+//! [`PROGRAMS`] is the complete list of programs that a machine may lack.
 
 use std::fmt::Display;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Names what must be there: words separated by commas, or `1` for everything.
+/// The environment variable that names what must not be missing: words separated by commas, or `1` for everything.
 const ALL_TESTS: &str = "SKETCHNAV_ALL_TESTS";
 
-/// The external programs that tests and the commands of the pages call. The Rust toolchain, `cc` and the coreutils are
-/// not among them: without these nothing builds.
+/// The external programs that the tests and the commands in the documentation call. The Rust toolchain, `cc` and the
+/// coreutils are not listed, since nothing can be built without them.
 pub const PROGRAMS: [&str; 18] = [
     "bash",     // runs the commands of the pages
     "g++",      // compiles the C++ header
@@ -35,25 +36,26 @@ pub const PROGRAMS: [&str; 18] = [
     "git",      // the commit of what was driven
 ];
 
-/// The coreutils that tests and pages call.
+/// The coreutils that the tests and the commands in the documentation call.
 pub const COREUTILS: [&str; 3] = ["mkdir", "printf", "sleep"];
 
-/// Prints a notice that the current test, or a part of it, does nothing without `what`; `kind` is the word by which
-/// `SKETCHNAV_ALL_TESTS` asks for it.
+/// Prints a notice that the current test, or a part of it, was skipped for lack of `what`. `kind` is the word with
+/// which `SKETCHNAV_ALL_TESTS` requires it.
 ///
 /// # Panics
-/// If it is asked for.
+/// If `SKETCHNAV_ALL_TESTS` requires it.
 pub fn skipped(kind: &str, what: impl Display) {
     let asked = std::env::var(ALL_TESTS).unwrap_or_default();
     let is_asked_for = asked.split(',').any(|word| word == kind || word == "1");
     assert!(!is_asked_for, "{what}, and {ALL_TESTS}={asked} asks for {kind}");
     let name = std::thread::current().name().unwrap_or_default().to_owned();
-    // A test harness hides what passing tests print, but not what they write to standard error itself. Without a standard error
-    // the notice may be lost.
+    // A test harness hides what passing tests print, but not what they write to standard error directly. If standard
+    // error is closed, the notice is lost.
     let _ = writeln!(std::io::stderr(), "skipped: {name}: {what} ({kind})");
 }
 
-/// Calls a program of [`PROGRAMS`]; a notice and `None` if this machine does not have it.
+/// Returns a command that calls a program of [`PROGRAMS`]. If this machine does not have the program, prints a notice
+/// and returns `None`.
 ///
 /// # Panics
 /// If the program is not in the list.
@@ -67,12 +69,13 @@ pub fn program(name: &str) -> Option<Command> {
     found.map(Command::new)
 }
 
-/// Whether all these programs exist; prints a notice for the first that does not.
+/// Returns true if all of these programs exist. Prints a notice for the first one that does not.
 pub fn has(names: &[&str]) -> bool {
     names.iter().all(|name| program(name).is_some())
 }
 
-/// A Python that has the modules: the one that `variable` names, or else `python3`. A notice and `None` if there is none.
+/// Returns a Python that has the modules: the one that `variable` names or, by default, `python3`. If it lacks them,
+/// prints a notice and returns `None`.
 pub fn python(kind: &str, variable: &str, modules: &str) -> Option<PathBuf> {
     let python = std::env::var_os(variable).map_or_else(|| "python3".into(), PathBuf::from);
     let found = Command::new(&python).args(["-c", &format!("import {modules}")]).output();
@@ -83,14 +86,14 @@ pub fn python(kind: &str, variable: &str, modules: &str) -> Option<PathBuf> {
     found
 }
 
-/// The folder of maps, logs and drawings that are not part of the project: the one that `SKETCHNAV_DATA` names, or else
-/// `../shared/data` next to the checkout. It need not exist.
+/// Returns the folder of maps, logs and drawings that are not part of the project. It is the one that `SKETCHNAV_DATA`
+/// names or, by default, `../shared/data` next to the checkout, and need not exist.
 pub fn data() -> PathBuf {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new("."));
     std::env::var_os("SKETCHNAV_DATA").map_or_else(|| checkout.join("../shared/data"), PathBuf::from)
 }
 
-/// A file or folder of that data; a notice and `None` if it is missing.
+/// Returns a file or folder in [`data`]. If it is missing, prints a notice and returns `None`.
 pub fn data_file(file: &str) -> Option<PathBuf> {
     let path = data().join(file);
     if !path.exists() {

@@ -1,5 +1,5 @@
-//! A small mission by the outline: two arms upwards from a hall, drawn in a person's proportions. Its one task leads from the
-//! left arm into the right one.
+//! A small mission for the method `outline`. Two arms lead upwards from a hall, and the drawing has the proportions
+//! that a person would give them. The only task leads from the left arm into the right one.
 
 use std::fs;
 
@@ -34,7 +34,7 @@ there = { center = [9.2, 6.6], radius_m = 1.6 }
 time_limit_s = 200
 "#;
 
-/// A U-shaped floor: two arms upwards from a hall.
+/// A U-shaped floor with two arms that lead upwards from a hall.
 const FLOOR: &str = r#"name = "arms"
 wall_thickness_m = 0.1
 
@@ -43,14 +43,14 @@ closed = true
 points = [[0, 0], [10.5, 0], [10.5, 8], [8, 8], [8, 3], [3, 3], [3, 8.5], [0, 8.5]]
 "#;
 
-/// The same in a person's proportions: arms too wide, hall too low.
+/// The same floor in a person's proportions: the arms are too wide and the hall is too low.
 const DRAWING: &str = r##"<svg xmlns="http://www.w3.org/2000/svg" width="640" height="440">
 <rect width="640" height="440" fill="#ffffff"/>
 <path d="M40 40 L190 44 L186 290 L440 290 L436 50 L600 46 L606 400 L42 396 Z" fill="none" stroke="#202020" stroke-width="6"/>
 </svg>
 "##;
 
-/// A place with the mission `arms.toml` and its files.
+/// Creates a place with the mission `arms.toml` and its files.
 pub fn place() -> Place {
     let place = Place::new();
     for (name, text) in [("arms.toml", MISSION), ("arms.floor.toml", FLOOR), ("arms.svg", DRAWING)] {
@@ -59,7 +59,8 @@ pub fn place() -> Place {
     place
 }
 
-/// The same with every rival in doubt, so that a person at the pad is asked: the two arms then look alike.
+/// Like [`place`], but with margins so wide that every match with a rival is in doubt. The two arms then look alike, so
+/// the person at the pad is asked.
 pub fn doubtful() -> Place {
     let place = place();
     let parameters =

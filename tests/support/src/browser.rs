@@ -1,4 +1,4 @@
-//! The pad's page in a real browser, through playwright-core, for the test and the benchmark.
+//! The pad's page in a real browser, driven through playwright-core, for the test and the benchmark.
 
 use std::env::var_os;
 use std::fs;
@@ -16,17 +16,17 @@ use super::{Ended, Place, Running, repository};
 
 /// The mission whose drawing and route the pen follows.
 pub const MISSION: &str = "sim/missions/routes/court-01";
-/// How long the browser may take in total: longer than any wait in the script.
+/// Maximum time for the whole script in the browser, which exceeds any wait in the script.
 const LIMIT: Duration = Duration::from_secs(420);
 
-/// A browser and what drives it.
+/// A browser and the library that drives it.
 pub struct Browser {
     playwright: PathBuf,
     chromium: PathBuf,
 }
 
 impl Browser {
-    /// Finds them; prints a notice if they are missing.
+    /// Finds the browser and the library, or prints a notice if either is missing.
     pub fn find() -> Option<Self> {
         let folder = || repository().join("target/browser");
         let playwright = var_os("SKETCHNAV_PLAYWRIGHT").map_or_else(folder, PathBuf::from);
@@ -41,7 +41,8 @@ impl Browser {
         (is_there && needs::has(&["node"])).then_some(Self { playwright, chromium })
     }
 
-    /// Draws with a person's pen, sends, drives, stops and arrives on the page at `link`; the output is what was measured.
+    /// Draws like a person with a pen, sends the drawing, drives, stops and arrives on the page at `link`. The output
+    /// contains the measurements.
     pub fn draws_and_drives(&self, place: &Place, link: &str, feed_seconds: u32) -> Ended {
         let mut script = drawing_script("browser.mjs", place, link);
         script.env("SKETCHNAV_FEED_SECONDS", feed_seconds.to_string());
@@ -54,7 +55,14 @@ impl Browser {
         self.runs(drawing_script("study.mjs", place, link))
     }
 
-    /// Waits for the robot to ask on the page at `link`, and answers by a tap and by a button.
+    /// Selects, moves, turns and edits what is drawn on the page at `link`, with mouse, pen, fingers and keys.
+    pub fn selects(&self, place: &Place, link: &str) -> Ended {
+        let mut script = needs::program("node").expect("node, which was there before");
+        script.arg(repository().join("tests/pad/selecting.mjs")).arg(link).arg(place.files());
+        self.runs(script)
+    }
+
+    /// Waits until the robot asks on the page at `link`, and answers with a tap and with a button.
     pub fn answers(&self, place: &Place, link: &str) -> Ended {
         let mut script = needs::program("node").expect("node, which was there before");
         script.arg(repository().join("tests/pad/asking.mjs")).arg(link).arg(place.files());
@@ -68,7 +76,7 @@ impl Browser {
     }
 }
 
-/// A script that draws the mission's map and route on the page at `link`.
+/// Returns a script that draws the mission's map and route on the page at `link`.
 fn drawing_script(name: &str, place: &Place, link: &str) -> Command {
     let route = place.files().join("route.json");
     let sketch = SketchMission::of(&mission()).unwrap();
@@ -79,7 +87,7 @@ fn drawing_script(name: &str, place: &Place, link: &str) -> Command {
     script
 }
 
-/// The mission of the pen.
+/// Reads the mission whose drawing and route the pen follows.
 pub fn mission() -> Mission {
     let file = repository().join(format!("{MISSION}.toml"));
     Mission::parse(&fs::read_to_string(file).unwrap()).unwrap()
@@ -96,7 +104,7 @@ pub fn pad(place: &Place) -> (Running, String) {
         let at = line.find("http://")?;
         line[at..].split_whitespace().next().map(str::to_owned)
     });
-    // Its output is read continuously, so that it never waits for a reader.
+    // The pad's output must be read continuously, so that the pad never blocks on it.
     std::thread::spawn(move || lines.for_each(drop));
     let mut pad = Running::of(child);
     place.wait_until_joined(&mut pad, "pad", &["pad"]);

@@ -1,11 +1,12 @@
-//! The demo's mission, changed for a test.
+//! Variants of the demo's mission for tests.
 
 use std::fs;
 use std::path::Path;
 
 use super::repository;
 
-/// A mission in which every task has plenty of time, for runs by the clock: on a busy machine the robot gets less done in a second.
+/// A mission in which every task has plenty of time, for runs in real time. On a busy machine the robot gets less done
+/// per second.
 pub const PATIENT: &str = "patient.toml";
 
 /// Writes [`PATIENT`] into a folder.

@@ -1,8 +1,9 @@
-//! What the tests of whole process trees share: a place of their own for each user, commands run in it, and checks for
-//! leftovers.
+//! Shared support for tests of whole process trees: a separate place for each user, commands that run in it, and checks
+//! for leftovers.
 //!
-//! Every test has its own root (`XDG_RUNTIME_DIR`), so no test sees the systems of another. Nothing here waits for a fixed
-//! time: a condition is polled, or the end of a process awaited. The limits only keep a test from hanging for ever.
+//! Every test has its own root (`XDG_RUNTIME_DIR`), so no test sees the systems of another one. Nothing here waits for
+//! a fixed time. Instead, tests poll for a condition or wait for a process to end. The time limits only keep a test
+//! from hanging forever.
 pub mod arms;
 pub mod browser;
 pub mod building;
@@ -27,14 +28,14 @@ use sketchnav_schemas::channels;
 use sketchnav_schemas::codes::Process;
 use tempfile::TempDir;
 
-/// The longest that anything may take before it counts as hanging.
+/// Maximum time that anything may take before it counts as hanging.
 const LIMIT: Duration = Duration::from_secs(180);
-/// Time between two polls, so that the processors are free for the processes waited for.
+/// Time between two polls, which leaves the processors to the processes that the test waits for.
 const LOOK_AGAIN: Duration = Duration::from_millis(1);
-/// The processes of a system, without the supervisor.
+/// The names of a system's processes, without the supervisor.
 pub const SERVICES: [&str; 5] = words(channels::SERVICES);
 
-/// Those that run alongside a driver, which stands in for the world.
+/// The names of the processes that run alongside a driver, which replaces the world.
 pub const BESIDE_A_DRIVER: [&str; 4] = {
     let [_world, others @ ..] = SERVICES;
     others
@@ -49,7 +50,7 @@ const fn words<const N: usize>(processes: [Process; N]) -> [&'static str; N] {
     words
 }
 
-/// A user's place: a root for systems, and a folder for files.
+/// A user's place, with a root for systems and a folder for files.
 pub struct Place {
     runtime: TempDir,
     files: TempDir,
@@ -58,21 +59,21 @@ pub struct Place {
 
 /// A command that has ended.
 pub struct Ended {
-    /// Its exit code; `None` if a signal ended it.
+    /// The command's exit code, or `None` if a signal ended the command.
     pub code: Option<i32>,
-    /// Its standard output.
+    /// The command's standard output.
     pub out: String,
-    /// Its standard error.
+    /// The command's standard error.
     pub err: String,
 }
 
-/// A running command; it is killed when dropped.
+/// A running command, which is killed when this is dropped.
 pub struct Running {
     child: Option<Child>,
     pid: u32,
 }
 
-/// `sketchnav`, as built by cargo along with the current test.
+/// Returns the path of `sketchnav` as built by cargo along with the current test.
 pub fn program() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let folder = test.ancestors().find(|folder| folder.ends_with("deps")).and_then(Path::parent);
@@ -81,7 +82,7 @@ pub fn program() -> PathBuf {
     program
 }
 
-/// The program of an example.
+/// Returns the path of an example's program.
 fn example(name: &str) -> PathBuf {
     let program = program().with_file_name("examples").join(name);
     let missing = "expected the example; `cargo build --examples` makes it";
@@ -102,7 +103,7 @@ fn copy_files(from: &Path, to: &Path) {
     }
 }
 
-/// Whether a file in shared memory belongs to a system in another folder, or has just been removed.
+/// Returns true if a file in shared memory belongs to a system in another folder, or was removed in the meantime.
 fn is_of_another_folder(file: &str, folder: &str) -> bool {
     let prefix = file.splitn(4, '_').take(3).collect::<Vec<_>>().join("_");
     let owner = fs::read_to_string(format!("{prefix}_owner"));
@@ -116,19 +117,19 @@ impl Default for Place {
 }
 
 impl Place {
-    /// A new, empty place.
+    /// Creates an empty place.
     pub fn new() -> Self {
         let runtime = tempfile::tempdir_in("/dev/shm").unwrap();
         fs::set_permissions(runtime.path(), fs::Permissions::from_mode(0o700)).unwrap();
         Self { runtime, files: tempfile::tempdir().unwrap(), program: program() }
     }
 
-    /// A new place in which an example stands in for `sketchnav`.
+    /// Creates a place in which an example takes the place of `sketchnav`.
     pub fn of_program(example_name: &str) -> Self {
         Self { program: example(example_name), ..Self::new() }
     }
 
-    /// A new place with the files of `sim/missions/FOLDER`; `mission` is also there as `mission.toml`.
+    /// Creates a place with the files of `sim/missions/FOLDER`. The file `mission` is also available as `mission.toml`.
     pub fn with_missions(folder: &str, mission: &str) -> Self {
         let place = Self::new();
         copy_files(&repository().join("sim/missions").join(folder), place.files());
@@ -136,17 +137,17 @@ impl Place {
         place
     }
 
-    /// The folder of all systems.
+    /// Returns the folder of all systems.
     pub fn root(&self) -> PathBuf {
         self.runtime.path().join("sketchnav")
     }
 
-    /// The folder for missions and recordings.
+    /// Returns the folder for missions and recordings.
     pub fn files(&self) -> &Path {
         self.files.path()
     }
 
-    /// `sketchnav`, with these arguments separated by spaces, in this place.
+    /// Returns a command that runs `sketchnav` in this place, with arguments separated by spaces.
     pub fn command(&self, arguments: &str) -> Command {
         let mut command = Command::new(&self.program);
         command.args(arguments.split_whitespace());
@@ -154,7 +155,7 @@ impl Place {
         command
     }
 
-    /// Gives any command this place's root and folder.
+    /// Makes any command use this place's root and folder.
     pub fn settle(&self, command: &mut Command) {
         command.current_dir(self.files()).env("XDG_RUNTIME_DIR", self.runtime.path());
         command.env("SKETCHNAV_PAD_TOKEN", page::TOKEN);
@@ -166,14 +167,14 @@ impl Place {
         self.start(arguments).end()
     }
 
-    /// The same for a command that must succeed.
+    /// Runs a `sketchnav` command that must succeed.
     pub fn fine(&self, arguments: &str) -> Ended {
         let ended = self.run(arguments);
         assert_eq!(ended.code, Some(0), "{arguments}: {ended}");
         ended
     }
 
-    /// Runs a mission in lockstep, which must succeed without a loss, and returns its recording.
+    /// Runs a mission in lockstep, which must succeed without losing messages, and returns its recording.
     pub fn driven(&self, arguments: &str) -> String {
         let report = self.fine(&format!("run {arguments} --out out --json")).json();
         let found = (&report["success"], &report["lost_messages"]);
@@ -181,7 +182,7 @@ impl Place {
         report["recording"].as_str().unwrap().to_owned()
     }
 
-    /// How many messages each topic of a recording has; topics without messages are left out.
+    /// Returns the number of messages on each topic of a recording. Topics without messages are left out.
     pub fn messages(&self, recording: &str) -> BTreeMap<String, u64> {
         let info = self.fine(&format!("info {recording} --json")).json();
         let of_topic =
@@ -190,7 +191,7 @@ impl Place {
         topics.filter(|(_, count)| *count > 0).collect()
     }
 
-    /// Makes the page of a recording, which must contain all these words.
+    /// Makes the page of a recording, which must contain all of these texts.
     pub fn page_says(&self, recording: &str, words: &[&str]) {
         self.fine(&format!("report {recording} -o page.html"));
         let page = fs::read_to_string(self.files().join("page.html")).unwrap();
@@ -199,13 +200,13 @@ impl Place {
         }
     }
 
-    /// Kills processes of a mission this often; the recording must have the same bytes as without kills.
+    /// Kills processes of a mission `kills` times. The recording must have the same bytes as one without kills.
     pub fn is_identical_after(&self, mission: &str, kills: u32, targets: &str) {
         let told = self.fine(&format!("chaos {mission} --kills {kills} --targets {targets} --json")).json();
         assert_eq!(told["identical"], true, "{mission}: {told}");
     }
 
-    /// Executes processes of a recording again, and replays it; the messages must be the same each time.
+    /// Reruns processes of a recording and replays the recording. The messages must be the same each time.
     pub fn is_reproduced(&self, recording: &str, processes: &[&str]) {
         for process in processes {
             let told = self.fine(&format!("rerun {recording} --process {process} --json")).json();
@@ -222,7 +223,7 @@ impl Place {
         Running::spawn(self.command(arguments))
     }
 
-    /// Starts the example of a driver: the name of a system, and how many readings of the odometry come with a scan.
+    /// Starts the example driver. The arguments are the name of a system and the number of odometry readings per scan.
     pub fn driver(&self, arguments: &str) -> Running {
         let mut command = Command::new(example("driver"));
         command.args(arguments.split_whitespace());
@@ -238,7 +239,7 @@ impl Place {
         (ended.json(), code)
     }
 
-    /// The running systems as `ps --json` lists them.
+    /// Returns the running systems as `ps --json` lists them.
     pub fn ps(&self) -> Vec<Value> {
         match self.run("ps --json").json() {
             Value::Array(systems) => systems,
@@ -246,7 +247,7 @@ impl Place {
         }
     }
 
-    /// Names and ids of the processes of the system `name`; empty if it does not run.
+    /// Returns the names and ids of the processes of the system `name`, or an empty list if it is not running.
     pub fn processes(&self, name: &str) -> Vec<(String, u32)> {
         let systems = self.ps();
         let system = systems.iter().find(|system| system["system"] == name);
@@ -257,19 +258,20 @@ impl Place {
         members.iter().map(pair).collect()
     }
 
-    /// The id of a process of the system `name`.
+    /// Returns the id of a process of the system `name`.
     pub fn pid(&self, name: &str, process: &str) -> u32 {
         let processes = self.processes(name);
         processes.iter().find(|(found, _)| found == process).map_or_else(|| panic!("{processes:?}"), |p| p.1)
     }
 
-    /// The ids of the living processes that serve as `process` in the system `name`, joined or not.
+    /// Returns the ids of the living processes that serve as `process` in the system `name`, whether they have joined
+    /// it yet or not.
     pub fn serving(&self, name: &str, process: &str) -> Vec<u32> {
         let call = format!(" serve {process} --system {name} ");
         self.living().into_iter().filter(|(_, line)| line.contains(&call)).map(|(pid, _)| pid).collect()
     }
 
-    /// Waits until all processes of the system `name` have joined it and the planner has sent something.
+    /// Waits until all processes of the system `name` have joined it and the planner has sent a few messages.
     pub fn wait_until_driving(&self, running: &mut Running, name: &str) {
         self.wait_until_joined(running, name, &SERVICES);
         let heard = self.run(&format!("echo status --count 3 --system {name}"));
@@ -286,7 +288,7 @@ impl Place {
         });
     }
 
-    /// The files of the system `name`: its folder and its shared memory.
+    /// Returns the files of the system `name`: its folder and its shared memory.
     pub fn files_of(&self, name: &str) -> Vec<String> {
         let folder = self.runtime.path().join("sketchnav").join(name);
         let path = folder.to_string_lossy().into_owned();
@@ -304,7 +306,7 @@ impl Place {
         assert_eq!(self.living(), []);
     }
 
-    /// Fails if anything is left of the system `name`; others may be alive.
+    /// Fails if anything is left of the system `name`. Other systems may still be running.
     pub fn assert_no_system_left(&self, name: &str) {
         assert_eq!(self.files_of(name), Vec::<String>::new());
         let option = format!("--system {name} ");
@@ -312,7 +314,8 @@ impl Place {
         assert_eq!(living.collect::<Vec<_>>(), []);
     }
 
-    /// Every living `sketchnav` process that was started in this place, identified by its environment.
+    /// Returns every living `sketchnav` process that was started in this place, with its command line. Processes are
+    /// identified by their environment.
     pub fn living(&self) -> Vec<(u32, String)> {
         let mark = format!("XDG_RUNTIME_DIR={}", self.runtime.path().display());
         let is_ours = |pid: &u32| {
@@ -330,33 +333,33 @@ impl Running {
         Self::of(command.spawn().unwrap())
     }
 
-    /// A command that was started.
+    /// Wraps a command that was already started.
     pub fn of(child: Child) -> Self {
         Self { pid: child.id(), child: Some(child) }
     }
 
-    /// Its process id.
+    /// Returns the command's process id.
     pub fn pid(&self) -> u32 {
         self.pid
     }
 
-    /// Sends it a signal.
+    /// Sends the command a signal.
     pub fn signal(&self, signal: Signal) {
         send(self.pid, signal);
     }
 
-    /// Fails if it has ended, with its output.
+    /// Fails with the command's output if the command has ended.
     pub fn must_live(&mut self) {
         let ended = self.child.as_mut().and_then(|child| child.try_wait().unwrap()).is_some();
         assert!(!ended, "ended early: {}", self.collect(LIMIT));
     }
 
-    /// Waits for its end.
+    /// Waits until the command ends.
     pub fn end(self) -> Ended {
         self.end_within(LIMIT)
     }
 
-    /// As [`Running::end`], with another time limit.
+    /// Like [`Running::end`], but with a different time limit.
     pub fn end_within(mut self, limit: Duration) -> Ended {
         self.collect(limit)
     }
@@ -392,7 +395,7 @@ impl From<Output> for Ended {
 }
 
 impl Ended {
-    /// Its standard output as one JSON value.
+    /// Parses the command's standard output as one JSON value.
     pub fn json(&self) -> Value {
         serde_json::from_str(&self.out).unwrap_or_else(|error| panic!("no JSON ({error}): {self}"))
     }
@@ -404,12 +407,12 @@ impl std::fmt::Display for Ended {
     }
 }
 
-/// Sends a signal to a process that a test has started.
+/// Sends a signal to a process that a test started.
 pub fn send(pid: u32, signal: Signal) {
     kill(Pid::from_raw(pid as i32), signal).unwrap();
 }
 
-/// Kills a process that may have ended by itself.
+/// Kills a process that may have already ended by itself.
 pub fn kill_if_alive(pid: u32) {
     let _ = kill(Pid::from_raw(pid as i32), Signal::SIGKILL);
 }
@@ -423,7 +426,7 @@ pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// The repository's folder.
+/// Returns the repository's folder.
 pub fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap()
 }

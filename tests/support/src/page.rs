@@ -1,4 +1,5 @@
-//! A page of the pad without a browser: the same HTTP and the same WebSocket, over real sockets.
+//! A stand-in for the pad's page that needs no browser but uses the same HTTP and WebSocket messages, over real
+//! sockets.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -9,18 +10,18 @@ use tungstenite::{Message, WebSocket};
 
 use super::Running;
 
-/// The longest that anything may take before it counts as hanging.
+/// Maximum time that anything may take before it counts as hanging.
 const LIMIT: Duration = Duration::from_secs(120);
 
-/// The token of every pad of a test, given by the environment of its [`Place`](super::Place).
+/// The token of every pad in a test. It is passed to the pad in the environment of its [`Place`](super::Place).
 pub const TOKEN: &str = "tokenoftests0123456789";
 
-/// A port that was free a moment ago.
+/// Returns a port that was free a moment ago.
 pub fn free_port() -> u16 {
     TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port()
 }
 
-/// Waits until something listens there.
+/// Waits until a process listens on the port.
 pub fn wait_for(running: &mut Running, port: u16) {
     let began = Instant::now();
     while TcpStream::connect(("127.0.0.1", port)).is_err() {
@@ -30,15 +31,15 @@ pub fn wait_for(running: &mut Running, port: u16) {
     }
 }
 
-/// An answer: its status and its body, null if that is not JSON.
+/// The status and the body of an answer. The body is null if it is not JSON.
 pub type Answer = (u16, Value);
 
-/// Sends a request as it is and returns the answer.
+/// Sends a request without changes and returns the answer.
 pub fn request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
     try_request(port, head, headers, body).unwrap_or_else(|| panic!("no answer to {head}"))
 }
 
-/// The same for a server that may die before it answers.
+/// Like [`request`], but for a server that may die before it answers.
 pub fn try_request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8]) -> Option<Answer> {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
     stream.set_read_timeout(Some(LIMIT)).unwrap();
@@ -51,14 +52,14 @@ pub fn try_request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8])
     }
     headers.iter().for_each(|(name, value)| text += &format!("{name}: {value}\r\n"));
     stream.write_all((text + "\r\n").as_bytes()).ok()?;
-    // A server that refuses because of the head closes before it has read everything.
+    // A server that rejects the head closes the connection before it has read everything.
     let _ = stream.write_all(body);
     let mut answer = Vec::new();
     let _ = stream.read_to_end(&mut answer);
     parsed(&String::from_utf8_lossy(&answer))
 }
 
-/// The text of the answer for a path.
+/// Returns the body of the answer to a GET request for a path.
 pub fn body(port: u16, path: &str) -> String {
     let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
     stream.set_read_timeout(Some(LIMIT)).unwrap();
@@ -71,7 +72,7 @@ pub fn body(port: u16, path: &str) -> String {
     body.to_owned()
 }
 
-/// An answer as received; `None` if it is not one.
+/// Parses an answer, or returns `None` if it is invalid.
 pub fn parsed(answer: &str) -> Option<Answer> {
     let status = answer.split(' ').nth(1)?.parse().ok()?;
     let body = answer.split_once("\r\n\r\n").map_or("", |(_, body)| body);
@@ -82,19 +83,19 @@ pub fn parsed(answer: &str) -> Option<Answer> {
 pub struct Page {
     port: u16,
     socket: WebSocket<TcpStream>,
-    /// The greeting that it got when it connected, or the last one.
+    /// The most recent greeting, which the page receives when it connects.
     pub hello: Value,
     /// The newest feed.
     pub feed: Value,
 }
 
 impl Page {
-    /// Connects; with `session`, as the page that had that session.
+    /// Connects to the pad. With `session`, connects as the page that had that session.
     pub fn open(port: u16, session: Option<&str>) -> Self {
         Self::try_open(port, session).expect("a page that is let in")
     }
 
-    /// The same for a server that may die meanwhile.
+    /// Like [`Page::open`], but for a server that may die in the meantime.
     pub fn try_open(port: u16, session: Option<&str>) -> Option<Self> {
         let stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
         stream.set_read_timeout(Some(LIMIT)).ok()?;
@@ -108,12 +109,12 @@ impl Page {
         Some(page)
     }
 
-    /// Its session.
+    /// Returns the page's session.
     pub fn session(&self) -> String {
         self.hello["session"].as_str().unwrap().to_owned()
     }
 
-    /// Takes the next message of the pad.
+    /// Reads the next message from the pad.
     pub fn read(&mut self) {
         self.try_read().expect("a word of the pad within the limit");
     }
@@ -137,7 +138,7 @@ impl Page {
         self.socket.send(Message::Text(word.to_string().into())).unwrap();
     }
 
-    /// Takes feeds until one satisfies `is_so`.
+    /// Reads feeds until one satisfies `is_so`.
     pub fn until(&mut self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
         let began = Instant::now();
         loop {
@@ -149,12 +150,12 @@ impl Page {
         }
     }
 
-    /// Takes feeds until the pad is in this state.
+    /// Reads feeds until the pad is in this state.
     pub fn until_state(&mut self, state: &str) -> Value {
         self.until(state, |feed| feed["state"] == state)
     }
 
-    /// Takes feeds until this step is allowed.
+    /// Reads feeds until this step is allowed.
     pub fn until_allowed(&mut self, step: &str) {
         self.until(step, |feed| feed["allowed"].as_array().is_some_and(|all| all.iter().any(|s| s == step)));
     }
@@ -164,14 +165,14 @@ impl Page {
         self.post_as(path, "application/json", body)
     }
 
-    /// The same with a content type.
+    /// Like [`Page::post`], but with the given content type.
     pub fn post_as(&self, path: &str, content_type: &str, body: &[u8]) -> Answer {
         let session = self.session();
         let headers = [("x-sketchnav-session", session.as_str()), ("content-type", content_type)];
         request(self.port, &format!("POST {path}"), &headers, body)
     }
 
-    /// Sends a drawing under a name, to a server that may die before it answers.
+    /// Sends a drawing under a name to a server that may die before it answers.
     pub fn send(&self, path: &str, body: &[u8], name: &str) -> Option<Answer> {
         let session = self.session();
         let headers = [
@@ -200,7 +201,7 @@ impl Page {
     }
 }
 
-/// Reads a message, retrying if a signal interrupted it, since a read with a time limit is not resumed automatically.
+/// Reads a message. A read with a time limit is not resumed automatically after a signal, so it is retried here.
 pub(crate) fn read_whole<S: Read + Write>(socket: &mut WebSocket<S>) -> tungstenite::Result<Message> {
     loop {
         match socket.read() {

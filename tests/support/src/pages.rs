@@ -1,7 +1,7 @@
-//! The pages of the documentation, as tests read them: prose, links, code, commands.
+//! Reads the pages of the documentation for tests: prose, links, code and commands.
 //!
-//! A block of code marked `sh` is run by a test, section by section. A line that ends with `&` runs in the background. A block
-//! marked `text` is only shown; its commands must be ones that the program accepts.
+//! A test runs the code blocks marked `sh`, section by section. A line that ends with `&` runs in the background. A
+//! block marked `text` is only shown, but the program must accept the commands in it.
 
 use std::fs;
 use std::os::unix::fs::symlink;
@@ -12,31 +12,31 @@ use nix::sys::signal::Signal;
 
 use super::{Place, Running, repository};
 
-/// A page.
+/// A page of the documentation.
 pub struct Page {
-    /// Path in the repository.
+    /// The page's path in the repository.
     pub path: PathBuf,
     text: String,
 }
 
 /// A block of code.
 pub struct Block {
-    /// The heading above it.
+    /// The heading above the block.
     pub heading: String,
-    /// Its language: `sh`, `toml`, `rust`, `text`.
+    /// The language of the block: `sh`, `toml`, `rust` or `text`.
     pub language: String,
-    /// Its lines.
+    /// The lines of the block.
     pub lines: Vec<String>,
 }
 
 impl Block {
-    /// Its lines as one text.
+    /// Returns the lines of the block as one text.
     pub fn text(&self) -> String {
         self.lines.join("\n")
     }
 }
 
-/// The pages that people read: everything in the sources that ends with `.md`.
+/// Returns all pages that people read, which are all `.md` files in the sources.
 pub fn all() -> Vec<Page> {
     let mut pages = Vec::new();
     for folder in ["docs", "docs/navigators", "recordings", "sim/missions"] {
@@ -59,24 +59,24 @@ fn of_folder(folder: &str) -> Vec<Page> {
 }
 
 impl Page {
-    /// The page of this path in the repository.
+    /// Reads the page at this path in the repository.
     pub fn of(path: &str) -> Self {
         let text =
             fs::read_to_string(repository().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
         Self { path: path.into(), text }
     }
 
-    /// The whole text.
+    /// Returns the whole text of the page.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// Its path, for error messages.
+    /// Returns the page's path, for error messages.
     pub fn name(&self) -> String {
         self.path.display().to_string()
     }
 
-    /// Every line with its number, and whether it belongs to a block of code.
+    /// Returns every line with its number, and whether it belongs to a code block.
     pub fn lines(&self) -> impl Iterator<Item = (usize, &str, bool)> {
         let mut is_code = false;
         self.text.lines().enumerate().map(move |(i, line)| {
@@ -86,13 +86,13 @@ impl Page {
         })
     }
 
-    /// Its headings.
+    /// Returns the headings of the page.
     pub fn headings(&self) -> impl Iterator<Item = &str> {
         let lines = self.lines().filter(|(_, line, is_code)| !is_code && line.starts_with('#'));
         lines.map(|(_, line, _)| line.trim_start_matches('#').trim())
     }
 
-    /// Its blocks of code.
+    /// Returns the code blocks of the page.
     pub fn blocks(&self) -> Vec<Block> {
         let (mut blocks, mut heading, mut open): (Vec<Block>, _, Option<Block>) =
             (vec![], String::new(), None);
@@ -113,14 +113,14 @@ impl Page {
         blocks
     }
 
-    /// The commands of a section that are run.
+    /// Returns the commands of a section that a test runs.
     pub fn commands(&self, heading: &str) -> Vec<String> {
         let runs = |block: &Block| block.language == "sh" && block.heading == heading;
         let blocks = self.blocks().into_iter().filter(runs);
         blocks.flat_map(|block| block.lines).map(|line| line.trim().to_owned()).collect()
     }
 
-    /// The sections that have such commands.
+    /// Returns the headings of the sections that contain commands that a test runs.
     pub fn sections(&self) -> Vec<String> {
         let mut headings: Vec<_> =
             self.blocks().into_iter().filter(|block| block.language == "sh").map(|b| b.heading).collect();
@@ -129,14 +129,14 @@ impl Page {
     }
 }
 
-/// Links the repository into a place, so that commands can name what ships as in a checkout.
+/// Links the repository into a place, so that commands can name its files as in a checkout.
 pub fn settle(place: &Place) {
     for name in ["sim", "services"] {
         symlink(repository().join(name), place.files().join(name)).unwrap();
     }
 }
 
-/// Parses a command as a shell does, as far as the pages need it.
+/// Parses a command line as a shell would, as far as the pages need that.
 fn shell(place: &Place, line: &str) -> Command {
     let program = place.command("");
     let folder = Path::new(program.get_program()).parent().unwrap().to_owned();
@@ -149,17 +149,17 @@ fn shell(place: &Place, line: &str) -> Command {
     command
 }
 
-/// The program that a command calls, if a machine may lack it.
+/// Returns the program that a command calls, if it is one that a machine may lack.
 fn program_of(line: &str) -> Option<&str> {
     line.split_whitespace().next().filter(|word| *word != "sketchnav" && !needs::COREUTILS.contains(word))
 }
 
-/// The name that `--system` gives.
+/// Returns the name given by `--system`.
 fn system_of(line: &str) -> Option<&str> {
     line.split_whitespace().skip_while(|word| *word != "--system").nth(1)
 }
 
-/// Runs the commands of a section; each must end with exit code 0 and leave nothing.
+/// Runs the commands of a section. Each must end with exit code 0 and leave nothing behind.
 pub fn run(page: &str, heading: &str) {
     let commands = Page::of(page).commands(heading);
     assert!(!commands.is_empty(), "{page}: no commands below {heading:?}");
@@ -183,7 +183,7 @@ pub fn run(page: &str, heading: &str) {
         assert_eq!(ended.code, Some(0), "{page}: {line}: {ended}");
     }
     for running in behind {
-        // It may have ended by itself, by an order on the page.
+        // An order on the page may have ended the command already.
         let _ = nix::sys::signal::kill(nix::unistd::Pid::from_raw(running.pid() as i32), Signal::SIGINT);
         running.end();
     }

@@ -1,5 +1,5 @@
-//! A small mission: two rooms of three by four metres with a door between them, drawn at 100 pixels per metre. Its one task
-//! leads from the left room into the right one.
+//! A small mission in two rooms of three by four metres with a door between them, drawn at 100 pixels per metre. The
+//! only task leads from the left room into the right one.
 
 use std::fs;
 use std::path::Path;
@@ -8,11 +8,11 @@ use nix::sys::signal::Signal;
 
 use super::Running;
 
-/// The name of its mission file.
+/// The name of the mission file.
 pub const MISSION: &str = "room.toml";
-/// The name of its drawing.
+/// The name of the drawing.
 pub const DRAWING: &str = "room.svg";
-/// The name of its floor plan.
+/// The name of the floor plan.
 pub const FLOOR: &str = "room.floor.toml";
 
 const MISSION_TEXT: &str = r#"name = "room"
@@ -78,8 +78,8 @@ pub fn replace(folder: &Path, file: &str, old: &str, new: &str) {
     fs::write(path, text.replace(old, new)).unwrap();
 }
 
-/// Fails unless the mission ends at its goal while `bridge` connects it to a robot run by another program. When asked to end,
-/// that program writes its place and its last command.
+/// Fails unless the mission ends at its goal while `bridge` connects it to `robot`, a robot simulated by another
+/// program. When that program is asked to end, it writes its position and its last command.
 pub fn assert_driven_to_its_goal(mission: Running, bridge: Running, robot: Running) {
     let report = mission.end().json();
     assert_eq!(report["tasks"][0]["state"], "reached", "{report:#}");

@@ -1,5 +1,6 @@
-//! A viewer of our own, which speaks Foxglove's WebSocket protocol (`foxglove.sdk.v1`) byte by byte. Source: the protocol's
-//! specification, github.com/foxglove/ws-protocol, docs/spec.md, and for playback the SDK's own client.
+//! A viewer for tests, which implements Foxglove's WebSocket protocol (`foxglove.sdk.v1`) at the level of bytes.
+//! Sources: the protocol's specification, github.com/foxglove/ws-protocol, docs/spec.md, and for playback the SDK's own
+//! client.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
@@ -13,36 +14,36 @@ use tungstenite::{Message, WebSocket};
 use super::page::read_whole;
 use super::{Place, Running};
 
-/// The longest wait for the next message of a server.
+/// Maximum time to wait for the next message from a server.
 const LIMIT: Duration = Duration::from_secs(60);
 
 /// A viewer that watches every topic.
 pub struct Viewer {
     socket: WebSocket<TcpStream>,
-    /// What the server said about itself.
+    /// The server's description of itself.
     pub info: Value,
-    /// What was announced, by topic.
+    /// The channels that the server announced, by topic.
     pub topics: BTreeMap<String, Value>,
     by_subscription: BTreeMap<u32, String>,
 }
 
-/// What is received.
+/// A message received from a server.
 #[derive(Debug)]
 pub enum Came {
-    /// A message: its topic, its time, its content.
+    /// A recorded or live message: its topic, its time in nanoseconds, and its content.
     Message(String, u64, Vec<u8>),
     /// The state of playback.
     Playback {
-        /// 0 playing, 1 paused, 3 ended.
+        /// 0 while playing, 1 if paused, 3 at the end.
         status: u8,
-        /// Nanoseconds.
+        /// The position, in nanoseconds.
         at_ns: u64,
-        /// Whether there was a seek.
+        /// Whether playback jumped to another position.
         did_seek: bool,
-        /// The request that it answers.
+        /// The name of the request that this message answers.
         request: String,
     },
-    /// The time.
+    /// The current time, in nanoseconds.
     Time(u64),
 }
 
@@ -57,7 +58,7 @@ pub fn view(place: &Place, arguments: &str) -> (Running, String) {
 }
 
 impl Viewer {
-    /// Connects, waits for this many topics, and watches them all.
+    /// Connects, waits until this many topics are announced, and subscribes to all of them.
     pub fn of_all(link: &str, topics: usize) -> Self {
         let mut viewer = Self::connect(link);
         while viewer.topics.len() < topics {
@@ -105,12 +106,12 @@ impl Viewer {
         }
     }
 
-    /// The same until the server goes away.
+    /// Reads the next message, or returns `None` if the server is gone.
     pub fn try_next(&mut self) -> Option<()> {
         read_whole(&mut self.socket).ok().map(drop)
     }
 
-    /// What comes next.
+    /// Waits for the next message.
     pub fn wait(&mut self) -> Came {
         loop {
             match self.read() {
@@ -139,7 +140,7 @@ impl Viewer {
         }
     }
 
-    /// Plays or pauses at a rate, from a time or from the current position.
+    /// Asks the server to play or pause at a rate, from a given time or from the current position.
     pub fn ask(&mut self, plays: bool, rate: f32, seek_ns: Option<u64>, name: &str) {
         let mut bytes = vec![3, u8::from(!plays)];
         bytes.extend(rate.to_le_bytes());

@@ -7,13 +7,13 @@ use regex_lite::Regex;
 
 use super::values::parse_pattern;
 
-/// Highest domain: the ports of the next one would be out of range.
+/// Highest domain of ROS 2: the ports of the next one would exceed 65535.
 const MAX_DOMAIN: u16 = 232;
 
-/// The software on the other side.
+/// The software on the other side of the bridge.
 #[derive(Debug, Subcommand)]
 pub enum Other {
-    /// ROS 2, over DDS or Zenoh. Each channel is published under the topic and type with which it is recorded, together
+    /// ROS 2, over DDS or Zenoh. Each channel is published with the topic and type under which it is recorded, together
     /// with /clock, /tf, /tf_static and /diagnostics. Ends with the system. Needs a build with `--features ros2` for
     /// DDS, or `--features zenoh` for Zenoh.
     #[command(
@@ -42,20 +42,20 @@ pub struct Ros2Options {
     /// Only publish topics whose whole name matches one of these regular expressions. Default: all.
     #[arg(long, value_name = "REGEX", num_args = 1.., value_parser = TopicPattern::parse)]
     pub topics: Vec<TopicPattern>,
-    /// With DDS: use only the network interface with this address (may be repeated), as 127.0.0.1. Default: all.
+    /// With DDS: use only the network interface with this address, such as 127.0.0.1 (may be repeated). Default: all.
     #[arg(long = "interface", value_name = "ADDRESS")]
     pub interfaces: Vec<IpAddr>,
-    /// With Zenoh: the router to connect to (may be repeated), as tcp/192.168.1.2:7447. Default: tcp/localhost:7447.
+    /// With Zenoh: a router to connect to, such as tcp/192.168.1.2:7447 (may be repeated). Default: tcp/localhost:7447.
     #[arg(long = "router", value_name = "ENDPOINT", value_parser = parse_endpoint)]
     pub routers: Vec<String>,
-    /// With Zenoh: act as a router that listens here (may be repeated), as tcp/localhost:7447. It only connects to
-    /// other routers given by --router.
+    /// With Zenoh: act as a router that listens at this endpoint, such as tcp/localhost:7447 (may be repeated), and
+    /// connect only to the routers given by --router.
     #[arg(long, value_name = "ENDPOINT", value_parser = parse_endpoint)]
     pub listen: Vec<String>,
-    /// A namespace for all topics and the node, as `robot_1`.
+    /// A namespace for all topics and the node, such as `robot_1`.
     #[arg(long, value_name = "NAME", default_value = "", value_parser = parse_namespace)]
     pub namespace: String,
-    /// Accept orders from the topic /order (std_msgs/String, as `pause`). Any node in the domain can send them.
+    /// Accept orders such as `pause` from the topic /order (std_msgs/String). Any node in the domain can send them.
     #[arg(long)]
     pub orders: bool,
     /// Act as the world of a system that runs without one: a robot that publishes /scan and /odom is driven through
@@ -64,7 +64,7 @@ pub struct Ros2Options {
     pub drive: bool,
 }
 
-/// The middleware of ROS 2.
+/// A ROS 2 middleware.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rmw {
     /// DDS.
@@ -73,7 +73,7 @@ pub enum Rmw {
     Zenoh,
 }
 
-/// Parses a middleware's name or that of an RMW implementation.
+/// Parses the name of a middleware or of an RMW implementation.
 pub fn parse_rmw(text: &str) -> Result<Rmw, String> {
     match text {
         "dds" | "rmw_fastrtps_cpp" | "rmw_fastrtps_dynamic_cpp" | "rmw_cyclonedds_cpp" | "rmw_connextdds" => {
@@ -102,7 +102,7 @@ pub fn parse_domain(text: &str) -> Result<u16, String> {
     domain.ok_or_else(|| format!("expected a domain of ROS 2 from 0 to {MAX_DOMAIN}"))
 }
 
-/// Parses a namespace: without slashes around it; empty for none.
+/// Parses a ROS 2 namespace, which may be empty, and removes a leading slash.
 fn parse_namespace(text: &str) -> Result<String, String> {
     let name = text.strip_prefix('/').unwrap_or(text);
     let is_token = |token: &str| {
@@ -128,13 +128,13 @@ pub struct TopicPattern {
 }
 
 impl TopicPattern {
-    /// Parses a pattern. Topics have a leading slash in ROS 2; it may be omitted here.
+    /// Parses a pattern. Its leading slash, with which all topics begin in ROS 2, may be omitted.
     fn parse(text: &str) -> Result<Self, String> {
         let regex = parse_pattern(text.strip_prefix('/').unwrap_or(text))?;
         Ok(Self { text: text.to_owned(), regex })
     }
 
-    /// Whether the pattern matches the topic, given without its leading slash.
+    /// Returns true if the pattern matches `topic`, which has no leading slash.
     #[cfg(any(feature = "ros2", feature = "zenoh", test))]
     pub fn is_match(&self, topic: &str) -> bool {
         self.regex.is_match(topic)

@@ -27,20 +27,20 @@ pub struct SystemOptions {
     /// The system's name; several systems can run side by side without affecting each other.
     #[arg(long)]
     pub system: Option<String>,
-    /// Do not start this process (may be repeated). It is run by hand, or replaced by a real robot's driver.
+    /// Do not start this process, which is run by hand or replaced by a real robot's driver (may be repeated).
     #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
     pub without: Vec<Process>,
     /// Inject the faults planned in this file (TOML; see docs/ecosystem.md for how to write one).
     #[arg(long, value_name = "FILE")]
     pub faults: Option<PathBuf>,
-    /// Seconds after which a stopped process (SIGSTOP) is killed and restarted.
+    /// Seconds after which a process that was stopped (SIGSTOP) is killed and restarted.
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = parse_seconds)]
     pub stopped_limit: f64,
     #[command(flatten)]
     pub split: SplitWhileGrowing,
 }
 
-/// How a recording is split into files while it grows: `NAME_0.mcap`, `NAME_1.mcap` and so on.
+/// The options that split a recording into files while it grows: `NAME_0.mcap`, `NAME_1.mcap` and so on.
 #[derive(Debug, Clone, Args)]
 pub struct SplitWhileGrowing {
     /// Start the next file of the recording (NAME_0.mcap, NAME_1.mcap and so on) after this many megabytes. NAME.mcap
@@ -71,7 +71,7 @@ pub struct RunOptions {
     /// Print one JSON object instead of progress and a table.
     #[arg(long)]
     pub json: bool,
-    /// Also serve a page that shows the mission, and that can abort and continue it.
+    /// Also serve a page that shows the mission and can abort and continue it.
     #[arg(long)]
     pub pad: bool,
     /// Also show the mission in Foxglove or Lichtblick, as `sketchnav view` does, on this port (0: any free port).
@@ -95,7 +95,8 @@ pub struct PadSite {
     /// requires the token in the printed link.
     #[arg(long, default_value = "127.0.0.1", value_name = "ADDRESS")]
     pub bind: IpAddr,
-    /// A host name by which people reach the page, as `robot.local` (may be repeated). Numeric addresses are always accepted.
+    /// A host name by which people reach the page, such as `robot.local` (may be repeated). Numeric addresses are
+    /// always accepted.
     #[arg(long = "host", value_name = "NAME", value_parser = parse_host)]
     pub hosts: Vec<String>,
     /// Folder for mission files that are saved from the page.
@@ -106,18 +107,19 @@ pub struct PadSite {
 /// The options of `pad`.
 #[derive(Debug, Clone, Args)]
 pub struct PadOptions {
-    /// Use the world, the robot and its true start from this mission, but not its drawing and its tasks. Default, and
-    /// with `demo`: the demo's building.
+    /// Use the world, the robot and its true start from this mission, but not its drawing or its tasks. Default, also
+    /// for `demo`: the demo's building.
     #[arg(long, value_name = "FILE")]
     pub mission: Option<PathBuf>,
     /// Simulated seconds per second (1 is real time).
     #[arg(long, default_value = "1", value_parser = parse_pace)]
     pub speed: Pace,
-    /// Run a user study on the page (Boniardi et al. 2016) and keep everything in this folder: each participant draws the
-    /// place and a path, the robot drives once, and the participant rates statements. A study that was stopped goes on.
+    /// Run a user study on the page (Boniardi et al. 2016) and store everything in this folder: each participant draws
+    /// the place and a path, the robot drives once, and the participant rates statements. If the folder contains a
+    /// study, continue it.
     #[arg(long, value_name = "DIR", conflicts_with = "out")]
     pub study: Option<PathBuf>,
-    /// Only write the table and the pages of the study again, from what is in its folder.
+    /// Only write the table and the pages of the study again, from the files in its folder.
     #[arg(long, requires = "study", conflicts_with = "mission")]
     pub report: bool,
     #[command(flatten)]
@@ -139,7 +141,7 @@ fn parse_host(text: &str) -> Result<String, String> {
     if holds { Ok(text.to_ascii_lowercase()) } else { Err(expected()) }
 }
 
-/// Parses a pace, which must be real time: people cannot draw in lockstep.
+/// Parses a pace in real time. Lockstep is rejected, since people cannot draw in lockstep.
 fn parse_pace(text: &str) -> Result<Pace, String> {
     match parse_speed(text)? {
         Pace::Lockstep => Err(format!("expected a number above 0 and up to {MAX_SPEED}")),
@@ -147,13 +149,13 @@ fn parse_pace(text: &str) -> Result<Pace, String> {
     }
 }
 
-/// Parses the size of a file.
+/// Parses a file size in megabytes.
 fn parse_megabytes(text: &str) -> Result<f64, String> {
     let megabytes = text.parse().ok().filter(|megabytes| (0.1..=1e6).contains(megabytes));
     megabytes.ok_or_else(|| "expected a number of megabytes, from 0.1 to 1000000".into())
 }
 
-/// Parses a length of time that a person waits for.
+/// Parses a length of time in seconds.
 fn parse_seconds(text: &str) -> Result<f64, String> {
     let seconds = text.parse().ok().filter(|seconds| (1.0..=86_400.0).contains(seconds));
     seconds.ok_or_else(|| "expected a number of seconds, from 1 to 86400".into())

@@ -1,4 +1,4 @@
-//! Options of the tools that inspect a running system, and of those that intervene in it.
+//! Options of the tools that inspect a running system or intervene in it.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use sketchnav_schemas::codes::{Order, Process};
 
 use super::values::{parse_drawn_place, parse_pattern, parse_served};
 
-/// Which channels of which system to read.
+/// The channels to read, and the system that they belong to.
 #[derive(Debug, Clone, Args)]
 pub struct Tap {
     /// The channel, as listed by `sketchnav channels`.
@@ -27,13 +27,14 @@ pub struct Tap {
     pub count: Option<u64>,
 }
 
-/// The port that viewers try first.
+/// The port at which viewers look first.
 pub const VIEW_PORT: &str = "8765";
 
 /// The options of `view`.
 #[derive(Debug, Clone, Args)]
 pub struct ViewOptions {
-    /// A recording, or the name of a running system; optional if only one is running. A file takes precedence over a system.
+    /// A recording, or the name of a running system; optional if only one is running. A file takes precedence over a
+    /// system.
     #[arg(value_name = "SYSTEM|FILE")]
     pub target: Option<String>,
     /// The system's name, even if there is a file of that name.
@@ -42,7 +43,7 @@ pub struct ViewOptions {
     /// The port on this machine; 0 for any free port.
     #[arg(long, default_value = VIEW_PORT)]
     pub port: u16,
-    /// For a recording: recorded seconds per second; viewers may change it.
+    /// For a recording: playback rate, in recorded seconds per second; viewers may change it.
     #[arg(long, value_parser = parse_playback_rate)]
     pub rate: Option<f64>,
     /// For a recording: start again at the end.
@@ -58,17 +59,17 @@ pub struct ViewOptions {
 pub struct EchoOptions {
     #[command(flatten)]
     pub tap: Tap,
-    /// Print only this field, as `pose.pose.position.x` or `ranges[3]`; may be repeated.
+    /// Print only this field, such as `pose.pose.position.x` or `ranges[3]`; may be repeated.
     #[arg(long = "field", value_name = "PATH")]
     pub fields: Vec<String>,
-    /// Print one message: the newest one, or the first one to arrive.
+    /// Print a single message: the newest one or, if there is none yet, the first one to arrive.
     #[arg(long, conflicts_with = "count")]
     pub once: bool,
-    /// Print the messages of this recording, in the order of time, instead of a running system's.
+    /// Print the messages of this recording in order of time, instead of a running system's.
     #[arg(long, value_name = "RECORDING", conflicts_with = "system")]
     pub file: Option<PathBuf>,
-    /// Print comma-separated values instead of JSON: number, time, cause and the fields;
-    /// without --field, all fields outside lists.
+    /// Print comma-separated values instead of JSON: number, time, cause and the fields; without --field, all fields
+    /// outside lists.
     #[arg(long, conflicts_with = "regex")]
     pub csv: bool,
 }
@@ -78,7 +79,7 @@ pub struct EchoOptions {
 pub struct HzOptions {
     #[command(flatten)]
     pub tap: Tap,
-    /// Measure the messages of this recording, by its times, instead of a running system's.
+    /// Measure the messages of this recording, by their recorded times, instead of a running system's.
     #[arg(long, value_name = "RECORDING", conflicts_with = "system")]
     pub file: Option<PathBuf>,
     /// Print one JSON object per line instead of text.
@@ -98,7 +99,7 @@ pub struct LogsOptions {
     /// Keep printing until the system ends.
     #[arg(short, long)]
     pub follow: bool,
-    /// Start with this many of the last lines of each process.
+    /// Start with this many lines from the end of each process's output.
     #[arg(short = 'n', long, default_value_t = 100)]
     pub lines: usize,
     /// Print only lines that match this regular expression.
@@ -118,10 +119,10 @@ pub struct RestartOptions {
     /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// Kill it at once (SIGKILL) instead of asking it to end (SIGTERM).
+    /// Kill the process at once (SIGKILL) instead of asking it to end (SIGTERM).
     #[arg(long)]
     pub kill: bool,
-    /// How long its successor may take, seconds.
+    /// Maximum time to wait for the successor, in seconds.
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = parse_patience)]
     pub timeout: Duration,
     /// Print one JSON object instead of text.
@@ -132,25 +133,26 @@ pub struct RestartOptions {
 /// The options of `send`.
 #[derive(Debug, Clone, Args)]
 pub struct SendOptions {
-    /// start, abort, pause, resume, unattended, goal or here.
+    /// The order: start, abort, pause, resume, unattended, goal or here.
     #[arg(value_parser = parse_order)]
     pub order: Order,
-    /// The task that the order is about, from 1, if it names one.
+    /// The number of the task that the order refers to, from 1, for orders that refer to one.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     pub task: u32,
-    /// With `resume`: the landmark state to which a lost robot was led, from 1, and from which it continues.
+    /// With `resume`: the number of the landmark state, from 1, to which a lost robot was led and from which it
+    /// continues.
     #[arg(long, value_name = "N", conflicts_with = "task", value_parser = clap::value_parser!(u32).range(1..))]
     pub state: Option<u32>,
-    /// With `here`: where the robot is in the drawing, image pixels (column, row; row 0 at the top).
+    /// With `here`: the robot's position in the drawing, in image pixels (column, row; row 0 at the top).
     #[arg(long, value_name = "X,Y", value_parser = parse_drawn_place, conflicts_with_all = ["task", "state"])]
     pub at: Option<[f64; 2]>,
-    /// With `here`: the robot's heading, degrees counter-clockwise from "to the right" as seen on the drawing.
+    /// With `here`: the robot's heading in the drawing, in degrees counter-clockwise from pointing right.
     #[arg(long, value_name = "DEG", value_parser = parse_heading, requires = "at", allow_negative_numbers = true)]
     pub heading: Option<f64>,
     /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// How long to wait until the order is on its channel, seconds.
+    /// Maximum time to wait until the order appears on its channel, in seconds.
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = parse_patience)]
     pub timeout: Duration,
     /// Print one JSON object instead of text.
@@ -164,13 +166,13 @@ pub struct SnapshotOptions {
     /// The system's name; optional if only one is running.
     #[arg(long)]
     pub system: Option<String>,
-    /// How much to save, recorded seconds up to now.
+    /// How much to save, in recorded seconds up to now.
     #[arg(long, value_name = "S", default_value = "30", value_parser = parse_patience)]
     pub last: Duration,
-    /// First wait for the next message on this channel, as `faults` or `contact`.
+    /// First wait for the next message on this channel, such as `faults` or `contact`.
     #[arg(long, value_name = "CHANNEL")]
     pub on: Option<String>,
-    /// After the trigger, wait this long to include its effects, seconds.
+    /// After the trigger, wait this long, in seconds, to include its effects.
     #[arg(long, value_name = "S", default_value = "0", value_parser = parse_patience)]
     pub after: Duration,
     /// Save only topics whose whole name matches this regular expression.
@@ -214,7 +216,7 @@ fn parse_order(text: &str) -> Result<Order, String> {
     text.parse()
 }
 
-/// Parses a heading in degrees; returns radians.
+/// Parses a heading in degrees and converts it to radians.
 fn parse_heading(text: &str) -> Result<f64, String> {
     let degrees = text.parse().ok().filter(|degrees| ANGLE_DEG.holds(*degrees));
     let radians = degrees.map(f64::to_radians);

@@ -1,11 +1,11 @@
-//! Values of the options of several commands.
+//! Parsers for values that several commands take.
 
 use regex_lite::Regex;
 use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::Pace;
 
-/// Parses the name of a service's process.
+/// Parses the name of a service.
 pub fn parse_service(word: &str) -> Result<Process, String> {
     match word.parse() {
         Ok(process) if SERVICES.contains(&process) => Ok(process),
@@ -21,19 +21,19 @@ pub fn parse_served(word: &str) -> Result<Process, String> {
     }
 }
 
-/// Parses a regular expression that has to match whole names.
+/// Parses a regular expression that has to match a whole name.
 pub fn parse_pattern(text: &str) -> Result<Regex, String> {
     Regex::new(&format!("^(?:{text})$")).map_err(|error| format!("expected a regular expression: {error}"))
 }
 
-/// A place on a floor, metres, and optionally a heading, degrees counter-clockwise from the x axis.
+/// A position on a floor, in metres, and optionally a heading, in degrees counter-clockwise from the x axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FloorPlace {
     pub at_m: [f64; 2],
     pub heading_deg: Option<f64>,
 }
 
-/// Parses `X,Y` or `X,Y,DEG`.
+/// Parses a position on a floor as `X,Y` or `X,Y,DEG`.
 pub fn parse_floor_place(text: &str) -> Result<FloorPlace, String> {
     match parse_numbers(text).as_deref() {
         Some(&[x, y]) => Ok(FloorPlace { at_m: [x, y], heading_deg: None }),
@@ -42,7 +42,7 @@ pub fn parse_floor_place(text: &str) -> Result<FloorPlace, String> {
     }
 }
 
-/// Parses a place in a drawing, `X,Y`.
+/// Parses a position in a drawing as `X,Y`.
 pub fn parse_drawn_place(text: &str) -> Result<[f64; 2], String> {
     let place = parse_numbers(text).and_then(|numbers| numbers.try_into().ok());
     place.ok_or_else(|| "expected two numbers with a comma between them, as 520,90".to_owned())
@@ -54,7 +54,8 @@ fn parse_numbers(text: &str) -> Option<Vec<f64>> {
     text.split(',').map(number).collect()
 }
 
-/// No machine keeps up beyond this speed; `max` is for the full speed of the machine.
+/// Maximum speed, in simulated seconds per second. No machine keeps up with more; `max` runs as fast as the machine
+/// can.
 pub const MAX_SPEED: f64 = 100.0;
 
 /// Parses `max`, or a number of simulated seconds per second.

@@ -1,8 +1,9 @@
 //! Kills the processes of a run at random moments.
 //!
-//! A moment is a fraction of the mission, measured by the world's progress and not by the clock, so that the kills
-//! spread over the whole mission however long the recoveries take. The seed decides at which moments which processes
-//! are hit; where in its step a process is hit is chance. Kills at start-up happen whenever a process starts.
+//! A moment is a fraction of the mission, measured by the world's progress instead of the clock, so that the kills are
+//! spread over the whole mission however long the recoveries take. The seed determines which processes are killed at
+//! which moments, but chance decides at which point of its step a process is hit. Kills at start-up happen whenever a
+//! process starts.
 
 use std::collections::{BTreeSet, VecDeque};
 use std::fs;
@@ -23,35 +24,36 @@ use crate::args::{ChaosOptions, KillSignal};
 
 /// How often to check the processes.
 const LOOK_EVERY: Duration = Duration::from_micros(500);
-/// Beyond this fraction of the mission no process is killed: it would have nothing left to recover.
+/// Fraction of the mission after which no process is killed, since it would have nothing left to recover.
 const LAST_SHARE: f64 = 0.95;
-/// The same in real time, where a mission may end earlier than the undisturbed one.
+/// Like [`LAST_SHARE`], but for runs in real time, where a mission may end earlier than the undisturbed one.
 const LAST_SHARE_IN_REAL_TIME: f64 = 0.8;
-/// How often two processes are killed at once.
+/// Probability with which a second process is drawn to be killed at the same moment.
 const PAIRS: f64 = 0.2;
-/// A starting process is killed within this time of its start.
+/// Longest time after its start at which a starting process is killed.
 const YOUNG: Duration = Duration::from_millis(12);
-/// How often in a row a process is killed while it starts; a few more, and it would be given up.
+/// Maximum number of times in a row that a process is killed while it starts. After a few more, the supervisor would
+/// give it up.
 const YOUNG_KILLS: u32 = 3;
-/// How long a recovery is waited for.
+/// Maximum time to wait for a recovery.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// The run to disturb.
 pub struct Plan {
-    /// How much work the world does in the whole mission.
+    /// How many messages the world sends in the whole mission.
     pub steps: u32,
-    /// The run's process id.
+    /// The process id of the run, which is that of its supervisor.
     pub supervisor: u32,
-    /// Its system.
+    /// The name of the run's system.
     pub system: String,
 }
 
-/// What is to be killed at one moment.
+/// The kills to make at one moment.
 #[derive(Debug, Clone, PartialEq)]
 struct Blow {
-    /// The world's progress at that moment.
+    /// The world's progress at which to strike.
     moment: u32,
-    /// One process, or two at once.
+    /// The process to kill, or two processes to kill at once.
     who: Vec<Process>,
 }
 
@@ -76,18 +78,18 @@ fn blows(options: &ChaosOptions, steps: u32, rng: &mut Pcg64Mcg) -> Vec<Blow> {
     blows
 }
 
-/// A kill.
+/// A kill that happened.
 #[derive(Debug)]
 pub struct Hit {
-    /// The process that was hit.
+    /// The process that was killed.
     pub process: Process,
-    /// How long it took until it had done new work.
+    /// The time until the process had done new work, or `None` if it did not recover.
     pub recovered: Option<Duration>,
     at: Instant,
     progress: u32,
 }
 
-/// Kills processes, and measures the recoveries.
+/// Kills processes, and measures how long their recoveries take.
 pub struct Injector<'a> {
     options: &'a ChaosOptions,
     plan: Plan,
@@ -96,12 +98,12 @@ pub struct Injector<'a> {
     blows: VecDeque<Blow>,
     hits: Vec<Hit>,
     system: Option<(System, Watch)>,
-    /// Processes whose start has been handled.
+    /// The ids of processes whose start has already been handled.
     known: BTreeSet<u32>,
 }
 
 impl<'a> Injector<'a> {
-    /// Draws the kills.
+    /// Draws the kills from the seed.
     pub fn new(options: &'a ChaosOptions, plan: Plan) -> Self {
         let mut rng = seed::stream(options.seed, "chaos");
         let blows = blows(options, plan.steps, &mut rng).into();
@@ -109,7 +111,7 @@ impl<'a> Injector<'a> {
         Self { options, plan, rng, blows, hits, system: None, known }
     }
 
-    /// Disturbs the run until it has ended.
+    /// Disturbs the run until it ends, and returns the kills that happened.
     pub fn disturb(mut self, run: &mut Child) -> anyhow::Result<Vec<Hit>> {
         while run.try_wait()?.is_none() {
             if self.system.is_none() {
@@ -145,7 +147,7 @@ impl<'a> Injector<'a> {
         self.hits.iter().any(|hit| hit.process == process && open(hit))
     }
 
-    /// Strikes once all processes that a blow hits are running and have recovered from the one before.
+    /// Strikes if a blow is due and all processes that it hits are running and have recovered from the previous kill.
     fn hit_when_due(&mut self) {
         let done = self.progress(Process::World);
         if self.blows.front().is_none_or(|blow| done < blow.moment) {
@@ -166,7 +168,8 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// A process that is missed because it has just ended by itself is tried again.
+    /// Strikes the processes in `ready`. A process that has just ended by itself is missed and remains in the blow, to
+    /// be hit later.
     fn strike(&mut self, due: usize, ready: &[(Process, u32)]) {
         let missed = ready.iter().filter(|&&(process, pid)| !self.hit(process, pid));
         let missed: Vec<_> = missed.map(|&(process, _)| process).collect();
@@ -177,7 +180,7 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// Kills processes that have just been started.
+    /// Kills processes that were just started.
     fn hit_the_young(&mut self) {
         for (process, pid) in serving(self.plan.supervisor) {
             let in_a_row = self.hits.iter().rev().filter(|hit| hit.process == process);
@@ -192,7 +195,7 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// Drops the last of the drawn kills, in place of which an undrawn one was made.
+    /// Drops the last planned kill to make up for one that was made at a start-up, so that the total stays the same.
     fn forget_one(&mut self) {
         if let Some(mut blow) = self.blows.pop_back() {
             blow.who.pop();
@@ -200,7 +203,7 @@ impl<'a> Injector<'a> {
         }
     }
 
-    /// Kills a process; false if it has just ended by itself.
+    /// Kills a process. Returns false if the process has just ended by itself.
     fn hit(&mut self, process: Process, pid: u32) -> bool {
         let progress = self.progress(process);
         let Some((system, _)) = &self.system else { return false };
@@ -215,7 +218,7 @@ impl<'a> Injector<'a> {
     }
 }
 
-/// The living processes that a supervisor has started.
+/// Returns the living processes that a supervisor has started, with their ids.
 fn serving(supervisor: u32) -> Vec<(Process, u32)> {
     let children = fs::read_to_string(format!("/proc/{supervisor}/task/{supervisor}/children"));
     let pids = children.unwrap_or_default();
@@ -223,14 +226,14 @@ fn serving(supervisor: u32) -> Vec<(Process, u32)> {
     pids.filter_map(|pid| Some((served(pid)?, pid))).collect()
 }
 
-/// The process as which `pid` was started: `serve PROCESS …`. `None` if it is dead.
+/// Returns the process as which `pid` was started with `serve PROCESS …`, or `None` if it is dead.
 fn served(pid: u32) -> Option<Process> {
     let line = fs::read_to_string(format!("/proc/{pid}/cmdline")).ok()?;
     let mut words = line.split('\0').skip_while(|word| *word != "serve");
     words.nth(1)?.parse().ok()
 }
 
-/// The number of living processes that serve the system.
+/// Returns the number of living processes that serve the system.
 pub fn orphans(system: &str) -> usize {
     let entries = fs::read_dir("/proc").into_iter().flatten();
     let pids = entries.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse::<u32>().ok());
@@ -242,10 +245,10 @@ pub fn orphans(system: &str) -> usize {
 }
 
 impl KillSignal {
-    /// All kinds.
+    /// All kinds of faults.
     pub const ALL: [Self; 4] = [Self::Kill, Self::Stop, Self::Term, Self::Starve];
 
-    /// The corresponding action in a schedule.
+    /// Returns the corresponding action in a schedule.
     pub fn action(self) -> Action {
         match self {
             Self::Kill => Action::Kill,
@@ -255,7 +258,7 @@ impl KillSignal {
         }
     }
 
-    /// The signal, if it is done by one.
+    /// Returns the signal that causes the fault, or `None` if it needs more than one signal.
     pub fn signal(self) -> Option<Signal> {
         match self {
             Self::Kill => Some(Signal::SIGKILL),
@@ -265,7 +268,7 @@ impl KillSignal {
         }
     }
 
-    /// Draws one of `kinds`, of which there is at least one.
+    /// Draws one of `kinds`, which must not be empty.
     pub fn drawn(kinds: &[Self], rng: &mut Pcg64Mcg) -> Self {
         match kinds {
             [only] => *only,
@@ -278,7 +281,7 @@ impl KillSignal {
 mod tests {
     use super::*;
 
-    /// The processes to hit once depended on which one had just recovered, and so on the clock.
+    /// Which processes were hit once depended on which of them had just recovered, and so on the clock.
     #[test]
     fn the_seed_decides_when_who_is_hit() {
         let options = ChaosOptions::of_words(&["--kills", "50", "--targets", "world,planner"]);

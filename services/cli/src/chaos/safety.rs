@@ -1,5 +1,5 @@
-//! Whether the robot was safe while its processes died: it has to stop without commands, and must not touch a wall.
-//! Judged from the recording of a run in real time.
+//! Judges whether the robot was safe while its processes died: it has to stop when commands cease, and must not touch a
+//! wall. The verdict is based on the recording of a run in real time.
 
 use std::path::Path;
 
@@ -12,11 +12,12 @@ use sketchnav_schemas::message::{Contact, GroundTruth};
 use sketchnav_schemas::run::{Pace, RunConfig};
 use sketchnav_sim::simulation::COMMAND_LIMIT_NS;
 
-/// How much older than a fault the mission's last status, which dates it, may be, s.
+/// Maximum delay, in seconds, between the mission's last status, from which a fault takes its time stamp, and the fault
+/// itself.
 const LATE_S: f64 = 0.3;
-/// Below this speed the robot counts as standing: people push it about, and contacts jitter.
+/// Speed below which the robot counts as standing still, since people push it about and contacts jitter.
 const STANDSTILL_MPS: f64 = 0.02;
-/// A contact within this time of a death may be due to it, simulated s.
+/// Time after a death, in simulated seconds, in which a contact may be due to that death.
 const AFTERMATH_S: f64 = 5.0;
 
 /// How safe the robot was.
@@ -24,15 +25,15 @@ const AFTERMATH_S: f64 = 5.0;
 pub struct Safety {
     /// Contacts with walls that began within five simulated seconds of a death.
     pub wall_contacts: usize,
-    /// How often a navigator was absent for longer than the robot may take to stop.
+    /// Number of times that a navigator was absent for longer than the robot may take to stop.
     pub outages: usize,
-    /// After how many of these the robot was still moving.
+    /// Number of those outages after which the robot was still moving.
     pub unstopped: usize,
-    /// Longest time from the last status before such a death until the robot stood still, simulated s.
+    /// Longest time, in simulated seconds, from the last status before an outage until the robot stood still.
     pub longest_stop_s: f64,
 }
 
-/// Judges the recording at `path`, of a run in real time.
+/// Judges the recording at `path`, which must be of a run in real time.
 pub fn safety(path: &Path) -> Result<Safety, RecordingError> {
     let recording = Recording::open(path)?;
     let run = recording.run()?;
@@ -59,11 +60,11 @@ fn judge(run: &RunConfig, faults: &[FaultInfo], truth: &[GroundTruth], contacts:
     safety
 }
 
-/// The periods for which a navigator was absent, if they are longer than a stop takes; one that never returned is
-/// absent until the end of the recording.
+/// Returns the periods for which a navigator was absent, if they exceed the time that a stop takes. A navigator that
+/// never returned is absent until the end of the recording.
 fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)> {
     let Pace::RealTime { speed } = run.pace else { return Vec::new() };
-    // A robot that stands still needs no sketcher.
+    // The sketcher does not count: a robot that is standing still does not need it.
     let navigators =
         NAVIGATORS.into_iter().filter(|process| trigger_of(*process, run.mission.navigator_kind()).is_some());
     let navigators: Vec<_> = navigators.map(Process::word).collect();
@@ -71,7 +72,7 @@ fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)>
     let is_death = |fault: &FaultInfo| fault.kind == "died" && navigators.contains(&fault.process);
     for (i, died) in faults.iter().enumerate().filter(|(_, fault)| is_death(fault)) {
         let back = faults[i..].iter().find(|f| f.kind == "recovered" && f.process == died.process);
-        // A process that was stopped was absent before it died.
+        // A process that was stopped (SIGSTOP) was absent even before it died.
         let silences = faults[..i].iter().filter(|f| f.kind == "unresponsive" && f.pid == died.pid);
         let silent_ms = silences.map(|fault| fault.duration_ms).fold(0.0, f64::max);
         let away_s =
@@ -84,15 +85,15 @@ fn outages(run: &RunConfig, faults: &[FaultInfo], end_s: f64) -> Vec<(f64, f64)>
     away
 }
 
-/// How long the world was absent too, from `died` to `back`, milliseconds by the clock: meanwhile its time, which is
-/// the robot's, stood still.
+/// Returns how long the world was also absent between `died` and `back`, in milliseconds by the clock. During that time
+/// simulated time, and with it the robot, stood still.
 fn halted_ms(faults: &[FaultInfo], died: &FaultInfo, back: &FaultInfo) -> f64 {
     let is_meanwhile = |fault: &&FaultInfo| (died.stamp_s..=back.stamp_s).contains(&fault.stamp_s);
     let worlds = faults.iter().filter(|f| f.kind == "recovered" && f.process == Process::World.word());
     worlds.filter(is_meanwhile).map(|fault| fault.duration_ms).sum()
 }
 
-/// How long a robot without commands may keep moving, simulated s.
+/// Returns how long a robot without commands may keep moving, in simulated seconds.
 fn stop_s(run: &RunConfig) -> f64 {
     let limits = &run.robot.limits;
     let brake_s = limits.speed_mps / limits.acceleration_mps2;
@@ -128,7 +129,7 @@ mod tests {
         FaultInfo { stamp_s: 10.0, kind, process, pid: 7, restarts: 0, missing: 0, duration_ms, words }
     }
 
-    /// Ten times a second, for 20 s; moving until `until_s` and from 13 s on.
+    /// Poses ten times a second for 20 s. The robot moves until `until_s`, and again from 13 s on.
     fn truth(until_s: f64) -> Vec<GroundTruth> {
         let at = |i: u64| {
             let mut truth: GroundTruth = bytemuck::Zeroable::zeroed();
@@ -153,7 +154,8 @@ mod tests {
         assert_eq!(judge(&run(), &stopped, &truth(11.9), &[]).unstopped, 1);
     }
 
-    /// The robot was once reported as driving on, because a second by the clock was taken for one of the world's.
+    /// The robot was once reported to have kept driving, because a second by the clock was mistaken for a simulated
+    /// second.
     #[test]
     fn while_the_world_is_dead_too_its_time_stands_still() {
         let both = [
@@ -167,7 +169,7 @@ mod tests {
         assert_eq!(judge(&run(), &alone, &truth(20.0), &[]).unstopped, 1);
     }
 
-    /// The worst case of all once did not count as an outage.
+    /// The worst case, a navigator that never returns, once did not count as an outage.
     #[test]
     fn who_never_comes_back_is_away_until_the_end() {
         let dead = [fault("died", "localizer", 0.0)];

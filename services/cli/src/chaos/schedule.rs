@@ -1,4 +1,4 @@
-//! Schedules of faults: draws, reads and writes them.
+//! Draws, reads and writes schedules of faults.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -20,19 +20,19 @@ use crate::failure::{Failure, OrInput};
 use crate::launch::fault_plan;
 use crate::mission;
 
-/// Beyond this fraction of its messages a process is not hit any more: nothing would be left to recover.
+/// Fraction of a process's messages after which it is not hit any more, since nothing would be left to recover.
 const LAST_SHARE: f64 = 0.9;
-/// How often a process is hit at one message; a few more, and it would be given up.
+/// Maximum number of times that a process is hit at one message. After a few more, the supervisor would give it up.
 const MOST_AT_ONE: usize = 3;
-/// The share of the processor that a starved process gets, percent; and for how long, ms.
+/// Ranges of the share of the processor that a starved process gets, in percent, and of its duration, in milliseconds.
 const SHARES_PERCENT: RangeInclusive<u32> = 2..=50;
 const STARVATION_MS: RangeInclusive<u64> = 200..=2000;
-/// The heading of a schedule that was not planned.
+/// The heading of a schedule that was recorded instead of planned.
 const HAPPENED: &str = "# What happened, each fault at the first message at or after its time.\n";
 const PLANNED: &str =
     "# Played by `sketchnav chaos MISSION --schedule FILE` and `sketchnav run MISSION --faults FILE`.\n";
 
-/// The schedule that the user names, read before anything starts.
+/// Reads the schedule that the user named, if any, before anything starts.
 pub fn given(options: &ChaosOptions, mission: &Path) -> Result<Option<FaultPlan>, Failure> {
     let Some(path) = &options.schedule else { return Ok(None) };
     let mission = match mission::is_demo(mission) {
@@ -43,7 +43,8 @@ pub fn given(options: &ChaosOptions, mission: &Path) -> Result<Option<FaultPlan>
     Ok(Some(fault_plan(path, kind).or_input()?))
 }
 
-/// A random schedule, based on the messages of the channels; `None` if kills come at random moments.
+/// Draws a random schedule from the messages in the undisturbed recording `reference`. Returns `None` if processes are
+/// to be killed at random moments instead.
 pub fn drawn(options: &ChaosOptions, reference: &Path) -> Result<Option<FaultPlan>, Failure> {
     if !options.at_messages {
         return Ok(None);
@@ -60,7 +61,7 @@ pub fn drawn(options: &ChaosOptions, reference: &Path) -> Result<Option<FaultPla
     Ok(Some(draw(options, kind, &counts)?))
 }
 
-/// Draws as many faults as the options ask for, each before a message of one of the targets.
+/// Draws as many faults as the options ask for, each before a message of one of the target processes.
 fn draw(options: &ChaosOptions, kind: &str, counts: &BTreeMap<&str, u64>) -> anyhow::Result<FaultPlan> {
     let places: Vec<(&str, u64)> = options
         .targets
@@ -99,7 +100,8 @@ fn draw(options: &ChaosOptions, kind: &str, counts: &BTreeMap<&str, u64>) -> any
     Ok(FaultPlan { fault: plan })
 }
 
-/// The channel at whose messages a process is hit: its last message of an instant, or the last channel that it writes.
+/// Returns the channel whose messages trigger the faults of a process: that of its last message in an instant or, if
+/// there is none, the last channel that it writes.
 fn mouth(
     process: Process,
     kind: &str,
@@ -120,7 +122,7 @@ fn write_with(path: &Path, heading: &str, plan: &FaultPlan) -> anyhow::Result<()
     sketchnav_files::write(path, format!("{heading}{text}")).with_context(|| path.display().to_string())
 }
 
-/// Writes the faults of the run whose results are below `out`, according to its recording.
+/// Writes the faults that happened in the run whose results are below `out`, according to its recording.
 pub fn write_happened(path: &Path, out: &Path) -> anyhow::Result<()> {
     let mut plan = FaultPlan::default();
     if let Some(recording) = recording_below(out) {
@@ -146,7 +148,7 @@ fn again(fault: &FaultInfo, kind: &str) -> Option<PlannedFault> {
     })
 }
 
-/// The first recording in the subfolders of `out`.
+/// Returns the first recording in the subfolders of `out`.
 fn recording_below(out: &Path) -> Option<PathBuf> {
     let folders = std::fs::read_dir(out).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
     let files = folders.filter_map(|folder| std::fs::read_dir(folder).ok()).flatten();
@@ -154,13 +156,13 @@ fn recording_below(out: &Path) -> Option<PathBuf> {
     files.filter(|path| path.extension().is_some_and(|extension| extension == "mcap")).min()
 }
 
-/// The planned faults that happened, according to a recording, and how long each recovery took.
+/// Returns the planned faults that happened, according to a recording, with the time that each recovery took.
 pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
     let mut kills: Vec<Kill> = Vec::new();
     for fault in faults(recording).context("the disturbed recording")? {
         let Ok(process) = fault.process.parse() else { continue };
         if fault.kind == FaultKind::Injected.word() {
-            // Of all injected faults, only a starvation has a duration.
+            // Of all injected faults, only starvation has a duration.
             kills.push(Kill { process, recovered_ms: None, is_starved: fault.duration_ms > 0.0 });
         } else if fault.kind == FaultKind::Recovered.word() {
             let open = kills.iter_mut().rev().find(|kill| kill.process == process && kill.is_open());
@@ -170,7 +172,7 @@ pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
     Ok(kills)
 }
 
-/// A failure of the disturbed run, with the schedule that repeats it.
+/// Adds the schedule, which repeats the disturbed run, to the run's failure.
 pub fn told(failure: Failure, schedule: &Path) -> Failure {
     let words = |error: anyhow::Error| anyhow!("{error:#}; --schedule {} plays it again", schedule.display());
     match failure {

@@ -17,18 +17,19 @@ use super::{Finding, Level};
 
 /// The folder of POSIX shared memory.
 const SHARED_MEMORY: &str = "/dev/shm";
-/// Longest name that the program makes up itself: a mission's of 24 characters, a hyphen, a process id.
+/// Length of the longest name that the program chooses itself: 24 characters of the mission's name, a hyphen, and a
+/// process id.
 const USUAL_NAME: usize = 32;
 /// The version of Linux that introduced `pidfd_open`, with which the supervisor waits for its processes.
 const OLDEST_KERNEL: (u32, u32) = (5, 3);
-/// Room for a recording: some ten times that of the demo.
+/// Disk space needed for a recording, about ten times the size of the demo's.
 const NEEDED_DISK_MIB: u64 = 100;
-/// If a sleep of a millisecond takes longer than this in the median, real time is late.
+/// Real time runs late if the median of sleeps of a millisecond exceeds this.
 const LATE: Duration = Duration::from_millis(3);
-/// The number of naps.
+/// The number of sleeps that are timed.
 const NAPS: usize = 21;
 
-/// Every check, in order.
+/// Runs every check, in order.
 pub fn all() -> impl Iterator<Item = Finding> {
     let checks: [fn() -> Finding; 12] = [
         version,
@@ -91,7 +92,7 @@ fn shared_memory() -> Finding {
         return Finding::of(check, Level::Error, found, advice);
     }
     let probe = Path::new(SHARED_MEMORY).join(format!("sketchnav-doctor-{}", std::process::id()));
-    // If the name could be guessed, it might be a link already.
+    // The name must not be guessable, since somebody could create a link of that name first.
     let made = fs::File::options().write(true).create_new(true).open(&probe);
     let written = made.and_then(|mut file| file.write_all(&[0; 4096]));
     let _ = fs::remove_file(&probe);
@@ -109,7 +110,7 @@ fn shared_memory() -> Finding {
     }
 }
 
-/// If it is on a disk, messages are written to that disk.
+/// Checks that shared memory is not on a disk, to which all messages would then be written.
 fn shared_memory_kind() -> Finding {
     let mounts = fs::read_to_string("/proc/mounts").unwrap_or_default();
     let kind = mounts.lines().rev().find_map(|line| {
@@ -168,7 +169,7 @@ fn file_size() -> Finding {
 }
 
 fn open_files() -> Finding {
-    // A soft limit is raised by the process that needs more.
+    // A process that needs more raises its own soft limit.
     let hard = getrlimit(Resource::RLIMIT_NOFILE).map_or(u64::MAX, |(_, hard)| hard);
     let found = format!("{hard} open files a process at most, {NEEDED_FILES} needed");
     if hard >= NEEDED_FILES {
@@ -231,14 +232,14 @@ fn leftovers() -> Finding {
     }
 }
 
-/// Systems whose processes run a different program from this one: their messages may have other layouts.
+/// Finds systems whose processes run a different program from this one, since the layouts of their messages may differ.
 fn other_builds() -> Option<Finding> {
     let own = identity("/proc/self/exe")?;
     let is_other = |pid: u32| identity(&format!("/proc/{pid}/exe")).is_some_and(|found| found != own);
     let mut others = BTreeSet::new();
     for system in System::list().ok()? {
         let processes = system.processes().unwrap_or_default();
-        // A driver and an observer are separate programs.
+        // Drivers and observers may be other programs, so only the supervisor is compared.
         let supervisor = processes.iter().find(|(name, _)| name == "supervisor");
         if supervisor.is_some_and(|(_, pid)| is_other(*pid)) {
             others.insert(system.name().to_owned());
@@ -252,7 +253,7 @@ fn other_builds() -> Option<Finding> {
     Some(Finding::of("other builds", Level::Warning, format!("another program runs {names}"), advice))
 }
 
-/// Identifies the file of a program, which may have been replaced on disk since it started.
+/// Identifies the file of a program, which may have been replaced on disk since the program started.
 fn identity(path: &str) -> Option<(u64, u64)> {
     let found = fs::metadata(path).ok()?;
     Some((found.dev(), found.ino()))

@@ -6,14 +6,14 @@ fn repository() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The TOML files in a folder and its subfolders.
+/// Returns the TOML files in a folder and its subfolders.
 fn missions(folder: &Path) -> Vec<PathBuf> {
     let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let of = |path: PathBuf| if path.is_dir() { missions(&path) } else { vec![path] };
     entries.flat_map(of).filter(|path| path.extension().is_some_and(|it| it == "toml")).collect()
 }
 
-/// The drawings that ship, and those of people and robots that the tests drive by, raise no doubts.
+/// Neither the drawings that ship with the program nor those by people and robots that the tests use raise any doubts.
 #[test]
 fn drawings_that_ship_are_not_doubted() {
     let (mut count, data) = (0, needs::data());
@@ -39,7 +39,7 @@ fn drawings_that_ship_are_not_doubted() {
     assert!(count >= 7, "{count} missions");
 }
 
-/// How missions of the tests refer to what is not part of the project.
+/// The path by which missions of the tests refer to files that are not part of the project.
 const DATA: &str = "../../../shared/data";
 
 /// Copies a mission and the files beside it to another folder.
@@ -54,7 +54,7 @@ fn with_data(path: &Path, text: &str, folder: &Path) -> PathBuf {
     copy
 }
 
-/// The doubts about a drawing with the given content, for a mission in a room of a map.
+/// Returns the doubts about a drawing with the given content, in a mission in a room of a map.
 fn by_drawing(inside: &str, folder: &Path) -> Result<Doubts, Failure> {
     let drawing = format!("<svg xmlns='http://www.w3.org/2000/svg' width='900' height='600'>{inside}</svg>");
     std::fs::write(folder.join("d.svg"), drawing).unwrap();
@@ -91,7 +91,7 @@ const MAP: &[u8] = b"\x89\x50\x4e\x47\x0d\x0a\x1a\x0a\x00\x00\x00\x0d\x49\x48\x4
     \x00\x00\x00\xd5\xa1\xb5\xe8\x00\x00\x00\x14\x49\x44\x41\x54\x78\xda\x63\xfc\xff\x9f\x81\x81\x81\x81\x81\
     \x91\x89\x01\x0a\x00\x21\x1f\x02\x03\x48\xe8\x1f\x5d\x00\x00\x00\x00\x49\x45\x4e\x44\xae\x42\x60\x82";
 
-/// Half of a map was transparent, which is unknown, and nobody was told.
+/// Half of a map was transparent, and so unknown, and the user was not warned.
 #[test]
 fn a_map_that_is_transparent_in_part_is_doubted() {
     let folder = tempfile::tempdir().unwrap();

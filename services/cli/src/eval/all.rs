@@ -1,9 +1,10 @@
-//! Runs every suite and study, one after the other, into a folder: a Markdown and a JSON file each, and a list of all.
+//! Runs every suite and study into a folder, one after another, and writes a Markdown and a JSON file for each, and a
+//! list.
 //!
 //! The jobs of a suite are driven in small parts, each of which is written completely or not at all, so a run that was
-//! interrupted resumes from where it was. Parts of another experiment, build or machine are rejected as `--merge`
-//! rejects them. A study is skipped if its JSON exists for the same size and program.
-//! `--page` fills in the figures of pages.
+//! interrupted can resume where it left off. Parts from another experiment, build or machine are rejected as by
+//! `--merge`. A study is skipped if its JSON file was written by the same program for the same size. `--page` fills in
+//! the figures of pages.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -25,19 +26,19 @@ use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
 
-/// The word on the command line.
+/// The word that stands for all experiments on the command line.
 pub const WORD: &str = "all";
-/// Jobs per part, which is what is lost if a run is interrupted.
+/// Number of jobs in a part, which is what an interrupted run loses.
 const JOBS_OF_A_PART: usize = 32;
-/// The folder of the parts, inside that of the results.
+/// The folder of the parts, inside the results folder.
 const PARTS: &str = "parts";
 
-/// An entry of the list: what was driven, and its result.
+/// An entry of the list: an experiment and its figures.
 struct Entry {
     name: &'static str,
     title: String,
     experiment: Experiment,
-    /// The size, for a study.
+    /// The size of the experiment, if it is a study.
     size: Option<String>,
 }
 
@@ -47,7 +48,7 @@ impl Entry {
     }
 }
 
-/// Runs them all; those whose data are missing are left out and named.
+/// Runs all experiments. Those whose data are missing are left out and named.
 pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
     refuse_what_has_no_meaning(options).or_input()?;
     let folder = options.output.as_deref();
@@ -78,7 +79,7 @@ pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
     Ok(if left_out.is_empty() { Outcome::Success } else { Outcome::Short })
 }
 
-/// The suites and studies that the user wants; by default all.
+/// Returns the suites and studies that the user asked for, which are all of them by default.
 fn wanted(options: &EvalOptions) -> Result<Vec<&'static str>, Failure> {
     let known: Vec<_> = suites::names().chain(studies::names()).collect();
     if let Some(found) = options.suites.iter().find(|wanted| !known.contains(&wanted.as_str())) {
@@ -88,7 +89,7 @@ fn wanted(options: &EvalOptions) -> Result<Vec<&'static str>, Failure> {
     Ok(known.into_iter().filter(is_wanted).collect())
 }
 
-/// Rejects options that only `eval all` has.
+/// Rejects options that only `eval all` takes.
 pub fn refuse_for_one(name: &str, options: &EvalOptions) -> anyhow::Result<()> {
     let given = [("--suites", !options.suites.is_empty()), ("--page", !options.pages.is_empty())];
     match given.into_iter().find(|(_, is_given)| *is_given) {
@@ -97,7 +98,7 @@ pub fn refuse_for_one(name: &str, options: &EvalOptions) -> anyhow::Result<()> {
     }
 }
 
-/// Rejects options that concern one suite, or parts on other machines.
+/// Rejects options that only make sense for a single suite, or for parts driven on other machines.
 fn refuse_what_has_no_meaning(options: &EvalOptions) -> anyhow::Result<()> {
     let given = [
         ("--method", !options.methods.is_empty()),
@@ -119,7 +120,7 @@ fn refuse_what_has_no_meaning(options: &EvalOptions) -> anyhow::Result<()> {
     }
 }
 
-/// Drives a suite; returns a message if its data are missing.
+/// Drives a suite, or returns a message if its data are missing.
 fn of_suite(
     name: &'static str,
     folder: &Path,
@@ -160,7 +161,7 @@ fn of_suite(
     Ok(Ok(Entry { name, title: suite.title.clone(), experiment, size: None }))
 }
 
-/// The numbers of the jobs of each part.
+/// Returns the range of job numbers of each part.
 fn ranges(count: usize) -> impl Iterator<Item = RangeInclusive<usize>> {
     (1..=count).step_by(JOBS_OF_A_PART).map(move |first| first..=count.min(first + JOBS_OF_A_PART - 1))
 }
@@ -198,7 +199,7 @@ fn heading(name: &str, title: &str, command: &str) -> String {
     format!("# {name}\n\n{title}\n\n```text\n{command}\n```\n\n")
 }
 
-/// The command that repeats the figures of one suite.
+/// Returns the command that repeats the figures of one experiment.
 fn command(name: &str, methods: &[String], options: &EvalOptions) -> String {
     let given = [
         (!methods.is_empty()).then(|| format!("--method {}", methods.join(","))),
@@ -245,7 +246,7 @@ fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Resu
     Ok(entry(figures.into_iter().map(|figure| figure.table).collect()))
 }
 
-/// The tables of a file together with those of a study of this size by this program.
+/// Reads the tables in a study's file, if they are of this size and by this program.
 fn tables_of(data: &Path, size: Size, program: &str) -> Option<Vec<studies::Table>> {
     let bytes = sketchnav_files::read(data, PAGE).ok()?;
     let mut object = serde_json::from_slice::<Value>(&bytes).ok()?;
@@ -254,7 +255,7 @@ fn tables_of(data: &Path, size: Size, program: &str) -> Option<Vec<studies::Tabl
     is_of.then(|| serde_json::from_value(object["figures"].take()).ok()).flatten()
 }
 
-/// The list of all experiments.
+/// Returns the list of all experiments, as Markdown.
 fn list(entries: &[Entry], left_out: &[String], options: &EvalOptions) -> Result<String, Failure> {
     let program = machine::program()?;
     let mut text = format!(
@@ -272,7 +273,7 @@ fn list(entries: &[Entry], left_out: &[String], options: &EvalOptions) -> Result
     Ok(text)
 }
 
-/// Writes a file completely or not at all.
+/// Writes a file either completely or not at all.
 pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
     sketchnav_files::write(path, text).with_context(|| path.display().to_string()).map_err(Failure::Other)
 }
@@ -293,7 +294,7 @@ mod tests {
         of_suite("laboratory", folder, &options(folder)).unwrap().unwrap()
     }
 
-    /// The figures of all suites take hours, and a run that was interrupted once started again from the beginning.
+    /// Driving all suites takes hours, and a run that was interrupted used to start again from the beginning.
     #[test]
     fn who_was_cut_off_goes_on_with_what_there_is() {
         let folder = tempfile::tempdir().unwrap();

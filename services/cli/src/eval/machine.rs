@@ -1,7 +1,7 @@
-//! The kind of machine and the program, on which the bits of an outcome depend besides its inputs.
+//! Identifies the kind of machine and the program. Besides its inputs, the bits of an outcome depend on these two.
 //!
-//! The motion of the particles uses sines and exponentials of the C library, which selects their code by the
-//! processor's features. So machines of one kind have the same library and the same relevant features.
+//! The motion of the particles uses sines and exponentials of the C library, which chooses an implementation by the
+//! processor's features. Machines of one kind therefore have the same library and the same relevant features.
 
 use std::ffi::CStr;
 
@@ -12,16 +12,16 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Machine {
-    /// `x86_64`, `aarch64`.
+    /// The processor architecture, such as `x86_64` or `aarch64`.
     pub architecture: String,
-    /// The C library with its version.
+    /// The name and version of the C library.
     pub library: String,
-    /// The processor's features by which that library selects code.
+    /// The processor features by which the C library chooses its implementations.
     pub features: Vec<String>,
 }
 
 impl Machine {
-    /// This machine.
+    /// Returns the kind of this machine.
     pub fn this() -> Self {
         let features = features().into_iter().filter(|(_, is_there)| *is_there);
         Self {
@@ -54,7 +54,7 @@ fn features() -> Vec<(&'static str, bool)> {
     Vec::new()
 }
 
-/// Whether the kernel lists a feature; the standard library can only query some.
+/// Returns true if the kernel lists a feature of the processor. The standard library can only query some of them.
 #[cfg(target_arch = "x86_64")]
 fn is_listed(feature: &str) -> bool {
     let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -64,7 +64,7 @@ fn is_listed(feature: &str) -> bool {
 
 #[cfg(target_env = "gnu")]
 fn library() -> String {
-    // SAFETY: the library returns a static text of its own.
+    // SAFETY: the library returns a static string of its own.
     let version = unsafe { CStr::from_ptr(libc::gnu_get_libc_version()) };
     format!("glibc {}", version.to_string_lossy())
 }
@@ -74,12 +74,13 @@ fn library() -> String {
     format!("{} C library", if cfg!(target_env = "musl") { "musl" } else { "another" })
 }
 
-/// The version of this program and a checksum of its file, since two builds of one version may differ.
+/// Returns the version of this program with a checksum of its file, since two builds of one version may differ.
 pub fn program() -> anyhow::Result<String> {
     Ok(format!("{} {}", env!("CARGO_PKG_VERSION"), checksum()?))
 }
 
-/// The same for people, with the commit if it was given to the build in cargo's environment variable `SKETCHNAV_COMMIT`.
+/// Returns the version, the commit if the build was given one in the environment variable `SKETCHNAV_COMMIT`, and the
+/// checksum as a build number, for people.
 pub fn build() -> anyhow::Result<String> {
     let commit = option_env!("SKETCHNAV_COMMIT").map_or(String::new(), |commit| format!("commit {commit}, "));
     Ok(format!("{} ({commit}build {})", env!("CARGO_PKG_VERSION"), checksum()?))

@@ -1,5 +1,5 @@
-//! Pages whose figures come from experiments: a JSON file beside the first page stores the figures, and the pages'
-//! markers show them. Experiments that were not driven keep the figures of that file.
+//! Fills in pages whose figures come from experiments. A JSON file beside the first page stores the figures, and
+//! markers in the pages show where they go. Experiments that were not driven keep the figures in that file.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -12,18 +12,18 @@ use super::all::write;
 use crate::failure::{Failure, OrInput};
 use crate::output::out;
 
-/// Pages, and the figures that they show.
+/// Pages and the figures that go into them.
 pub struct Pages<'a> {
     paths: &'a [PathBuf],
     figures: Figures,
 }
 
 impl<'a> Pages<'a> {
-    /// Opens the pages, and the figures beside the first one if there are any. Wrong markers
-    /// are reported before anything is driven.
+    /// Opens the pages, and the figures beside the first page if there are any. Checks the markers, so that invalid
+    /// ones are reported before anything is driven.
     pub fn open(paths: &'a [PathBuf]) -> Result<Self, Failure> {
         if let Some(first) = paths.first() {
-            // The figures would otherwise replace the page.
+            // If the first page were a JSON file, the figures would replace it.
             let figures = file_beside(first);
             sketchnav_files::draft::refuse_to_overwrite(paths.iter().map(PathBuf::as_path), &figures)
                 .or_input()?;
@@ -35,7 +35,7 @@ impl<'a> Pages<'a> {
         Ok(pages)
     }
 
-    /// Takes the figures of an experiment, stores them, and fills in the pages.
+    /// Adds the figures of an experiment, stores them, and fills in the pages.
     pub fn put(&mut self, name: &str, experiment: Experiment) -> Result<(), Failure> {
         let Some(first) = self.paths.first() else { return Ok(()) };
         self.figures.experiments.insert(name.to_owned(), experiment);
@@ -47,7 +47,7 @@ impl<'a> Pages<'a> {
         Ok(())
     }
 
-    /// Prints the experiments of each page that have no figures.
+    /// Prints which experiments on each page still have figures of an earlier version.
     pub fn tell(&self) -> Result<(), Failure> {
         for (path, _, not_driven) in self.filled().map_err(Failure::Other)? {
             let names: Vec<_> = not_driven.into_iter().collect();
@@ -57,7 +57,7 @@ impl<'a> Pages<'a> {
         Ok(())
     }
 
-    /// Each page with its figures filled in, and the experiments without figures.
+    /// Returns each page with its figures filled in, and the experiments on it for which there are no figures.
     fn filled(&self) -> anyhow::Result<Vec<(&'a Path, String, BTreeSet<String>)>> {
         let fill = |path: &'a PathBuf| {
             let named = || path.display().to_string();
@@ -69,7 +69,7 @@ impl<'a> Pages<'a> {
     }
 }
 
-/// The figures' file of a page: `docs/results.json` for `docs/results.md`.
+/// Returns the file with the figures of a page, such as `docs/results.json` for `docs/results.md`.
 fn file_beside(page: &Path) -> PathBuf {
     page.with_extension("json")
 }

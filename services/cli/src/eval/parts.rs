@@ -1,7 +1,9 @@
-//! Experiments in parts: each job on any machine, and all parts together as if one machine had driven them all.
+//! Drives experiments in parts. Each job can run on any machine, and the merged parts equal the result of one machine
+//! that drove all jobs.
 //!
-//! A part identifies its experiment by a fingerprint of everything that determines its outcomes. Parts of another
-//! experiment are rejected, and so are those of another kind of machine or another build, unless the user accepts them.
+//! A part identifies its experiment by a fingerprint of everything that determines its outcomes. Parts from another
+//! experiment are always rejected. Parts from another kind of machine or another build are rejected unless the user
+//! accepts them.
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
@@ -20,35 +22,35 @@ use super::machine::{self, Machine};
 use crate::args::Foreign;
 use crate::output::out;
 
-/// The extension of files of parts.
+/// The extension of part files.
 const EXTENSION: &str = "json";
 
-/// An experiment, and where it is driven.
+/// An experiment, with the program and the machine that drive it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Origin {
     suite: String,
     seed: u64,
-    /// The number of its jobs.
+    /// The number of jobs in the experiment.
     jobs: usize,
-    /// Of everything that determines the outcomes: trials, methods, seeds, parameters, files.
+    /// A checksum of everything that determines the outcomes: trials, methods, seeds, parameters and files.
     fingerprint: u32,
     program: String,
     machine: Machine,
 }
 
-/// Outcomes of some of an experiment's jobs.
+/// The outcomes of some jobs of an experiment.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Part {
     #[serde(rename = "experiment")]
     origin: Origin,
-    /// By the number of the job, from 1.
+    /// The outcomes of each job, by its number, from 1.
     outcomes: BTreeMap<usize, Vec<Ended>>,
 }
 
 impl Origin {
-    /// The origin of these jobs on this machine.
+    /// Returns the origin of parts of these jobs that are driven on this machine.
     pub fn of(suite: &Suite, jobs: &[Job<'_>], seed: u64, folders: &Folders) -> anyhow::Result<Self> {
         Ok(Self {
             suite: suite.name.clone(),
@@ -60,7 +62,8 @@ impl Origin {
         })
     }
 
-    /// Why a part of `other` does not belong to this experiment as it is driven here; `None` if it does.
+    /// Says why a part of origin `other` does not belong to this experiment as it is driven here, or returns `None` if
+    /// it does.
     fn refuses(&self, other: &Self, accepted: &[Foreign]) -> Option<String> {
         let differs = |key: &str, own: &dyn std::fmt::Display, found: &dyn std::fmt::Display| {
             format!("{key}: expected {own}, found {found}")
@@ -91,7 +94,8 @@ impl Origin {
     }
 }
 
-/// On another machine files are in other folders, so their folders are left out and their contents included.
+/// Computes the fingerprint of the jobs. Files are in different folders on different machines, so it covers their
+/// contents but not their folders.
 fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
     let mut hasher = crc32fast::Hasher::new();
     for job in jobs {
@@ -102,7 +106,7 @@ fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
             }
         }
         hasher.update(text.as_bytes());
-        // A drawing made for a trial is not in a file: its bytes are among the job's inputs.
+        // Drawings that were made for a trial are not in files. Their bytes are part of the job's inputs.
         for file in sources::read(&job.trial.mission) {
             hasher.update(file.name.as_bytes());
             hasher.update(&file.data);
@@ -111,7 +115,7 @@ fn fingerprint(jobs: &[Job<'_>], folders: &Folders) -> anyhow::Result<u32> {
     Ok(hasher.finalize())
 }
 
-/// Everything that determines what is driven and how, except for the contents of files.
+/// Lists everything that determines what is driven and how, except for the contents of files.
 fn inputs(job: &Job<'_>) -> anyhow::Result<String> {
     let Trial {
         name,
@@ -154,10 +158,10 @@ pub fn list(origin: &Origin, jobs: &[Job<'_>], json: bool) -> anyhow::Result<()>
     Ok(())
 }
 
-/// The jobs with these numbers.
+/// Returns the jobs with these numbers.
 ///
 /// # Errors
-/// If there are no such jobs.
+/// If there are no jobs with these numbers.
 pub fn chosen<'a>(jobs: &[Job<'a>], numbers: &RangeInclusive<usize>) -> anyhow::Result<Vec<Job<'a>>> {
     let (first, last) = (*numbers.start(), *numbers.end());
     let found = jobs.get(first - 1..last);
@@ -166,7 +170,7 @@ pub fn chosen<'a>(jobs: &[Job<'a>], numbers: &RangeInclusive<usize>) -> anyhow::
     Ok(found.to_vec())
 }
 
-/// Writes the outcomes of some jobs; the file is written completely or not at all.
+/// Writes a part with the outcomes of some jobs. The file is written either completely or not at all.
 pub fn write(
     path: &Path,
     origin: Origin,
@@ -177,10 +181,10 @@ pub fn write(
     sketchnav_files::write(path, serde_json::to_vec(&part)?).with_context(|| path.display().to_string())
 }
 
-/// The outcomes of all jobs, in their order, from the parts in `folder`.
+/// Reads the parts in `folder` and returns the outcomes of all jobs, in order.
 ///
 /// # Errors
-/// A file that is not a part or belongs to something else, a job that is missing, a job with two different outcomes.
+/// If a file is not a part or belongs to something else, a job is missing, or a job has two different outcomes.
 pub fn merge(folder: &Path, origin: &Origin, accepted: &[Foreign]) -> anyhow::Result<Vec<Ended>> {
     let mut found: BTreeMap<usize, (PathBuf, Vec<Ended>)> = BTreeMap::new();
     for path in files_in(folder)? {
@@ -197,7 +201,8 @@ pub fn merge(folder: &Path, origin: &Origin, accepted: &[Foreign]) -> anyhow::Re
                 origin.jobs
             );
             match found.get(&job) {
-                // A job that was driven twice, by a worker that was lost and by another one, has the same outcomes.
+                // A job may have been driven twice, for example again after its worker was lost, but then both outcomes
+                // are equal.
                 Some((_, before)) if is_same(before, &outcomes) => {}
                 Some((other, _)) => {
                     let (path, other) = (path.display(), other.display());
@@ -220,7 +225,7 @@ pub fn merge(folder: &Path, origin: &Origin, accepted: &[Foreign]) -> anyhow::Re
     Ok(found.into_values().flat_map(|(_, outcomes)| outcomes).collect())
 }
 
-/// Whether two outcomes of one job agree in everything that does not depend on the clock.
+/// Returns true if two outcomes of one job agree in everything that does not depend on the clock.
 fn is_same(a: &[Ended], b: &[Ended]) -> bool {
     let timeless = |all: &[Ended]| -> Vec<Ended> {
         let mut all = all.to_vec();
@@ -249,7 +254,7 @@ fn files_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// Formats numbers as `1, 4-6`.
+/// Formats numbers as ranges, such as `1, 4-6`.
 fn ranges(numbers: &[usize]) -> String {
     let mut ranges: Vec<(usize, usize)> = Vec::new();
     for &number in numbers {
@@ -264,7 +269,7 @@ fn ranges(numbers: &[usize]) -> String {
     ranges.into_iter().map(word).collect::<Vec<_>>().join(", ")
 }
 
-/// Parses `K` or `A-B`.
+/// Parses a job number `K` or a range `A-B`.
 pub fn parse_jobs(text: &str) -> Result<RangeInclusive<usize>, String> {
     let (first, last) = text.split_once('-').unwrap_or((text, text));
     let number = |text: &str| text.parse::<usize>().ok().filter(|number| *number >= 1);

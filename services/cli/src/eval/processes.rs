@@ -1,5 +1,5 @@
-//! Drives trials again with the processes and compares every message with those of the cores in one process, on which
-//! the suites' figures rest.
+//! Drives trials again with separate processes, and compares every message with those of the cores in one process,
+//! which the suites' figures are based on.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -19,20 +19,20 @@ use sketchnav_schemas::run::RunConfig;
 use crate::failure::Failure;
 use crate::output::say;
 
-/// The result of the comparison.
+/// The result of comparing trials that were driven both ways.
 #[derive(Debug, Default, Serialize)]
 pub struct Check {
-    /// Trials that were also driven by the processes.
+    /// Number of trials that were also driven with separate processes.
     pub checked: usize,
-    /// Those in which every message was the same.
+    /// Number of trials in which every message was the same.
     pub identical: usize,
-    /// The others, with the first message that differed.
+    /// The trials in which a message differed, with the first such message.
     pub different: Vec<(String, Difference)>,
-    /// The folder of the recordings of trials that differed, if there are any.
+    /// The folder with the recordings of the trials that differed, if there were any.
     pub folder: Option<PathBuf>,
 }
 
-/// Writes what a rehearsal sends, as the recorder would.
+/// Writes the messages of a rehearsal to a file as the recorder would.
 struct Recorder {
     writer: Writer<BufWriter<File>>,
     failed: Option<RecordingError>,
@@ -52,9 +52,9 @@ impl Onlooker for Recorder {
     }
 }
 
-/// Checks the first run of `count` of the jobs, spread over all of them. Jobs that think for longer than a scan's
-/// period are not in lockstep: no two runs of processes would agree, so they are left out. So are those in which a
-/// person answers, because the processes have no such person.
+/// Checks the first run of `count` of the jobs, spread evenly over all of them. Jobs that may think for longer than the
+/// period of a scan are left out, because they do not run in lockstep, so no two runs of processes would agree. Jobs in
+/// which a person answers are left out, too, because the processes have no such person.
 pub fn check(jobs: &[Job<'_>], count: usize) -> Result<Check, Failure> {
     let folder = std::env::temp_dir().join(format!("sketchnav-eval-{}", std::process::id()));
     std::fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -115,7 +115,7 @@ fn rehearse(job: &Job<'_>, run: &RunConfig, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes the trial as a user would: a mission file, its robot's and its drawing's.
+/// Writes the trial as a user would write it, with files for the mission, the robot and the drawing.
 fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result<PathBuf> {
     let mut mission = Mission { robot: "robot.toml".into(), ..run.mission.clone() };
     std::fs::write(place.join("robot.toml"), toml::to_string(&run.robot)?)?;
@@ -130,7 +130,7 @@ fn write_mission(job: &Job<'_>, run: &RunConfig, place: &Path) -> anyhow::Result
     Ok(path)
 }
 
-/// Runs the system in lockstep; returns its recording.
+/// Runs the system in lockstep and returns its recording.
 fn by_processes(mission: &Path, seed: u64, place: &Path) -> anyhow::Result<PathBuf> {
     let program = std::env::current_exe().context("path of this program")?;
     let mut command = Command::new(program);

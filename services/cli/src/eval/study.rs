@@ -11,7 +11,7 @@ use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{self, out, say};
 
-/// Runs the study; `--trials` gives the number of worlds.
+/// Runs the study. `--trials` sets the number of worlds.
 pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
     refuse_what_has_no_meaning(study, options).or_input()?;
     refuse_missing_folder(options.output.as_deref())?;
@@ -38,7 +38,7 @@ pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
     Ok(Outcome::Success)
 }
 
-/// Rejects options of suites that have no meaning for a study.
+/// Rejects options of suites that mean nothing for a study.
 fn refuse_what_has_no_meaning(study: &Study, options: &EvalOptions) -> anyhow::Result<()> {
     let given = [
         ("--method", !options.methods.is_empty()),
@@ -73,7 +73,7 @@ fn table(figure: &Figure) -> Table {
     table
 }
 
-/// The figures for programs.
+/// Returns the figures as JSON, for programs.
 pub fn json(study: &Study, size: Size, figures: &[Figure]) -> serde_json::Value {
     let figures: Vec<_> = figures.iter().map(|figure| &figure.table).collect();
     serde_json::json!({ "study": study.name, "worlds": size.worlds, "seed": size.seed, "figures": figures })

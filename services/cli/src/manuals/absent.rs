@@ -1,4 +1,4 @@
-//! Replaces completions and manual pages in a program that was built without them by an error that says how to build it.
+//! Stands in for completions and manual pages in a program built without them, with an error that says how to build it.
 
 use std::path::Path;
 
@@ -7,12 +7,12 @@ use anyhow::anyhow;
 use crate::args::Shell;
 use crate::failure::{Failure, Outcome};
 
-/// Always fails.
+/// Always returns an error.
 pub fn completions(_: Shell) -> Result<Outcome, Failure> {
     missing("completions")
 }
 
-/// Always fails.
+/// Always returns an error.
 pub fn man(_: &Path) -> Result<Outcome, Failure> {
     missing("manual pages")
 }

@@ -9,7 +9,8 @@ use sketchnav_schemas::run::RunConfig;
 use sketchnav_stage::account::Summary;
 use sketchnav_stage::{Access, Heard};
 
-/// Lets the navigator of a run hear its recorded messages; empty for a navigator that this program does not know.
+/// Plays the recorded messages of a run to its navigator's account and returns the summary. The summary is empty if
+/// this program does not know the navigator.
 ///
 /// # Errors
 /// If the recording cannot be read, or the account asks for another navigator's channel.
@@ -24,7 +25,7 @@ pub fn of(recording: &Recording, run: &RunConfig) -> anyhow::Result<Summary> {
     for message in recording.select(Selection::of_topics(heard))? {
         let message = message?;
         let Some(spec) = channels::of_topic(&message.topic.name) else { continue };
-        // Messages that cannot be decoded are counted where recordings are judged.
+        // Messages that cannot be decoded are skipped, since judging the recording counts them.
         let Ok(said) = message.decode(spec) else { continue };
         account.hear(&Heard::new(&access, spec, said.bytes(), said.cells()))?;
     }

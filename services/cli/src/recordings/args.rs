@@ -25,7 +25,7 @@ pub enum Tool {
         #[command(flatten)]
         options: ReplayOptions,
     },
-    /// Execute a service's core on the recorded inputs, and compare what it sends with what was recorded.
+    /// Run a service's core again on the recorded inputs, and compare its messages with the recorded ones.
     #[command(
         after_help = "Exit codes: 0 identical, 1 different, 2 bad input, 3 anything else.\nExample: sketchnav rerun a.mcap --process localizer --set particles=500"
     )]
@@ -46,7 +46,7 @@ pub enum Tool {
         #[command(flatten)]
         options: JudgeOptions,
     },
-    /// Show a recording as one HTML page that needs no other file.
+    /// Show a recording as one self-contained HTML page.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav report a.mcap -o page.html"
     )]
@@ -56,7 +56,7 @@ pub enum Tool {
         /// The page.
         #[arg(short, long, value_name = "HTML")]
         output: PathBuf,
-        /// Which room of the floor corresponds to which room of the drawing: a file (TOML).
+        /// A file (TOML) that maps rooms of the floor to rooms of the drawing.
         #[arg(long, value_name = "TOML")]
         rooms: Option<PathBuf>,
         /// Write the page even if it replaces a recording.
@@ -66,7 +66,7 @@ pub enum Tool {
         #[arg(long)]
         json: bool,
     },
-    /// Convert a laser log of the CARMEN toolkit (.log, or .log.gz) to a recording.
+    /// Convert a laser log of the CARMEN toolkit (.log or .log.gz) to a recording.
     #[command(
         after_help = "Exit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav import intel.log.gz --map intel.yaml -o intel.mcap"
     )]
@@ -76,7 +76,7 @@ pub enum Tool {
         #[command(flatten)]
         options: ImportOptions,
     },
-    /// Copy whatever can be read from a recording that is cut off or damaged.
+    /// Copy whatever can be read of a recording that is cut off or damaged.
     #[command(
         after_help = "Exit codes: 0 all of it, 1 error, 2 usage, 3 recovered with loss, or with damaged chunks.\nExample: sketchnav recover broken.mcap -o whole.mcap"
     )]
@@ -86,7 +86,7 @@ pub enum Tool {
         #[command(flatten)]
         options: RecoverOptions,
     },
-    /// Copy some topics or a period of a recording.
+    /// Copy selected topics or a period of a recording.
     #[command(
         after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of a recording that was cut off or has damaged messages.\nExample: sketchnav filter a.mcap --topics scan,odometry --start 10 --end 20 -o part.mcap"
     )]
@@ -96,7 +96,7 @@ pub enum Tool {
         #[command(flatten)]
         options: FilterOptions,
     },
-    /// Merge several recordings into one, in the order of time.
+    /// Merge several recordings into one, in order of time.
     #[command(
         after_help = "Exit codes: 0 done, 1 error, 2 usage, 3 done, of recordings of which one was cut off or has damaged messages.\nExample: sketchnav merge a.mcap b.mcap -o both.mcap"
     )]
@@ -135,7 +135,10 @@ pub struct Times {
 }
 
 impl Times {
-    /// The period in nanoseconds; an error if it ends before it begins.
+    /// Returns the period in nanoseconds.
+    ///
+    /// # Errors
+    /// If the period ends before it begins.
     pub fn ns(&self) -> anyhow::Result<Range<u64>> {
         let times = self.start.map_or(0, nanoseconds)..self.end.map_or(u64::MAX, nanoseconds);
         ensure!(!times.is_empty(), "expected --end after --start");
@@ -151,12 +154,12 @@ fn parse_second(text: &str) -> Result<f64, String> {
 /// The options of `replay`.
 #[derive(Debug, Clone, Args)]
 pub struct ReplayOptions {
-    /// Recorded seconds per second, or `max`: as fast as the listeners can take it.
+    /// Recorded seconds per second, or `max`: as fast as the readers keep up.
     #[arg(long, default_value = "1", value_parser = parse_rate)]
     pub rate: Rate,
     #[command(flatten)]
     pub times: Times,
-    /// Start again at the end; numbers and stamps continue.
+    /// Start again at the end; sequence numbers and stamps continue.
     #[arg(long = "loop")]
     pub again: bool,
     /// Play only these channels, separated by commas.
@@ -168,7 +171,7 @@ pub struct ReplayOptions {
     /// Wait for the space bar before the first message.
     #[arg(long)]
     pub paused: bool,
-    /// Start these processes live, and play the messages of the others; separated by commas.
+    /// Start these processes live, and play the messages of all others; separated by commas.
     #[arg(long, value_delimiter = ',', value_parser = crate::args::values::parse_service)]
     pub live: Vec<Process>,
     /// Where the live recorder writes its recording.
@@ -179,10 +182,10 @@ pub struct ReplayOptions {
     pub system: Option<String>,
 }
 
-/// How fast to play.
+/// The rate at which a recording is played.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rate {
-    /// As fast as the listeners can take it.
+    /// As fast as the readers keep up.
     Max,
     /// Recorded seconds per second.
     Times(f64),
@@ -219,13 +222,14 @@ pub struct RerunOptions {
     /// The service: world, sketcher, localizer or planner.
     #[arg(long, value_parser = crate::args::values::parse_service)]
     pub process: Process,
-    /// Set one of its parameters, as `particles=500`; may be repeated. The results are printed beside the recorded ones.
+    /// Set a parameter of the service, such as `particles=500`; may be repeated. The results are printed beside the
+    /// recorded ones.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Ignore differences of this field up to this value, as `estimate.pose.x_px=0.5`; may be repeated.
+    /// Ignore differences in this field up to this value, such as `estimate.pose.x_px=0.5`; may be repeated.
     #[arg(long = "tolerance", value_name = "CHANNEL.FIELD=NUMBER")]
     pub tolerances: Vec<Tolerance>,
-    /// Write a copy of the recording in which what the service sends now replaces what it sent.
+    /// Write a copy of the recording in which the service's new messages replace the recorded ones.
     #[arg(short, long, value_name = "MCAP")]
     pub output: Option<PathBuf>,
     /// Print one JSON object instead of text.
@@ -234,7 +238,7 @@ pub struct RerunOptions {
 }
 
 impl RerunOptions {
-    /// The values that are set, as parameters of the process.
+    /// Parses the values of `--set` as parameters of the process.
     pub fn parameters(&self) -> Result<Parameters, String> {
         let mut all = Parameters::default();
         for line in &self.set {
@@ -251,17 +255,17 @@ impl RerunOptions {
 /// The options of `judge`.
 #[derive(Debug, Clone, Args)]
 pub struct JudgeOptions {
-    /// Which room of the floor corresponds to which room of the drawing: a file (TOML).
+    /// A file (TOML) that maps rooms of the floor to rooms of the drawing.
     #[arg(long, value_name = "TOML")]
     pub rooms: Option<PathBuf>,
-    /// Which place of the drawing corresponds to which place of the floor: a file (TOML) such as
-    /// sim/missions/routes/anchors.toml. Adds whether the robot's way was homotopic to the drawn route.
+    /// A file (TOML) that maps positions in the drawing to positions on the floor, such as
+    /// sim/missions/routes/anchors.toml. Adds whether the robot's path was homotopic to the drawn route.
     #[arg(long, value_name = "TOML")]
     pub anchors: Option<PathBuf>,
-    /// Write a line for each estimate beside its truth; for several recordings, into a folder.
+    /// Write a line with each estimate and the truth to this file or, for several recordings, to a file each in this folder.
     #[arg(long, value_name = "CSV")]
     pub csv: Option<PathBuf>,
-    /// Write the true and the estimated trajectory in metres into this folder, for evo.
+    /// Write the true and the estimated trajectory, in metres, into this folder in evo's format.
     #[arg(long, value_name = "DIR")]
     pub tum: Option<PathBuf>,
     /// Print one JSON array instead of tables.
@@ -272,26 +276,27 @@ pub struct JudgeOptions {
 /// The options of `import`, which supply what a log does not contain.
 #[derive(Debug, Clone, Args)]
 pub struct ImportOptions {
-    /// Localize the log in this map of map_server, which determines both scales.
+    /// Localize the log in this map_server map, which determines both scales.
     #[arg(long, value_name = "YAML", required_unless_present = "sketch")]
     pub map: Option<PathBuf>,
-    /// Localize the log in this drawing instead, which marks the start.
+    /// Localize the log in this drawing instead; needs --start.
     #[arg(long, value_name = "FILE", requires = "start")]
     pub sketch: Option<PathBuf>,
-    /// Where the log begins in the drawing or the map: image pixels and degrees, `COLUMN,ROW,HEADING`. Default in a
-    /// map: the first scan's own pose.
+    /// Where the log begins in the drawing or the map, in image pixels and degrees: `COLUMN,ROW,HEADING`. Default in a
+    /// map: the pose logged with the first scan.
     #[arg(long, value_name = "C,R,DEG", value_parser = parse_start, allow_hyphen_values = true)]
     pub start: Option<[f64; 3]>,
-    /// Readings from this range on are invalid, metres. If a line states a shorter range of its laser, that applies.
+    /// Treat readings of this range or more as invalid, in metres. If a line of the log states a shorter maximum range,
+    /// that one applies.
     #[arg(long, value_name = "M", default_value = "79", value_parser = parse_range, allow_hyphen_values = true)]
     pub range_max: f64,
-    /// Refuse a log from which anything would be left out or is in doubt.
+    /// Refuse a log of which anything would be left out or is in doubt.
     #[arg(long)]
     pub strict: bool,
-    /// Seed of the run for the log.
+    /// The seed of the run created for the log.
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Set a parameter, as `localizer.particles=5000`; may be repeated.
+    /// Set a parameter, such as `localizer.particles=5000`; may be repeated.
     #[arg(long = "set", value_name = "SERVICE.KEY=VALUE")]
     pub set: Vec<Parameters>,
     /// The recording.
@@ -303,7 +308,7 @@ pub struct ImportOptions {
 }
 
 impl JudgeOptions {
-    /// The files that it reads besides the recordings.
+    /// Returns the files that `judge` reads besides the recordings.
     pub fn inputs(&self) -> impl Iterator<Item = &PathBuf> {
         self.rooms.iter().chain(&self.anchors)
     }
@@ -312,7 +317,7 @@ impl JudgeOptions {
 /// The options of `recover`.
 #[derive(Debug, Clone, Args)]
 pub struct RecoverOptions {
-    /// The copy. It never replaces a recording with more messages.
+    /// Where to write the copy. It never replaces a recording with more messages.
     #[arg(short, long)]
     pub output: PathBuf,
     /// Also copy the messages of chunks whose checksum is wrong.
@@ -337,7 +342,7 @@ pub struct FilterOptions {
     pub regex: Option<Regex>,
     #[command(flatten)]
     pub times: Times,
-    /// The copy. It never replaces a source with more messages.
+    /// Where to write the copy. It never replaces a source with more messages.
     #[arg(short, long)]
     pub output: PathBuf,
     /// Replace the source even if the copy has fewer messages.
@@ -351,13 +356,13 @@ pub struct FilterOptions {
 /// The options of `split`.
 #[derive(Debug, Clone, Args)]
 pub struct SplitOptions {
-    /// The length of each part, recorded seconds.
+    /// The length of each part, in recorded seconds.
     #[arg(long, value_name = "S", conflicts_with = "megabytes")]
     pub seconds: Option<f64>,
-    /// The size of each part, megabytes of messages before compression.
+    /// The size of each part, in megabytes of messages before compression.
     #[arg(long, value_name = "MB")]
     pub megabytes: Option<f64>,
-    /// Also write the metadata.yaml of rosbag2; without a limit, into one file.
+    /// Also write a rosbag2 metadata.yaml; without --seconds or --megabytes, write a single part.
     #[arg(long)]
     pub rosbag2: bool,
     /// Folder for the parts; created if missing.

@@ -1,5 +1,5 @@
-//! A recording gets its name once it is complete, and never replaces a file that contains more. All commands put
-//! recordings in their places in this way.
+//! Ensures that a recording gets its name only when it is complete, and never replaces a file that contains more. All
+//! commands that write recordings use this module.
 
 use std::path::{Path, PathBuf};
 
@@ -8,14 +8,14 @@ use sketchnav_files::draft::{Draft, Sink, is_same};
 use sketchnav_recordings::copy::{self, Copy, Held};
 use sketchnav_recordings::{RecordingError, info};
 
-/// What a recording must not replace.
+/// The files that a recording must not replace.
 #[derive(Debug, Default)]
 pub struct Guard {
-    /// The files that it was made from.
+    /// The files that the recording was made from.
     sources: Vec<PathBuf>,
-    /// Whether all recordings are guarded, and not just the sources.
+    /// Whether all existing recordings are guarded, or only the sources.
     guards_all: bool,
-    /// Whether it may replace a recording that contains more, if the command has an option for that.
+    /// Whether the recording may replace one that contains more. `None` if the command has no `--force`.
     force: Option<bool>,
 }
 
@@ -37,10 +37,10 @@ impl Guard {
         Self { guards_all: true, ..self }
     }
 
-    /// Checks a draft that should contain `messages` messages, and gives it its name.
+    /// Checks a draft, which should contain `messages` messages, and gives it its name.
     ///
     /// # Errors
-    /// If it is incomplete, or would replace a file that contains more; an existing file is unchanged.
+    /// If the draft is incomplete, or would replace a file that contains more. An existing file is then left unchanged.
     pub fn place(&self, draft: Draft, messages: u64) -> anyhow::Result<()> {
         if let Some(written) = draft.written() {
             check_written(written, messages).with_context(|| draft.path().display().to_string())?;
@@ -55,7 +55,7 @@ impl Guard {
             return Ok(());
         }
         let is_source = self.sources.iter().any(|source| is_same(source, path));
-        // Probably a mistake: a map, a drawing, a log.
+        // The existing file may be a map, a drawing or a log, in which case the output is probably a mistake.
         copy::profile(path).map_err(|error| not_a_recording(path, error))?;
         if !(is_source || self.guards_all) || self.force == Some(true) {
             return Ok(());
@@ -93,7 +93,8 @@ fn not_a_recording(path: &Path, error: RecordingError) -> anyhow::Error {
     }
 }
 
-/// In case of an unreported full disk or a bug of ours, the file is read back before another one is given up for it.
+/// Reads a written file back before it replaces another one, in case the disk was full without an error or this program
+/// has a bug.
 fn check_written(path: &Path, messages: u64) -> anyhow::Result<()> {
     let found = info::info(path).context("reading what was written")?;
     if !found.clean_end || found.messages != messages {
@@ -103,13 +104,13 @@ fn check_written(path: &Path, messages: u64) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Begins a copy of messages with this profile, to be placed by [`finish`].
+/// Begins a copy of messages with this profile. [`finish`] gives it its name.
 pub fn begin(path: &Path, profile: &str) -> anyhow::Result<(Draft, Copy<Sink>)> {
     let (draft, sink) = Draft::begin(path).with_context(|| path.display().to_string())?;
     Ok((draft, Copy::of_profile(sink, profile)?))
 }
 
-/// Ends a copy and puts it in its place.
+/// Ends a copy and gives it its name.
 pub fn finish(draft: Draft, copy: Copy<Sink>, guard: &Guard) -> anyhow::Result<()> {
     let messages = copy.messages();
     copy.finish()?;
@@ -130,7 +131,7 @@ mod tests {
     const COUNT: u64 = 25;
     const PER_CHUNK: usize = 10;
 
-    /// All commands that write, writing to the place that they read from.
+    /// Every way in which a command can be asked to overwrite a file that it reads.
     const COMMANDS: [&str; 15] = [
         "recover X -o X",
         "recover X --keep-damaged -o X",
@@ -168,7 +169,7 @@ mod tests {
         recording(form, &[points("/ball", COUNT, false), points("/cup", COUNT, false)])
     }
 
-    /// How many messages are in chunks that end before this byte.
+    /// Returns the number of messages in the chunks that end before this byte.
     fn before(file: &[u8], end: usize) -> u64 {
         let (mut at, mut messages) = (8, 0);
         while at + 9 <= end {
@@ -181,7 +182,7 @@ mod tests {
         messages
     }
 
-    /// Whether the source is the same, byte for byte, or contains at least as many messages.
+    /// Returns true if the source is unchanged, byte for byte, or contains at least `least` messages.
     fn survives(path: &Path, source: &[u8], least: u64) -> bool {
         let now = std::fs::read(path).unwrap_or_default();
         now == source
@@ -263,7 +264,7 @@ mod tests {
         let words = format!("{refused:?}");
         assert!(words.contains("expected at least the 50 messages") && words.contains("--force"), "{words}");
         assert_eq!(std::fs::read(&path).unwrap(), source);
-        // All of it, damaged as it is.
+        // Everything is copied, including the damaged messages.
         assert!(run(folder.path(), "recover X --keep-damaged -o X").is_ok());
         assert_eq!(info::info(&path).unwrap().messages, 50);
         assert!(run(folder.path(), "filter X --topics ball -o X").is_err());
@@ -289,16 +290,16 @@ mod tests {
         }
     }
 
-    /// Files that only write into folders that they have created, each with the reason.
+    /// Files that only write into folders that they have created, with the reason for each.
     const OWN_FOLDERS: [&str; 3] = [
-        // A new folder for each run.
+        // Each run gets a new folder.
         "mission.rs",
-        // A folder for temporary files.
+        // The folder is temporary.
         "eval/processes.rs",
         "recordings/whole.rs",
     ];
 
-    /// Code that writes a result in another way may leave half of it in the place of a complete file.
+    /// Any other way of writing a result could leave half of it in the place of a complete file.
     #[test]
     fn results_are_written_in_one_way() {
         let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("services/cli/src");
@@ -309,7 +310,7 @@ mod tests {
                     folders.push(path);
                     continue;
                 }
-                // Modules that contain only tests.
+                // Modules that contain only tests may write files in other ways.
                 if path.file_name().is_some_and(|name| name == "tests.rs") {
                     continue;
                 }

@@ -31,23 +31,23 @@ use crate::folder::plain_name;
 use crate::output::say;
 use summary::Summary;
 
-/// The spread of the log's starting position if the drawing is the map. The position is the log's own corrected pose,
-/// or was marked by hand.
+/// The spread of the log's starting position if the drawing is the map. It is small, since the position is either the
+/// log's own corrected pose or was given by hand.
 const MAP_START_SPREAD_PX: f64 = 1.0;
 const MAP_START_SPREAD_RAD: f64 = 0.03;
-/// Time limit of the task that a mission must have; it is not driven.
+/// Time limit of the task, in seconds. A mission must have a task, although this one is never driven.
 const TIME_LIMIT_S: f64 = 180.0;
-/// Header of messages that are sent once.
+/// The header of messages that are sent only once.
 const ONCE: Header = Header { seq: 1, stamp_ns: 0, source_seq: 0 };
 
-/// What the log is localized in.
+/// The drawing in which the log is localized.
 struct Drawn {
     sketch: SketchMap,
     cells: Vec<u8>,
     route: Box<Route>,
 }
 
-/// The first bytes of files that are not text, with the format that they indicate.
+/// The first bytes of files that are not text, with the format that each of them indicates.
 const NO_TEXT: [(&[u8], &str); 6] = [
     (b"BZh", "bzip2"),
     (b"PK\x03\x04", "zip"),
@@ -63,7 +63,7 @@ struct Log<'a> {
     reading: Reading,
     /// The first scan.
     first: CarmenScan,
-    /// The shape of most of its scans.
+    /// The shape of most of the log's scans.
     shape: Shape,
 }
 
@@ -85,7 +85,7 @@ pub fn import(path: &Path, options: &ImportOptions) -> Result<Outcome, Failure> 
     for parameters in &options.set {
         run.mission.parameters.extend(parameters);
     }
-    // Such a recording is made for the localizer, so anything that it would reject is reported now.
+    // The recording is made for the localizer, so anything that the localizer would reject is reported now.
     sketchnav_sketch::localizer::Localizer::new(&run).or_input()?;
     let imported = write(&log, options, &run, &drawn)?;
     let way_m = survey.odometry_way_m(&log.reading);
@@ -113,7 +113,7 @@ fn survey(path: &Path) -> anyhow::Result<Survey> {
     Ok(Survey::of(text(path)?)?)
 }
 
-/// A log's text, decompressed if it is compressed by gzip.
+/// Returns a reader of a log's text, which is decompressed if it is compressed by gzip.
 fn text(path: &Path) -> anyhow::Result<Box<dyn BufRead>> {
     let mut plain = BufReader::with_capacity(1 << 16, sketchnav_files::open(path, "a laser log")?);
     let begin = plain.fill_buf()?;
@@ -150,12 +150,12 @@ fn write(
     let imported = { work }().with_context(|| log.path.display().to_string()).or_input()?;
     let messages = writer.message_count();
     writer.finish().context("the recording")?;
-    // Anything but a recording is never replaced, not even the map's picture.
+    // Only a recording may be replaced, and nothing else, such as the map's picture.
     Guard::default().place(draft, messages)?;
     Ok(imported)
 }
 
-/// The run for the log. It has a task, because a mission must have one, but was not driven.
+/// Configures the run for the log. It has a task, because every mission must have one, but the task is never driven.
 fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
     let absolute = |path: &PathBuf| -> anyhow::Result<String> {
         let path = std::path::absolute(path)?;
@@ -169,7 +169,8 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
     let world = options.map.as_ref().map_or(Ok(drawing.clone()), absolute).or_input()?;
     let stem = log.path.file_name().unwrap_or_default().to_string_lossy();
     let name = plain_name(stem.split('.').next().unwrap_or_default());
-    // A mission must have a start. This one is not driven, so if no pose is stated, its own odometry is used.
+    // A mission must have a start. Since this one is not driven, the first odometry pose is good enough if the log
+    // states no corrected pose.
     let odometry = &log.first.odometry;
     let begin = log.first.reference.unwrap_or(Pose::new(odometry.x, odometry.y, odometry.yaw_rad));
     let Pose { x, y, yaw_rad, .. } = begin;
@@ -195,7 +196,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
         task: vec![task.with_place(there)],
         parameters: Parameters::default(),
     };
-    // Checked like a file that a person has written.
+    // Checked like a file written by a person.
     let text = toml::to_string(&mission).context("the mission as TOML").or_input()?;
     let mission = Mission::parse(&text).or_input()?;
     SketchMission::of(&mission).or_input()?;
@@ -217,7 +218,7 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
     })
 }
 
-/// A robot of which only the laser is known. What the localizer does not use is taken from a Pioneer.
+/// Returns a robot of which only the laser is known. All values that the localizer does not use are those of a Pioneer.
 fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
     let robot = Robot {
         name: LOG_SYSTEM.to_owned(),
@@ -265,8 +266,8 @@ fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
     Ok(Robot::parse(&toml::to_string(&robot)?)?)
 }
 
-/// Uses the map as a drawing with a pixel per cell and walls where it is occupied; unknown cells are free to look
-/// through. Both scales are known, and are given to the localizer.
+/// Turns the map into a drawing with a pixel per cell, and walls where the map is occupied. Unknown cells are
+/// transparent to the laser. Both scales are known and are given to the localizer.
 fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfig) -> Result<Drawn, Failure> {
     let known = occupied(map).or_input()?;
     let (width, height) = known.raster().size();
@@ -309,7 +310,7 @@ fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfi
     Ok(Drawn { sketch, cells, route: Box::new(Route { header: ONCE, ..Route::zeroed() }) })
 }
 
-/// The map with only its occupied cells as walls.
+/// Reads the map with only its occupied cells as walls.
 fn occupied(path: &Path) -> anyhow::Result<OccupancyMap> {
     let named = || path.display().to_string();
     let mut info = MapInfo::parse(&sketchnav_files::read_to_string(path, MAP).with_context(named)?)
@@ -321,7 +322,7 @@ fn occupied(path: &Path) -> anyhow::Result<OccupancyMap> {
     OccupancyMap::decode(&info, &bytes).with_context(|| picture.display().to_string())
 }
 
-/// Both scales as stated by the map, constant from the first scan to the last.
+/// Returns the parameters that fix both scales to those of the map, from the first scan to the last.
 fn known_scales(cells: &[u8], width: usize, resolution_m: f64) -> toml::Table {
     let walls =
         || cells.iter().enumerate().filter(|(_, cell)| **cell == WALL).map(|(i, _)| [i % width, i / width]);

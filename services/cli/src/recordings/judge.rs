@@ -30,28 +30,29 @@ use super::whole::Whole;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{self, out, say};
 
-/// The figures of a recording, with its identity.
+/// The figures of a recording, and which recording they belong to.
 #[derive(Debug, Serialize)]
 pub struct Judged {
     #[serde(serialize_with = "as_text")]
     recording: PathBuf,
-    /// The file that contains it, which may be temporary.
+    /// The file that contains the recording, which may be temporary.
     #[serde(skip)]
     file: PathBuf,
     mission: Option<String>,
     seed: Option<u64>,
     method: Option<String>,
-    /// Whether the file ends before its writer finished.
+    /// Whether the file ends before its writer had finished.
     pub cut_off: bool,
     missing: u64,
-    /// The messages that all readers reject as invalid, by topic and reason.
+    /// The messages that every reader rejects as invalid, by topic and reason.
     rejected: Rejections,
     restarts: u64,
-    /// Faults of the processes, and recoveries from them.
+    /// Faults of processes, and recoveries from faults.
     pub faults: Vec<FaultInfo>,
-    /// For each task with a drawn route, whether the way was homotopic to it; `None` if the anchors are not known.
+    /// For each task with a drawn route, whether the robot's path was homotopic to the route. `None` if there is no
+    /// anchors file.
     homotopic: Option<BTreeMap<String, bool>>,
-    /// How journeys with custom maps ended; empty for other kinds of navigators.
+    /// How journeys with custom maps ended. Empty for all other kinds of navigators.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub(super) journeys: Vec<JourneyVerdict>,
     /// The navigator's own account of the run.
@@ -66,19 +67,20 @@ pub struct Judged {
 }
 
 impl Judged {
-    /// The same under the name that the user knows, and cut off if one of its files is.
+    /// Replaces the recording's name by the one that the user knows, and marks the recording as cut off if one of its
+    /// files is.
     pub(super) fn named_by(self, whole: &Whole) -> Self {
         let cut_off = self.cut_off || !whole.lacks().cut_off.is_empty();
         Self { recording: whole.name().to_owned(), cut_off, ..self }
     }
 }
 
-/// A path as displayed, since it need not be UTF-8.
+/// Serializes a path as it is displayed, since it need not be UTF-8.
 fn as_text<S: serde::Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&path.display())
 }
 
-/// The figures of a navigator, each with its value as displayed.
+/// Serializes the figures of a navigator, each with its value as it is displayed.
 fn figures_of<S: serde::Serializer>(summary: &Summary, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_map(summary.figures.iter().map(|(name, value)| (name, value)))
 }
@@ -120,7 +122,7 @@ pub fn judge(wholes: &[Whole], options: &JudgeOptions) -> Result<Outcome, Failur
     Ok(if judged.iter().all(reached) { Outcome::Success } else { Outcome::Short })
 }
 
-/// Reads the file that assigns the rooms.
+/// Reads the file that maps rooms of the floor to rooms of the drawing.
 pub fn rooms(path: &Path) -> Result<Rooms, Failure> {
     let text = sketchnav_files::read_to_string(path, TABLE)
         .with_context(|| path.display().to_string())
@@ -128,7 +130,7 @@ pub fn rooms(path: &Path) -> Result<Rooms, Failure> {
     Rooms::parse(&text).with_context(|| path.display().to_string()).or_input()
 }
 
-/// Judges a recording that the user has named.
+/// Judges a recording that the user named.
 pub fn of_whole(whole: &Whole, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
     Ok(of_file(whole.path(), rooms)?.named_by(whole))
 }
@@ -141,7 +143,7 @@ pub fn of_file(path: &Path, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
     of_log(&recording, log, rooms)
 }
 
-/// Judges a recording from what was read of it.
+/// Judges a recording from a log that was already read from it.
 pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<Judged, Failure> {
     let path = recording.path();
     let info = sketchnav_recordings::info::info(path).or_input()?;
@@ -168,7 +170,7 @@ pub fn of_log(recording: &Recording, log: Log, rooms: Option<&Rooms>) -> Result<
     })
 }
 
-/// For each task with a drawn route, whether the way was homotopic to it.
+/// Returns, for each task with a drawn route, whether the robot's path was homotopic to the route.
 fn homotopic(judged: &Judged, anchors: &Anchors) -> anyhow::Result<BTreeMap<String, bool>> {
     let recording = Recording::open(&judged.file)?;
     let RecordedRun { run, files } = RecordedRun::of(&recording)?;
@@ -197,8 +199,8 @@ fn write_tables(judged: &[Judged], options: &JudgeOptions) -> Result<(), Failure
     Ok(())
 }
 
-/// A unique name for each recording. By default it is its own. If several have the same name, the name of the folder is
-/// prepended; if that is not enough either, a number is appended.
+/// Returns a unique name for each recording, which is its own name if possible. If several recordings have the same
+/// name, the name of the folder is prepended. If that is not enough either, a number is appended.
 fn names(judged: &[&Judged]) -> Vec<String> {
     let stem = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let in_folder = |path: &Path| {
@@ -220,7 +222,7 @@ fn has_twins(names: &[String]) -> bool {
     names.iter().collect::<BTreeSet<_>>().len() < names.len()
 }
 
-/// A table with a column per recording.
+/// Makes a table with a column per recording.
 pub fn table(judged: &[&Judged]) -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED);
@@ -246,7 +248,7 @@ pub fn table(judged: &[&Judged]) -> Table {
     table
 }
 
-/// The figures of a recording: name and value.
+/// Returns the names and values of a recording's figures.
 pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     let figures = &judged.figures;
     let mut rows = Vec::new();

@@ -1,8 +1,8 @@
 //! Plays a recording into the channels of a system of its own.
 //!
-//! What the recorded processes sent is sent again in their names, with the same numbers; processes that are started
-//! live hear it and answer. At `--rate max` the player waits for their answers to
-//! each scan, as a world in lockstep does.
+//! The player sends the recorded messages again, in the name of the processes that sent them and with the same numbers.
+//! Processes that are started live receive these messages and answer them. At `--rate max`, the player waits for the
+//! answers to each scan, as a world in lockstep does.
 
 mod clock;
 mod keys;
@@ -51,7 +51,7 @@ pub fn replay(file: &Path, options: &ReplayOptions) -> Result<Outcome, Failure> 
     }
 }
 
-/// Classifies an error: of the recording, which is named in it, or of the system.
+/// Classifies an error: either the recording, which the error names, is invalid, or the system failed.
 fn failure(error: anyhow::Error, file: &Path) -> Failure {
     if error.downcast_ref::<RecordingError>().is_some() {
         return Failure::Input(error);
@@ -59,7 +59,7 @@ fn failure(error: anyhow::Error, file: &Path) -> Failure {
     Failure::Other(error.context(file.display().to_string()))
 }
 
-/// The recorded run as a new one, whose processes take its files from the recording.
+/// Turns the recorded run into a new one, whose processes read their files from the recording.
 fn run(recording: &Recording, options: &ReplayOptions) -> Result<RunConfig, Failure> {
     if options.live.contains(&Process::World) {
         return Err(Failure::Input(anyhow!(
@@ -88,7 +88,7 @@ fn run(recording: &Recording, options: &ReplayOptions) -> Result<RunConfig, Fail
         Some(name) => name.clone(),
         None => plain_name(&format!("replay-{}-{}", std::process::id(), run.mission.name)),
     };
-    // They have happened, and their effects are recorded.
+    // The recorded faults are not injected again, since the recorded messages already show their effects.
     run.faults.clear();
     run.pace = match options.rate {
         Rate::Max => Pace::Lockstep,
@@ -99,7 +99,7 @@ fn run(recording: &Recording, options: &ReplayOptions) -> Result<RunConfig, Fail
     Ok(run)
 }
 
-/// The path in a form that processes in other folders can use.
+/// Makes a path absolute, so that processes in other folders can use it.
 fn absolute(path: &Path, what: &'static str) -> Result<String, Failure> {
     let path = std::path::absolute(path).context(what).or_input()?.into_os_string().into_string();
     let wrong = |path| anyhow!("{what}: expected a path in UTF-8, found {}", Path::new(&path).display());

@@ -1,5 +1,5 @@
-//! A recording as one page: the drawing and the floor, some moments, errors, scales and
-//! health over time, and the table of figures.
+//! Shows a recording as one page: the drawing and the floor, selected moments, errors, scales and health over time, and
+//! the table of figures.
 
 mod foreign;
 
@@ -69,7 +69,7 @@ struct Page<'a> {
     files: &'a RecordedFiles,
     judged: &'a Judged,
     log: &'a Log,
-    /// The doubts about the plan before the start.
+    /// The doubts about the plan that the navigator made before the start.
     planned: &'a [String],
 }
 
@@ -150,7 +150,7 @@ impl Page<'_> {
         [stamps().next().unwrap_or(0.0), stamps().next_back().unwrap_or(1.0)]
     }
 
-    /// When the tasks began, seconds.
+    /// Returns the times at which the tasks began, in seconds.
     fn marks_s(&self) -> Vec<f64> {
         if self.run.system == LOG_SYSTEM {
             return Vec::new();
@@ -209,7 +209,7 @@ impl Page<'_> {
         }
     }
 
-    /// How far the estimates in a drawing were from the truth.
+    /// Returns how far the estimates in a drawing were from the truth over time.
     fn errors(&self) -> Option<Series> {
         let log = self.log;
         let errors = local_errors_m(log);
@@ -267,7 +267,7 @@ impl Page<'_> {
     }
 }
 
-/// The curves of a chart as drawn on the page.
+/// Converts the curves of a chart to the form in which the page draws them.
 fn series(told: &account::Chart) -> Vec<Series> {
     let curve = |curve: &account::Curve| Series { name: curve.name.to_owned(), points: curve.points.clone() };
     told.curves.iter().map(curve).collect()

@@ -1,4 +1,4 @@
-//! Executes a service's core on the recorded inputs.
+//! Runs a service's core again on the recorded inputs.
 
 use std::path::{Path, PathBuf};
 
@@ -20,7 +20,7 @@ use super::whole::Whole;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{self, out};
 
-/// Executes a service again.
+/// Runs a service's core again.
 pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> {
     let (file, guard) = (whole.path(), Guard::of(whole.sources().to_vec()));
     let recording = super::open(file)?;
@@ -33,10 +33,10 @@ pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> 
     let mut recorded = RecordedRun::of(&recording).or_input()?;
     let set = options.parameters().map_err(|text| Failure::Input(anyhow!(text)))?;
     recorded.run.mission.parameters.extend(&set);
-    // If parameters were changed, the recorded run and the new one are both judged.
+    // If parameters were changed, both the recorded run and the new one are judged.
     let asks_what_if = !options.set.is_empty() && options.process != Process::Sketcher;
     let copy = options.output.clone().or_else(|| asks_what_if.then(|| folder.path().join("now.mcap")));
-    // Before that, since the copy may replace the recording.
+    // The recording is judged first, since the copy may replace it.
     let mut judged: Vec<_> =
         asks_what_if.then(|| judge::of_whole(whole, None)).transpose()?.into_iter().collect();
     let outcome = execute(&recording, &recorded, options, copy.as_deref(), &guard)?;
@@ -62,7 +62,7 @@ pub fn rerun(whole: &Whole, options: &RerunOptions) -> Result<Outcome, Failure> 
     Ok(if outcome.difference.is_none() || is_new { Outcome::Success } else { Outcome::Short })
 }
 
-/// Why a process may have had nothing to answer.
+/// Explains why a process may have had nothing to answer.
 fn silence(
     recording: &Recording,
     recorded: &RecordedRun,
@@ -104,7 +104,7 @@ fn execute(
     Ok(outcome)
 }
 
-/// Classifies an error: of the recording or the request, or of the copy.
+/// Classifies an error: it concerns either the recording or the request, which are input, or the copy.
 fn failure(error: RerunError) -> Failure {
     match error {
         RerunError::Recording(RecordingError::Write(_)) => Failure::Other(error.into()),

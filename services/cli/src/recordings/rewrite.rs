@@ -1,4 +1,5 @@
-//! Makes recordings from recordings. A result gets its name once it is complete; exit codes are those of the official tool.
+//! Makes recordings from recordings. A result gets its name only when it is complete. The exit codes are those of the
+//! official MCAP tool.
 
 use std::path::Path;
 
@@ -19,7 +20,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::folder::MadeFolders;
 use crate::output::{out, say};
 
-/// Copies everything readable.
+/// Copies everything that can be read.
 pub fn recover(file: &Path, options: &RecoverOptions) -> Result<Outcome, Failure> {
     if file.is_dir() {
         let names: Vec<_> =
@@ -50,7 +51,7 @@ fn recover_file(file: &Path, options: &RecoverOptions) -> anyhow::Result<copy::C
     let known = |error: RecordingError| unpacked.known_error(error.into());
     let (draft, mut copy) = begin(&options.output, &copy::profile(unpacked.path()).map_err(known)?)?;
     let copied = copy::recover(unpacked.path(), damaged, &mut copy).map_err(known)?;
-    // Printed before the copy is possibly rejected, because it gives the reason.
+    // Printed first, because it explains why the copy may then be rejected.
     tell_lost(&copied);
     let guard = Guard::of([file.to_owned()]).over_all().with_force(options.force);
     finish(draft, copy, &guard)?;
@@ -77,7 +78,7 @@ fn tell_lost(copied: &copy::Copied) {
     }
 }
 
-/// Copies the selected topics or period.
+/// Copies the selected topics and period.
 pub fn filter(whole: &Whole, options: &FilterOptions) -> Result<Outcome, Failure> {
     let times_ns = options.times.ns().or_input()?;
     let work = || -> anyhow::Result<Made> {
@@ -101,7 +102,10 @@ fn selection(recording: &Recording, options: &FilterOptions) -> anyhow::Result<S
     Ok(if options.topics.is_empty() { Selection::default() } else { Selection::of_topics(topics) })
 }
 
-/// The topics of a recording that a regular expression matches, without their leading slashes; an error if there are none.
+/// Returns the topics of a recording whose names, without their leading slashes, match a regular expression.
+///
+/// # Errors
+/// If no topic matches.
 pub fn matching(recording: &Recording, regex: &Regex) -> anyhow::Result<Vec<String>> {
     let known: Vec<_> = recording.topics()?.iter().map(|topic| topic.name.clone()).collect();
     let matches = |topic: &&String| regex.is_match(topic.trim_start_matches('/'));
@@ -139,11 +143,11 @@ impl Made {
     }
 }
 
-/// What a copy lacks of the original content of its sources.
+/// The losses of a copy compared with the original content of its sources.
 struct Lost {
-    /// What was noticed when the copy was made.
+    /// Losses noticed while the copy was made.
     now: Lacks,
-    /// What was noticed, and printed, when its sources were put together.
+    /// Losses noticed, and printed, while the source was put together from several files.
     before: Lacks,
 }
 
@@ -169,7 +173,7 @@ impl Lost {
         all
     }
 
-    /// Prints it. As with MCAP's own tool, a copy of a cut-off recording is not a full success.
+    /// Prints the losses. As with the official MCAP tool, copying a recording that was cut off is not a full success.
     fn tell(&self) -> Outcome {
         for name in &self.now.cut_off {
             say!("notice: {name} was cut off; what was whole is in the copy");
@@ -189,7 +193,7 @@ fn check_topics(recording: &Recording, selection: &Selection) -> anyhow::Result<
     }
 }
 
-/// Merges several into one.
+/// Merges several recordings into one.
 pub fn merge(wholes: &[Whole], output: &Path, json: bool) -> Result<Outcome, Failure> {
     let work = || -> anyhow::Result<Made> {
         let open = |whole: &Whole| Recording::open(whole.path());
@@ -203,14 +207,14 @@ pub fn merge(wholes: &[Whole], output: &Path, json: bool) -> Result<Outcome, Fai
     work().map_err(Failure::Plain)?.tell(json)
 }
 
-/// The common profile; empty if they differ.
+/// Returns the profile that all recordings share, or an empty string if their profiles differ.
 pub fn common_profile(recordings: &[Recording]) -> &str {
     let mut profiles = recordings.iter().map(|recording| recording.header().profile.as_str());
     let first = profiles.next().unwrap_or_default();
     if profiles.all(|profile| profile == first) { first } else { "" }
 }
 
-/// Splits one into parts.
+/// Splits a recording into parts.
 pub fn split(whole: &Whole, options: &SplitOptions) -> Result<Outcome, Failure> {
     let limit = limit(options)?;
     let recording = Recording::open(whole.path()).map_err(|error| Failure::Plain(error.into()))?;
@@ -277,7 +281,8 @@ fn parts(
     Ok(parts)
 }
 
-/// Rejects a folder with parts of an earlier split, which would remain and could not be told apart from the new ones.
+/// Rejects a folder with parts of an earlier split. They would remain there and could not be told apart from the new
+/// ones.
 fn refuse_earlier_parts(folder: &Path, stem: &str, rosbag2: bool) -> anyhow::Result<()> {
     let is_part = |name: &str| {
         let number = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('_')?.strip_suffix(".mcap"));

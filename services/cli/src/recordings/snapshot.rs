@@ -1,7 +1,7 @@
-//! Saves the last seconds of what a running system records, as a copy of the end of its recording, which continues.
+//! Saves the last seconds of a running system by copying the end of its recording, which continues.
 //!
-//! Nothing is buffered in memory for that: the recorder has everything in its file within a second. The snapshot waits
-//! until the file contains what had been sent when it was requested.
+//! Nothing has to be buffered in memory for this, since the recorder writes everything to its file within a second. The
+//! snapshot waits until the file contains everything that had been sent when the snapshot was requested.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -26,10 +26,10 @@ use crate::systems;
 
 /// How often to look at the file.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// Longest that the recorder may take to write what was sent.
+/// Maximum time that the recorder may take to write messages that were sent.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Copies the end of a running recording.
+/// Copies the end of a recording that is still being written.
 pub fn snapshot(options: &SnapshotOptions) -> Result<Outcome, Failure> {
     let on = options.on.as_deref().map(known).transpose()?;
     let system = systems::find(options.system.as_deref())?;
@@ -87,14 +87,14 @@ fn wait(node: &Node, time: Duration) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The simulated time of the last tick.
+/// Returns the simulated time of the last tick, in nanoseconds.
 fn now_ns(node: &Node) -> anyhow::Result<u64> {
     let ticks = SendTimes::open(node, TICK.spec)?;
     let newest = ticks.of(ticks.newest()).context("expected a system that has begun, found no tick")?;
     Ok(newest.header.stamp_ns)
 }
 
-/// The parts of a recording, once they contain what was sent by this time.
+/// Returns the parts of a recording once they contain everything that was sent by this time.
 fn wait_for_file(node: &Node, path: &Path, end_ns: u64) -> anyhow::Result<Vec<Recording>> {
     let limit = Instant::now() + PATIENCE;
     loop {
@@ -118,11 +118,11 @@ fn wait_for_file(node: &Node, path: &Path, end_ns: u64) -> anyhow::Result<Vec<Re
     }
 }
 
-/// What a recorder, or several in succession, have written so far.
+/// Returns the files that a recorder, or several in succession, have written so far.
 fn parts(path: &Path) -> anyhow::Result<Vec<Recording>> {
     let files = (1..).map(|number| part(path, number)).take_while(|file| file.exists());
     let files = files.chain(series::files(path)?);
-    // A file that was just begun is empty.
+    // A file that was only just begun is empty.
     let files = files.filter(|file| file.metadata().is_ok_and(|found| found.len() > 0));
     let parts = files.map(|file| Recording::open(&file)).collect::<Result<Vec<_>, _>>()?;
     ensure!(!parts.is_empty(), "{}: expected the recording of the system, found none", path.display());

@@ -1,6 +1,6 @@
-//! The recording that a path refers to, as one file. A recording in several files, as written by `run --split-size` and
-//! rosbag2, is put together, and a file packed by zstd is unpacked, in a temporary folder
-//! that is removed when the command ends.
+//! Finds the recording that a path refers to, as one file. A recording in several files, as written by `run
+//! --split-size` and rosbag2, is put together, and a file packed by zstd is unpacked. This happens in a temporary
+//! folder, which is removed when the command ends.
 
 use std::fs::File;
 use std::io::{BufWriter, Read};
@@ -18,25 +18,25 @@ use super::rewrite::common_profile;
 use crate::failure::{Failure, OrInput, story};
 use crate::output::say;
 
-/// How the names of recordings end, of those too that rosbag2 or zstd has packed.
+/// The endings of names of recordings, including those packed by rosbag2 or zstd.
 const NAMES: [&str; 3] = [".mcap", ".mcap.zstd", ".mcap.zst"];
 
-/// What a recording, or a copy of one, lacks of the original content of its files.
+/// The losses of a recording, or of a copy of one, compared with the original content of its files.
 #[derive(Debug, Default)]
 pub struct Lacks {
-    /// The files that end before their writers finished.
+    /// The files that end before their writers had finished.
     pub cut_off: Vec<String>,
     /// The damaged messages that were left out.
     pub left_out: Rejections,
 }
 
 impl Lacks {
-    /// Whether nothing is missing.
+    /// Returns true if nothing is missing.
     pub fn is_empty(&self) -> bool {
         self.cut_off.is_empty() && self.left_out.is_empty()
     }
 
-    /// Adds what another recording lacks.
+    /// Adds the losses of another recording.
     pub fn extend(&mut self, other: &Self) {
         self.cut_off.extend_from_slice(&other.cut_off);
         self.left_out.extend(&other.left_out);
@@ -48,32 +48,32 @@ pub struct Whole {
     path: PathBuf,
     /// The path that the user gave.
     named: PathBuf,
-    /// The files that it was made from.
+    /// The files that the recording consists of.
     sources: Vec<PathBuf>,
-    /// If it was put together from several files, what it lacks because of them. That was printed at the time.
+    /// The losses that were noticed, and printed, when the recording was put together from several files.
     lacks: Lacks,
-    /// The temporary folder in which it was put together.
+    /// The temporary folder that contains the file, if it was unpacked or put together.
     _folder: Option<TempDir>,
 }
 
 impl Whole {
-    /// A file is used as it is. `NAME.mcap`, if there is no such file, refers to `NAME_0.mcap` and so on; a folder, to
-    /// the one recording in it.
+    /// Finds the recording that a path refers to. A file refers to itself. `NAME.mcap` refers to `NAME_0.mcap` and so
+    /// on, if there is no file with that name itself. A folder refers to the only recording in it.
     pub fn of(path: &Path) -> Result<Self, Failure> {
         Self::found(path).map(|whole| whole.named_by(path)).or_input()
     }
 
-    /// The same for several paths.
+    /// Like [`Whole::of`], but for several paths.
     pub fn of_all(paths: &[PathBuf]) -> Result<Vec<Self>, Failure> {
         paths.iter().map(|path| Self::of(path)).collect()
     }
 
-    /// A single file, unpacked if it is packed; other files beside it do not matter.
+    /// Opens a single file and unpacks it if it is packed. Other files beside it are ignored.
     pub fn alone(path: &Path) -> Result<Self, Failure> {
         Self::of_files(path, &[path.to_owned()]).map(|whole| whole.named_by(path)).or_input()
     }
 
-    /// A file that may be damaged; a packed one is unpacked as far as possible.
+    /// Opens a file that may be damaged. If it is packed, as much as possible of it is unpacked.
     pub fn as_far_as_it_goes(path: &Path) -> anyhow::Result<Self> {
         if !is_packed(path) {
             return Ok(Self::itself(path));
@@ -86,27 +86,28 @@ impl Whole {
         Ok(Self::made(unpacked, path, &[path.to_owned()], folder))
     }
 
-    /// A file that contains all of it.
+    /// Returns the path of the single file that contains the whole recording.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The name that the user knows: the file or, if that is temporary, the path that they gave.
+    /// Returns the name that the user knows: the file or, if that is temporary, the path that the user gave.
     pub fn name(&self) -> &Path {
         if self._folder.is_some() { &self.named } else { &self.path }
     }
 
-    /// The files that it was made from.
+    /// Returns the files that the recording consists of.
     pub fn sources(&self) -> &[PathBuf] {
         &self.sources
     }
 
-    /// If it was put together from several files, what it lacks because of them; printed already.
+    /// Returns the losses that were noticed when the recording was put together from several files. They were printed
+    /// then.
     pub fn lacks(&self) -> &Lacks {
         &self.lacks
     }
 
-    /// A command's result in which failures name the path that the user gave instead of a temporary file.
+    /// Makes failures name the path that the user gave instead of a temporary file.
     pub fn known<T>(&self, result: Result<T, Failure>) -> Result<T, Failure> {
         result.map_err(|failure| match failure {
             Failure::Input(error) => Failure::Input(self.known_error(error)),
@@ -117,7 +118,7 @@ impl Whole {
         })
     }
 
-    /// The same for an error.
+    /// Makes an error name the path that the user gave instead of a temporary file.
     pub fn known_error(&self, error: anyhow::Error) -> anyhow::Error {
         in_place_of(&[(self.path.as_path(), self.name())], error)
     }
@@ -163,7 +164,7 @@ impl Whole {
         }
         let files = series::files(named).with_context(|| named.display().to_string())?;
         gaps(named, &files).iter().for_each(|words| say!("notice: {words}"));
-        // Opening a missing file reports what is wrong with it.
+        // Opening the missing file produces the right error.
         if files.is_empty() { Ok(Self::itself(named)) } else { Self::of_files(named, &files) }
     }
 
@@ -177,7 +178,7 @@ impl Whole {
         Ok(whole)
     }
 
-    /// Puts files together as one, under this name.
+    /// Puts files together as one recording with the name `named`.
     fn of_files(named: &Path, files: &[PathBuf]) -> anyhow::Result<Self> {
         if let [file] = files
             && !is_packed(file)
@@ -207,7 +208,8 @@ impl Whole {
     }
 }
 
-/// Replaces the names of temporary files in an error by those that the user knows; `names` are pairs of these.
+/// Replaces the names of temporary files in an error by the names that the user knows. `names` contains pairs of the
+/// two.
 fn in_place_of(names: &[(&Path, &Path)], error: anyhow::Error) -> anyhow::Error {
     let told = story(&error);
     let in_place_of = |words: String, (temporary, known): &(&Path, &Path)| match temporary == known {
@@ -218,16 +220,17 @@ fn in_place_of(names: &[(&Path, &Path)], error: anyhow::Error) -> anyhow::Error 
     if words == told { error } else { anyhow!(words) }
 }
 
-/// Those files, given as pairs of the readable file and the name that the user knows, that end before their writers finished.
+/// Returns the names of files that end before their writers had finished. `parts` contains pairs of a readable file and
+/// the name that the user knows.
 fn cut_off(parts: &[(&Path, &Path)]) -> Vec<String> {
     let is_cut_off =
         |path: &Path| Recording::open(path).and_then(|part| part.index().map(|index| index.is_cut_off()));
-    // A file that cannot be opened, and was skipped, is cut off before it contains anything.
+    // A file that cannot be opened was skipped, so it counts as cut off before its first message.
     let cut = parts.iter().filter(|(plain, _)| is_cut_off(plain).unwrap_or(true));
     cut.map(|(_, file)| file.display().to_string()).collect()
 }
 
-/// Prints what a recording lacks that was put together from several files.
+/// Prints the losses of a recording that was put together from several files.
 fn tell(named: &Path, lacks: &Lacks) {
     lacks.cut_off.iter().for_each(super::tell_cut_off);
     for left_out in lacks.left_out.list() {
@@ -239,8 +242,8 @@ fn folder() -> anyhow::Result<TempDir> {
     tempfile::tempdir().context("a folder for temporary files")
 }
 
-/// Writes several files as one: those of a run of ours with each message once, those of others one after the other.
-/// Damaged messages are left out and counted.
+/// Writes several files as one. If they are of one of our runs, each message is written once. Files by other software
+/// are simply joined, leaving out and counting damaged messages.
 fn put_together(files: &[PathBuf], sink: BufWriter<File>) -> anyhow::Result<Rejections> {
     let first = files.first().context("expected a file, found none")?;
     if Recording::open(first)?.has_run() {
@@ -255,19 +258,19 @@ fn put_together(files: &[PathBuf], sink: BufWriter<File>) -> anyhow::Result<Reje
     Ok(left_out)
 }
 
-/// Whether zstd has compressed the file as a whole.
+/// Returns true if the file as a whole is compressed by zstd.
 pub fn is_packed(path: &Path) -> bool {
     path.is_file() && rosbag2::is_packed(path).unwrap_or(false)
 }
 
-/// The file's name without the extension of a packed file.
+/// Returns the file's name without the extension of a packed file.
 fn plain_name(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.strip_suffix(".zstd").or_else(|| name.strip_suffix(".zst")).unwrap_or(&name);
     if name.ends_with(".mcap") { name.to_owned() } else { format!("{name}.mcap") }
 }
 
-/// Unpacks a file into a folder; returns the reason if that was only possible in part.
+/// Unpacks a file into a folder. If that was only possible in part, also returns the reason.
 fn unpack(path: &Path, folder: &Path) -> anyhow::Result<(PathBuf, Option<std::io::Error>)> {
     let place = || path.display().to_string();
     let unpacked = folder.join(plain_name(path));
@@ -287,7 +290,7 @@ fn unpack_whole(path: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
     }
 }
 
-/// The existing files of a bag, including those of the series that a recorder has begun since.
+/// Returns the existing files of a bag, including those that its recorder has begun since it wrote the metadata.
 fn files_of(folder: &Path, bag: &Bag) -> anyhow::Result<Vec<PathBuf>> {
     bag.must_be_mcap(folder)?;
     let missing = if bag.missing.is_empty() { "it lists none".to_owned() } else { bag.missing.join(", ") };
@@ -302,13 +305,13 @@ fn files_of(folder: &Path, bag: &Bag) -> anyhow::Result<Vec<PathBuf>> {
     Ok(series.filter(has_all).unwrap_or_else(|| bag.files.clone()))
 }
 
-/// The names of a bag's missing files.
+/// Returns remarks on the files that a bag's metadata lists but that are missing.
 fn missing(folder: &Path, bag: &Bag) -> Vec<String> {
     let words = |name: &String| format!("{}: {METADATA} lists {name}, which is missing", folder.display());
     bag.missing.iter().map(words).collect()
 }
 
-/// The names of the files missing from the series of `NAME.mcap`.
+/// Returns remarks on the files that are missing from the series of `NAME.mcap`.
 fn gaps(named: &Path, files: &[PathBuf]) -> Vec<String> {
     let name = |number: u32| {
         series::file(named, number).file_name().unwrap_or_default().to_string_lossy().into_owned()
@@ -320,18 +323,19 @@ fn gaps(named: &Path, files: &[PathBuf]) -> Vec<String> {
     series::gaps(named, files).into_iter().map(words).collect()
 }
 
-/// The files of a folder that are recordings, packed or not: those listed in its metadata, otherwise all, ordered by name.
+/// Returns the recordings in a folder, packed or not, ordered by name: those listed in its metadata or, if it has none,
+/// all of them.
 ///
 /// # Errors
-/// If there are none, or none of a supported format; the error says what there is instead.
+/// If there are none, or none in a supported format. The error says what the folder contains instead.
 pub fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     listed_in(folder).map(|(files, _)| files)
 }
 
-/// The same, with remarks on missing files.
+/// Like [`recordings_in`], but also returns remarks on missing files.
 ///
 /// # Errors
-/// As [`recordings_in`].
+/// Those of [`recordings_in`].
 pub fn listed_in(folder: &Path) -> anyhow::Result<(Vec<PathBuf>, Vec<String>)> {
     if let Some(bag) = Bag::read(folder)? {
         return Ok((files_of(folder, &bag)?, missing(folder, &bag)));
@@ -363,7 +367,7 @@ fn named_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// A short description of the first file in a folder without recordings that one could be made from.
+/// Describes the first file in a folder that is a recording in another format, or returns "none" if there is none.
 fn others_in(folder: &Path) -> String {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<_> = entries.map(|entry| entry.path()).filter(|path| path.is_file()).collect();
@@ -378,7 +382,7 @@ fn others_in(folder: &Path) -> String {
     paths.iter().find_map(kind).unwrap_or_else(|| "none".to_owned())
 }
 
-/// The name of the one recording in a folder; if it was split, that of its files as one.
+/// Returns the name of the only recording in a folder. A recording that was split has one name for all of its files.
 pub fn only_one_in(folder: &Path) -> anyhow::Result<PathBuf> {
     let mut names: Vec<_> =
         named_in(folder)?.into_iter().map(|path| of_series(&path).unwrap_or(path)).collect();
@@ -397,7 +401,7 @@ pub fn only_one_in(folder: &Path) -> anyhow::Result<PathBuf> {
     }
 }
 
-/// `NAME.mcap` for a `NAME_3.mcap` with others beside it.
+/// Returns `NAME.mcap` for a file such as `NAME_3.mcap` that belongs to a split recording.
 fn of_series(file: &Path) -> Option<PathBuf> {
     let stem = file.file_stem()?.to_str()?;
     let name = file.with_file_name(format!("{}.mcap", stem.rsplit_once('_')?.0));

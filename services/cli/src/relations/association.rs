@@ -1,33 +1,34 @@
-//! Which samples of several objects belong together: those with equal times, or those nearest to each other.
+//! Finds the samples of several objects that belong together: those with equal times, or those nearest in time.
 
 use super::Track;
 
-/// Added to a tolerance, since decimal fractions are not exact, seconds.
+/// Added to a tolerance, in seconds, since decimal fractions are not exact.
 const ROUNDING_S: f64 = 1e-9;
 
-/// Objects whose periods do not overlap and are farther apart than this were never together, seconds.
+/// Objects whose periods do not overlap were never seen together if their samples are farther apart than this, in
+/// seconds.
 const FAR_APART_S: f64 = 1.0;
 
-/// Samples that belong to one time.
+/// The samples that belong to one moment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// Seconds.
+    /// The time of the scene, in seconds.
     pub at_s: f64,
-    /// The index of the sample of each object; `None` if it was not seen.
+    /// The index of each object's sample, or `None` if the object was not seen.
     pub samples: Vec<Option<usize>>,
 }
 
 impl Scene {
-    /// Whether all objects were seen.
+    /// Returns true if all objects were seen.
     pub fn is_whole(&self) -> bool {
         self.samples.iter().all(Option::is_some)
     }
 }
 
-/// The samples that belong together. Without a tolerance these are samples with equal times, at each time of any
-/// object. With a tolerance the times are those of the object with the fewest samples. Of each other object, the
-/// nearest sample is used if it is within the tolerance and no other of these times is nearer to it; its remaining
-/// samples are left out.
+/// Associates samples that belong together. Without a tolerance, these are samples with equal times, and there is a
+/// scene for each time of any object. With a tolerance, there is a scene for each sample of the object with the fewest
+/// samples. The nearest sample of each other object is used if it is within the tolerance and is not nearer to another
+/// scene. The remaining samples are left out.
 pub fn associate(tracks: &[&Track], tolerance_s: Option<f64>) -> Vec<Scene> {
     match tolerance_s {
         None => equal(tracks),
@@ -70,12 +71,12 @@ fn nearest(tracks: &[&Track], tolerance_s: f64) -> Vec<Scene> {
     (0..anchor.samples.len()).map(scene).collect()
 }
 
-/// The object with the fewest samples; the first of several.
+/// Returns the object with the fewest samples, or the first of several.
 fn anchor<'a>(tracks: &[&'a Track]) -> Option<&'a Track> {
     tracks.iter().copied().min_by_key(|track| track.samples.len())
 }
 
-/// The sample that is nearest in time; the earlier of two.
+/// Returns the index of the sample that is nearest in time, or of the earlier one of two.
 fn nearest_sample(track: &Track, at_s: f64) -> Option<usize> {
     let after = track.samples.partition_point(|(own_s, _)| *own_s < at_s);
     let off = |index: &usize| (track.samples[*index].0 - at_s).abs();
@@ -83,23 +84,24 @@ fn nearest_sample(track: &Track, at_s: f64) -> Option<usize> {
     candidates.into_iter().flatten().min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
-/// How often objects were seen together.
+/// Statistics of how often objects were seen together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Meetings {
-    /// The number of times at which all were.
+    /// Number of scenes in which all objects were seen.
     pub together: usize,
     /// The object with the fewest samples.
     pub rarest: String,
-    /// The number of its samples.
+    /// Number of samples of the object `rarest`.
     pub samples: usize,
-    /// The time differences between its samples and those of the others, ascending, seconds.
+    /// Time differences between the samples of the object `rarest` and the nearest ones of the others, in seconds, in
+    /// ascending order.
     misses_s: Vec<f64>,
-    /// Whether the periods of all objects have a time in common.
+    /// Whether there is a time that lies in the periods of all objects.
     overlap: bool,
 }
 
 impl Meetings {
-    /// The meetings of these objects, given the scenes to which they were associated.
+    /// Counts how often the objects were seen together in the scenes that were made from their samples.
     pub fn of(tracks: &[&Track], scenes: &[Scene]) -> Self {
         let anchor = anchor(tracks);
         let samples = anchor.map_or(&[][..], |anchor| anchor.samples.as_slice());
@@ -125,7 +127,7 @@ impl Meetings {
         }
     }
 
-    /// The differences between the stamps in words, and what can be done about them.
+    /// Describes the differences between the stamps, and what can be done about them.
     pub fn miss(&self) -> String {
         let Some(least_s) = self.misses_s.first() else { return "there are no samples".to_owned() };
         let median_s = self.misses_s[self.misses_s.len() / 2];
@@ -142,13 +144,13 @@ impl Meetings {
     }
 }
 
-/// Seconds to the microsecond, without superfluous digits.
+/// Formats seconds to the microsecond, without superfluous digits.
 fn figure(seconds: f64) -> String {
     let text = format!("{seconds:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Rounds up to two digits.
+/// Rounds a value up to two significant digits.
 fn rounded_up(value: f64) -> f64 {
     let unit = 10_f64.powf(value.max(1e-6).log10().floor() - 1.0);
     (value / unit).ceil() * unit
@@ -183,7 +185,7 @@ mod tests {
     fn a_tolerance_takes_the_nearest_sample_once() {
         assert_eq!(together(&[0.0, 1.0], &[0.013, 1.013], Some(0.013)), (vec![(0, 0), (1, 1)], 2));
         assert_eq!(together(&[0.0, 1.0], &[0.013, 1.013], Some(0.012)), (vec![], 2));
-        // The object that is seen more rarely determines the times: the other's samples in between are not gaps.
+        // The object that is seen less often sets the times, so the other object's samples in between are not gaps.
         assert_eq!(together(&[0.0, 0.5, 1.0], &[0.01, 1.01], Some(0.1)), (vec![(0, 0), (2, 1)], 2));
         assert_eq!(together(&[0.0, 0.1], &[0.04, 7.0], Some(0.1)), (vec![(0, 0)], 2));
         assert_eq!(together(&[0.0, 0.5, 1.0], &[0.0, 1.0], Some(0.0)), (vec![(0, 0), (2, 1)], 2));
@@ -214,7 +216,7 @@ mod tests {
             let (pairs, _) = together(&a, &b, Some(tolerance.into()));
             prop_assert!(pairs.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 < w[1].1));
             prop_assert!(pairs.iter().all(|(i, j)| (a[*i] - b[*j]).abs() <= f64::from(tolerance) + 1e-6));
-            // No object with a partner at exactly the same time is left out.
+            // Every sample that has a partner at exactly the same time is used.
             let equal = a.iter().filter(|at| b.contains(at)).count();
             prop_assert!(pairs.len() >= equal);
         }

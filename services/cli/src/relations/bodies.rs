@@ -1,5 +1,5 @@
-//! The bodies of a recording: the true positions of the robot and the people or, in recordings that this project did
-//! not write, the positions in its topics.
+//! Reads objects from a recording: the true poses of the robot and the people or, in recordings that this project did
+//! not write, the positions in the topics.
 
 use std::collections::BTreeSet;
 
@@ -15,10 +15,11 @@ use crate::poses::{self, Place, Way};
 use crate::recordings::tell_cut_off;
 use crate::recordings::whole::Whole;
 
-/// Reads them: `robot`, `person-1`, `person-2` … from a recording of ours; from any other, one per topic.
+/// Reads the objects `robot`, `person-1`, `person-2` … from a recording of ours, or one object per topic from any
+/// other.
 ///
 /// # Errors
-/// The recording, or that it says no places.
+/// If the recording cannot be read or contains no positions.
 pub fn read(whole: &Whole) -> anyhow::Result<Vec<Track>> {
     let recording = Recording::open(whole.path())?;
     if recording.index()?.is_cut_off() {
@@ -27,7 +28,7 @@ pub fn read(whole: &Whole) -> anyhow::Result<Vec<Track>> {
     if recording.has_run() { of_ours(&recording) } else { of_others(&recording) }
 }
 
-/// Each topic with positions, by its name.
+/// Reads each topic with positions as an object, named like the topic.
 fn of_others(recording: &Recording) -> anyhow::Result<Vec<Track>> {
     let (ways, file) = (poses::read(recording)?, recording.path().display());
     ensure!(!ways.is_empty(), "{file}: expected a topic of one of the types {}, found none", poses::types());
@@ -53,7 +54,7 @@ fn of_ours(recording: &Recording) -> anyhow::Result<Vec<Track>> {
     let truth = recording.all(TRUTH).with_context(place)?;
     ensure!(!truth.is_empty(), "{}: expected true poses of the robot, found none", file.display());
     let [half_length_m, half_width_m] = robot.half_extents_m();
-    // The axis-aligned bounding box of the rotated footprint.
+    // The size of the axis-aligned bounding box around the rotated footprint.
     let around = |sin: f64, cos: f64| match robot.footprint {
         None => [2.0 * robot.radius_m; 2],
         Some(_) => [

@@ -1,4 +1,4 @@
-//! The calculi by name, and the series of each.
+//! The calculi, selected by name, and the series of relations that each of them computes.
 
 use std::fmt::Display;
 
@@ -18,9 +18,9 @@ use super::{Body, Held, RelationsOptions, Track};
 pub enum Word {
     /// Towards or away: two points in motion.
     QtcB,
-    /// The same, with the side to which they move.
+    /// Like qtc-b, with the side to which each point moves.
     QtcC,
-    /// The same, with the sides only if the two are near each other.
+    /// Like qtc-c, but with the sides only while the two points are near each other.
     QtcBc,
     /// Moving or stationary: one point.
     Mos,
@@ -30,26 +30,26 @@ pub enum Word {
     Argd,
     /// Cardinal directions.
     Cardinal,
-    /// Order along x.
+    /// Order along the x axis.
     Order,
     /// Rectangle algebra: two boxes.
     Rectangle,
     /// Region connection, 2 relations: two boxes.
     Rcc2,
-    /// Region connection, 3 relations.
+    /// Region connection, 3 relations: two boxes.
     Rcc3,
-    /// Region connection, 4 relations.
+    /// Region connection, 4 relations: two boxes.
     Rcc4,
-    /// Region connection, 5 relations.
+    /// Region connection, 5 relations: two boxes.
     Rcc5,
-    /// Region connection, 8 relations.
+    /// Region connection, 8 relations: two boxes.
     Rcc8,
     /// Ternary point configurations: three points.
     Tpcc,
 }
 
 impl Word {
-    /// The number of objects between which its relations hold.
+    /// Returns the number of objects that a relation of this calculus has as arguments.
     pub fn arguments(self) -> usize {
         match self {
             Self::Mos => 1,
@@ -59,10 +59,10 @@ impl Word {
     }
 }
 
-/// The relations of `tracks`, as many as the calculus takes, in scenes of their samples.
+/// Computes the relations of `tracks`, of which there must be as many as the calculus takes, in the given scenes.
 ///
 /// # Errors
-/// An invalid parameter, or a table without columns that the calculus needs.
+/// If a parameter is invalid, or a table lacks columns that the calculus needs.
 pub fn series(tracks: &[&Track], scenes: &[Scene], options: &RelationsOptions) -> anyhow::Result<Vec<Held>> {
     let of_points = Scenes { tracks, scenes, options };
     match options.calculus {
@@ -102,14 +102,15 @@ fn scale(thresholds: &[String]) -> anyhow::Result<argd::Scale> {
     Ok(argd::Scale::new(parsed, argd::Bound::Upper)?)
 }
 
-/// Converts an object's sample to the calculus's form; `before` is its previous sample.
+/// Converts an object's sample to the type that the calculus takes. `before` is the object's previous sample.
 type Make<T> = fn(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<T>>;
 
 fn point(_: Option<&Body>, now: &Body) -> anyhow::Result<Option<Point>> {
     Ok(Some(Point::try_from(now.at)?))
 }
 
-/// Without a heading, the direction of motion is used; an object at rest has none.
+/// Orients a point. If the sample has no heading, the direction of motion is used, which an object at rest does not
+/// have.
 fn oriented(before: Option<&Body>, now: &Body) -> anyhow::Result<Option<Oriented>> {
     let at = Point::try_from(now.at)?;
     match (now.heading_rad, before) {
@@ -126,7 +127,7 @@ fn rect(_: Option<&Body>, now: &Body) -> anyhow::Result<Option<Rect>> {
     Ok(Some(Rect::around(Point::try_from(now.at)?, length_m, width_m)?))
 }
 
-/// How a relation follows the previous one, for people and programs.
+/// Returns the word for how a relation follows the previous one, for people and programs.
 fn word(change: Change) -> &'static str {
     match change {
         Change::First => "first",
@@ -137,7 +138,7 @@ fn word(change: Change) -> &'static str {
     }
 }
 
-/// The objects and their scenes.
+/// Some objects and the scenes in which they were seen.
 struct Scenes<'a> {
     tracks: &'a [&'a Track],
     scenes: &'a [Scene],
@@ -172,7 +173,7 @@ impl Scenes<'_> {
         self.held(calculus, self.scenes::<T, 3>(make)?)
     }
 
-    /// The relations are ranks; people read labels.
+    /// Computes the relations of argd. They are ranks, which are replaced by their labels for people to read.
     fn argd(&self, scale: argd::Scale) -> anyhow::Result<Vec<Held>> {
         let label = |rank| scale.label(rank).unwrap_or_default().to_owned();
         self.said(scale.clone(), self.scenes::<Point, 2>(point)?, label)
@@ -210,7 +211,7 @@ impl Scenes<'_> {
         Ok(held.collect())
     }
 
-    /// The objects of each scene; `None` if one was not seen.
+    /// Returns the objects in each scene, or `None` if one of them was not seen.
     fn scenes<T: Copy, const N: usize>(&self, make: Make<T>) -> anyhow::Result<Vec<(f64, Option<[T; N]>)>> {
         ensure!(self.tracks.len() == N, "expected {N} objects, found {}", self.tracks.len());
         self.scenes.iter().map(|scene| Ok((scene.at_s, self.scene(scene, make)?))).collect()

@@ -1,8 +1,8 @@
-//! A table of positions: a row per object and time, with named columns in any order.
+//! Reads a table of positions with a row per object and time, and named columns in any order.
 //!
-//! The separator is the one that splits the first line into its columns. Numbers have a decimal point, or a decimal
-//! comma if that is not the separator. What spreadsheets add is ignored: rows and last columns without a value, byte
-//! order marks, the line that names the separator.
+//! The separator is the one that splits the first line into columns with known names. Numbers have a decimal point, or
+//! a decimal comma if that is not the separator. Additions by spreadsheets are ignored: byte order marks, the line that
+//! names the separator, and rows and last columns without a value.
 
 use std::borrow::Cow;
 use std::fmt::Display;
@@ -14,26 +14,26 @@ use sketchnav_recordings::foreign::Foreign;
 
 use super::{Body, Track};
 
-/// Required columns.
+/// The required columns.
 const NEEDED: [&str; 4] = ["time_s", "object", "x_m", "y_m"];
-/// Optional columns.
+/// The optional columns.
 const OPTIONAL: [&str; 3] = ["heading_deg", "length_m", "width_m"];
-/// So many bytes tell what a file is that is no table.
+/// Number of bytes that are examined to say what a file is if it is not a table.
 const LOOKED_AT: usize = 512;
-/// Farthest position: beyond it squares lose their precision.
+/// Farthest position, in metres, since squares of larger numbers lose precision.
 const FAR_M: f64 = 1e7;
 
-/// Reads a table; the objects are in the order of their first rows.
+/// Reads a table. The objects are in the order of their first rows.
 ///
 /// # Errors
-/// Names the file, the line, the column, and what was expected there.
+/// If the table is invalid. The error names the file, the line, the column, and what was expected there.
 pub fn read(file: &Path) -> anyhow::Result<Vec<Track>> {
     let bytes = sketchnav_files::read(file, sketchnav_files::POSITIONS)
         .with_context(|| file.display().to_string())?;
     parse(&bytes).with_context(|| file.display().to_string())
 }
 
-/// Possible separators of columns.
+/// The separators that columns may have.
 const SEPARATORS: [u8; 4] = [b',', b';', b'\t', b'|'];
 
 /// The indices of the columns.
@@ -81,16 +81,16 @@ fn is_known(name: &str) -> bool {
     NEEDED.contains(&name) || OPTIONAL.contains(&name)
 }
 
-/// The number of columns without the empty ones at the end, which spreadsheets add.
+/// Returns the number of columns, without the empty ones that spreadsheets add at the end.
 fn used(record: &csv::StringRecord) -> usize {
     (0..record.len()).rev().find(|&last| !record[last].is_empty()).map_or(0, |last| last + 1)
 }
 
-/// A table as text, without a byte order mark and the line in which Excel names the separator.
+/// A table as text, without a byte order mark or the line in which Excel names the separator.
 struct Text<'a> {
     separator: u8,
     rows: &'a [u8],
-    /// The number of lines before the rows.
+    /// The number of lines before `rows`.
     lines_before: u64,
 }
 
@@ -115,7 +115,8 @@ fn reader(separator: u8, rows: &[u8]) -> csv::Reader<&[u8]> {
     csv::ReaderBuilder::new().delimiter(separator).flexible(true).trim(csv::Trim::All).from_reader(rows)
 }
 
-/// The separator that gives most columns of the first line; the first of several.
+/// Returns the separator that yields most known columns in the first line, or the first such separator if there are
+/// several.
 fn separator(header: &[u8]) -> u8 {
     let columns = |separator: &u8| {
         let mut reader = reader(*separator, header);
@@ -124,9 +125,9 @@ fn separator(header: &[u8]) -> u8 {
     SEPARATORS.into_iter().rev().max_by_key(columns).unwrap_or(b',')
 }
 
-/// Numbers of a table, all with a decimal point or all with a decimal comma.
+/// Parses the numbers of a table, which must all have a decimal point or all have a decimal comma.
 struct Numbers {
-    /// The mark that occurred first.
+    /// The decimal mark that occurred first.
     mark: Option<char>,
     separator: u8,
 }
@@ -148,7 +149,7 @@ impl Numbers {
     }
 }
 
-/// The bytes as UTF-8; spreadsheets save "Unicode text" as UTF-16.
+/// Returns the bytes as UTF-8, since spreadsheets save "Unicode text" as UTF-16.
 fn decoded(bytes: &[u8]) -> anyhow::Result<Cow<'_, [u8]>> {
     let unit: fn([u8; 2]) -> u16 = match bytes {
         [0xff, 0xfe, ..] => u16::from_le_bytes,
@@ -264,7 +265,7 @@ mod tests {
         assert_eq!(tracks[0].samples[1], (0.2, Body { at: [0.5, 0.0], heading_rad: None, size_m: None }));
     }
 
-    /// Tables of European spreadsheets were once rejected with "found "time_s;object…"".
+    /// Tables saved by spreadsheets in Europe were once rejected with "found "time_s;object…"".
     #[test]
     fn separators_and_decimal_commas_are_found_out() {
         let plain = "time_s,object,x_m,y_m\n0.000,robot,0.5,-1\n0.500,robot,1.25,-1\n0.5,human,3,4\n";
@@ -282,7 +283,7 @@ mod tests {
             format!("sep=;\r\n{}", semicolons.replace('.', ",")),
             format!("\u{feff}{plain}"),
             format!("{}\r\n", plain.replace('\n', "\r\n")),
-            // As Excel writes them: with columns and rows without a value.
+            // The same table as Excel writes it, with columns and rows without a value.
             plain.replace('\n', ",,\r\n") + ",,,,,\r\n\r\n,,,,,\r\n",
         ] {
             assert_eq!(parse(table.as_bytes()).unwrap(), expected, "{table}");

@@ -1,4 +1,4 @@
-//! The pages of a study: its tables next to what the paper reports, and a page for each participant.
+//! The pages of a study: one with its tables beside those of the paper, and one for each participant.
 
 use maud::{Markup, PreEscaped, html};
 use sketchnav_lab::page;
@@ -6,7 +6,7 @@ use sketchnav_pad::study::folder::{Everyone, PAGE, TABLE};
 use sketchnav_pad::study::record::{Facts, Kept, SCALE, STATEMENTS};
 use sketchnav_pad::study::tables;
 
-/// The page of the study.
+/// Returns the page of the study.
 pub fn study(facts: &Facts, everyone: &Everyone) -> String {
     let Everyone { kept, left_out } = everyone;
     let shown = match facts.shows_floor {
@@ -42,7 +42,7 @@ pub fn study(facts: &Facts, everyone: &Everyone) -> String {
     page::document("User study · sketchnav pad", &body)
 }
 
-/// A line for each participant, without the answers.
+/// Returns a table with a row for each participant, without the answers.
 fn participants(kept: &[Kept]) -> Markup {
     let (header, rows) = tables::participants(kept);
     let shown = header.len() - STATEMENTS.len() - 1;
@@ -64,7 +64,7 @@ fn participants(kept: &[Kept]) -> Markup {
     }
 }
 
-/// The page of a participant; `pictures`: SVG of the drive.
+/// Returns the page of a participant. `pictures` are pictures of the drive, as SVG.
 pub fn participant(kept: &Kept, pictures: &[String]) -> String {
     let (header, mut rows) = tables::participants(std::slice::from_ref(kept));
     let facts = header.len() - STATEMENTS.len() - 1;

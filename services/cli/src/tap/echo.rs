@@ -1,4 +1,4 @@
-//! Prints messages, as JSON or as comma-separated values, whole or only some fields.
+//! Prints messages as JSON or comma-separated values, either whole or only some of their fields.
 
 use sketchnav_recordings::dynamic::Decoder;
 use sketchnav_recordings::reader::{RawMessage, Selection};
@@ -17,7 +17,7 @@ use crate::output::{live, say};
 use crate::recordings::whole::Whole;
 use crate::recordings::with;
 
-/// Prints each message as a JSON object with its number, time, cause and ROS 2 form, or as a line of a table.
+/// Prints each message as a JSON object with its number, time, cause and ROS 2 form, or as a row of a table.
 pub fn echo(options: &EchoOptions) -> Result<Outcome, Failure> {
     let fields = options.fields.iter().map(|text| Field::parse(text)).collect::<Result<Vec<_>, _>>();
     let fields = fields.or_input()?;
@@ -32,7 +32,7 @@ pub fn echo(options: &EchoOptions) -> Result<Outcome, Failure> {
     }
 }
 
-/// Prints the messages of a recording; those that cannot be decoded are skipped, counted and named.
+/// Prints the messages of a recording. Messages that cannot be decoded are skipped, counted and named.
 fn of_recording(whole: &Whole, tap: &Tap, amount: Amount, echo: &mut Echo) -> Result<Outcome, Failure> {
     let recording = Recording::open(whole.path()).or_input()?;
     let topics = super::recorded(&recording, tap)?;
@@ -60,7 +60,7 @@ fn of_recording(whole: &Whole, tap: &Tap, amount: Amount, echo: &mut Echo) -> Re
     Ok(Outcome::Success)
 }
 
-/// The messages that could not be decoded.
+/// The messages that were skipped because they could not be decoded.
 #[derive(Default)]
 struct Skipped {
     rejections: Rejections,
@@ -68,7 +68,7 @@ struct Skipped {
 }
 
 impl Skipped {
-    /// What a message was decoded to; `None`, and it is counted, where that failed for this message alone.
+    /// Returns the decoded message. If only this message could not be decoded, counts it and returns `None`.
     fn unless<T>(
         &mut self,
         raw: &RawMessage,
@@ -87,7 +87,7 @@ impl Skipped {
         }
     }
 
-    /// Names them; where no other message was there, the first is the error.
+    /// Prints what was skipped or, if no other message could be printed, returns the first error.
     fn tell(self, has_others: bool) -> Result<(), RecordingError> {
         match self.first {
             Some(error) if !has_others => Err(error),
@@ -105,22 +105,23 @@ struct Echo {
     names_channels: bool,
     has_heading: bool,
     tells_history: bool,
-    /// For messages that are not of our types.
+    /// Decodes messages whose types are not ours.
     decoder: Decoder,
 }
 
-/// A recorded message.
+/// A recorded message after decoding.
 enum Decoded {
     Ours(&'static ChannelSpec, Owned),
     Form(serde_json::Value),
 }
 
-/// What stands before a message.
+/// The values that are printed before a message.
 struct Head<'a> {
     channel: &'a str,
     seq: u64,
     stamp_ns: u64,
-    /// `None` for a message without a cause, as in recordings that this project did not write.
+    /// The number of the tick that caused the message, or `None` if it has no cause, as in recordings that this project
+    /// did not write.
     source_seq: Option<u64>,
 }
 
@@ -152,7 +153,7 @@ impl Listener for Echo {
 }
 
 impl Echo {
-    /// A message of ours as ours, any other by the schema that the file has for it.
+    /// Decodes a message of ours into its own type, and any other message according to the schema in the file.
     fn decode(&mut self, raw: &RawMessage) -> Result<Decoded, RecordingError> {
         let spec = channels::of_topic(&raw.topic.name);
         let ours = spec.filter(|spec| spec.message.ros2 == raw.topic.ros2_type);
@@ -219,7 +220,7 @@ impl Echo {
     }
 }
 
-/// A cell according to RFC 4180.
+/// Quotes a cell according to RFC 4180.
 fn quoted(text: &str) -> String {
     let plain = !text.contains([',', '"', '\n', '\r']);
     if plain { text.to_owned() } else { format!("\"{}\"", text.replace('"', "\"\"")) }

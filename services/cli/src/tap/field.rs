@@ -1,4 +1,4 @@
-//! Fields of a message by path: `pose.pose.position.x`, `ranges[3]`.
+//! Selects fields of a message by path, such as `pose.pose.position.x` or `ranges[3]`.
 
 use serde_json::Value;
 
@@ -16,7 +16,7 @@ pub struct Field {
     steps: Vec<Step>,
 }
 
-/// Why a path cannot be used.
+/// The reason why a path cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum FieldError {
     /// The text is not a path.
@@ -32,17 +32,17 @@ pub enum FieldError {
         text: String,
         /// The part of the path that exists.
         at: String,
-        /// The fields that exist there.
+        /// The fields that exist at that point.
         expected: String,
         /// The next step of the path.
         found: String,
     },
-    /// The field does not fit into one cell of a table.
+    /// The field does not fit into a single cell of a table.
     #[error("--field {text:?}: expected a number, a text or a truth value for a table, found {found}")]
     NoCell {
         /// The path.
         text: String,
-        /// What the field is.
+        /// A description of the field.
         found: &'static str,
     },
 }
@@ -51,22 +51,23 @@ impl Field {
     /// Parses a path.
     ///
     /// # Errors
-    /// [`FieldError::Path`].
+    /// [`FieldError::Path`] if the text is not a path.
     pub fn parse(text: &str) -> Result<Self, FieldError> {
         let steps = text.split('.').map(part).collect::<Option<Vec<_>>>();
         let wrong = || FieldError::Path { text: text.to_owned() };
         Ok(Self { text: text.to_owned(), steps: steps.ok_or_else(wrong)?.concat() })
     }
 
-    /// The path as it was given.
+    /// Returns the path as it was given.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The field's value in a message.
+    /// Returns the field's value in a message.
     ///
     /// # Errors
-    /// [`FieldError::Missing`] names the first step that does not exist, and the fields that do.
+    /// [`FieldError::Missing`] if a step of the path does not exist. The error names that step and the fields that do
+    /// exist.
     pub fn of<'a>(&self, message: &'a Value) -> Result<&'a Value, FieldError> {
         let mut value = message;
         let mut at = "message".to_owned();
@@ -87,10 +88,10 @@ impl Field {
         Ok(value)
     }
 
-    /// The field's value as a cell of a table.
+    /// Returns the field's value as a cell of a table.
     ///
     /// # Errors
-    /// As [`Field::of`], and [`FieldError::NoCell`].
+    /// Those of [`Field::of`], and [`FieldError::NoCell`] if the value does not fit into a single cell.
     pub fn cell(&self, message: &Value) -> Result<String, FieldError> {
         let value = self.of(message)?;
         let no_cell = |found| FieldError::NoCell { text: self.text.clone(), found };
@@ -103,7 +104,7 @@ impl Field {
         }
     }
 
-    /// All fields of a message that are not inside a list, in its order.
+    /// Returns all fields of a message that are not inside a list, in the message's order.
     pub fn all_of(message: &Value) -> Vec<Self> {
         let mut found = Vec::new();
         collect(message, &mut Vec::new(), &mut found);
@@ -111,7 +112,7 @@ impl Field {
     }
 }
 
-/// A name, followed by any indices.
+/// Parses a name that may be followed by indices.
 fn part(text: &str) -> Option<Vec<Step>> {
     let (name, mut rest) = text.split_at(text.find('[').unwrap_or(text.len()));
     let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';

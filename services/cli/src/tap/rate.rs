@@ -1,8 +1,8 @@
-//! Rates, bandwidth and delays of channels.
+//! Measures rates, bandwidth and delays of channels.
 //!
-//! A message's time is when its writer sent it, by the clock that all processes share. An observer only looks every two
-//! milliseconds, so the times at which it sees messages do not give their intervals. The delay of a message is the time
-//! since the tick that caused it.
+//! The time of a message is when its writer sent it, by the clock that all processes share. An observer only looks for
+//! messages every two milliseconds, so the times at which it sees them would be too coarse for intervals. The delay of
+//! a message is the time since the tick that caused it.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Instant;
@@ -20,10 +20,10 @@ use crate::output::live;
 use crate::recordings::whole::Whole;
 use crate::recordings::with;
 
-/// The number of last intervals and delays from which the percentiles are computed.
+/// Number of the most recent intervals and delays from which percentiles are computed.
 const KEPT: usize = 10_000;
 
-/// Prints the rates once a second, and the totals at the end.
+/// Prints the rates once a second, and totals at the end.
 pub fn hz(options: &HzOptions) -> Result<Outcome, Failure> {
     if let Some(file) = &options.file {
         return with(file, |whole| of_recording(whole, options));
@@ -34,7 +34,7 @@ pub fn hz(options: &HzOptions) -> Result<Outcome, Failure> {
     Ok(outcome)
 }
 
-/// The rates of a recording's topics, by the times at which their messages were recorded.
+/// Prints the rates of a recording's topics, using the times at which their messages were recorded.
 fn of_recording(whole: &Whole, options: &HzOptions) -> Result<Outcome, Failure> {
     let recording = Recording::open(whole.path()).or_input()?;
     let topics = super::recorded(&recording, &options.tap)?;
@@ -54,7 +54,7 @@ fn of_recording(whole: &Whole, options: &HzOptions) -> Result<Outcome, Failure> 
     Ok(Outcome::Success)
 }
 
-/// The messages of a topic, in recorded time.
+/// The messages of a recorded topic.
 #[derive(Default)]
 struct Recorded {
     times_ns: Option<(u64, u64)>,
@@ -75,7 +75,7 @@ impl Recorded {
         let span_s =
             self.times_ns.map(|(first, last)| (last - first) as f64 / 1e9).filter(|span_s| *span_s > 0.0);
         let per = |count: u64| span_s.map(|span_s| count as f64 / span_s);
-        // The first message came before the measured time began.
+        // The first message arrived before the measured period began.
         let share = self.count.saturating_sub(1) as f64 / self.count.max(1) as f64;
         Figures {
             channel: channel.to_owned(),
@@ -97,14 +97,14 @@ struct Rates {
 }
 
 impl Listener for Rates {
-    /// The times at which the history is handed over do not give a rate.
+    /// The history is handed over all at once, so its messages say nothing about the rate.
     const HISTORY: bool = false;
 
     fn begin(&mut self, node: &Node, specs: &[&'static ChannelSpec]) -> Result<(), Failure> {
         let open = |spec| SendTimes::open(node, spec).map_err(anyhow::Error::from);
         self.ticks = Some(open(TICK.spec)?);
         for &spec in specs {
-            // Writers of a channel with many writers do not store times.
+            // A channel with several writers stores no send times.
             let sent = spec.writer.is_some().then(|| open(spec)).transpose()?;
             self.all.push(Rate::new(spec, sent));
         }
@@ -127,7 +127,7 @@ impl Listener for Rates {
     }
 }
 
-/// The messages of a channel, in wall-clock time and in simulation time.
+/// The messages of a channel, by the wall clock and in simulation time.
 struct Rate {
     spec: &'static ChannelSpec,
     sent: Option<SendTimes>,
@@ -180,7 +180,7 @@ impl Rate {
             missed: self.lost,
             rate_hz: wall_s.and_then(per),
             simulated_rate_hz: simulated_s.filter(|seconds| *seconds > 0.0).and_then(per),
-            // The bytes of the first message came before the measured time began.
+            // The first message, and its bytes, arrived before the measured period began.
             bytes_per_second: wall_s.and_then(|s| per(s).map(|_| self.bytes as f64 * share / s.max(1e-9))),
             interval_ms: self.intervals_ns.percentiles(),
             delay_ms: self.delays_ns.percentiles(),
@@ -199,7 +199,7 @@ fn print(when: &str, figures: &Figures, json: bool) -> anyhow::Result<()> {
     format!("{when}: {}", figures.words()).lines().try_for_each(|line| live!("{line}"))
 }
 
-/// What `--json` prints.
+/// The figures of a channel, printed as they are by `--json`.
 #[derive(Debug, Serialize)]
 struct Figures {
     channel: String,
@@ -245,7 +245,7 @@ struct Percentiles {
     max: f64,
 }
 
-/// The most recent times, nanoseconds.
+/// The most recent durations, in nanoseconds.
 #[derive(Default)]
 struct Recent(VecDeque<u64>);
 
@@ -258,7 +258,7 @@ impl Recent {
         self.0.push_back(time_ns);
     }
 
-    /// Percentiles in milliseconds, by the nearest rank; `None` without any times.
+    /// Returns percentiles in milliseconds, by the nearest-rank method, or `None` if there are no durations.
     fn percentiles(&self) -> Option<Percentiles> {
         let mut times: Vec<_> = self.0.iter().copied().collect();
         times.sort_unstable();

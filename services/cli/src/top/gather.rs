@@ -1,4 +1,4 @@
-//! Gathers the state of a running system's processes: joins it as an observer and counts.
+//! Gathers the state of a running system's processes by joining the system as an observer and counting messages.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -13,14 +13,14 @@ use sketchnav_schemas::run::RunConfig;
 /// The number of faults that are kept for display.
 const LAST_FAULTS: usize = 8;
 
-/// A system at one moment; `--json` prints exactly this.
+/// A system at one moment, printed as it is by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Snapshot {
     /// The system's name.
     pub system: String,
     /// The mission's name.
     pub mission: String,
-    /// Simulation time of the mission's last status, seconds.
+    /// Simulation time of the mission's last status, in seconds.
     pub simulated_s: f64,
     /// The state of the mission, in words.
     pub status: String,
@@ -33,29 +33,30 @@ pub struct Snapshot {
 /// A process at one moment.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
-    /// Its name.
+    /// The process's name.
     pub process: &'static str,
-    /// Its process id; `None` if it is dead.
+    /// The process id, or `None` if the process is dead.
     pub pid: Option<u32>,
-    /// Its state according to the kernel: running, sleeping, stopped …
+    /// The process's state according to the kernel: running, sleeping, stopped …
     pub state: &'static str,
-    /// How often it was restarted.
+    /// How often the process was restarted.
     pub restarts: u32,
-    /// Messages per second on its channels, by the wall clock.
+    /// Messages per second on all channels that the process writes, by the wall clock.
     pub rate_hz: f64,
-    /// Ticks that it has not answered yet, or not made safe; `None` if it answers none.
+    /// Number of ticks that the process has not answered yet or, for the recorder, has not made safe. `None` if it
+    /// answers no ticks.
     pub queue: Option<u64>,
-    /// Time since its last message; `None` before the first.
+    /// Time since the process's last message, or `None` before the first.
     pub age_ms: Option<f64>,
-    /// Mean time of a step between its last two reports; it reports once a second.
+    /// Mean duration of the steps between the process's last two reports, which it sends once a second.
     pub step_ms: Option<f64>,
-    /// Longest step between the same two.
+    /// Longest step between the process's last two reports.
     pub step_max_ms: Option<f64>,
-    /// Messages that it lost.
+    /// Number of messages that the process lost.
     pub lost: u64,
 }
 
-/// Follows a system.
+/// Follows a system by counting its messages.
 pub struct Gatherer {
     node: Node,
     run: RunConfig,
@@ -70,7 +71,7 @@ pub struct Gatherer {
     status: Option<MissionStatus>,
 }
 
-/// What a process has reported since it was last started.
+/// The reports of a process since it was last started.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Life {
     last: Health,
@@ -96,12 +97,13 @@ impl Life {
         };
     }
 
-    /// The mean of the steps between the last two reports, milliseconds; `None` if there were none.
+    /// Returns the mean duration of the steps between the last two reports, in milliseconds, or `None` if there were no
+    /// steps.
     fn step_ms(&self) -> Option<f64> {
         (self.steps > 0).then(|| ms(self.busy_ns) / self.steps as f64)
     }
 
-    /// The longest step between the last two reports, milliseconds; `None` if there were none.
+    /// Returns the longest step between the last two reports, in milliseconds, or `None` if there were no steps.
     fn step_max_ms(&self) -> Option<f64> {
         (self.steps > 0).then(|| ms(self.last.step_max_ns))
     }
@@ -135,12 +137,12 @@ impl Gatherer {
         })
     }
 
-    /// The system's node, for waiting and for sending a process a signal.
+    /// Returns the observer's node in the system, which can wait and send signals to processes.
     pub fn node(&self) -> &Node {
         &self.node
     }
 
-    /// Takes what has arrived; must be called several times a second.
+    /// Takes the messages that have arrived. This must be called several times a second.
     pub fn look(&mut self) -> anyhow::Result<()> {
         for tap in &mut self.taps {
             tap.drain()?;
@@ -167,12 +169,12 @@ impl Gatherer {
         Ok(())
     }
 
-    /// The current state; rates are measured since the previous snapshot.
+    /// Returns the current state. Rates cover the time since the previous snapshot.
     pub fn snapshot(&mut self) -> anyhow::Result<Snapshot> {
         self.look()?;
         let took = std::mem::replace(&mut self.since, Instant::now()).elapsed();
         let alive: BTreeMap<_, _> = self.node.system().processes()?.into_iter().collect();
-        // In a system without a pad, one may have been started by hand.
+        // A system without a pad may still have one that was started by hand.
         let has_pad = !self.run.pad.is_absent() || alive.contains_key(Process::Pad.word());
         let pad = has_pad.then_some(Process::Pad);
         let order = [Process::Supervisor].into_iter().chain(SERVICES).chain(pad);
@@ -208,7 +210,7 @@ impl Gatherer {
         }
     }
 
-    /// How many ticks a process lags behind.
+    /// Returns the number of ticks by which a process lags behind.
     fn queue(&self, process: Process) -> Option<u64> {
         let kind = self.run.mission.navigator_kind();
         let (input, output) = match process {
@@ -244,11 +246,11 @@ fn words(fault: &Fault) -> String {
 /// A channel whose messages are counted.
 struct Counted {
     reader: RawReader,
-    /// The last message's header.
+    /// The header of the last message.
     newest: Option<Header>,
-    /// When the last message arrived; what was sent before arrives at the first look.
+    /// When the last message arrived. Messages sent before this observer joined arrive when it first looks.
     heard: Option<Instant>,
-    /// The number from which messages are counted.
+    /// The sequence number after which messages are counted.
     from_seq: Option<u64>,
 }
 
@@ -261,12 +263,12 @@ impl Counted {
         while let Some(sample) = self.reader.receive()? {
             (self.newest, self.heard) = (Some(*sample.header()), Some(Instant::now()));
         }
-        // The messages of the history were sent before.
+        // Messages of the history were sent before this observer joined, so they are not counted.
         self.from_seq = self.from_seq.or(self.newest.map(|newest| newest.seq));
         Ok(())
     }
 
-    /// Messages since the count was last reset.
+    /// Returns the number of messages since the count was last reset.
     fn count(&self) -> u64 {
         let newest = self.newest.map_or(0, |newest| newest.seq);
         newest.saturating_sub(self.from_seq.unwrap_or(newest))
@@ -285,8 +287,8 @@ mod tests {
         Health { pid, steps, busy_ns, step_max_ns, ..bytemuck::Zeroable::zeroed() }
     }
 
-    /// The mean was once that of the whole life and the longest step that of the last second, so a process that had
-    /// just had its long steps was shown with a mean above its longest.
+    /// The mean used to cover the process's whole life, but the longest step only the last second. A process whose
+    /// earlier steps were longer was shown with a mean above its longest step.
     #[test]
     fn the_mean_step_and_the_longest_are_of_the_same_time() {
         let mut life = Life::begin(health(7, 10, 50_000_000, 9_000_000));

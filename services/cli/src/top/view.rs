@@ -1,4 +1,5 @@
-//! Draws a snapshot: a table of the processes, the last faults, the keys. Knows neither a terminal nor a system.
+//! Draws a snapshot as a table of the processes, the last faults and the keys. It needs neither a terminal nor a
+//! system.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout};
@@ -14,7 +15,7 @@ const HEADS: [&str; 10] =
 const WIDTHS: [u16; 10] = [11, 9, 9, 8, 11, 6, 10, 10, 10, 6];
 const KEYS: &str = "↑ ↓ choose   x kill   s stop   c continue   q quit";
 
-/// Draws the snapshot with the selected process marked, and the result of the last key.
+/// Draws the snapshot with the selected process marked. `said` is the result of the last key.
 pub fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, chosen: usize, said: &str) {
     let rows = snapshot.processes.len() as u16;
     let [head, table, faults, foot] = Layout::vertical([
@@ -34,7 +35,7 @@ pub fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, chosen: usize, said: &st
     frame.render_widget(Paragraph::new(vec![Line::from(one_line(said)), Line::from(KEYS)]), foot);
 }
 
-/// The same as plain lines.
+/// Formats the snapshot as plain lines.
 pub fn text(snapshot: &Snapshot) -> String {
     let mut lines: Vec<String> = heading(snapshot).iter().map(ToString::to_string).collect();
     let padded = |cells: [String; 10]| {
@@ -149,7 +150,7 @@ mod tests {
         assert!(!buffer[(0, 3)].modifier.contains(Modifier::REVERSED));
     }
 
-    /// The words of a fault come from its process.
+    /// A fault's text comes from its process and could contain anything.
     #[test]
     fn no_word_of_a_process_steers_the_terminal() {
         let words = "planner\u{1b}[2J\u{202e}\nforged";

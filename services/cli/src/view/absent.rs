@@ -1,4 +1,4 @@
-//! Replaces the live view in a program that was built without it by an error that says how to build it.
+//! Stands in for the live view in a program built without it, with an error that says how to build it.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use sketchnav_runtime::System;
 use crate::args::ViewOptions;
 use crate::failure::{Failure, Outcome};
 
-/// There is no value of this type.
+/// A port for the view. There is no value of this type.
 pub enum Port {}
 
 impl Port {
@@ -21,7 +21,7 @@ impl Port {
     }
 }
 
-/// Always fails.
+/// Always returns an error.
 pub fn port(_: u16) -> Result<Port, Failure> {
     let advice = "cargo build --release --features foxglove";
     Err(Failure::Input(anyhow!("this program was built without the live view; build it with: {advice}")))

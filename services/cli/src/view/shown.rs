@@ -14,7 +14,7 @@ use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{out, say};
 use crate::recordings::with;
 
-/// The port of this number, or a free one for 0.
+/// Returns the port with this number if it is free, or any free port for 0.
 pub fn port(number: u16) -> Result<Port, Failure> {
     Port::free(number).or_input()
 }
@@ -41,12 +41,12 @@ pub fn file(path: &Path, port: Port, options: &ViewOptions) -> Result<Outcome, F
     })
 }
 
-/// If the address is not read, it may be known already.
+/// Prints the view's address. If standard output is closed, the user may know the address already.
 fn announce(port: Port) {
     let _ = out!("the live view: {}", port.url());
 }
 
-/// Whether the error is one that the user can correct.
+/// Classifies an error as bad input if the user can correct it.
 fn classify(error: ViewError) -> Failure {
     match error {
         ViewError::Address { .. } | ViewError::Empty { .. } | ViewError::Recording(_) => {

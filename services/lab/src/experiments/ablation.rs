@@ -1,5 +1,5 @@
-//! Suite `ablation`: what each part of `beam` contributes. Each line of `PARTS` switches one part off by parameters of the mission;
-//! all lines drive the same trials with the same seeds.
+//! The `ablation` suite measures what each part of `beam` contributes. Each line of `PARTS` switches off one part by
+//! parameters of the mission. All lines drive the same trials with the same seeds, so they differ only by that part.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
@@ -12,42 +12,43 @@ use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::{people, protocol};
 
 const TITLE: &str = "What each part of ours adds: a line for each part that is switched off; pairs of the ten people's drawings, drives by drawings deformed at degree 1, and the building's four drawings after the protocol of Table I.";
-/// Pairs per drawing by people.
+/// Number of pairs per drawing by people.
 const PAIRS: usize = 6;
-/// Drives by each drawing of the shipped floors, deformed at ...
+/// Number of drives for each deformed drawing of the shipped floors.
 const DRIVES: usize = 2;
-/// ... this degree.
+/// Degree of deformation of these drawings.
 const DEGREE: f64 = 1.0;
 
-/// A part of the method, and the parameters without it.
+/// A part of the method, with the parameters that switch it off.
 struct Part {
-    /// Its line in the table.
+    /// Name of the line in the table.
     name: &'static str,
-    /// Table `parameters.localizer`.
+    /// Content of the table `parameters.localizer`.
     localizer: &'static str,
-    /// Table `parameters.planner`.
+    /// Content of the table `parameters.planner`.
     planner: &'static str,
 }
 
-/// The parts; a new part needs only a line here.
+/// All parts. To add one, add a line here.
 const PARTS: [Part; 19] = [
     Part { name: "whole", localizer: "", planner: "" },
-    // The likelihood field of Boniardi et al. 2015, equation 7, without our comparison of ranges.
+    // Uses the likelihood field of Boniardi et al. 2015, equation 7, instead of our comparison of ranges.
     Part { name: "no-beam-model", localizer: "likelihood = 'field'", planner: "" },
-    // Compares with what the drawing shows at exactly the beam's bearing, ignoring doors drawn next to their place.
+    // Compares with what the drawing shows at exactly the bearing of the beam, ignoring doors drawn next to their true
+    // position.
     Part { name: "no-bearing-error", localizer: "bearing_error_rad = 0.0", planner: "" },
-    // As exact as a drawing by hand, whatever the scans show.
+    // Expects the exactness of a drawing by hand, whatever the scans show.
     Part { name: "learns-no-exactness", localizer: "least_hit_width = 0.25", planner: "" },
     Part { name: "one-scale", localizer: "scales = 'one'", planner: "" },
     Part { name: "free-scales", localizer: "scale_reversion_per_m = 0.0", planner: "" },
     Part { name: "stiff-scales", localizer: "scale_noise = 0.0", planner: "" },
     Part { name: "first-scan-unfiltered", localizer: "start_scales = 'least-squares'", planner: "" },
-    // The drawing is taken to be in proportion as a whole, however stretched the place of the first scan is.
+    // Takes the drawing to be in proportion as a whole, however much the surroundings of the first scan are stretched.
     Part { name: "no-anisotropy", localizer: "anisotropic_share = 0.0", planner: "" },
     Part { name: "no-usual-size", localizer: "start_size_share = 0.0", planner: "" },
     Part { name: "500-particles", localizer: "particles = 500", planner: "" },
     Part { name: "no-outline", localizer: "outline_gap_m = 0.0", planner: "" },
-    // A door is as narrow as it is drawn.
+    // Takes doors to be as narrow as they are drawn.
     Part { name: "doors-as-drawn", localizer: "door_width_m = 0.0", planner: "" },
     Part { name: "walls-do-not-count", localizer: "wall_crossing_factor = 1.0", planner: "" },
     Part {
@@ -57,14 +58,14 @@ const PARTS: [Part; 19] = [
     },
     Part { name: "no-hysteresis", localizer: "mode_hysteresis = 1.0", planner: "" },
     Part { name: "no-memory", localizer: "", planner: "obstacle_memory_s = 0.1" },
-    // A doubt that is never reached.
+    // Sets a doubt that is never reached.
     Part { name: "believes-arrivals", localizer: "", planner: "look_above = 100.0\ndoubt_above = 100.0" },
-    // More than any task may need.
+    // Sets a path longer than any task may need.
     Part { name: "may-circle", localizer: "", planner: "circling_path_m = 100000.0" },
 ];
 
 impl Part {
-    /// The parameters in the form in which a mission has them.
+    /// Returns the parameters in the form that missions use.
     fn parameters(&self) -> Result<Parameters, EvalError> {
         let mut parameters = Parameters::default();
         for (process, text) in [(Process::Localizer, self.localizer), (Process::Planner, self.planner)] {
@@ -78,7 +79,8 @@ impl Part {
 /// Loads the suite.
 ///
 /// # Errors
-/// Those of the suites that it takes its trials from; without the people's drawings it leaves these out with a notice.
+/// The errors of the suites that the trials are taken from. If people's drawings are missing, they are left out with a
+/// notice.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut people = match people::suite(folders) {
         Err(missing @ EvalError::NoData { .. }) => {
@@ -120,7 +122,7 @@ mod tests {
 
     use super::*;
 
-    /// Otherwise a parameter that was renamed would switch nothing off.
+    /// If this did not hold, a renamed parameter would switch nothing off.
     #[test]
     fn every_part_is_known_to_the_services() {
         let suite = suite(&Folders::of_checkout()).unwrap();

@@ -1,10 +1,11 @@
-//! Suites `calibrate-METHOD`: the values that a paper leaves open, each searched on its own around the value in use, on drawings
-//! that no other suite drives.
+//! The `calibrate-METHOD` suites search for the values that a paper leaves open. Each value is searched on its own around
+//! the one in use, on drawings that no other suite drives.
 //!
-//! A published method gets the effort that ours got, and nothing is chosen by the figure that is to be reproduced. The authors
-//! calibrated on metrically consistent maps (Boniardi et al. 2016, V-B). On such drawings alone every value of these lists
-//! reaches every goal, so deformed ones are driven as well; all are of the floors that ship, and numbered beyond those of suite
-//! `deformed`. The value to choose is the middle of those that the best one's interval does not exclude.
+//! A published method gets the same effort as ours, and nothing is chosen by the figure that is to be reproduced. The
+//! authors calibrated on metrically consistent maps (Boniardi et al. 2016, V-B). On such drawings alone every value listed
+//! here reaches every goal, so deformed drawings are driven as well. All drawings are of the shipped floors, and their
+//! numbers are beyond those of the `deformed` suite. To choose a value, take the middle of those that the interval of the
+//! best one does not exclude.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_sketch::filter::parameters::Parameters;
@@ -17,11 +18,11 @@ use crate::experiments::suite::{Curve, Folders, Suite};
 use crate::experiments::trial::Trial;
 
 const TITLE: &str = "What the paper does not state, one parameter at a time: drives on two floors by drawings to scale and deformed ones that no other suite uses.";
-/// From walls as a person traces them to what people draw.
+/// Degrees of deformation, from walls traced by a person to what people draw.
 const DEGREES: [f64; 3] = [0.0, 0.5, 1.0];
-/// Drawings of each floor at each degree.
+/// Number of drawings of each floor at each degree.
 const DRAWN: u64 = 4;
-/// The line that all curves share.
+/// Name of the line that all curves share.
 const IN_USE: &str = "in-use";
 
 /// A parameter of the localizer that the paper does not give.
@@ -31,11 +32,11 @@ struct Search {
     unit: &'static str,
     /// The value in use.
     used: fn(&Parameters) -> f32,
-    /// In order; the one in use, which is among them, is a line of its own.
+    /// The values in order, including the one in use, which has a line of its own.
     values: &'static [f64],
 }
 
-/// Boniardi et al. 2015: N and σ of equation 7, λ and ν there, and the noises of equation 6.
+/// The parameters of Boniardi et al. 2015: N, σ, λ and ν of equation 7, and the noises of equation 6.
 const BONIARDI_2015: [Search; 5] = [
     Search {
         key: "field_scale_width",
@@ -74,10 +75,10 @@ const BONIARDI_2015: [Search; 5] = [
     },
 ];
 
-/// `calibrate-boniardi-2015`.
+/// Loads the `calibrate-boniardi-2015` suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing or not what it should be.
+/// [`EvalError`] if a file is missing or malformed.
 pub fn boniardi_2015(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     for site in deformed::shipped(folders)? {
@@ -90,7 +91,7 @@ pub fn boniardi_2015(folders: &Folders) -> Result<Suite, EvalError> {
 
 impl Search {
     fn line(&self, value: f64, in_use: &Parameters) -> String {
-        // Parameters have single precision.
+        // Compare in single precision, since parameters have single precision.
         if value as f32 == (self.used)(in_use) { IN_USE.to_owned() } else { format!("{}={value}", self.key) }
     }
 }
@@ -153,7 +154,7 @@ mod tests {
         }
     }
 
-    /// What is chosen here may not be what a table is made of.
+    /// Drawings that values are chosen by must not be those that a table is made of.
     #[test]
     fn no_drawing_is_one_of_another_suite() {
         let calibration = boniardi_2015(&Folders::of_checkout()).unwrap();

@@ -1,8 +1,9 @@
-//! Suites of corridors with markers: `corridor` (Patil 2019, 5.4), `corridor-turns`, `corridor-person`.
+//! The suites of corridors with markers: `corridor` (Patil 2019, 5.4), `corridor-turns` and `corridor-person`.
 //!
-//! A drive ends with the first touch, and has failed then. Suite `corridor` has the thesis's twelve conditions as its
-//! lines: three starts, markers opposite or staggered, as many on both walls or not. Each is driven there and back, in
-//! corridors of several widths. Figures 5.2 to 5.7 of the thesis stand beside it in words.
+//! A drive ends with the first touch and has then failed. The lines of the `corridor` suite are the twelve conditions of
+//! the thesis: three starts, with markers opposite each other or staggered, and with equal or different numbers of them on
+//! the two walls. Each condition is driven there and back, in corridors of several widths. The table also shows, in words,
+//! what figures 5.2 to 5.7 of the thesis say.
 
 use std::path::Path;
 
@@ -18,11 +19,11 @@ use crate::experiments::suite::{Folders, Published, Suite, Told};
 use crate::experiments::trial::Trial;
 
 const ROBOT: &str = "youbot";
-/// From the robot's side to the wall where it starts along a wall, metres.
+/// Distance, in metres, from the side of the robot to the wall for starts along a wall.
 const BESIDE_M: f64 = 0.2;
-/// How far before or behind the end of the way counts as there, metres.
+/// Distance, in metres, before or after the end of the path that counts as arrived.
 pub(crate) const THERE_M: f64 = 0.75;
-/// The slowest that a method drives on the average, metres a second.
+/// The slowest average speed of any method, in metres per second.
 pub(crate) const SLOWEST_MPS: f64 = 0.04;
 const REPETITIONS: u32 = 5;
 
@@ -33,7 +34,7 @@ const PERSON_TITLE: &str =
     "Straight corridors in which a person walks to and fro; reached: at the end without a touch.";
 const NOTICE: &str = "paper: Patil 2019, 5.4: twelve experiments a calculus, in one real corridor. Its widths, distances of markers and numbers of runs are not given.";
 
-/// Where the robot stands at first, as it looks along the corridor.
+/// Position of the robot at the start, as seen when looking along the corridor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Beside {
     Middle,
@@ -52,7 +53,7 @@ impl Beside {
         }
     }
 
-    /// The start of a drive, moved to the wall.
+    /// Returns the start of a drive, moved to the wall.
     pub(crate) fn start(self, drive: &Drive, width_m: f64, half_width_m: f64) -> Pose<World> {
         let beside_m = width_m / 2.0 - half_width_m - BESIDE_M;
         let left_m = match self {
@@ -64,10 +65,10 @@ impl Beside {
     }
 }
 
-/// Loads the suite `corridor`.
+/// Loads the `corridor` suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing.
+/// [`EvalError`] if a file is missing.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     for beside in Beside::ALL {
@@ -77,7 +78,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
             }
         }
     }
-    // The lines in the order of the thesis's figures.
+    // Sort the lines in the order of the thesis's figures.
     trials.sort_by_key(|trial| LINES.iter().position(|line| *line == trial.drawing));
     let published = |name: &str, reached| Published { name: name.into(), reached, attempts: 12 };
     Ok(Suite {
@@ -92,10 +93,10 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `corridor-turns`.
+/// Loads the `corridor-turns` suite.
 ///
 /// # Errors
-/// As [`suite`].
+/// Same as [`suite`].
 pub fn turns(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     for corridor in Corridor::shipped().into_iter().filter(|corridor| corridor.shape != Shape::Straight) {
@@ -108,10 +109,10 @@ pub fn turns(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite { title, trials, lines, repetitions: REPETITIONS, ..Suite::default() })
 }
 
-/// Loads the suite `corridor-person`.
+/// Loads the `corridor-person` suite.
 ///
 /// # Errors
-/// As [`suite`].
+/// Same as [`suite`].
 pub fn person(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     let is_chosen = |corridor: &Corridor| {
@@ -133,7 +134,7 @@ pub fn person(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite { title, trials, lines, repetitions: REPETITIONS, ..Suite::default() })
 }
 
-/// A person who walks from beyond the goal to beyond the start, `side_m` beside the middle.
+/// Returns a person who walks from beyond the goal to beyond the start, `side_m` beside the middle.
 fn walker(drive: &Drive, side_m: f64) -> Person {
     let (start, goal) = (drive.start, drive.goal);
     let beyond = 1.5 * (goal[0] - start.x).signum();
@@ -175,12 +176,13 @@ fn absolute(path: &Path) -> String {
 fn task(corridor: &Corridor, drive: &Drive) -> Task {
     let [x, y] = drive.goal;
     let half_m = corridor.width_m / 2.0;
-    // Across the corridor to both walls, along it a little: ways end along x or along y.
+    // The goal reaches across the corridor to both walls and a little way along it. Paths end along x or along y.
     let along_x = drive.turns.is_empty() && drive.start.y == y;
     let [dx, dy] = if along_x { [THERE_M, half_m] } else { [half_m.max(THERE_M); 2] };
     let corners = vec![[x - dx, y - dy], [x + dx, y - dy], [x + dx, y + dy], [x - dx, y + dy]];
     let mut given = toml::Table::new();
-    // Who cuts corners drives less than the way along the middle.
+    // With corners, give a marker instead of a length, since a robot that cuts corners drives less than the path along the
+    // middle.
     match corridor.shape {
         Shape::Straight => given.insert("metres".into(), drive.way_m.into()),
         _ => given.insert("marker".into(), i64::from(corridor.marker_beside(drive.goal)).into()),
@@ -197,7 +199,7 @@ fn task(corridor: &Corridor, drive: &Drive) -> Task {
     }
 }
 
-/// The condition's name in [`LINES`].
+/// Returns the name of the condition in [`LINES`].
 pub(crate) fn line(beside: Beside, corridor: &Corridor) -> String {
     let placement = if corridor.placement == Placement::Opposite { "opposite" } else { "staggered" };
     let numbers = if corridor.numbers == Numbers::Equal { "equal" } else { "uneven" };
@@ -220,8 +222,9 @@ pub(crate) const LINES: [&str; 12] = [
     "left wall, staggered, uneven",
 ];
 
-/// What figures 5.2 to 5.4 say about QTC_B, in few words, and whether it passes according to them, line by line. Starts along a
-/// wall pass "only if the starting position still allowed the camera to detect both the markers". The thesis counts ten (5.4.1).
+/// What figures 5.2 to 5.4 say about QTC_B on each line, in a few words, and whether it passes according to them. Starts
+/// along a wall pass "only if the starting position still allowed the camera to detect both the markers". The thesis counts
+/// ten that pass (5.4.1).
 pub(crate) const QTC_B: [(&str, bool); 12] = [
     ("passes, in the middle", true),
     ("passes; collides too near a wall", true),
@@ -237,8 +240,8 @@ pub(crate) const QTC_B: [(&str, bool); 12] = [
     ("passes while two markers are in view", true),
 ];
 
-/// What figures 5.5 to 5.7 say about ARGD. The eight conditions that pass are those that the thesis counts (5.4.2): along a wall
-/// "if the markers are detected simultaneously".
+/// What figures 5.5 to 5.7 say about ARGD on each line. The eight conditions that pass are those that the thesis counts
+/// (5.4.2). Along a wall, they pass "if the markers are detected simultaneously".
 pub(crate) const ARGD: [(&str, bool); 12] = [
     ("passes, in the middle", true),
     ("almost always fails: same distance class", false),
@@ -254,7 +257,7 @@ pub(crate) const ARGD: [(&str, bool); 12] = [
     ("almost never collides", true),
 ];
 
-/// What the thesis says about each line, in words.
+/// Returns what the thesis says about each line, in words.
 pub(crate) fn told() -> Vec<Told> {
     let of = |method: &'static str, said: [(&'static str, bool); 12]| {
         LINES.into_iter().zip(said).map(move |(line, (words, _))| Told { method, line, words })
@@ -268,8 +271,8 @@ mod tests {
     use crate::experiments::outcome::Kind;
     use crate::experiments::run;
 
-    /// A robot that stood still for 20 s because no pair of markers was in view used to count as lost, like one that lost its
-    /// markers on the way. The thesis has no drives that never begin.
+    /// A robot that stood still for 20 s because no pair of markers was in view used to count as lost, like a robot that loses
+    /// its markers on the way. The thesis has no drives that never begin.
     #[test]
     fn a_robot_without_a_pair_at_its_start_never_moved() {
         let suite = suite(&Folders::of_checkout()).unwrap();

@@ -1,5 +1,6 @@
-//! Suite `corridor-cost`: what a drive along a corridor costs (Patil 2019, 5.5, tables 5.1 and 5.2). It is driven by
-//! each method of the kind `corridor`, and by a map. The map is a drawing of degree 0: the corridor's walls, traced.
+//! The `corridor-cost` suite measures the cost of a drive along a corridor (Patil 2019, 5.5, tables 5.1 and 5.2). The
+//! corridor is driven by each method of the kind `corridor`, and by a map. The map is a drawing of degree 0, which means
+//! that it traces the walls exactly.
 
 use std::sync::Arc;
 
@@ -23,16 +24,16 @@ const NOTICES: [&str; 3] = [
     "the map-based navigator drives at most 0.18 m/s, as the thesis's did on the average; the rules 0.1 m/s; `corridor` 0.4 m/s.",
     "energy is a model: 60 W at rest, a rolling resistance of 5 % of the weight, speeding up at the cost of kinetic energy.",
 ];
-/// Width of the corridor, metres.
+/// Width of the corridor, in metres.
 const WIDTH_M: f64 = 2.0;
-/// The most that the map-based navigator drives, metres a second.
+/// Maximum speed of the map-based navigator, in metres per second.
 const BY_MAP_MPS: f64 = 0.18;
 const REPETITIONS: u32 = 5;
 
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing.
+/// [`EvalError`] if a file is missing.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let corridor = Corridor::new(Shape::Straight, WIDTH_M);
     let drive = corridor.drives().swap_remove(0);
@@ -55,7 +56,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// The same drive by a map.
+/// Returns the same drive by a map.
 fn by_map(folders: &Folders, corridor: &Corridor, drive: &Drive) -> Result<Trial, EvalError> {
     let mut trial =
         corridor::trial(folders, corridor, drive, Beside::Middle, "by a map (kind sketch)".into())?;

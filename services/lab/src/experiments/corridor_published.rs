@@ -1,17 +1,21 @@
-//! Suites `corridor-published` and `corridor-published-10hz`: the twelve conditions of Patil 2019 in one corridor, as far as the
-//! thesis describes its drives; and `corridor-unknowns`: what it leaves open, varied one by one.
+//! The `corridor-published` and `corridor-published-10hz` suites drive the twelve conditions of Patil 2019 in one corridor,
+//! as far as the thesis describes its drives. The `corridor-unknowns` suite varies what the thesis leaves open, one
+//! condition at a time.
 //!
-//! What differs from the suite `corridor`, with its source:
+//! These suites differ from the `corridor` suite as follows, with the source in parentheses:
 //!
-//! - one corridor, from A to B and back to A as one mission (5.4.1); a drive counts as reached if both ways are;
-//! - starts are drawn along the corridor, and only those count from which an error-free camera sees a marker on either side: "only
-//!   if the starting position still allowed the camera to detect both the markers" (figures 5.3, 5.4);
-//! - the robot `youbot-markers`: markers are detected as far away as its colour picture resolves them, and its wheels slip (4.1);
-//! - the robot is set down by hand, so its heading errs;
-//! - a pair is held by its numbers until the robot has passed it (3.2.2);
-//! - a distance between two thresholds belongs to the class of the lower one (3.2.3);
-//! - 5.5 or 10 pairs per second: half of the commands of table 5.2, which has two for each pair (3.2.4);
-//! - a drive ends only at its goal, on contact, or at the time limit: "no update to the robot's motion can be made" (figure 5.2).
+//! - There is one corridor, driven from A to B and back to A as one mission (5.4.1). A drive counts as reached if both ways
+//!   are.
+//! - Starts are drawn at random along the corridor. Only those count from which an error-free camera sees a marker on
+//!   either side: "only if the starting position still allowed the camera to detect both the markers" (figures 5.3, 5.4).
+//! - The robot is `youbot-markers`. It detects markers as far away as its colour picture resolves them, and its wheels slip
+//!   (4.1).
+//! - The robot is set down by hand, so its heading errs.
+//! - A pair is held by its numbers until the robot has passed it (3.2.2).
+//! - A distance between two thresholds belongs to the class of the lower one (3.2.3).
+//! - There are 5.5 or 10 pairs per second. This is half of the commands of table 5.2, which has two for each pair (3.2.4).
+//! - A drive ends only at its goal, on contact, or at the time limit: "no update to the robot's motion can be made" (figure
+//!   5.2).
 
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -39,11 +43,12 @@ const ROBOT: &str = "youbot-markers";
 const STARTS: usize = 20;
 /// Number of starts per condition in `corridor-unknowns`.
 const FEW_STARTS: usize = 5;
-/// If this many draws yield no start, the condition counts as having none.
+/// Maximum number of draws. If none of them yields a start, the condition counts as having none.
 const MOST_DRAWS: usize = 1000;
-/// A pair is passed once neither of its markers has been in view for this long, seconds: some pictures miss a marker.
+/// Time in seconds without either marker of a pair in view after which the pair has been passed. Some pictures miss a
+/// marker.
 const HOLD_S: f64 = 0.5;
-/// Speed of the published rules (5.4.3), used here for the method `corridor`, too, metres per second.
+/// Speed of the published rules (5.4.3), in metres per second. It is used here for the method `corridor` too.
 const SPEED_MPS: f64 = 0.1;
 
 const TITLE: &str = "The corridor of Patil 2019 under the conditions of the thesis: 7 m from A to B and back to A, from starts at which a pair of markers is in view; reached: both ways without a touch.";
@@ -51,12 +56,12 @@ const UNKNOWNS_TITLE: &str =
     "The same drives with one condition changed after the other: the thesis does not give them.";
 const NOTICE: &str = "paper: Patil 2019, 5.4, figures 5.2 to 5.7. Not given there: the corridor's width, size and distance of the markers, how exactly the robot was set down, and how often each condition was driven.";
 
-/// What the thesis does not specify, and the values driven here.
+/// The conditions that the thesis does not specify, with the values driven here.
 #[derive(Debug, Clone)]
 struct Conditions {
     width_m: f64,
     spacing_m: f64,
-    /// Standard deviation of the heading at which a robot is set down, degrees.
+    /// Standard deviation of the heading of a robot that is set down by hand, in degrees.
     heading_deg: f64,
     pair_rate_hz: f64,
     hold_s: f64,
@@ -64,28 +69,28 @@ struct Conditions {
     robot: Robot,
 }
 
-/// The starts found for a number of conditions.
+/// The starts found for several conditions.
 #[derive(Debug, Default)]
 struct Draws {
     trials: Vec<Trial>,
-    /// The number of draws from which no pair is in view, by where the robot stands.
+    /// Number of draws from which no pair is in view, for each position of the robot.
     rejected: [usize; 3],
     /// Conditions for which no start was found.
     without: Vec<&'static str>,
 }
 
-/// Loads the suite `corridor-published`, with 5.5 pairs per second.
+/// Loads the `corridor-published` suite, with 5.5 pairs per second.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing.
+/// [`EvalError`] if a file is missing.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     at(folders, 5.5)
 }
 
-/// Loads the suite `corridor-published-10hz`.
+/// Loads the `corridor-published-10hz` suite.
 ///
 /// # Errors
-/// As [`suite`].
+/// Same as [`suite`].
 pub fn at_10_hz(folders: &Folders) -> Result<Suite, EvalError> {
     at(folders, 10.0)
 }
@@ -109,10 +114,10 @@ fn at(folders: &Folders, pair_rate_hz: f64) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `corridor-unknowns`.
+/// Loads the `corridor-unknowns` suite.
 ///
 /// # Errors
-/// As [`suite`].
+/// Same as [`suite`].
 pub fn unknowns(folders: &Folders) -> Result<Suite, EvalError> {
     let published = Conditions::published()?;
     let (mut trials, mut notices) = (Vec::new(), vec![NOTICE.to_owned()]);
@@ -139,7 +144,7 @@ impl Conditions {
         Ok(Self { width_m, spacing_m, heading_deg, pair_rate_hz, hold_s, thresholds_are_upper: false, robot })
     }
 
-    /// The conditions with one change each.
+    /// Returns the conditions with one change each.
     fn variants(&self) -> Vec<(&'static str, Self)> {
         let of = || self.clone();
         let corners = |corner_px| {
@@ -176,7 +181,7 @@ impl Conditions {
         ]
     }
 
-    /// Starts of the twelve conditions, in the order of the thesis's figures.
+    /// Draws starts for the twelve conditions, in the order of the thesis's figures.
     fn draw(&self, folders: &Folders, starts: usize) -> Result<Draws, EvalError> {
         let mut draws = Draws::default();
         for (number, beside) in Beside::ALL.into_iter().enumerate() {
@@ -200,7 +205,7 @@ impl Conditions {
         Ok(draws)
     }
 
-    /// Starts of a condition, and how many draws were rejected for it.
+    /// Draws starts for one condition, and returns them with the number of rejected draws.
     fn draw_one(
         &self,
         folders: &Folders,
@@ -223,7 +228,7 @@ impl Conditions {
         let (mut trials, mut draws) = (Vec::new(), 0);
         while trials.len() < starts && draws < MOST_DRAWS {
             draws += 1;
-            // The pattern of markers repeats after their spacing.
+            // Drawing within one spacing is enough, since the pattern of markers repeats after it.
             let along_m = self.spacing_m * (stream.random::<f64>() - 0.5);
             let off_rad = self.heading_deg.to_radians() * stream.sample::<f64, _>(StandardNormal);
             let start = Pose::new(middle.x + along_m, middle.y, middle.yaw_rad + off_rad);
@@ -277,7 +282,7 @@ impl Conditions {
     }
 }
 
-/// A way of seven metres to `x_m`; the whole width of the corridor counts.
+/// Returns a task of driving seven metres to `x_m`. The whole width of the corridor counts as the goal.
 fn task(name: &str, x_m: f64, width_m: f64, about: bool) -> Task {
     let half_m = width_m / 2.0;
     let (west, east) = (x_m - THERE_M, x_m + THERE_M);
@@ -291,7 +296,7 @@ fn task(name: &str, x_m: f64, width_m: f64, about: bool) -> Task {
     }
 }
 
-/// Whether the robot's camera, without its errors, would see a marker on the left and one on the right.
+/// Returns true if the robot's camera, without its errors, would see a marker on the left and one on the right.
 fn sees_a_pair(robot: &Robot, world: &WorldDescription, start: Pose<World>) -> Result<bool, EvalError> {
     let seen = Camera::exact_view(robot.camera().map_err(sketchnav_sim::SimError::from)?, world, start);
     let is_on = |side: f32| seen.iter().any(|marker| marker.y_m * side > 0.0);
@@ -327,8 +332,8 @@ fn tell(outcomes: &[TaskOutcome]) -> Vec<Section> {
     }]
 }
 
-/// The thesis's verdict and ours on each of the twelve conditions. The verdicts of `qtc-b` and `argd` are compared with the
-/// thesis's, those of the other methods are not.
+/// Returns the thesis's verdict and ours on each of the twelve conditions. The verdicts of `qtc-b` and `argd` are compared
+/// with those of the thesis, but those of the other methods are not.
 pub fn verdicts(methods: &[&str], tally: impl Fn(&str, &str) -> Tally) -> Table {
     let published = |method: &str| match method {
         "qtc-b" => Some(QTC_B),
@@ -384,15 +389,15 @@ fn verdict(tally: Tally) -> String {
 mod tests {
     use super::*;
 
-    /// The verdicts in figures 5.2 to 5.7, counted: eight conditions pass by ARGD, as the thesis counts them. By QTC_B the thesis
-    /// counts ten, but its figures have nine.
+    /// This counts the verdicts in figures 5.2 to 5.7. Eight conditions pass by ARGD, as the thesis counts them. By QTC_B, the
+    /// thesis counts ten although its figures show nine.
     #[test]
     fn the_figures_have_nine_conditions_that_pass_by_qtc_b_and_eight_by_argd() {
         let passes = |said: [(&str, bool); 12]| said.iter().filter(|(_, passes)| *passes).count();
         assert_eq!((passes(QTC_B), passes(ARGD)), (9, 8));
     }
 
-    /// Three of five are a majority, two of four are not.
+    /// Three of five are a majority, but two of four are not.
     #[test]
     fn a_condition_passes_where_most_drives_do_and_agrees_with_the_thesis_or_not() {
         let tally = |_: &str, line: &str| match line {
@@ -407,7 +412,7 @@ mod tests {
         assert!(table.rows.iter().all(|row| row.len() == table.header.len()));
     }
 
-    /// An error-free camera sees both sides from every start; other draws are counted as rejected.
+    /// An error-free camera must see both sides from every start. Other draws are counted as rejected.
     #[test]
     fn starts_are_those_from_which_a_pair_is_in_view() {
         let folders = Folders::of_checkout();
@@ -423,7 +428,7 @@ mod tests {
         }
     }
 
-    /// From A to B and back to A is one drive (5.4.1): a single outcome, with the length of both ways.
+    /// Driving from A to B and back to A is one drive (5.4.1), with a single outcome and the length of both ways.
     #[test]
     fn there_and_back_is_one_drive() {
         let conditions = Conditions { heading_deg: 0.0, ..Conditions::published().unwrap() };

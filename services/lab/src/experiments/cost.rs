@@ -1,8 +1,8 @@
-//! The cost of a drive: time, commands, messages, computation, energy (Patil 2019, 5.5, tables 5.1 and 5.2).
+//! The cost of a drive in time, commands, messages, computation and energy (Patil 2019, 5.5, tables 5.1 and 5.2).
 //!
-//! The thesis wanted to compare energy but could not, since its battery showed whole volts. Here energy follows from a model: a
-//! robot that is switched on draws [`IDLE_W`], rolling costs [`ROLLING`] of its weight per metre, speeding up costs its kinetic
-//! energy, and braking recovers nothing.
+//! The thesis wanted to compare energy but could not, since its battery only showed whole volts. Here energy follows from a
+//! model. A robot that is switched on draws [`IDLE_W`], rolling takes a force of [`ROLLING`] times its weight, speeding up
+//! costs its kinetic energy, and braking recovers nothing.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::{GroundTruth, Twist, VelocityCommand};
@@ -13,33 +13,34 @@ use sketchnav_sim::convex::Convex;
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::table::Table;
 
-/// Power of the computer and electronics, watts. Assumed: a youBot's 24 V and 5 Ah last about 90 minutes (Patil 2019, 4.1).
+/// Power of the computer and electronics, in watts. This is assumed from a youBot's 24 V and 5 Ah lasting about 90 minutes
+/// (Patil 2019, 4.1).
 pub const IDLE_W: f64 = 60.0;
-/// Rolling resistance as a share of the weight. Assumed, for mecanum wheels on a hard floor.
+/// Rolling resistance as a share of the weight. This is assumed, for mecanum wheels on a hard floor.
 pub const ROLLING: f64 = 0.05;
 const GRAVITY_MPS2: f64 = 9.81;
 
 /// The cost of a task.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Cost {
-    /// Velocity commands.
+    /// Number of velocity commands.
     pub commands: u64,
-    /// Commands that differ from the command before.
+    /// Number of commands that differ from the preceding command.
     pub changed_commands: u64,
-    /// Messages on all channels.
+    /// Number of messages on all channels.
     pub messages: u64,
-    /// Processor time of localizer and planner by the wall clock, seconds; it differs between any two runs.
+    /// Wall-clock time that localizer and planner spent computing, in seconds. Note that this differs between any two runs.
     pub busy_s: f64,
-    /// Energy by the model, joules.
+    /// Energy by the model, in joules.
     pub energy_j: f64,
-    /// The least distance of the footprint from walls and furniture, metres; measured if a touch ends the drive.
+    /// Minimum distance of the footprint from walls and furniture, in metres. It is only measured if a touch ends the drive.
     pub clearance_m: Option<f64>,
-    /// Root mean square of the true jerk, m/s³.
+    /// Root mean square of the true jerk, in m/s³.
     pub jerk_mps3: f64,
 }
 
 impl Cost {
-    /// The cost by the commands and the true motion of a task that took `time_s`, for a robot of `mass_kg`.
+    /// Computes the cost from the commands and the true motion of a task that took `time_s`, for a robot of `mass_kg`.
     pub fn new(commands: &[VelocityCommand], truth: &[GroundTruth], time_s: f64, mass_kg: f64) -> Self {
         let bits = |twist: &Twist| [twist.vx_mps, twist.vy_mps, twist.yaw_rate_radps].map(f64::to_bits);
         let changes = commands.windows(2).filter(|pair| bits(&pair[0].twist) != bits(&pair[1].twist)).count();
@@ -53,7 +54,7 @@ impl Cost {
     }
 }
 
-/// Energy of the motion itself, joules.
+/// Returns the energy of the motion itself, in joules.
 fn motion_j(truth: &[GroundTruth], mass_kg: f64) -> f64 {
     let speed = |truth: &GroundTruth| truth.twist.vx_mps.hypot(truth.twist.vy_mps);
     let step = |pair: &[GroundTruth]| {
@@ -64,7 +65,7 @@ fn motion_j(truth: &[GroundTruth], mass_kg: f64) -> f64 {
     truth.windows(2).map(step).sum()
 }
 
-/// Root mean square of the jerk, which is the second difference of the velocity.
+/// Returns the root mean square of the jerk, which is the second difference of the velocity.
 fn jerk_mps3(truth: &[GroundTruth]) -> f64 {
     let velocity = |truth: &GroundTruth| {
         let (sin, cos) = truth.pose().yaw_rad.sin_cos();
@@ -83,7 +84,8 @@ fn jerk_mps3(truth: &[GroundTruth]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
-/// The least distance of a rectangular footprint from obstacles, metres; `None` if there are none or the robot did not drive.
+/// Returns the minimum distance of a rectangular footprint from obstacles, in metres, or `None` if there are no obstacles
+/// or the robot did not drive.
 pub fn clearance_m(truth: &[GroundTruth], half_extents_m: [f64; 2], world: &WorldDescription) -> Option<f64> {
     let faces: Vec<_> =
         world.outline.iter().copied().chain(world.furniture.iter().flat_map(Convex::edges)).collect();
@@ -99,7 +101,8 @@ pub fn clearance_m(truth: &[GroundTruth], half_extents_m: [f64; 2], world: &Worl
     truth.iter().map(nearest).min_by(f64::total_cmp).filter(|least_m| least_m.is_finite())
 }
 
-/// The distance from a segment to a box around the origin; 0 if they meet. Two convex shapes are nearest at a corner of one.
+/// Returns the distance from a segment to a box around the origin, or 0 if they meet. Two convex shapes are nearest at a
+/// corner of one.
 fn from_box_m([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> f64 {
     let outside = |p: [f64; 2]| (p[0].abs() - half[0]).max(0.0).hypot((p[1].abs() - half[1]).max(0.0));
     let along = [b[0] - a[0], b[1] - a[1]];
@@ -116,7 +119,7 @@ fn from_box_m([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> f64 {
     if crosses([a, b], half) { 0.0 } else { nearest }
 }
 
-/// Whether a segment enters a box around the origin, by clipping it to the box's sides.
+/// Returns true if a segment enters a box around the origin, which is found by clipping it to the sides of the box.
 fn crosses([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> bool {
     let (mut from, mut to) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
@@ -134,7 +137,8 @@ fn crosses([a, b]: [[f64; 2]; 2], half: [f64; 2]) -> bool {
     from <= to
 }
 
-/// A row for each of `lines`, over the tasks that were reached: means, and the shortest and longest duration.
+/// Returns a row for each of `lines` over the tasks that were reached, with means and with the shortest and longest
+/// duration.
 pub fn table(lines: &[String], outcomes: &[&TaskOutcome]) -> Table {
     let header = [
         "drives",

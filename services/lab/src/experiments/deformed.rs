@@ -1,9 +1,10 @@
-//! Suite `deformed`: drawings of four floors, deformed as people deform what they draw, at four degrees (`sketchnav deform`; degree
-//! 1 has people's statistics).
+//! The `deformed` suite drives with drawings of four floors that are deformed in the way people deform what they draw. The
+//! drawings are made by `sketchnav deform` at four degrees, of which degree 1 has the statistics of people.
 //!
-//! A trial drives from a place in one region to a place in another; where these lie in the drawing follows from the deformation. It
-//! is judged by region, as suite `people` is. A place that a drawing forgot is never a goal or a start. Drawings of different
-//! degrees with the same number have the same places: trials are named by floor, degree, number and pair.
+//! Each trial drives from a place in one region to a place in another. The positions of both places in the drawing follow
+//! from the deformation, and a place that the drawing forgot is never used. As in the `people` suite, arrival is judged by
+//! region. Trials are named by floor, degree, number and pair. Drawings with the same number share the same places at all
+//! degrees.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -26,7 +27,7 @@ use crate::experiments::suite::{Datum, Folders, Suite};
 use crate::experiments::trial::{Page, Sheet, Trial, time_limit_s};
 
 const TITLE: &str = "Drawings of four floors, deformed as people deform (degree 1; 0: the walls traced), seven of each floor at each degree; from a place of one region to a place of another.";
-/// Floors that are not part of the project: their names, bare and furnished.
+/// Floors that are not part of the project, with their names and their bare and furnished maps.
 const MAPS: [(&str, [Datum; 2]); 2] = {
     const KTH: Datum = Datum {
         what: "the floor that ten people drew (M. Mielle et al., sketch_map_matching)",
@@ -44,33 +45,33 @@ const MAPS: [(&str, [Datum; 2]); 2] = {
     ]
 };
 const DEGREES: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
-/// Drawings of each floor at each degree; also their seeds, from 1.
+/// Number of drawings of each floor at each degree. Their seeds are the numbers from 1.
 pub(crate) const DRAWINGS: u64 = 7;
-/// Trials per drawing.
+/// Number of trials per drawing.
 const PAIRS: usize = 4;
-/// Pairs that are tried to find these.
+/// Maximum number of random pairs that are tried to find the trials of a drawing.
 const TRIES: usize = 60;
-/// How far from a wall the robot stands, beyond its radius.
+/// Distance of the robot from walls, in metres, in addition to its radius.
 const CLEARANCE_M: f64 = 0.1;
-/// The size of the cells into which a world of walls and furniture is divided to find paths.
+/// Size in metres of the cells into which a world of walls and furniture is divided to find paths.
 const CELL_M: f64 = 0.1;
-/// The least depth of places inside their region, as a share of the deepest place's.
+/// Minimum depth of places inside their region, as a share of the depth of the deepest place.
 const DEPTH: f64 = 0.5;
-/// The robot starts facing the point this far ahead on its path.
+/// Distance, in metres, to the point on its path that the robot faces at the start.
 const LOOK_AHEAD_M: f64 = 1.0;
 
-/// A floor that is drawn.
+/// A floor of which drawings are made.
 pub(crate) struct Site {
     pub(crate) name: &'static str,
     world: WorldSource,
     floor: Floor,
-    /// Where the robot fits.
+    /// The ground on which the robot fits.
     pub(crate) ground: Ground,
     robot: Robot,
     regions: Vec<Region>,
 }
 
-/// A region of the true floor, and the places in it that a person would mark.
+/// A region of the true floor, with the places in it that a person would mark.
 struct Region {
     name: String,
     place: Place,
@@ -80,7 +81,7 @@ struct Region {
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that exists but is not as expected. Floors that are missing are left out with a notice.
+/// [`EvalError`] if a file is malformed. Floors whose data are missing are left out with a notice.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite { title: TITLE.into(), repetitions: 1, lines: Some("degree"), ..Suite::default() };
     let sites = sites(folders, &mut suite.notices)?;
@@ -94,7 +95,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// The floors that are part of the project.
+/// Returns the floors that are part of the project.
 pub(crate) fn shipped(folders: &Folders) -> Result<Vec<Site>, EvalError> {
     let missions = folders.project.join("sim/missions");
     let plan = |name| Site::of_plan(name, &missions.join(format!("{name}/{name}.floor.toml")));
@@ -114,7 +115,7 @@ fn sites(folders: &Folders, notices: &mut Vec<String>) -> Result<Vec<Site>, Eval
 }
 
 impl Site {
-    /// A floor plan, with its furniture and the people who walk there.
+    /// Opens a floor plan, with its furniture and the people who walk there.
     fn of_plan(name: &'static str, path: &Path) -> Result<Self, EvalError> {
         let robot = sketchnav_sim::files::robot("robotino")?;
         let world = sketchnav_sim::files::floor_plan_file(path)?;
@@ -125,7 +126,7 @@ impl Site {
         Ok(Self { name, world, floor, ground, robot, regions })
     }
 
-    /// A pair of maps: the bare one is drawn, the furnished one is driven in.
+    /// Opens a pair of maps. The bare one is drawn, and the furnished one is driven in.
     fn of_maps(name: &'static str, bare: &Path, furnished: &Path) -> Result<Self, EvalError> {
         let robot = sketchnav_sim::files::robot("robotino")?;
         let map = sketchnav_sim::files::occupancy_map(furnished)?;
@@ -136,7 +137,7 @@ impl Site {
         Ok(Self { name, world, floor, ground, robot, regions })
     }
 
-    /// The trials by one drawing.
+    /// Returns the trials with one drawing.
     pub(crate) fn trials(&self, degree: f64, number: u64) -> Result<Vec<Trial>, EvalError> {
         let drawing = sketchnav_deform::deform(&self.floor, degree, number)?;
         let strokes = drawing.strokes_json();
@@ -155,7 +156,8 @@ impl Site {
         Ok(tries.filter_map(|(i, mission)| Some((i, mission?))).take(PAIRS).map(trial).collect())
     }
 
-    /// A mission from a random place to another; `None` if either was forgotten or no path leads there.
+    /// Returns a mission from one random place to another, or `None` if the drawing forgot one of them or no path connects
+    /// them.
     fn mission(
         &self,
         drawing: &DeformedDrawing,
@@ -206,14 +208,14 @@ fn source(floor_plan: Option<&Path>, map: Option<&Path>) -> WorldSource {
     WorldSource { floor_plan: floor_plan.map(text), map: map.map(text), ..WorldSource::default() }
 }
 
-/// The floor's regions in which the robot fits.
+/// Returns the regions of the floor in which the robot fits.
 fn regions(floor: &Floor, ground: &Ground) -> Vec<Region> {
     let regions = floor.regions().iter().enumerate();
     let polygons = regions.map(|(i, region)| (format!("room {}", i + 1), region.polygon.clone()));
     entered(polygons, ground)
 }
 
-/// The regions of suite `people`.
+/// Returns the regions of the `people` suite.
 fn annotated(ground: &Ground) -> Result<Vec<Region>, EvalError> {
     let regions = Regions::shipped()?;
     let polygons = regions.enterable().map(|(name, polygon)| (name.to_owned(), polygon.to_vec()));
@@ -248,7 +250,7 @@ mod tests {
         suite(&Folders::of_checkout()).unwrap()
     }
 
-    /// At every degree they are the same, except for rooms that were forgotten.
+    /// The goals of a trial are the same at every degree, except for rooms that were forgotten.
     #[test]
     fn every_trial_leads_from_one_region_to_another() {
         let suite = shipped();
@@ -269,8 +271,8 @@ mod tests {
         assert!(goals.len() < suite.trials.len() / 2, "most pairs are driven at several degrees");
     }
 
-    /// The figures that `sketchnav deform` uses are those of the annotated drawings. It is not known which of several marks for one
-    /// place is the right one; here it is the likeliest.
+    /// The figures used by `sketchnav deform` must be those of the annotated drawings. If there are several marks for a place,
+    /// it is not known which is the right one, so the likeliest is used here.
     #[test]
     fn people_deform_as_the_marks_in_their_drawings_say() {
         let folder = needs::data().join("sketches/kth");
@@ -290,7 +292,7 @@ mod tests {
         [d.similarity_residual, d.affine_residual, d.anisotropy, d.log_scale_sd]
     }
 
-    /// The deformation of a drawing with at least six matched places.
+    /// Returns the deformation of a drawing that has at least six matched places.
     fn measured(path: &PathBuf) -> Option<Deformation> {
         let text = String::from_utf8_lossy(&std::fs::read(path).unwrap()).into_owned();
         let mut matches = matches::parse(&text).unwrap();

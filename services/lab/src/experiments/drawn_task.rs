@@ -1,5 +1,5 @@
-//! A task of a drive by a drawing: whether the way was consistent with the drawing, whether the goal was reached on the sketch, and
-//! how far from a drawn route the robot drove.
+//! Judges a task of a drive by a drawing: whether the path was consistent with the drawing, whether the goal was reached on
+//! the sketch, and how far from a drawn route the robot drove.
 
 use sketchnav_schemas::geometry::{Point, Sketch, World};
 use sketchnav_sketch::messages::PoseEstimate;
@@ -25,7 +25,7 @@ pub struct DrawnTask<'a> {
 }
 
 impl<'a> DrawnTask<'a> {
-    /// The task `index` of the run; `None` without a drawing, or if it never began.
+    /// Returns the task `index` of the run, or `None` if there is no drawing or the task never began.
     pub fn of(
         trial: &'a Trial,
         driven: &'a Driven,
@@ -37,18 +37,19 @@ impl<'a> DrawnTask<'a> {
         Some(Self { sheet: trial.sheet.as_ref()?, driven, span: span?, task, limit_m })
     }
 
-    /// Whether the true way was homotopic to the drawn route or, for a goal alone, to the way to it in the drawing; `None` where the
-    /// drawing is not joined to the floor.
+    /// Returns true if the true path was homotopic to the drawn route or, if the task has only a goal, to the path to it in the
+    /// drawing. Returns `None` if the drawing is not joined to the floor.
     ///
-    /// Boniardi et al. 2015, IV, "required the executed trajectories to be topologically consistent with the sketch"; 2016, V-B,
-    /// compare with the drawn path "similarly".
+    /// Boniardi et al. 2015, IV, "required the executed trajectories to be topologically consistent with the sketch", and their
+    /// 2016 paper, V-B, compares them with the drawn path "similarly".
     pub fn is_consistent(&self) -> Option<bool> {
         let join = self.sheet.correspondence.as_ref()?;
         let drawn = self.route().or_else(|| self.planned())?;
         Some(join.is_homotopic(&self.true_way(), &drawn))
     }
 
-    /// Whether the task was reached by the robot's own pose in the drawing; see [`crate::judge::on_sketch`].
+    /// Returns true if the task was reached according to the robot's own pose in the drawing. See
+    /// [`crate::judge::on_sketch`].
     pub fn is_reached_on_sketch(&self) -> bool {
         let (Some(&goal), Some(map)) = (self.task.aim.points().last(), self.driven.log.map()) else {
             return false;
@@ -63,8 +64,9 @@ impl<'a> DrawnTask<'a> {
         asked.is_reached(self.span.state, self.estimates())
     }
 
-    /// The mean distance of the true way from the drawn route, which is carried to the floor: the "displacement from the drawn path"
-    /// of Boniardi et al. 2016, V-B, metres. `None` without a route, or if the robot did not move.
+    /// Returns the mean distance, in metres, of the true path from the drawn route after carrying the route to the floor. This
+    /// is the "displacement from the drawn path" of Boniardi et al. 2016, V-B. Returns `None` if there is no route or the robot
+    /// did not move.
     pub fn displacement_m(&self) -> Option<f64> {
         let join = self.sheet.correspondence.as_ref()?;
         let route: Option<Vec<_>> = self.route()?.into_iter().map(|place| join.to_floor(place)).collect();
@@ -84,7 +86,8 @@ impl<'a> DrawnTask<'a> {
         Some(points.iter().map(|&at| self.sheet.paper.from_image(at)).collect())
     }
 
-    /// The way of the connectivity planner (Boniardi et al. 2015, III-C) from the robot's first pose in the drawing to the goal.
+    /// Returns the path of the connectivity planner (Boniardi et al. 2015, III-C) from the robot's first pose in the drawing to
+    /// the goal.
     fn planned(&self) -> Option<Vec<Point<Sketch>>> {
         let (map, cells) = self.driven.log.sketch.as_ref()?;
         let chart = Chart::new(self.estimates().first()?, map.wall_direction_rad)?;
@@ -94,8 +97,8 @@ impl<'a> DrawnTask<'a> {
     }
 }
 
-/// The way from one place of a drawing to another by the connectivity planner. The scale says how far it keeps from walls, and not
-/// where it passes.
+/// Returns the path of the connectivity planner from one point of a drawing to another. The scale determines how far the
+/// path keeps from walls, but not which way it goes round obstacles.
 pub(super) fn way_through(
     sketch: &SketchGrid,
     from: Point<Sketch>,
@@ -109,7 +112,8 @@ pub(super) fn way_through(
     way
 }
 
-/// The mean distance of a way from a line, over the length of the way; `None` if either has none.
+/// Returns the mean distance of a path from a line, weighted by length along the path, or `None` if the path has no length
+/// or the line no edges.
 fn displacement_m(way: &[Point<World>], line: &[Point<World>]) -> Option<f64> {
     let from_line = |at: &Point<World>| {
         let edges = line.windows(2).map(|pair| to_edge_m(&xy(&pair[0]), &xy(&pair[1]), xy(at)));
@@ -136,7 +140,8 @@ mod tests {
         points.iter().map(|[x, y]| Point::new(*x, *y)).collect()
     }
 
-    /// Two metres at 0.5 m beside the line, then one metre straight away from it, at 1 m in the mean: (2 · 0.5 + 1 · 1) / 3.
+    /// Two metres are driven 0.5 m beside the line, then one metre straight away from it at a mean distance of 1 m. The mean is
+    /// (2 · 0.5 + 1 · 1) / 3.
     #[test]
     fn the_displacement_is_the_mean_over_the_length_of_the_way() {
         let drawn = line(&[[0.0, 0.0], [10.0, 0.0]]);

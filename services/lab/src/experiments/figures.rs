@@ -1,7 +1,7 @@
-//! The figures of experiments as pages show them: the results of each, and the markers in a page that this fills in.
+//! The kept results of experiments, and the markers in pages that are filled in from them.
 //!
 //! A marker is a pair of HTML comments, which readers of the page do not see. The first one says what belongs between them:
-//! experiment, method, form, and lines of the experiment's table unless the whole experiment is meant.
+//! the experiment, the method, the form, and, unless the marker shows the whole experiment, the lines of the experiment's table.
 //!
 //! ```text
 //! <!--= people outline share-->97.5 % (95 to 99) of 320<!--=-->
@@ -17,8 +17,8 @@
 //! <!--= routes groups--> … a table with a row for each group of the experiment's lines … <!--=-->
 //! ```
 //!
-//! A figure of an experiment that was not driven, or not by that method, keeps its value and gets a dagger. So does one that the
-//! kept results do not have yet. This module never drives anything and reads no file.
+//! A figure keeps its value and gets a dagger if its experiment was not driven, or not by that method, or if the kept
+//! results do not have the figure yet. This module never drives anything and reads no files.
 
 mod forms;
 
@@ -39,18 +39,18 @@ use forms::{FORMS, Form, Shown, WHOLE_FORMS, Whole};
 const BEGIN: &str = "<!--= ";
 const OPEN: &str = "-->";
 const END: &str = "<!--=-->";
-/// What the table shows for a study, which drives no missions.
+/// Entry in the table of all experiments for a study, which drives no missions.
 const STUDIED: &str = "tables and curves";
-/// Appended to a figure that was not driven again.
+/// Suffix of a figure that was not driven again.
 const EARLIER: &str = "†";
-/// The marker of the table of all experiments.
+/// Marker of the table of all experiments.
 const EXPERIMENTS: &str = "experiments";
 
-/// The results of experiments, by name.
+/// The results of experiments.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Figures {
-    /// Suites and studies.
+    /// Results by name, for both suites and studies.
     pub experiments: BTreeMap<String, Experiment>,
 }
 
@@ -58,37 +58,37 @@ pub struct Figures {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Experiment {
-    /// The command that reproduces the figures.
+    /// Command that reproduces the figures.
     pub command: String,
-    /// Which program drove it.
+    /// The program that drove the experiment.
     pub program: String,
-    /// The results of each method; empty for a study.
+    /// Results of each method. Empty for a study.
     pub methods: Vec<Method>,
-    /// What a reader of its figures must know.
+    /// What readers of the figures need to know.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notices: Vec<String>,
-    /// The tables of a study.
+    /// Tables of a study.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<Table>,
 }
 
-/// The results of the drives by one method.
+/// The results of all drives by one method.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Method {
-    /// Its name.
+    /// Name of the method.
     pub method: String,
-    /// All tasks that count.
+    /// Tally of all tasks that count.
     pub total: Tally,
-    /// The tasks of each line of the suite's table.
+    /// Tally of each line of the suite's table.
     pub lines: BTreeMap<String, Tally>,
-    /// The tasks of each group of lines.
+    /// Tally of each group of lines.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<(String, Tally)>,
 }
 
 impl Method {
-    /// Counts the outcomes of the suite by this method.
+    /// Counts the outcomes of a suite by one method.
     pub fn of(suite: &Suite, method: &str, outcomes: &[TaskOutcome]) -> Self {
         let counted = || outcomes.iter().filter(|ended| ended.method == method && suite.counts(ended));
         let line = |line: String| {
@@ -102,26 +102,26 @@ impl Method {
         Self { method: method.to_owned(), total: Tally::of(counted()), lines, groups }
     }
 
-    /// The share of reached tasks in words: ``"`outline` 97.5 % (95 to 99) of 320"``.
+    /// Returns the share of reached tasks in words, for example ``"`outline` 97.5 % (95 to 99) of 320"``.
     pub fn words(&self) -> String {
         format!("`{}` {}", self.method, Form::SHARE.of(self.total).unwrap_or_default())
     }
 }
 
-/// A page whose markers were filled.
+/// A page with its markers filled in.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filled {
-    /// The page.
+    /// Text of the page.
     pub page: String,
-    /// Experiments of the page without figures.
+    /// Names of the page's experiments that have no figures.
     pub not_driven: BTreeSet<String>,
 }
 
 impl Figures {
-    /// Fills the markers of a page. Filling twice changes nothing.
+    /// Fills in the markers of a page. Filling a page twice has the same result as filling it once.
     ///
     /// # Errors
-    /// [`EvalError::Marker`] if a marker does not end, or names an unknown experiment, method, form or line.
+    /// [`EvalError::Marker`] if a marker has no end, or if it names an unknown experiment, method, form or line.
     pub fn fill(&self, page: &str) -> Result<Filled, EvalError> {
         let mut filled = Filled { page: String::with_capacity(page.len()), not_driven: BTreeSet::new() };
         let mut rest = page;
@@ -140,7 +140,7 @@ impl Figures {
         Ok(filled)
     }
 
-    /// The text of a marker; `None` if its experiment was not driven.
+    /// Returns the text for a marker, or `None` if its experiment was not driven.
     fn text(&self, marker: &Marker<'_>, not_driven: &mut BTreeSet<String>) -> Result<Option<String>, Wrong> {
         let experiment = match marker {
             Marker::Experiments => return Ok(Some(self.table())),
@@ -162,7 +162,7 @@ impl Figures {
         Ok(text)
     }
 
-    /// The table of all experiments.
+    /// Returns the table of all experiments.
     fn table(&self) -> String {
         let mut text = "\n\n| experiment | command | tasks reached |\n|---|---|---|\n".to_owned();
         for name in suites::names().chain(studies::names()) {
@@ -179,8 +179,8 @@ impl Figures {
 }
 
 impl Experiment {
-    /// A figure of one method, or one for each of several lines; `None` if it was not kept, or if the method is one of those
-    /// compared that was not driven yet.
+    /// Returns a figure of one method, or a list of figures if several lines are given. Returns `None` if the figure was not
+    /// kept, or if the method is one of those compared but was not driven yet.
     fn figure(
         &self,
         (experiment, method): (&str, &str),
@@ -204,7 +204,7 @@ impl Experiment {
         Ok(figures.map(|figures| figures.join(", ")))
     }
 
-    /// The experiment as a whole; `None` if that was not kept.
+    /// Returns the text about the experiment as a whole, or `None` if it was not kept.
     fn whole(&self, form: Whole) -> Option<String> {
         let tally = |method: &str, line: &str| {
             let found = self.methods.iter().find(|found| found.method == method);
@@ -229,7 +229,7 @@ impl Experiment {
         Some(format!("\n\n{}", table.markdown()))
     }
 
-    /// The groups of lines, by the true pose and on the sketch; `None` if they were not kept.
+    /// Returns the table of groups of lines, by the true pose and on the sketch, or `None` if they were not kept.
     fn groups(&self) -> Option<table::Table> {
         let names = self.methods.first()?.groups.iter().map(|(name, _)| name);
         let head = |method: &Method| {
@@ -249,7 +249,7 @@ impl Experiment {
         Some(table::Table { header, rows })
     }
 
-    /// What a marker shows of a study; `None` if its tables were not kept.
+    /// Returns what a marker shows of a study, or `None` if the tables of the study were not kept.
     fn study(&self, number: &str, shown: &Shown) -> Result<Option<String>, Wrong> {
         let known =
             || (1..=self.tables.len()).map(|number| number.to_string()).collect::<Vec<_>>().join(", ");
@@ -262,14 +262,14 @@ impl Experiment {
     }
 }
 
-/// A figure that was not driven again: its old value with a dagger, or the dagger alone.
+/// Returns the text for a figure that was not driven again: its old value with a dagger, or only the dagger.
 fn earlier(old: &str) -> String {
     let value = old.trim_end_matches(EARLIER).trim_end_matches(' ');
     let separator = if value.is_empty() { "" } else { " " };
     format!("{value}{separator}{EARLIER}")
 }
 
-/// What was expected, and what was found.
+/// A description of what was expected, and what was found instead.
 type Wrong = (String, String);
 
 fn one_of(known: &str, found: &str) -> Wrong {
@@ -404,14 +404,14 @@ mod tests {
         assert!(table.contains("| 5 mm, D/R | 28.0 | 25.1 | 31 | 925 | 1.500 |\n\n<!--=-->"), "{table}");
     }
 
-    /// The figures of the page used to be copied by hand, and one could not tell which of them matched the current code.
+    /// The figures of the page used to be copied by hand, and there was no way to tell which of them matched the current code.
     #[test]
     fn a_figure_that_was_not_driven_gets_a_dagger_once() {
         for (marker, old, new, experiment) in [
             ("deformed outline share", "95.0 %", "95.0 % †", "deformed"),
             ("deformed outline share", "", "†", "deformed"),
             ("deformed outline share", "†", "†", "deformed"),
-            // What the kept results do not have yet: a method that is compared, a judgement, groups.
+            // Figures that the kept results do not have yet: a compared method, a judgement, and groups.
             ("people beam share", "78.8 %", "78.8 % †", "people"),
             ("people outline share-on-sketch", "", "†", "people"),
             ("people groups", "", "†", "people"),

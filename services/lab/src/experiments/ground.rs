@@ -1,4 +1,5 @@
-//! The true floor as a grid: where the robot fits, and the shortest paths. Metres, frame `World`.
+//! The true floor as a grid, which says where the robot fits and finds shortest paths. Positions are in metres, in the frame
+//! `World`.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -7,7 +8,7 @@ use sketchnav_sim::convex::Convex;
 use sketchnav_sim::description::WorldDescription;
 use sketchnav_sim::ros_map::OccupancyMap;
 
-/// Steps to the eight neighbours of a cell, and their lengths in thousandths of a cell.
+/// Steps to the eight neighbours of a cell, with their lengths in thousandths of a cell.
 const STEPS: [(i64, i64, u64); 8] = [
     (1, 0, 1000),
     (-1, 0, 1000),
@@ -19,7 +20,7 @@ const STEPS: [(i64, i64, u64); 8] = [
     (-1, -1, 1414),
 ];
 
-/// Where a disc of a given radius fits.
+/// A grid of the positions at which a disc of a given radius fits.
 #[derive(Debug, Clone)]
 pub struct Ground {
     width: i64,
@@ -31,14 +32,14 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// The ground of a map, for a robot whose middle must be `clearance_m` from the nearest wall.
+    /// Creates the ground of a map, for a robot whose centre must be at least `clearance_m` from the nearest wall.
     pub fn new(map: &OccupancyMap, clearance_m: f64) -> Self {
         let (width, height) = map.raster().size();
         let (width, height) = (width as i64, height as i64);
         let resolution_m = map.resolution_m();
         let reach = (clearance_m / resolution_m).ceil() as i64;
         let near = |dx: i64, dy: i64| {
-            // From a cell's middle to the nearest point of the other cell.
+            // Measure from the middle of a cell to the nearest point of the other cell.
             let gap = |d: i64| (d.abs() as f64 - 0.5).max(0.0) * resolution_m;
             gap(dx).hypot(gap(dy)) < clearance_m
         };
@@ -54,7 +55,7 @@ impl Ground {
         Self { width, height, fits, resolution_m, origin_m: map.origin_m(), clearance_m }
     }
 
-    /// The ground of any world, cut into cells of `resolution_m`; people who walk there are no obstacles.
+    /// Creates the ground of any world, divided into cells of `resolution_m`. People who walk there do not count as obstacles.
     pub fn of_world(world: &WorldDescription, resolution_m: f64, clearance_m: f64) -> Self {
         let corners = || world.outline.iter().flatten();
         let extent = |axis: usize| {
@@ -72,30 +73,30 @@ impl Ground {
         ground
     }
 
-    /// Adds a solid.
+    /// Adds a solid obstacle.
     pub fn put(&mut self, solid: &Convex) {
         for i in 0..self.fits.len() {
             self.fits[i] = self.fits[i] && gap_m(solid, self.middle(i)) >= self.clearance_m;
         }
     }
 
-    /// Whether the robot keeps its distance from a solid at a place.
+    /// Returns true if the robot keeps its clearance from a solid when it is at a position.
     pub fn clears(&self, solid: &Convex, at: [f64; 2]) -> bool {
         gap_m(solid, at) >= self.clearance_m
     }
 
-    /// All places where the robot fits.
+    /// Returns all positions at which the robot fits.
     pub fn places(&self) -> impl Iterator<Item = [f64; 2]> {
         (0..self.fits.len()).filter(|&i| self.fits[i]).map(|i| self.middle(i))
     }
 
-    /// The nearest place where the robot fits, among those that `counts` accepts.
+    /// Returns the nearest position at which the robot fits, among those that `counts` accepts.
     pub fn nearest(&self, at: [f64; 2], counts: impl Fn([f64; 2]) -> bool) -> Option<[f64; 2]> {
         let distance = |p: &[f64; 2]| (p[0] - at[0]).hypot(p[1] - at[1]);
         self.places().filter(|&p| counts(p)).min_by(|a, b| distance(a).total_cmp(&distance(b)))
     }
 
-    /// The shortest path between two places, from cell to cell; `None` if there is none.
+    /// Returns the shortest path between two positions, from cell to cell, or `None` if there is none.
     pub fn way(&self, from: [f64; 2], to: [f64; 2]) -> Option<Vec<[f64; 2]>> {
         let (from, to) = (self.index(from)?, self.index(to)?);
         let mut costs = vec![u64::MAX; self.fits.len()];
@@ -148,7 +149,7 @@ impl Ground {
     }
 }
 
-/// How far a place is from a solid, metres; 0 inside.
+/// Returns the distance from a position to a solid, in metres, which is 0 inside.
 fn gap_m(solid: &Convex, at: [f64; 2]) -> f64 {
     let outside =
         |[a, b]: [[f64; 2]; 2]| (b[0] - a[0]) * (at[1] - a[1]) - (b[1] - a[1]) * (at[0] - a[0]) < 0.0;
@@ -158,13 +159,13 @@ fn gap_m(solid: &Convex, at: [f64; 2]) -> f64 {
     solid.edges().map(|[a, b]| to_edge_m(&a, &b, at)).fold(f64::INFINITY, f64::min)
 }
 
-/// How far a place is from the nearest edge of a closed polygon, metres.
+/// Returns the distance from a position to the nearest edge of a closed polygon, in metres.
 pub fn to_outline_m(polygon: &[[f64; 2]], at: [f64; 2]) -> f64 {
     let edges = polygon.iter().zip(polygon.iter().cycle().skip(1));
     edges.map(|(a, b)| to_edge_m(a, b, at)).fold(f64::INFINITY, f64::min)
 }
 
-/// How far a place is from a straight line between two others, metres.
+/// Returns the distance from a position to the line segment between two points, in metres.
 pub fn to_edge_m(a: &[f64; 2], b: &[f64; 2], at: [f64; 2]) -> f64 {
     let (along, to) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
     let length = along[0] * along[0] + along[1] * along[1];
@@ -172,12 +173,13 @@ pub fn to_edge_m(a: &[f64; 2], b: &[f64; 2], at: [f64; 2]) -> f64 {
     (to[0] - t * along[0]).hypot(to[1] - t * along[1])
 }
 
-/// The length of a path, metres.
+/// Returns the length of a path, in metres.
 pub fn length_m(way: &[[f64; 2]]) -> f64 {
     way.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
 }
 
-/// The direction, degrees, in which a path leaves: towards its first point that is `ahead_m` away, or its end.
+/// Returns the direction in which a path departs, in degrees. It points to the path's first point at least `ahead_m` away,
+/// or to its end.
 pub fn departure_deg(way: &[[f64; 2]], ahead_m: f64) -> Option<f64> {
     let from = way.first()?;
     let far = |p: &&[f64; 2]| (p[0] - from[0]).hypot(p[1] - from[1]) >= ahead_m;
@@ -190,7 +192,7 @@ mod tests {
     use super::*;
     use sketchnav_sim::ros_map::MapInfo;
 
-    /// Seven by five cells of half a metre, a wall in the middle with a gap at the top.
+    /// Returns a ground of seven by five cells of half a metre, with a wall in the middle that has a gap at the top.
     fn ground(clearance_m: f64) -> Ground {
         let yaml =
             "image: m\nresolution: 0.5\norigin: [10.0, 0.0, 0]\noccupied_thresh: 0.65\nfree_thresh: 0.2\n";

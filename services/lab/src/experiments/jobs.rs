@@ -1,4 +1,4 @@
-//! Runs many trials on several threads; the result does not depend on their number.
+//! Runs many trials on several threads. The results do not depend on the number of threads.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,22 +9,22 @@ use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::run;
 use crate::experiments::trial::{Trial, derived};
 
-/// One repetition of a trial by a method.
+/// A repetition of a trial by a method.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// The trial.
     pub trial: &'a Trial,
-    /// The method, by its name among the navigator's methods.
+    /// Name of the method, as the navigator knows it.
     pub method: &'a str,
-    /// The number of the repetition, from 1.
+    /// Number of the repetition, from 1.
     pub repetition: u32,
-    /// The seed of the repetition.
+    /// Seed of the repetition.
     pub seed: u64,
 }
 
 impl<'a> Job<'a> {
-    /// The repetition's seed depends only on the suite's seed and the names. Methods share it, so that they are compared in the
-    /// same world with the same noise, and so do variants of a trial.
+    /// Creates a job. Its seed depends only on the suite's seed, the trial's name and the repetition. Methods share the seed,
+    /// so that they are compared in the same world with the same noise, and so do variants of a trial.
     pub fn new(trial: &'a Trial, method: &'a str, repetition: u32, suite_seed: u64) -> Self {
         let name = trial.variant_of.as_ref().unwrap_or(&trial.name);
         let seed = derived(suite_seed, &format!("eval/{name}#{repetition}"));
@@ -32,10 +32,11 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Runs all jobs, `threads` at a time; the outcomes are in the order of the jobs. `progress` is called for each job as it is done.
+/// Runs all jobs, `threads` at a time, and returns the outcomes in the order of the jobs. Calls `progress` as each job is
+/// done.
 ///
 /// # Errors
-/// The first error, in the order of the jobs, of a trial that could not start.
+/// The first error, in the order of the jobs, of trials that could not start.
 pub fn run_all(
     jobs: &[Job<'_>],
     threads: usize,

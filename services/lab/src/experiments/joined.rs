@@ -1,4 +1,4 @@
-//! Drawings joined to their floors by the file `anchors.toml` beside their missions.
+//! Joins drawings to their floors by the file `anchors.toml` beside their missions.
 
 use std::path::Path;
 
@@ -9,21 +9,21 @@ use crate::error::{EvalError, read};
 use crate::judge::anchors::{Anchors, AnchorsError};
 use crate::judge::homotopy::Correspondence;
 
-/// The anchors of a folder of missions.
+/// Reads the anchors of a folder of missions.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing or not as expected.
+/// [`EvalError`] if the file is missing or malformed.
 pub fn anchors(folder: &Path) -> Result<Anchors, EvalError> {
     let path = folder.join("anchors.toml");
     let text = String::from_utf8_lossy(&read(&path)?).into_owned();
     Anchors::parse(&text).map_err(|cause| in_file(&path, cause))
 }
 
-/// Joins the drawing of a mission, which is that of `file`, to its floor: the drawing's anchors have the mission's name, the floor's
-/// that of the floor plan or the map.
+/// Joins the drawing of a mission to its floor. `file` is the mission's file. In the anchors, the drawing is named after
+/// the mission and the floor after the floor plan or the map.
 ///
 /// # Errors
-/// [`EvalError`] if the anchors do not join them.
+/// [`EvalError`] if the anchors do not join the drawing and the floor.
 pub fn join(
     anchors: &Anchors,
     file: &Path,

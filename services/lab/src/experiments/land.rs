@@ -1,8 +1,8 @@
-//! The suite `directions-land`: journeys of some 30 m from pole to pole by a custom map, with a noisy laser. The paper mentions
-//! this navigator but does not build it (Park and Kender 1995, 8).
+//! The `directions-land` suite drives journeys of about 30 m from pole to pole by a custom map, with a noisy laser. The
+//! paper mentions such a navigator but does not build it (Park and Kender 1995, 8).
 //!
-//! Each trial has a field of its own. The map-maker knows the poles; the navigator sees what its laser shows. A journey succeeds if
-//! the robot stops next to the pole of its goal without having touched anything.
+//! Each trial has its own field of poles. The map-maker knows the poles, while the navigator only sees what its laser
+//! shows. A journey succeeds if the robot stops next to the pole of its goal without having touched anything.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -23,22 +23,22 @@ use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::trial::{Page, Trial};
 
-/// The number of fields.
+/// Number of fields.
 const FIELDS: usize = 100;
-/// The straight-line distance from the start to the goal, metres.
+/// Straight-line distance from the start to the goal, in metres.
 const WAY_M: f64 = 30.0;
-/// The distance from its first pole at which the robot starts, and from its last one at which it may stop, metres.
+/// Distances, in metres, from its first pole at which the robot starts, and from its last pole at which it may stop.
 const BESIDE_M: f64 = 0.8;
 const THERE_M: f64 = 1.2;
-/// Standard deviation of the heading at the start, degrees.
+/// Standard deviation of the heading at the start, in degrees.
 const HEADING_DEG: f64 = 2.0;
-/// The slowest average speed, metres per second.
+/// The slowest average speed, in metres per second.
 const SLOWEST_MPS: f64 = 0.08;
 
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing.
+/// [`EvalError`] if a file is missing.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::with_capacity(FIELDS);
     let mut unjoined = 0;
@@ -63,7 +63,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// The journey on a field; `None` if no path leads to the goal.
+/// Returns the journey on a field, or `None` if no path leads to the goal.
 fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
     let field = poles::poles(number);
     let way_m = |pole: &[f64; 2]| (pole[0] - field[0][0]).hypot(pole[1] - field[0][1]);
@@ -118,7 +118,7 @@ fn trial(folders: &Folders, number: u64) -> Result<Option<Trial>, EvalError> {
     Ok(is_joined(&trial, &field, goal)?.then_some(trial))
 }
 
-/// Whether isolated landmarks join the start and the goal.
+/// Returns true if isolated landmarks join the start and the goal.
 fn is_joined(trial: &Trial, field: &[[f64; 2]], goal: [f64; 2]) -> Result<bool, EvalError> {
     let pilot = keys::pilot(&trial.mission, &trial.robot, 0.0).map_err(|error| EvalError::Trial {
         trial: trial.name.clone(),

@@ -1,14 +1,16 @@
-//! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`,
-//! `landmark-isolation`, `landmark-deformed`, `landmark-labels`; by the thesis's own conditions: [`thesis`].
+//! Suites of routes past landmarks (Chronis 2007, chapter 5): `landmark-scenes`, `landmark-features`, `landmark-isolation`,
+//! `landmark-deformed` and `landmark-labels`. For suites under the thesis's own conditions, see [`thesis`]. For what these leave
+//! open, see [`unknowns`].
 //!
-//! The scenes and sketches are not those of the thesis, whose figures are lost: see [`sketchnav_sim::scenes`]. A drive
-//! succeeds where the robot stops before the object at the route's end.
+//! The scenes and sketches are not those of the thesis, whose figures are lost (see [`sketchnav_sim::scenes`]). A drive
+//! succeeds if the robot stops in front of the object at the end of the route.
 
 mod figures;
 pub mod isolation;
 mod published;
 mod tables;
 pub mod thesis;
+pub mod unknowns;
 mod variants;
 
 use std::path::Path;
@@ -28,19 +30,19 @@ use crate::experiments::suite::{Curve, Folders, Suite, Told};
 use crate::experiments::trial::Trial;
 
 const ROBOT: &str = "nomad200";
-/// The same with a camera that finds markers.
+/// The robot with a camera that finds markers.
 const ROBOT_WITH_CAMERA: &str = "nomad200-camera";
 const BELIEF: &str = METHODS[0];
 const STATES: &str = METHODS[1];
 const FOLDER: &str = "sim/missions/landmarks";
 const REPETITIONS: u32 = 5;
-/// Sketches of each scene and degree.
+/// Number of sketches of each scene and degree.
 const SKETCHES: u64 = 10;
 const DEGREES: [f64; 4] = [0.0, 0.5, 1.0, 1.5];
 
 const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.5: 11 and 9 people's sketches of two other scenes, in another simulator. Here both scenes are rebuilt from the text, and the sketches are drawn by a program.";
 
-/// A mission in a scene.
+/// Returns a mission in a scene.
 fn mission(folders: &Folders, scene: &Scene, given: toml::Table) -> Mission {
     let goal = &scene.objects[scene.goal].name;
     Mission {
@@ -68,7 +70,7 @@ fn trial(name: String, line: String, mission: Mission) -> Result<Trial, EvalErro
     Ok(Trial::new(name, line, mission, files::robot(ROBOT)?))
 }
 
-/// The trials by the sketches that ship: 11 of scene A, 9 of scene B.
+/// Returns the trials with the sketches that ship, of which 11 are of scene A and 9 of scene B.
 fn sketched(folders: &Folders) -> Result<Vec<Trial>, EvalError> {
     let mut trials = Vec::new();
     for (scene, count) in [(Scene::a(), 11), (Scene::b(), 9)] {
@@ -82,10 +84,10 @@ fn sketched(folders: &Folders) -> Result<Vec<Trial>, EvalError> {
     Ok(trials)
 }
 
-/// Loads the suite `landmark-scenes`.
+/// Loads the `landmark-scenes` suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing.
+/// [`EvalError`] if a file is missing.
 pub fn scenes(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = sketched(folders)?;
     let others: Vec<_> = variants(&trials).into_iter().skip(trials.len()).collect();
@@ -106,15 +108,16 @@ pub fn scenes(folders: &Folders) -> Result<Suite, EvalError> {
 /// A version of the method (Chronis 2007, table 5.1).
 struct Version {
     line: &'static str,
-    /// Proximity, width, neighbour directions, temporal objects.
+    /// Use of proximity, width, neighbour directions and temporal objects.
     features: [bool; 4],
-    /// The c of the distance measure by which returns are joined (4.4).
+    /// Parameter c of the distance measure by which returns are joined (4.4).
     joining_c: f64,
-    /// To how many inches a proximity is known: 11 before version 3 (5.1).
+    /// Tolerance of a proximity, in inches, which is 11 before version 3 (5.1).
     proximity_in: f64,
 }
 
-/// The versions, with one feature after the other. "Larger objects" are those of a greater c; the text has no number: twice.
+/// The versions, each adding one feature to the previous one. "Larger objects" are those of a greater c. The text gives no
+/// number, so c is doubled here.
 const VERSIONS: [Version; 6] = {
     const C: f64 = 24.0;
     const fn version(line: &'static str, features: [bool; 4]) -> Version {
@@ -130,7 +133,7 @@ const VERSIONS: [Version; 6] = {
     ]
 };
 
-/// What is published of them.
+/// Published remarks on the versions.
 const TOLD: [(&str, &str); 6] = [
     ("1 main direction", "unsuccessful"),
     ("2 and proximity", "unsuccessful"),
@@ -155,10 +158,10 @@ impl Version {
     }
 }
 
-/// Loads the suite `landmark-features`.
+/// Loads the `landmark-features` suite.
 ///
 /// # Errors
-/// As [`scenes`].
+/// Same as [`scenes`].
 pub fn features(folders: &Folders) -> Result<Suite, EvalError> {
     let mut trials = Vec::new();
     for version in &VERSIONS {
@@ -185,17 +188,17 @@ pub fn features(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// The objects of a scene, in a wide place.
+/// Returns a world with the objects of a scene in a wide open place.
 fn source(folders: &Folders, scene: &Scene) -> WorldSource {
     let FloorPlan { furniture, .. } = scene.plan();
     let open = folders.project.join(FOLDER).join("open.floor.toml");
     WorldSource { floor_plan: Some(text(&open)), furniture, ..WorldSource::default() }
 }
 
-/// Loads the suite `landmark-deformed`.
+/// Loads the `landmark-deformed` suite.
 ///
 /// # Errors
-/// As [`scenes`].
+/// Same as [`scenes`].
 pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
         title: "Twelve scenes by ten sketches of each degree, deformed as people deform them.".into(),
@@ -203,10 +206,11 @@ pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `landmark-labels`: the drives of `landmark-deformed` by a robot that reads what the sketch names.
+/// Loads the `landmark-labels` suite, which has the drives of `landmark-deformed` with a robot that reads the names in the
+/// sketch.
 ///
 /// # Errors
-/// As [`scenes`].
+/// Same as [`scenes`].
 pub fn labels(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
         title: "The same scenes and sketches by a robot with a camera: objects have markers, which the mission gives the labels of the sketch.".into(),
@@ -214,7 +218,7 @@ pub fn labels(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Makes a trial of a scene by a sketch of a degree and a number, for a line of the table.
+/// A function that makes a trial of a scene with a sketch of a degree and a number, for a line of the table.
 type ByDegree = fn(&Folders, &Scene, f64, u64, String) -> Result<Trial, EvalError>;
 
 fn by_degrees(folders: &Folders, trial: ByDegree) -> Result<Suite, EvalError> {
@@ -239,10 +243,10 @@ fn by_degrees(folders: &Folders, trial: ByDegree) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `landmark-choice`: scenes and sketches on which parameters can be chosen, none of which is reported on.
+/// Loads the `landmark-choice` suite. Its scenes and sketches are for choosing parameters, and none of them is reported on.
 ///
 /// # Errors
-/// As [`scenes`].
+/// Same as [`scenes`].
 pub fn choice(folders: &Folders) -> Result<Suite, EvalError> {
     const FIRST: u64 = 101;
     let mut trials = Vec::new();
@@ -261,7 +265,7 @@ pub fn choice(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// A trial by a sketch that is drawn by chance.
+/// Makes a trial with a sketch that is drawn at random.
 fn by_deformed(
     folders: &Folders,
     scene: &Scene,
@@ -279,7 +283,8 @@ fn by_deformed(
     Ok(Trial { bytes: Some(sketch.file().into_bytes().into()), ..one })
 }
 
-/// The same by a robot with a camera, past objects with markers. Those are known whose label in the sketch is their own.
+/// Makes a trial like [`by_deformed`], but with a camera and with markers on the objects. The robot knows the objects whose
+/// label in the sketch is their own.
 fn by_labels(
     folders: &Folders,
     scene: &Scene,
@@ -302,7 +307,7 @@ fn by_labels(
     Ok(one)
 }
 
-/// The seed of a sketch.
+/// Returns the seed of a sketch.
 fn sketch_seed(degree: f64, number: u64) -> u64 {
     number + 1000 * (degree * 10.0) as u64
 }
@@ -311,7 +316,7 @@ fn sketch_seed(degree: f64, number: u64) -> u64 {
 mod tests {
     use super::*;
 
-    /// The trials without additional states are by states alone: a belief would be driven twice.
+    /// The trials without additional states are driven by states only. Otherwise a belief would be driven twice.
     #[test]
     fn a_trial_with_a_method_of_its_own_is_driven_once() {
         let suite = scenes(&Folders::of_checkout()).unwrap();

@@ -1,9 +1,11 @@
-//! Suite `routes-look-ahead`: the drives of suite `routes` by r_H, how far the planner looks ahead on the drawn route.
+//! The `routes-look-ahead` suite repeats the drives of the `routes` suite with several values of r_H, which is how far the
+//! planner looks ahead on the drawn route.
 //!
-//! Boniardi et al. 2016, V-B, state the trade-off without figures: with a large r_H the robot follows "the locally optimal
-//! trajectory", which "results in considerable displacement from the drawn path"; with one too small, "the planner is not able to
-//! react quickly enough to unmapped obstacles and the safety of the navigation is severely affected". So the table shows the
-//! displacement and how many drives touched something. Each floor has four things that nobody drew.
+//! Boniardi et al. 2016, V-B, state the trade-off without figures. With a large r_H, the robot follows "the locally optimal
+//! trajectory", which "results in considerable displacement from the drawn path". If r_H is too small, "the planner is not
+//! able to react quickly enough to unmapped obstacles and the safety of the navigation is severely affected". The table
+//! therefore shows the displacement and the number of drives that touched something. Each floor has four obstacles that are
+//! in no drawing.
 
 use sketchnav_schemas::codes::Process;
 
@@ -14,17 +16,17 @@ use crate::experiments::suite::{Curve, Folders, Suite};
 use crate::experiments::trial::Trial;
 
 const TITLE: &str = "The drives of suite routes by r_H, how far the planner looks ahead on the drawn route (Boniardi et al. 2016, V-B), two for each drawing.";
-/// The planner's parameter.
+/// Key of the planner's parameter.
 const KEY: &str = "route_look_ahead_m";
-/// In metres; the one in use is among them.
+/// Values in metres, including the one in use.
 const VALUES_M: [f64; 5] = [0.3, 0.6, 1.2, 2.4, 4.8];
-/// Repetitions per drawing, by default.
+/// Default number of repetitions per drawing.
 const REPETITIONS: u32 = 2;
 
 /// Loads the suite.
 ///
 /// # Errors
-/// As [`routes::suite`].
+/// Same as [`routes::suite`].
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let drives = routes::suite(folders)?.trials;
     let line = |value: f64| format!("{value} m");

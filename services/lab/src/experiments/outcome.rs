@@ -1,32 +1,32 @@
-//! The outcome of a task, as one word and a few figures.
+//! Outcomes of tasks, each a single word with a few figures.
 
 use crate::experiments::cost::Cost;
 use crate::judge::TaskVerdict;
 use crate::judge::states::StateDriven;
 use serde::{Deserialize, Serialize};
 
-/// How a task ended. Only [`Self::Reached`] is a success.
+/// The kind of outcome of a task. Only [`Self::Reached`] is a success.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// The robot reported that it arrived, and truly had.
+    /// The robot reported its arrival, and truly was at the goal.
     Reached,
-    /// It reported so, but was elsewhere.
+    /// The robot reported its arrival, but was elsewhere.
     WrongArrival,
-    /// It arrived by a path that is not consistent with the drawing: past something on another side than the drawn route, or than
-    /// the way to the goal in the drawing.
+    /// The robot arrived by a path that is not consistent with the drawing. It passed something on a different side than the
+    /// drawn route, or than the path to the goal in the drawing.
     WrongSide,
-    /// It touched something, and a touch ends the drive.
+    /// The robot touched something in a trial in which a touch ends the drive.
     Collided,
-    /// It reported that it does not know where it is.
+    /// The robot reported that it is lost.
     Lost,
-    /// It reported that there is no path.
+    /// The robot reported that there is no path.
     Blocked,
     /// The time ran out.
     TimedOut,
-    /// The mission ended in another way.
+    /// The mission ended in any other way.
     Aborted,
-    /// It never moved, whatever it reported then: in a corridor driven by markers, no pair was in view.
+    /// The robot never moved, whatever it reported then. In a corridor driven by markers, this means that no pair was in view.
     NeverMoved,
 }
 
@@ -44,7 +44,7 @@ impl Kind {
         Self::NeverMoved,
     ];
 
-    /// The word for it in tables.
+    /// Returns the word for the outcome in tables.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Reached => "reached",
@@ -59,7 +59,7 @@ impl Kind {
         }
     }
 
-    /// The kind of a judged task as far as its verdict says, which is without the path that the robot took and whether a touch is a
+    /// Returns the outcome that follows from a verdict alone, without considering the path of the robot or whether a touch is a
     /// failure.
     pub fn of(verdict: &TaskVerdict) -> Self {
         match (verdict.reached, verdict.state.as_str()) {
@@ -73,50 +73,50 @@ impl Kind {
     }
 }
 
-/// One task of one trial, driven once.
+/// The outcome of one task of a trial, driven once.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TaskOutcome {
-    /// The trial's name and the number of the repetition, as `--only` takes it: `00/a/2-5#1`.
+    /// Name of the trial and number of the repetition, for example `00/a/2-5#1`. This is the form that `--only` takes.
     pub id: String,
-    /// The drawing that it counts for.
+    /// The drawing that the outcome counts for.
     pub drawing: String,
-    /// The method's name.
+    /// Name of the method.
     pub method: String,
-    /// The seed of the run in which the task was driven.
+    /// Seed of the run in which the task was driven.
     pub seed: u64,
-    /// The task's name.
+    /// Name of the task.
     pub task: String,
-    /// Number of the task within the trial, from 0.
+    /// Index of the task within the trial, from 0.
     pub task_index: usize,
-    /// How it ended.
+    /// Kind of outcome.
     pub kind: Kind,
     /// The robot's reason, in its own words.
     pub reason: String,
-    /// Simulated seconds.
+    /// Duration, in simulated seconds.
     pub time_s: f64,
-    /// Length of the true path, metres.
+    /// Length of the true path, in metres.
     pub path_m: f64,
-    /// Where the robot truly was at the end, metres and degrees, frame `World`; `None` if the task never began.
+    /// True pose of the robot at the end in the frame `World`, in metres and degrees, or `None` if the task never began.
     pub end: Option<[f64; 3]>,
-    /// The distance from there to the middle of the goal's place, metres.
+    /// Distance from the true final position to the middle of the goal's place, in metres.
     pub final_error_m: Option<f64>,
-    /// How often the robot began to touch something.
+    /// Number of times the robot began to touch something.
     pub collisions: u32,
-    /// What it cost.
+    /// Cost of the task.
     pub cost: Cost,
-    /// The landmark states of a drive by such states, in order; empty otherwise.
+    /// The landmark states of a drive by such states, in order. Empty for other drives.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub states: Vec<StateDriven>,
-    /// How often a person answered the robot in the drive; 0 if there was no person.
+    /// Number of times a person answered the robot in the drive, or 0 if there was no person.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub answers: u32,
-    /// The drawing, if it is that of other outcomes, too, so that they are not independent of each other.
+    /// The drawing, if other outcomes share it and are therefore not independent of this one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cluster: Option<String>,
-    /// Whether it was reached as judged by the robot's own pose in the drawing; `None` without a drawing.
+    /// True if the task was reached as judged by the robot's own pose in the drawing, or `None` if there is no drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_sketch: Option<bool>,
-    /// The mean distance of the true path from the drawn route, metres; `None` without a route.
+    /// Mean distance of the true path from the drawn route, in metres, or `None` if there is no route.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_m: Option<f64>,
 }
@@ -127,7 +127,7 @@ fn is_zero(count: &u32) -> bool {
 
 #[cfg(test)]
 impl TaskOutcome {
-    /// An outcome for tests: a trial's name with its repetition, and how it ended.
+    /// Returns an outcome for tests. The `id` is the name of a trial with its repetition.
     pub fn sample(id: &str, kind: Kind) -> Self {
         Self {
             id: id.to_owned(),
@@ -154,7 +154,7 @@ impl TaskOutcome {
 }
 
 impl TaskOutcome {
-    /// Whether the task succeeded.
+    /// Returns true if the task succeeded.
     pub fn is_success(&self) -> bool {
         self.kind == Kind::Reached
     }

@@ -1,13 +1,13 @@
-//! Suite `people`: ten drawings of one environment by ten people. Two annotators say which places of a drawing correspond to which
-//! places of the environment. Suite `people-exam`: six more by other people. Parameters may be chosen by the first suite, never by
-//! the second. Suites `people-answers` and `people-exam-answers`: the same drives, while a [person] looks on and answers the
-//! robot's questions.
+//! The `people` suite drives with ten drawings of one environment, made by ten people. Two annotators matched places in the
+//! drawings to places in the environment. The `people-exam` suite has six more drawings by other people. Parameters may be
+//! chosen by the first suite, but never by the second. In the `people-answers` and `people-exam-answers` suites, the same
+//! drives are watched by a [person] who answers the robot's questions.
 //!
-//! A trial drives from one matched place to another in a different region, with the start marked as people mark it. Arrival is
-//! judged by region, since two annotators' marks in one hall can be metres apart. Data: M. Mielle et al., "A method to find the
-//! robot's place in a hand-drawn map" (sketch_map_matching).
+//! Each trial drives from one matched place to another in a different region, with the start marked as people mark it.
+//! Arrival is judged by region, since two annotators' marks in one hall can be metres apart. Data: M. Mielle et al., "A
+//! method to find the robot's place in a hand-drawn map" (sketch_map_matching).
 //!
-//! - [`mod@matches`]: the annotators' files; [`regions`]: the environment's rooms.
+//! - [`mod@matches`] parses the annotators' files, and [`regions`] has the rooms of the environment.
 
 pub mod matches;
 pub mod regions;
@@ -33,23 +33,23 @@ use matches::{Match, Reading};
 use regions::Regions;
 
 const TITLE: &str = "Ten people's drawings of one environment; from each matched place to each one in another region, both annotators.";
-/// The map whose folder also contains the drawings.
+/// The map. Its folder also contains the drawings.
 const DRAWINGS: Datum = Datum {
     what: "ten people's drawings of one environment (M. Mielle et al., sketch_map_matching)",
     file: "sketches/kth/world.yaml",
 };
 const EXAM_TITLE: &str = "Six more people's drawings of the environment of suite people, by which nothing was chosen; pairs of places as there.";
-/// Drawings by which nothing is chosen.
+/// Drawings by which nothing may be chosen.
 const EXAM: Datum = Datum {
     what: "six more people's drawings of the same environment (M. Mielle et al., sketch_map_matching)",
     file: "sketches/kth-validation/10.png",
 };
-/// How far from a wall the robot starts, beyond its radius.
+/// Distance of the robot from walls at the start, in metres, in addition to its radius.
 const START_CLEARANCE_M: f64 = 0.1;
-/// The robot starts facing the point this far ahead on its path.
+/// Distance, in metres, to the point on its path that the robot faces at the start.
 const LOOK_AHEAD_M: f64 = 1.0;
 
-/// What all drawings of the suite share.
+/// The data that all drawings of a suite share.
 struct Place {
     /// The folder of the environment's map.
     folder: PathBuf,
@@ -59,7 +59,7 @@ struct Place {
     ground: Ground,
     regions: Regions,
     robot: Robot,
-    /// Whether a person looks on and answers.
+    /// True if a person looks on and answers.
     has_onlooker: bool,
 }
 
@@ -75,31 +75,31 @@ struct AnnotatedDrawing {
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError::NoData`] without the drawings; otherwise with the file that exists but is not as expected.
+/// [`EvalError::NoData`] if the drawings are missing. Otherwise [`EvalError`] if a file is malformed.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     ten(folders, false)
 }
 
-/// Loads the drawings by which nothing is chosen.
+/// Loads the suite of drawings by which nothing may be chosen.
 ///
 /// # Errors
-/// As [`suite`].
+/// Same as [`suite`].
 pub fn exam(folders: &Folders) -> Result<Suite, EvalError> {
     six(folders, false)
 }
 
-/// The drives of [`suite`] while a person looks on and answers.
+/// Loads the drives of [`suite`] with a person who looks on and answers.
 ///
 /// # Errors
-/// As [`suite`].
+/// Same as [`suite`].
 pub fn answered(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(with_onlooker(ten(folders, true)?))
 }
 
-/// The drives of [`exam`] while a person looks on and answers.
+/// Loads the drives of [`exam`] with a person who looks on and answers.
 ///
 /// # Errors
-/// As [`suite`].
+/// Same as [`suite`].
 pub fn exam_answered(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(with_onlooker(six(folders, true)?))
 }
@@ -153,7 +153,7 @@ impl Place {
         Ok(())
     }
 
-    /// The match's points of the world, converted to metres in the map's frame.
+    /// Converts the match's points in the world to metres in the frame of the map.
     fn in_metres(&self, mut found: Match) -> Match {
         let (_, height) = self.map.raster().size();
         let (resolution, [x, y]) = (self.map.resolution_m(), self.map.origin_m());
@@ -185,13 +185,13 @@ impl Place {
         suite.trials.extend(trials.map(|trial| Trial { person: person.clone(), ..trial }));
     }
 
-    /// A matched place; `None` if robots cannot enter it.
+    /// Returns a matched place, or `None` if robots cannot enter it.
     fn spot(&self, paper: &AnnotatedDrawing, reading: &Reading, index: usize) -> Option<Spot> {
         let found = &reading.matches[index];
         let is_enterable = |at| self.regions.of(at).is_some_and(|region| self.regions.is_enterable(region));
         let (sketch, world) = reading.likeliest_pair(index, is_enterable)?;
         let region = self.regions.of(world)?;
-        // The region of the start comes first; all of them count as the goal.
+        // The region of the start comes first, but all of them count as the goal.
         let mut regions = vec![region];
         regions.extend(found.world.iter().filter_map(|&at| self.regions.of(at)).filter(|&r| r != region));
         let within = |at| self.regions.of(at) == Some(region);
@@ -252,15 +252,15 @@ impl Place {
     }
 }
 
-/// A matched place to start from and to go to.
+/// A matched place that can be a start or a goal.
 struct Spot {
-    /// The number of its match in the annotator's file.
+    /// Number of the match in the annotator's file.
     number: usize,
-    /// Where the robot stands, metres: at the mark, or at the nearest place of the region where it fits.
+    /// Position of the robot, in metres. This is the mark, or the nearest position in the region at which the robot fits.
     world: [f64; 2],
-    /// The position of the mark in the drawing, image pixels.
+    /// Position of the mark in the drawing, in image pixels.
     sketch: [f64; 2],
-    /// Regions that it is matched to, beginning with that of `world`.
+    /// Regions that the place is matched to, beginning with that of `world`.
     regions: Vec<usize>,
 }
 
@@ -273,7 +273,8 @@ impl AnnotatedDrawing {
         Ok(Self { name: name.to_owned(), file, drawing: Arc::new(drawing), reachable })
     }
 
-    /// The nearest place where the drawing is free and connected to most of it, since marks are imprecise.
+    /// Returns the nearest position that is free in the drawing and connected to most of it. This is needed because marks are
+    /// imprecise.
     fn nearest_free(&self, at: [f64; 2]) -> Option<[f64; 2]> {
         let at = self.drawing.from_image(at);
         let nearest = person::nearest_cell(&self.drawing, &at, |cell| self.reachable[cell])?;
@@ -281,7 +282,7 @@ impl AnnotatedDrawing {
     }
 }
 
-/// The largest set of free cells that share sides.
+/// Returns the largest set of free cells that are connected through their sides.
 fn largest_free_region(drawing: &DrawnMap) -> Vec<bool> {
     let width = drawing.width_px as usize;
     let mut left: Vec<bool> = drawing.cells.iter().map(|&cell| cell == FREE).collect();

@@ -1,7 +1,8 @@
-//! A person who looks on, drawing in hand, and answers when the robot asks where it is.
+//! A person who looks on with the drawing in hand, and answers when the robot asks where it is.
 //!
-//! The person sees where the robot truly is, and points at that place in the drawing as exactly as people mark a start. After a few
-//! answers they give the drive up. They say nothing unless the robot asks.
+//! The person sees the true position of the robot, and points at the corresponding position in the drawing as exactly as
+//! people mark a start. After a few answers, the person gives up on the drive. The person says nothing unless the robot
+//! asks.
 
 use nalgebra::Complex;
 use rand_distr::{Distribution, Normal};
@@ -19,21 +20,21 @@ use crate::experiments::section::Section;
 use crate::experiments::table::Table;
 use crate::experiments::trial::StartError;
 
-/// Most answers in a drive, after which the person gives it up.
+/// Maximum number of answers in a drive, after which the person gives up.
 const MOST_ANSWERS: u32 = 4;
-/// Pause between two answers, simulated nanoseconds.
+/// Pause between two answers, in nanoseconds of simulation.
 const PAUSE_NS: u64 = 5_000_000_000;
 
-/// What a person knows: which places of the world correspond to which places of the drawing.
+/// A person's knowledge of which places in the world correspond to which places in the drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Person {
-    /// In the world, metres, and in the drawing, pixels, frame `Sketch`.
+    /// Pairs of positions in the world, in metres, and in the drawing, in pixels of the frame `Sketch`.
     matched: Vec<[Complex<f64>; 2]>,
 }
 
 impl Person {
-    /// A person who knows where these places are in the drawing; at least one pair is needed. With only one, a metre counts as a
-    /// pixel.
+    /// Creates a person who knows the positions of these places in the drawing. At least one pair is needed. With only one, a
+    /// metre counts as a pixel.
     pub fn new(matched: impl IntoIterator<Item = (Point<World>, Point<Sketch>)>) -> Self {
         let pair = |(world, sketch): (Point<World>, Point<Sketch>)| {
             [Complex::new(world.x, world.y), Complex::new(sketch.x, sketch.y)]
@@ -41,8 +42,8 @@ impl Person {
         Self { matched: matched.into_iter().map(pair).collect() }
     }
 
-    /// The pose of the robot as it would be drawn: by the similarity that fits the matched places best, with near ones weighing
-    /// most (Schaefer, McPhail, Warren 2006, section 2.2).
+    /// Returns the pose of the robot as the person would draw it. It follows from the similarity transform that fits the
+    /// matched places best, with near ones weighing most (Schaefer, McPhail, Warren 2006, section 2.2).
     pub fn drawn(&self, robot: &Pose<World>) -> Pose<Sketch> {
         let at = Complex::new(robot.x, robot.y);
         let weighted = || {
@@ -68,12 +69,12 @@ pub struct Bystander<'a> {
     rng: Pcg64Mcg,
     question: QuestionKind,
     asked_ns: Option<u64>,
-    /// How often they were asked.
+    /// Number of times the person was asked.
     asked: u32,
 }
 
 impl<'a> Bystander<'a> {
-    /// The person before a drive by `paper`; `seed` is the run's.
+    /// Creates the person before a drive by `paper`. `seed` is the seed of the run.
     pub fn new(person: &'a Person, paper: &'a DrawnMap, seed: u64) -> Self {
         let rng = seed::stream(seed, "eval/person");
         Self { person, paper, rng, question: QuestionKind::Nothing, asked_ns: None, asked: 0 }
@@ -86,22 +87,23 @@ impl<'a> Bystander<'a> {
         self.question = asked.unwrap_or(self.question);
     }
 
-    /// How often they have answered.
+    /// Returns the number of answers so far.
     pub fn answers(&self) -> u32 {
         self.asked.min(MOST_ANSWERS)
     }
 
-    /// Whether they have been asked once more than they answer.
+    /// Returns true if the person was asked once more than they answer.
     pub fn gives_up(&self) -> bool {
         self.asked > MOST_ANSWERS
     }
 
-    /// Whether they have given up while the robot is lost.
+    /// Returns true if the person gave up while the robot is lost.
     pub fn leaves_it_lost(&self) -> bool {
         self.gives_up() && self.question == QuestionKind::Where
     }
 
-    /// The answer to the robot's question, given again as long as it keeps asking; `robot`: where it truly is at this time.
+    /// Returns the answer to the robot's question, which is given again as long as the robot keeps asking. `robot` is its true
+    /// pose at this time.
     pub fn answer(&mut self, robot: &Pose<World>, stamp_ns: u64) -> Option<Here> {
         let is_due = self.asked_ns.is_none_or(|asked_ns| stamp_ns >= asked_ns + PAUSE_NS);
         if self.question == QuestionKind::Nothing || !is_due {
@@ -112,12 +114,13 @@ impl<'a> Bystander<'a> {
             return None;
         }
         let pose = self.point_at(robot);
-        // An answer to `Which` has no heading.
+        // Only `Where` asks for a heading, so the answer to `Which` has none.
         let yaw_rad = (self.question == QuestionKind::Where).then_some(pose.yaw_rad);
         Some(Here { at: pose.position(), yaw_rad })
     }
 
-    /// Where a person puts the robot: at the free place that is nearest to the truth, with people's errors.
+    /// Returns the pose at which the person puts the robot, which is at the free position nearest to the truth, with people's
+    /// errors.
     fn point_at(&mut self, robot: &Pose<World>) -> Pose<Sketch> {
         let drawn = self.person.drawn(robot);
         let error = StartError::OF_PEOPLE;
@@ -134,7 +137,7 @@ impl<'a> Bystander<'a> {
     }
 }
 
-/// The middle of the nearest cell to a place in the drawing among those that count; `None` if none does.
+/// Returns the middle of the cell nearest to a point in the drawing, among those that count, or `None` if none does.
 pub(super) fn nearest_cell(
     drawing: &DrawnMap,
     at: &Point<Sketch>,
@@ -146,7 +149,7 @@ pub(super) fn nearest_cell(
     counted.min_by(|a, b| a.distance(at).total_cmp(&b.distance(at)))
 }
 
-/// How often the robot asked, and how the drives in which it asked ended.
+/// Returns a section on how often the robot asked, and on how the drives in which it asked ended.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let mut lines: Vec<(&str, Option<&str>)> = Vec::new();
     for outcome in outcomes {
@@ -201,7 +204,7 @@ mod tests {
 
     use super::*;
 
-    /// A quarter turn, ten pixels per metre; the last corner is drawn too far out.
+    /// The drawing is rotated by a quarter turn at ten pixels per metre, and the last corner is drawn too far out.
     const CORNERS: [([f64; 2], [f64; 2]); 4] = [
         ([0.0, 0.0], [100.0, 0.0]),
         ([4.0, 0.0], [100.0, 40.0]),
@@ -224,7 +227,7 @@ mod tests {
         assert!((drawn.yaw_rad.to_degrees() - 90.0).abs() < 10.0, "{drawn:?}");
     }
 
-    /// A sheet of 60 by 20 pixels with a wall in the middle.
+    /// Returns a sheet of 60 by 20 pixels with a wall in the middle.
     fn paper() -> DrawnMap {
         let svg = r##"<svg xmlns="http://www.w3.org/2000/svg" width="60" height="20">
             <rect width="60" height="20" fill="#ffffff"/><rect x="28" width="4" height="20" fill="#000000"/></svg>"##;
@@ -237,7 +240,7 @@ mod tests {
         bystander.hear(QUESTION.spec, bytemuck::bytes_of(&question));
     }
 
-    /// A person in a world that coincides with the sheet, a tenth of a metre per pixel.
+    /// Returns a person in a world that coincides with the sheet, at a tenth of a metre per pixel.
     fn person_of(paper: &DrawnMap) -> Person {
         let at = |x: f64| (Point::new(x, 0.0), paper.from_image([10.0 * x, 20.0]));
         Person::new([at(0.0), at(6.0)])

@@ -1,10 +1,11 @@
-//! Suites that follow the protocol of Boniardi et al. 2015, section IV: tasks in a row. The robot's pose is given at the start of
-//! the first task, and after a task that failed it is given again, at that task's goal. A suite has a mission file for each
-//! drawing, and the paper's table to compare with.
+//! Suites that follow the protocol of Boniardi et al. 2015, section IV, in which the robot drives a series of tasks. Its
+//! pose is given at the start of the first task. After a failed task, it is given again at the goal of that task. A suite
+//! has a mission file for each drawing, and the paper's table to compare with.
 //!
-//! The paper "required the executed trajectories to be topologically consistent with the sketch". Where the drawings are joined to
-//! their floor by anchors, a task that was reached by a way that is not homotopic to the drawing's does not count. Those of Building
-//! 079 are not: in drawing c, where a wall ends too early, the planner's way from room 2 to room 3 is not homotopic to the floor's.
+//! The paper "required the executed trajectories to be topologically consistent with the sketch". If a drawing is joined to
+//! its floor by anchors, a task does not count as reached if the path is not homotopic to the drawing's. The drawings of
+//! Building 079 have no anchors. In drawing c, a wall ends too early, so the planner's path from room 2 to room 3 is
+//! not homotopic to the one on the floor.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -28,16 +29,16 @@ const FURNISHED: Datum = Datum {
     what: "the map of Building 079 in Freiburg with its furniture",
     file: "maps/Freiburg79_scan_furnitures.yaml",
 };
-/// How many times each chain of tasks is driven.
+/// Number of times each chain of tasks is driven.
 const ATTEMPTS: u32 = 10;
-/// How far from a wall the robot is placed, beyond its radius; paths are measured with the same clearance.
+/// Distance of the robot from walls, in metres, in addition to its radius. Paths are measured with the same clearance.
 const CLEARANCE_M: f64 = 0.075;
-/// After a failure the robot starts facing the point this far ahead on its path.
+/// Distance, in metres, to the point on its path that the robot faces when it starts again after a failure.
 const LOOK_AHEAD_M: f64 = 1.0;
-/// The size of the cells into which a world of walls and furniture is divided to find paths.
+/// Size in metres of the cells into which a world of walls and furniture is divided to find paths.
 const CELL_M: f64 = 0.1;
 
-/// Table I: path, length in metres, successes out of ten with the drawings A to D.
+/// Table I: path, length in metres, and successes out of ten with drawings A to D.
 const BUILDING: [(&str, f64, [u32; 4]); 9] = [
     ("0 → 1", 6.4, [10, 10, 8, 10]),
     ("1 → 2", 9.7, [10, 10, 7, 8]),
@@ -49,7 +50,7 @@ const BUILDING: [(&str, f64, [u32; 4]); 9] = [
     ("8 → 6", 9.6, [10, 10, 1, 0]),
     ("6 → 7", 8.2, [10, 0, 9, 5]),
 ];
-/// Table II: path, length in metres, successes out of ten with the drawings A and B.
+/// Table II: path, length in metres, and successes out of ten with drawings A and B.
 const LABORATORY: [(&str, f64, [u32; 2]); 7] = [
     ("1 → 2", 3.8, [9, 8]),
     ("1 → 4", 6.7, [9, 10]),
@@ -60,10 +61,10 @@ const LABORATORY: [(&str, f64, [u32; 2]); 7] = [
     ("7 → 5", 6.2, [9, 10]),
 ];
 
-/// Table I on the real, furnished floor of Building 079, by four drawings of this project from good to bad.
+/// Loads Table I on the real, furnished floor of Building 079, with four drawings of this project from good to bad.
 ///
 /// # Errors
-/// [`EvalError::NoData`] without that floor; otherwise with the file that exists but is not as expected.
+/// [`EvalError::NoData`] if the floor is missing. Otherwise [`EvalError`] if a file is malformed.
 pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     let map = folders.datum(FURNISHED)?;
     let mut suite = Suite {
@@ -76,10 +77,10 @@ pub fn building_079(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Table I in the shipped building, with people walking, by its four drawings.
+/// Loads Table I in the shipped building, with its four drawings and with people walking about.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing or not as expected.
+/// [`EvalError`] if a file is missing or malformed.
 pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         title: "Table I of Boniardi et al. 2015: nine tasks in a row, ten attempts, in the building that ships, where people walk.".into(),
@@ -90,10 +91,10 @@ pub fn building(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(suite)
 }
 
-/// Table II in the shipped laboratory, one part of which both drawings show at a different scale.
+/// Loads Table II in the shipped laboratory, a part of which is shown at a different scale by both drawings.
 ///
 /// # Errors
-/// As [`building`].
+/// Same as [`building`].
 pub fn laboratory(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         title: "Table II of Boniardi et al. 2015: seven legs joined to a chain, ten attempts; the lower part is drawn at half the scale.".into(),
@@ -137,7 +138,7 @@ fn add(
     Ok(())
 }
 
-/// Loads a mission file; `map` replaces the map that it names.
+/// Loads a mission file. If `map` is given, it replaces the map that the mission names.
 fn open(path: &Path, map: Option<&PathBuf>) -> Result<(Mission, Robot), EvalError> {
     let Some(map) = map else { return Ok(sketchnav_sim::mission_file::load(path)?) };
     let text = String::from_utf8_lossy(&read(path)?).into_owned();
@@ -159,7 +160,7 @@ fn ground(world: &WorldDescription, mission: &Mission, robot: &Robot) -> Result<
     }
 }
 
-/// Measures the legs: their lengths here, and the time allowed for each.
+/// Measures the length of each leg here, and sets its time limit accordingly.
 fn measure(suite: &mut Suite, mission: &mut Mission, ground: &Ground) -> Result<(), EvalError> {
     let mut from = mission.start.world;
     for task in &mut mission.task {
@@ -208,7 +209,8 @@ fn trial(drawing: &str, mission: Mission, robot: Robot, ground: &Ground) -> Resu
     })
 }
 
-/// A start at `from`, facing along the path to `to`; the drawings of these suites have the orientation of their floors.
+/// Returns a start at `from` that faces along the path to `to`. The drawings of these suites have the orientation of their
+/// floors.
 fn standing_start(ground: &Ground, from: [f64; 2], to: [f64; 2]) -> Option<Start> {
     let from = standing(ground, from)?;
     let way = ground.way(from, standing(ground, to)?)?;
@@ -227,7 +229,7 @@ mod tests {
     use crate::experiments::outcome::Kind;
     use crate::experiments::run;
 
-    /// In each drawing the way from mark to mark is homotopic to the way on the floor, from place to place.
+    /// In each drawing, the path from mark to mark must be homotopic to the path from place to place on the floor.
     #[test]
     fn the_ways_in_the_drawings_of_the_laboratory_are_those_on_the_floor() {
         let suite = laboratory(&Folders::of_checkout()).unwrap();
@@ -255,7 +257,7 @@ mod tests {
         }
     }
 
-    /// Drawing a of the laboratory with its first two tasks, the mark where the mission says.
+    /// Returns drawing a of the laboratory with its first two tasks and with an exact start mark.
     fn two_tasks() -> Trial {
         let mut suite = laboratory(&Folders::of_checkout()).unwrap();
         let mut trial = suite.trials.swap_remove(0);
@@ -266,7 +268,7 @@ mod tests {
         trial
     }
 
-    /// Boniardi et al. 2015, IV: the pose is given at the start and after a failure.
+    /// Following Boniardi et al. 2015, IV, the pose is given at the start and after a failure.
     #[test]
     fn after_a_task_that_failed_the_robot_is_put_at_its_goal() {
         let mut trial = two_tasks();
@@ -292,7 +294,7 @@ mod tests {
         let runs = run::drive(&trial, "beam", 3).unwrap();
         assert_eq!((runs.len(), runs[0].verdicts.len()), (1, 2));
         assert!(runs[0].verdicts[0].reached, "{:?}", runs[0].verdicts);
-        // By a way consistent with the drawing, and by its own pose there, too.
+        // The path was consistent with the drawing, and the robot's own pose in the drawing was at the goal too.
         let first = &run::outcomes(&trial, "beam", 1, &runs[0])[0];
         assert_eq!((first.kind, first.on_sketch), (Kind::Reached, Some(true)), "{first:?}");
         assert_eq!(

@@ -1,7 +1,8 @@
-//! A suite's outcomes as one page of HTML that needs no other file. It has tables next to the paper's, intervals, how tasks failed,
-//! some of them as pictures, and the command that made it.
+//! Renders the outcomes of a suite as a single self-contained HTML page. The page shows tables next to the paper's,
+//! intervals, the ways in which tasks failed, some tasks as pictures, and the command that made the page.
 //!
-//! Pure: the same outcomes give the same page. It works in light and dark mode and fits a phone.
+//! This module is pure: the same outcomes yield the same page. Pages work in light and dark mode and fit the screen of a
+//! phone.
 
 mod chart;
 mod examples;
@@ -17,18 +18,18 @@ use crate::experiments::table::{self, Table};
 use chart::{Bar, Dot};
 pub use examples::{Example, examples};
 
-/// The contents of a page.
+/// The content of a page.
 #[derive(Debug, Clone, Copy)]
 pub struct Report<'a> {
     /// The suite that was driven.
     pub suite: &'a Suite,
-    /// The methods, in the order of the tables.
+    /// Names of the methods, in the order of the tables.
     pub methods: &'a [String],
     /// All outcomes.
     pub outcomes: &'a [TaskOutcome],
-    /// Some of them as pictures.
+    /// Some of the tasks as pictures.
     pub examples: &'a [Example],
-    /// The command line that made the page.
+    /// Command line that made the page.
     pub command: &'a str,
 }
 
@@ -57,7 +58,7 @@ impl Report<'_> {
         }
     }
 
-    /// Outcomes of a method that count.
+    /// Returns the outcomes of a method that count.
     fn counted(&self, method: &str) -> impl Iterator<Item = &TaskOutcome> {
         self.outcomes.iter().filter(move |ended| ended.method == method && self.suite.counts(ended))
     }

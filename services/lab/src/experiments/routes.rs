@@ -1,13 +1,13 @@
-//! Suite `routes`: 25 drawings, each with a route that the robot is to follow (Boniardi et al. 2016, V).
+//! The `routes` suite has 25 drawings, each with a route for the robot to follow (Boniardi et al. 2016, V).
 //!
-//! A trial succeeds if the robot reports that it has arrived, truly is no farther than the mission's limit from the intended goal,
-//! and took a path that is homotopic to the drawn route with respect to what the person drew ([`crate::judge::homotopy`]). The paper judges
-//! the pose and the path on the sketch and names no limit; the missions say 1 m. Both judgements are counted.
+//! A trial succeeds if the robot reports that it has arrived, truly is within the mission's limit of the intended goal, and
+//! took a path that is homotopic to the drawn route with respect to what the person drew ([`crate::judge::homotopy`]). The
+//! paper judges pose and path on the sketch and names no limit; the missions here use 1 m. Both judgements are counted.
 //!
-//! The start is the route's first point and direction, with the error that the person made in drawing.
+//! The robot's start is the route's first point and direction, including the error that the person made in drawing.
 //!
-//! The drawings are grouped as the paper groups them: by the orientation of the canvas (V-A: portrait succeeds more often), and by
-//! how many of the obstacles are drawn (V-B: success is "independent of the amount of clutter drawn in the sketch").
+//! As in the paper, drawings are grouped by the orientation of the canvas (V-A: portrait succeeds more often) and by the
+//! number of obstacles drawn (V-B: success is "independent of the amount of clutter drawn in the sketch").
 
 use std::path::Path;
 use std::sync::Arc;
@@ -25,18 +25,18 @@ use crate::judge::anchors::Anchors;
 const TITLE: &str = "25 drawings with drawn routes, landscape and portrait, in two floors of panels; reached: within 1 m of the goal by a way homotopic to the route.";
 const NOTICE: &str =
     "paper: Boniardi et al. 2016; each of its 25 drawings is of another person and was driven once.";
-/// Repetitions per drawing, by default.
+/// Default number of repetitions per drawing.
 const REPETITIONS: u32 = 4;
-/// The free-standing obstacles of both floors that people may draw, five on each.
+/// Free-standing obstacles of both floors that people may draw, with five on each floor.
 const OBSTACLES: [&str; 10] =
     ["crate", "table", "drum", "shelf", "wedge", "pallet", "cabinet", "barrel", "bench", "plant"];
-/// How many of them are on a floor.
+/// Number of these obstacles on each floor.
 const OF_A_FLOOR: usize = 5;
 
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing or not as expected.
+/// [`EvalError`] if a file is missing or malformed.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let folder = folders.project.join("sim/missions/routes");
     let anchors = joined::anchors(&folder)?;
@@ -48,7 +48,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite { paper, title, notices, trials, groups, repetitions: REPETITIONS, ..Suite::default() })
 }
 
-/// By the orientation of the canvas, and by how many of the obstacles are drawn.
+/// Groups trials by the orientation of the canvas and by the number of obstacles drawn.
 fn groups(trials: &[Trial], anchors: &Anchors) -> Vec<Group> {
     let is_upright = |trial: &Trial| {
         trial.sheet.as_ref().is_some_and(|sheet| sheet.paper.height_px > sheet.paper.width_px)
@@ -93,10 +93,10 @@ mod tests {
 
     use super::*;
 
-    /// Loaded only once, since 25 drawings are read.
+    /// Loaded only once, because this reads 25 drawings.
     static SHIPPED: LazyLock<Suite> = LazyLock::new(|| suite(&Folders::of_checkout()).unwrap());
 
-    /// Each drawing joins its floor, and its route ends approximately where the person meant.
+    /// Each drawing must join its floor, and its route must end close to where the person meant.
     #[test]
     fn every_route_leads_from_the_robot_to_the_goal_that_was_meant() {
         assert_eq!((SHIPPED.trials.len(), SHIPPED.drawings().len()), (25, 25));
@@ -115,7 +115,7 @@ mod tests {
         }
     }
 
-    /// A route is homotopic to itself, carried to the floor; if driven back to where it began, it is not.
+    /// Carried to the floor, a route is homotopic to itself. If it is driven back to its start, it no longer is.
     #[test]
     fn the_routes_themselves_would_succeed() {
         for Trial { name, mission, sheet, .. } in &SHIPPED.trials {
@@ -128,7 +128,7 @@ mod tests {
         }
     }
 
-    /// Counted by hand in the file of anchors and in the drawings.
+    /// These numbers were counted by hand in the file of anchors and in the drawings.
     #[test]
     fn the_drawings_are_grouped_by_their_canvas_and_by_what_is_drawn() {
         let sizes: Vec<_> =

@@ -1,4 +1,4 @@
-//! Drives a trial by the services' own cores and judges it.
+//! Drives a trial with the services' own cores and judges it.
 
 use sketchnav_landmarks::instructions::Instructions;
 use sketchnav_landmarks::language;
@@ -23,33 +23,34 @@ use crate::judge::log::Log;
 use crate::judge::states::{Said, StateDriven};
 use crate::judge::{self, TaskSpan, TaskVerdict};
 
-/// A robot that has moved less than this counts as not having moved, metres.
+/// Minimum displacement that counts as having moved, in metres.
 const STILL_M: f64 = 0.01;
 
-/// A run that was driven.
+/// A completed run.
 #[derive(Debug)]
 pub struct Driven {
     /// The run as it was driven.
     pub run: RunConfig,
-    /// Its mission in the drawing, if it has one.
+    /// The run's mission in the drawing, if it has one.
     pub sketch: Option<SketchMission>,
-    /// The number, within the trial, of the run's first task.
+    /// Index, within the trial, of the first task of the run.
     pub first_task: usize,
-    /// What the run said.
+    /// The messages of the run.
     pub log: Log,
-    /// The stamp of every message on any channel.
+    /// Time stamps of all messages on any channel.
     pub stamps_ns: Vec<u64>,
-    /// Processor time of localizer and planner by the wall clock, seconds.
+    /// Wall-clock time that localizer and planner spent computing, in seconds.
     pub busy_s: f64,
-    /// How often a person answered the robot.
+    /// Number of times a person answered the robot.
     pub answers: u32,
-    /// Whether the person gave up while the robot was lost.
+    /// True if the person gave up while the robot was lost.
     pub is_left_lost: bool,
-    /// The verdicts of its tasks: of those that began or, if no pose is given after a failure, of all.
+    /// Verdicts on the tasks. If poses are given again after failures, the first failed task is the last one here.
     pub verdicts: Vec<TaskVerdict>,
 }
 
-/// Records a run, and ends it after a failed task if another run is to take over.
+/// Records a run, and ends it early if nothing that follows would count: after a failed task if another run takes over, after
+/// a contact if contacts are failures, and when the person gives up.
 struct Watcher<'a> {
     log: Log,
     stamps_ns: Vec<u64>,
@@ -87,7 +88,7 @@ impl Onlooker for Watcher<'_> {
 }
 
 impl Watcher<'_> {
-    /// Notes whether the newest status ends a task in failure.
+    /// Takes note if the newest status ends a task in failure.
     fn watch(&mut self) {
         let Some(status) = self.log.status.last() else { return };
         let Some(state) = TaskState::from_code(status.state) else { return };
@@ -103,11 +104,11 @@ impl Watcher<'_> {
 
 /// Drives one repetition of a trial.
 ///
-/// If poses are given again (`restarts`), a run ends with the first task that fails, and another starts at that task's goal
+/// If the trial has `restarts`, a run ends with the first task that fails, and another one starts at the goal of that task
 /// (Boniardi et al. 2015, IV).
 ///
 /// # Errors
-/// [`EvalError::Trial`] if the mission cannot start.
+/// [`EvalError::Trial`] if the mission cannot start, or the error of making the page.
 pub fn drive(trial: &Trial, method: &str, seed: u64) -> Result<Vec<Driven>, EvalError> {
     let page = trial.bytes.as_ref().map(Page::bytes).transpose()?;
     let mut runs = Vec::new();
@@ -166,13 +167,13 @@ fn drive_from(
 /// Drives one repetition of a trial and returns how its tasks ended.
 ///
 /// # Errors
-/// As [`drive`].
+/// Same as [`drive`].
 pub fn run(trial: &Trial, method: &str, repetition: u32, seed: u64) -> Result<Vec<TaskOutcome>, EvalError> {
     let runs = drive(trial, method, seed)?;
     Ok(runs.iter().flat_map(|driven| outcomes(trial, method, repetition, driven)).collect())
 }
 
-/// How the run's task `index` ended, taking its path into account.
+/// Returns how the task `index` of a run ended, taking its path into account.
 pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: usize) -> Kind {
     let verdict = &driven.verdicts[index];
     if trial.ends_with_contact && verdict.collisions > 0 {
@@ -181,7 +182,7 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     let kind = match Kind::of(verdict) {
         Kind::Reached => Kind::Reached,
         _ if trial.is_corridor() && never_moved(driven) => Kind::NeverMoved,
-        // If a person is watching, a lost robot waits, and its task does not end.
+        // A lost robot waits if a person is watching, so its task does not end.
         Kind::Aborted if driven.is_left_lost => Kind::Lost,
         kind => kind,
     };
@@ -191,18 +192,19 @@ pub fn kind_of(trial: &Trial, driven: &Driven, span: Option<&TaskSpan>, index: u
     if is_other_way { Kind::WrongSide } else { kind }
 }
 
-/// Whether the robot has stayed where it stood at first.
+/// Returns true if the robot has stayed at its initial position.
 fn never_moved(driven: &Driven) -> bool {
     let Some(first) = driven.log.truth.first().map(|truth| truth.pose().position()) else { return true };
     driven.log.truth.iter().all(|truth| truth.pose().position().distance(&first) < STILL_M)
 }
 
-/// What a task of a run cost. The processor's time is only known for the run as a whole, and is shared out by time.
+/// Returns the cost of a task. Processor time is only known for the run as a whole, so it is divided in proportion to
+/// duration.
 fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     let log = &driven.log;
     let whole_s = log.truth.last().map_or(0.0, |truth| seconds(truth.header.stamp_ns));
     let is_within = |stamp_ns: &&u64| (span.begin_ns..=span.end_ns).contains(*stamp_ns);
-    // For a map with thousands of faces this would take longer than the drive.
+    // For a map with thousands of faces, this would take longer than the drive.
     let world = trial.ends_with_contact.then(|| sketchnav_sim::files::world(&driven.run.mission.world).ok());
     let half_extents_m = driven.run.robot.half_extents_m();
     let cost = Cost::new(span.of(&log.commands), span.of(&log.truth), time_s, driven.run.robot.mass_kg);
@@ -216,7 +218,8 @@ fn cost(trial: &Trial, driven: &Driven, span: &TaskSpan, time_s: f64) -> Cost {
     }
 }
 
-/// The states of a drive by landmark states; empty for any other drive, and for one by words, for which nothing is drawn.
+/// Returns the states of a drive by landmark states. They are empty for any other drive, and for one by words, since
+/// nothing is drawn for it.
 fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     let log = &driven.log;
     let by_states =
@@ -234,14 +237,14 @@ fn states(driven: &Driven, is_reached: bool) -> Vec<StateDriven> {
     judge::states::states(&driven.run, &said, is_reached)
 }
 
-/// A task that was driven: its verdict, its time span, and how it ended.
+/// A driven task with its verdict, its time span, and how it ended.
 struct Ended {
     verdict: TaskVerdict,
     span: Option<TaskSpan>,
     kind: Kind,
 }
 
-/// The outcomes of a run's tasks; a single one if they count as one.
+/// Returns the outcomes of the tasks of a run, or a single outcome if they count as one.
 pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -> Vec<TaskOutcome> {
     let spans = judge::spans(driven.run.mission.task.len(), &driven.log.status);
     let each = driven.verdicts.iter().cloned().zip(spans).enumerate().map(|(i, (verdict, span))| Ended {
@@ -286,7 +289,7 @@ pub fn outcomes(trial: &Trial, method: &str, repetition: u32, driven: &Driven) -
 }
 
 impl Ended {
-    /// Combines two tasks into one: the first failure decides, and whatever follows it is left out.
+    /// Combines two tasks into one. The first failure decides, and whatever follows it is left out.
     fn followed_by(self, next: Self) -> Self {
         if self.kind != Kind::Reached {
             return self;

@@ -1,54 +1,54 @@
-//! What a suite reports in addition to its tables of outcomes: tables and figures in the form of a paper, with text.
+//! Sections that a suite reports in addition to its tables of outcomes: tables, plots and text in the form of a paper.
 
 use serde::Serialize;
 
 use crate::experiments::table::Table;
 
-/// A table with figures.
+/// A table with plots and text.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Section {
-    /// What it shows.
+    /// Heading of the section.
     pub title: String,
-    /// Its numbers; without rows if there are none.
+    /// The numbers. The table has no rows if there are none.
     pub table: Table,
-    /// What they mean, and how they differ from what was published, one paragraph each.
+    /// The meaning of the numbers and how they differ from published ones, one paragraph each.
     pub words: Vec<String>,
-    /// Its plots.
+    /// The plots.
     pub plots: Vec<Plot>,
 }
 
-/// A picture of successes and failures.
+/// A plot of successes and failures.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plot {
-    /// What it shows.
+    /// Heading of the plot.
     pub title: String,
-    /// The unit along it.
+    /// Unit of the horizontal axis.
     pub x_unit: String,
-    /// The unit up it.
+    /// Unit of the vertical axis.
     pub y_unit: String,
-    /// The form of its marks.
+    /// Shape of the marks.
     pub form: Form,
     /// The marks.
     pub marks: Vec<Mark>,
 }
 
-/// How marks are drawn.
+/// The shape of the marks in a plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Form {
-    /// As dots.
+    /// Dots.
     Dots,
-    /// As bars from the base line.
+    /// Bars from the base line.
     Bars,
 }
 
-/// One of the things counted.
+/// A mark for one of the things that are counted.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Mark {
-    /// The position along the picture.
+    /// Position along the horizontal axis.
     pub x: f64,
-    /// The height.
+    /// Height.
     pub y: f64,
-    /// Whether it succeeded.
+    /// True if this is a success.
     pub is_success: bool,
 }

@@ -1,8 +1,9 @@
-//! Suite `sensitivity`: success against one condition at a time, with all others unchanged.
+//! The `sensitivity` suite varies one condition at a time, with all others unchanged, and measures how success depends on
+//! it.
 //!
-//! The trials are those of suite `deformed` at degree 0.5 by the shipped floors, two by each drawing. A condition changes the trial
-//! and no parameter of the methods, except for the parameter that says how large a building is expected to be. All lines of a trial
-//! have the same seeds, so that they differ only by the condition.
+//! The trials are those of the `deformed` suite at degree 0.5 on the shipped floors, two for each drawing. A condition changes
+//! the trial rather than parameters of the methods, except for the parameter that gives the expected size of a building.
+//! All lines of a trial have the same seeds, so that they differ only by the condition.
 
 use sketchnav_schemas::codes::Process;
 
@@ -14,20 +15,20 @@ use crate::experiments::unmapped::{clutter, walkers};
 
 const TITLE: &str = "Success against one condition at a time: drawings of the two floors that ship, deformed at degree 0.5, two trials by each drawing.";
 const DEGREE: f64 = 0.5;
-/// Trials per drawing.
+/// Number of trials per drawing.
 const TRIALS: usize = 2;
-/// The line that all curves share.
+/// Name of the line that all curves share.
 const AS_IT_IS: &str = "as-it-is";
 
 /// A condition that is varied.
 struct Condition {
-    /// The word for it in the names of its lines.
+    /// The word for the condition in the names of its lines.
     word: &'static str,
     title: &'static str,
     unit: &'static str,
-    /// Its values in order; one of them is `usual`.
+    /// The values in order, one of which is `usual`.
     values: &'static [f64],
-    /// The value that the trials have.
+    /// The value that the unchanged trials have.
     usual: f64,
     change: fn(&mut Trial, &Site, f64),
 }
@@ -113,7 +114,7 @@ const CONDITIONS: [Condition; 8] = [
 /// Loads the suite.
 ///
 /// # Errors
-/// [`EvalError`] with the file that is missing or not as expected.
+/// [`EvalError`] if a file is missing or malformed.
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let mut suite = Suite {
         title: TITLE.into(),
@@ -159,7 +160,7 @@ impl Condition {
     }
 }
 
-/// The trial as part of a line.
+/// Returns the trial as part of a line.
 pub(crate) fn variant(trial: &Trial, line: &str) -> Trial {
     Trial {
         name: format!("{line}/{}", trial.name),
@@ -190,7 +191,7 @@ fn odometry(trial: &mut Trial, _: &Site, times: f64) {
     noise.slips_per_m *= times;
 }
 
-/// The beams stay as dense as they are.
+/// Sets the field of view of the laser while keeping the density of its beams.
 fn view(trial: &mut Trial, _: &Site, degrees: f64) {
     let Some(laser) = &mut trial.robot.laser else { return };
     let beams = f64::from(laser.beams - 1) * degrees / laser.field_of_view_deg;

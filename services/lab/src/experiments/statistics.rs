@@ -1,7 +1,7 @@
-//! Counts and intervals.
+//! Counts of outcomes, and intervals for success rates.
 //!
-//! Wilson's interval is for independent trials. Drives by one drawing mostly end alike, so where drawings repeat the interval is
-//! over drawings ([`OverDrawings`]).
+//! Wilson's interval is only valid for independent trials. Drives with the same drawing mostly end alike, so if drawings
+//! repeat, the interval is over drawings ([`OverDrawings`]).
 
 mod over_drawings;
 
@@ -11,58 +11,58 @@ use sketchnav_schemas::statistics::{mean, wilson};
 use crate::experiments::outcome::{Kind, TaskOutcome};
 pub use over_drawings::OverDrawings;
 
-/// How many tasks ended in which way.
+/// Counts of tasks by kind of outcome.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tally {
-    /// Tasks driven.
+    /// Number of tasks driven.
     pub attempts: usize,
-    /// Tasks reached.
+    /// Number of tasks reached.
     pub reached: usize,
-    /// Reported as reached by a robot that was elsewhere.
+    /// Number of tasks that the robot reported as reached while it was elsewhere.
     pub wrong_arrival: usize,
-    /// Reached by a path that is not consistent with the drawing.
+    /// Number of tasks reached by a path that is not consistent with the drawing.
     pub wrong_side: usize,
-    /// Ended because the robot touched something.
+    /// Number of tasks that ended because the robot touched something.
     pub collided: usize,
-    /// Ended by a robot that reported being lost.
+    /// Number of tasks in which the robot reported being lost.
     pub lost: usize,
-    /// Ended by a robot that reported that there is no path.
+    /// Number of tasks in which the robot reported that there is no path.
     pub blocked: usize,
-    /// Out of time.
+    /// Number of tasks that ran out of time.
     pub timed_out: usize,
-    /// Ended in another way.
+    /// Number of tasks that ended in another way.
     pub aborted: usize,
-    /// Never moved.
+    /// Number of tasks in which the robot never moved.
     #[serde(default)]
     pub never_moved: usize,
-    /// Tasks, failed or not, in which the robot touched something.
+    /// Number of tasks, failed or not, in which the robot touched something.
     pub with_collision: usize,
-    /// The interval of the share of tasks reached where drawings repeat; `None` for independent trials.
+    /// Interval of the success rate over drawings, if drawings repeat, or `None` for independent trials.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_drawings: Option<OverDrawings>,
-    /// The same tasks judged by the robot's own pose in the drawing; `None` unless all of them were.
+    /// The same tasks judged by the robot's own pose in the drawing, or `None` unless all of them were judged in this way.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on_sketch: Option<Score>,
-    /// The same tasks judged by the true place alone, by whatever way the robot came; `None` without drawings.
+    /// The same tasks judged only by the true final position, whichever path the robot took, or `None` without drawings.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_place: Option<Score>,
-    /// Over the tasks reached along a drawn route, the mean distance of the true path from the route, metres.
+    /// Mean distance of the true path from a drawn route, in metres, over the tasks reached along one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub displacement_m: Option<f64>,
 }
 
-/// Tasks reached by another judgement.
+/// Success by a different judgement.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Score {
-    /// Tasks reached.
+    /// Number of tasks reached.
     pub reached: usize,
-    /// As [`Tally::over_drawings`].
+    /// Interval of the success rate over drawings, like [`Tally::over_drawings`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub over_drawings: Option<OverDrawings>,
 }
 
 impl Score {
-    /// Counts outcomes by this judgement; `None` if there are none, or one of them was not judged so.
+    /// Counts outcomes by this judgement. Returns `None` if there are none, or if one of them was not judged in this way.
     fn of(outcomes: &[&TaskOutcome], is_reached: impl Fn(&TaskOutcome) -> Option<bool>) -> Option<Self> {
         let judged = outcomes.iter().map(|outcome| Some((outcome.cluster.as_deref(), is_reached(outcome)?)));
         let judged: Vec<_> = judged.collect::<Option<_>>()?;
@@ -90,7 +90,7 @@ impl Tally {
         }
     }
 
-    /// The tasks by another judgement, without how they failed.
+    /// Returns the tally by another judgement, without the kinds of failure.
     pub fn judged(&self, by: Score) -> Self {
         let Score { reached, over_drawings } = by;
         Self { attempts: self.attempts, reached, over_drawings, ..Self::default() }
@@ -116,28 +116,29 @@ impl Tally {
         }
     }
 
-    /// The number of tasks that ended in this way.
+    /// Returns the number of tasks with this outcome.
     pub fn count(&self, kind: Kind) -> usize {
         let mut copy = *self;
         *copy.slot(kind)
     }
 
-    /// Share of tasks reached, from 0 to 1; `None` without attempts.
+    /// Returns the share of tasks reached, from 0 to 1, or `None` if there were no attempts.
     pub fn rate(&self) -> Option<f64> {
         (self.attempts > 0).then(|| self.reached as f64 / self.attempts as f64)
     }
 
-    /// Whether most of the tasks were reached.
+    /// Returns true if more than half of the tasks were reached.
     pub fn is_mostly_reached(&self) -> bool {
         2 * self.reached > self.attempts
     }
 
-    /// Wilson's interval of the success rate, for independent trials.
+    /// Returns Wilson's interval of the success rate, which is for independent trials.
     pub fn interval(&self) -> [f64; 2] {
         wilson(self.reached, self.attempts)
     }
 
-    /// The interval of the success rate in percent: over drawings, which then are counted, where several repeat; otherwise Wilson's.
+    /// Formats the interval of the success rate in percent. It is over drawings if there are several that repeat, and the text
+    /// then says how many. Otherwise it is Wilson's.
     pub fn interval_words(&self) -> String {
         let words = |[low, high]: [f64; 2]| format!("{:.0} to {:.0}", 100.0 * low, 100.0 * high);
         match self.over_drawings {
@@ -148,7 +149,7 @@ impl Tally {
         }
     }
 
-    /// Of the failed tasks, the share that ended as lost or blocked; `None` if none failed.
+    /// Returns the share of failed tasks that ended as lost or blocked, or `None` if none failed.
     pub fn share_that_knows(&self) -> Option<f64> {
         let failed = self.attempts - self.reached;
         (failed > 0).then(|| (self.lost + self.blocked) as f64 / failed as f64)
@@ -163,8 +164,8 @@ mod tests {
         TaskOutcome { cluster: Some(cluster.to_owned()), on_sketch, ..TaskOutcome::sample("a#1", kind) }
     }
 
-    /// Boniardi et al. 2016, V-B, judge the pose on the sketch: a wrong arrival is a success there, and so is an arrival by a way
-    /// that only the true floor shows to be another.
+    /// Boniardi et al. 2016, V-B, judge the pose on the sketch. There a wrong arrival is a success, and so is an arrival by a
+    /// path that only the true floor shows to be a different one.
     #[test]
     fn the_same_drives_are_counted_by_three_judgements() {
         let driven = [
@@ -193,7 +194,7 @@ mod tests {
         assert_eq!(Tally::of(&driven[2..]).displacement_m, None);
     }
 
-    /// What was kept before these judgements existed has none of them.
+    /// Results that were kept before these judgements existed have none of them.
     #[test]
     fn a_tally_without_the_new_figures_can_be_read() {
         let old = r#"{"attempts": 4, "reached": 3, "wrong_arrival": 1, "wrong_side": 0, "collided": 0, "lost": 0,

@@ -1,7 +1,8 @@
-//! Studies: experiments that drive no missions. A study is a pure function of a seed and a number of worlds, and gives
-//! tables. Where the rows of a table are numbers, its columns are curves.
+//! Studies, which are experiments that drive no missions. A study is a pure function of a seed and a number of worlds and
+//! yields tables. If the rows of a table are numbers, its columns can be drawn as curves.
 //!
-//! So figures of a paper, and statistics over thousands of simulated journeys, stand beside the suites, under the same command.
+//! This puts figures of a paper, and statistics over thousands of simulated journeys, beside the suites and under the same
+//! command.
 
 pub mod directions;
 pub mod report;
@@ -10,71 +11,72 @@ pub use sketchnav_directions::experiments::Table;
 
 use crate::error::EvalError;
 
-/// How large a study is.
+/// The number of worlds in a study, and its seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
-    /// How many random worlds.
+    /// Number of random worlds.
     pub worlds: u64,
-    /// From which all seeds are derived.
+    /// Seed from which all other seeds are derived.
     pub seed: u64,
 }
 
 impl Size {
-    /// Seeds of worlds, `offset` apart from those of other experiments.
+    /// Returns the seeds of the worlds. Use a different `offset` for each experiment to keep their seeds apart.
     pub fn seeds(self, offset: u64) -> std::ops::Range<u64> {
         let first = self.seed.wrapping_sub(1).wrapping_mul(1_000_000).wrapping_add(offset);
         first..first + self.worlds
     }
 }
 
-/// A study.
+/// A study that can be run by name.
 pub struct Study {
-    /// Its word on the command line.
+    /// Name on the command line.
     pub name: &'static str,
-    /// What is done, in a sentence or two.
+    /// A sentence or two about what is done.
     pub title: &'static str,
-    /// Worlds by default.
+    /// Default number of worlds.
     pub worlds: u64,
-    /// Does it.
+    /// Runs the study.
     pub run: fn(Size) -> Result<Vec<Figure>, EvalError>,
 }
 
-/// A table, and how it is drawn.
+/// A table and how to draw it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// The numbers.
     pub table: Table,
-    /// What is drawn of them.
+    /// How to draw the table.
     pub drawn: Drawn,
 }
 
-/// How a table is drawn.
+/// How to draw a table.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Drawn {
-    /// Not at all.
+    /// The table is not drawn.
     Nothing,
-    /// Columns as curves against the names of the rows, which are numbers of this unit; in that unit.
+    /// Columns are drawn as curves over the names of the rows, which must be numbers.
     Curves {
         /// Unit of the rows.
         x_unit: &'static str,
         /// Unit of the columns.
         unit: &'static str,
-        /// Which columns, from 0.
+        /// Indices of the drawn columns, from 0.
         columns: Vec<usize>,
     },
-    /// A share in percent with its interval for each row: the columns of the share, the lower and the upper end.
+    /// A share in percent is drawn with its interval for each row. The columns are those of the share, the lower end and the
+    /// upper end.
     Shares([usize; 3]),
 }
 
-/// The studies.
+/// All studies.
 const STUDIES: [Study; 8] = directions::STUDIES;
 
-/// The names of all studies.
+/// Returns the names of all studies.
 pub fn names() -> impl Iterator<Item = &'static str> {
     STUDIES.iter().map(|study| study.name)
 }
 
-/// The study of that name.
+/// Returns the study with the given name.
 pub fn find(name: &str) -> Option<&'static Study> {
     STUDIES.iter().find(|study| study.name == name)
 }

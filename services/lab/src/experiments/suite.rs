@@ -1,4 +1,4 @@
-//! What a suite is: trials with a heading, and the figures that its own are compared with.
+//! Suites, which consist of trials with a heading and of published figures to compare the outcomes with.
 
 use std::path::PathBuf;
 
@@ -7,31 +7,31 @@ use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::trial::Trial;
 
-/// Where the files of suites are.
+/// The folders that hold the files of suites.
 #[derive(Debug, Clone)]
 pub struct Folders {
-    /// The suite that they are for; empty if it is not known yet.
+    /// Name of the suite that loads the files, or empty if it is not known yet.
     pub suite: &'static str,
-    /// The project: missions and drawings that ship.
+    /// Folder of the project, with the missions and drawings that ship.
     pub project: PathBuf,
-    /// Maps and drawings that are not part of the project, if a folder was given for them.
+    /// Folder of maps and drawings that are not part of the project, if one was given.
     pub data: Option<PathBuf>,
 }
 
-/// A file of the data that is not part of the project.
+/// A data file that is not part of the project.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Datum {
-    /// What it is and who made it.
+    /// A description of the data and who made it.
     pub what: &'static str,
-    /// Its path in the folder of the data.
+    /// Path of the file in the data folder.
     pub file: &'static str,
 }
 
 impl Folders {
-    /// The path of a file without which the suite cannot be driven.
+    /// Returns the path of a file that the suite cannot be driven without.
     ///
     /// # Errors
-    /// [`EvalError::NoData`] if it does not exist.
+    /// [`EvalError::NoData`] if the file does not exist.
     pub fn datum(&self, Datum { what, file }: Datum) -> Result<PathBuf, EvalError> {
         let found = match &self.data {
             Some(folder) if folder.join(file).is_file() => return Ok(folder.join(file)),
@@ -41,7 +41,7 @@ impl Folders {
         Err(EvalError::NoData { suite: self.suite, what, file, found })
     }
 
-    /// The checkout that is tested, without data.
+    /// Returns the folders of the checkout under test, without data.
     #[cfg(test)]
     pub(crate) fn of_checkout() -> Self {
         let project = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -49,114 +49,114 @@ impl Folders {
     }
 }
 
-/// Makes the sections of a suite from all of its outcomes.
+/// A function that derives the sections of a suite from all of its outcomes.
 pub type Telling = fn(&[TaskOutcome]) -> Vec<Section>;
 
 /// A list of trials with a heading.
 #[derive(Debug, Default)]
 pub struct Suite {
-    /// Its name on the command line.
+    /// Name of the suite on the command line.
     pub name: String,
-    /// What is done, in a sentence or two.
+    /// A sentence or two about what is done.
     pub title: String,
-    /// What the reader of its figures must know, missing data first of all.
+    /// What readers of the figures need to know, beginning with missing data.
     pub notices: Vec<String>,
     /// The trials.
     pub trials: Vec<Trial>,
-    /// What a line of its table is, if it is not a drawing; the trials' `drawing` then names that.
+    /// What a line of the table stands for, if it is not a drawing. The `drawing` of each trial then names its line.
     pub lines: Option<&'static str>,
-    /// The methods that it compares by default; empty: the first one of its kind of navigator.
+    /// The methods compared by default. If this is empty, only the first method of the kind of navigator is driven.
     pub methods: Vec<String>,
-    /// Repetitions by default.
+    /// Default number of repetitions.
     pub repetitions: u32,
-    /// What others reached with a suite of the same protocol, if no published table lists its tasks.
+    /// Published results for a suite with the same protocol, if no published table lists its tasks.
     pub paper: Vec<Published>,
-    /// What others say of single lines, in words.
+    /// Published remarks on single lines, in words.
     pub told: Vec<Told>,
-    /// Whether its table of costs is shown as well.
+    /// True if the table of costs is shown as well.
     pub shows_costs: bool,
     /// Lines of the table that together form a curve.
     pub curves: Vec<Curve>,
-    /// Lines of the table that are counted together as well.
+    /// Lines of the table that are also counted together.
     pub groups: Vec<Group>,
-    /// The tasks that count, if a published table lists them: the table's lines. Empty: all tasks count, and the table has a line
-    /// for each drawing.
+    /// The tasks that count, if a published table lists them. They are then the lines of the table. If this is empty, all tasks
+    /// count and the table has a line for each drawing.
     pub legs: Vec<Leg>,
-    /// What it reports of all outcomes in addition to its tables.
+    /// Derives sections from all outcomes, to be shown in addition to the tables.
     pub tells: Option<Telling>,
 }
 
-/// A published count.
+/// A published count of successes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Published {
-    /// What was counted: `paper A`.
+    /// Name of what was counted, for example `paper A`.
     pub name: String,
-    /// Successes.
+    /// Number of successes.
     pub reached: u32,
-    /// The number of attempts.
+    /// Number of attempts.
     pub attempts: u32,
 }
 
 impl Published {
-    /// Share of tasks reached, from 0 to 1; `None` without attempts.
+    /// Returns the share of tasks reached, from 0 to 1, or `None` if there were no attempts.
     pub fn rate(&self) -> Option<f64> {
         (self.attempts > 0).then(|| f64::from(self.reached) / f64::from(self.attempts))
     }
 }
 
-/// What others say of one line of the table.
+/// A published remark on one line of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Told {
-    /// The method.
+    /// Name of the method.
     pub method: &'static str,
-    /// The line.
+    /// Name of the line.
     pub line: &'static str,
-    /// What they say, in few words.
+    /// The remark, in a few words.
     pub words: &'static str,
 }
 
-/// Success as a function of one condition.
+/// Success rates as a function of a condition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// The condition.
+    /// Name of the condition.
     pub title: String,
-    /// The unit of its values.
+    /// Unit of the condition's values.
     pub unit: String,
-    /// Its values, each with the line (a trial's `drawing`) that was driven with it.
+    /// Values of the condition, each with the line (the `drawing` of the trials) that was driven under it.
     pub points: Vec<(f64, String)>,
 }
 
-/// Lines that have something in common.
+/// Lines of the table that have something in common.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Group {
-    /// What they have in common.
+    /// A description of what the lines have in common.
     pub name: String,
-    /// The lines (a trial's `drawing`).
+    /// The lines (the `drawing` of the trials).
     pub lines: Vec<String>,
 }
 
 impl Group {
-    /// Whether an outcome belongs to it.
+    /// Returns true if an outcome belongs to the group.
     pub fn counts(&self, outcome: &TaskOutcome) -> bool {
         self.lines.contains(&outcome.drawing)
     }
 }
 
-/// A line of a published table.
+/// A line of a published table, which stands for a leg of a tour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Leg {
-    /// The task's name: `0 → 1`.
+    /// Name of the task, for example `0 → 1`.
     pub name: String,
-    /// The length of the path there, metres.
+    /// Length of the path in the paper, in metres.
     pub paper_length_m: f64,
-    /// Successes and attempts there, a pair for each drawing.
+    /// Successes and attempts in the paper, as a pair for each drawing.
     pub paper: Vec<(u32, u32)>,
-    /// The length of the shortest path here, metres.
+    /// Length of the shortest path here, in metres.
     pub length_m: Option<f64>,
 }
 
 impl Suite {
-    /// The names of its drawings, in the order of the trials.
+    /// Returns the names of the drawings, in the order of the trials.
     pub fn drawings(&self) -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for trial in &self.trials {
@@ -167,7 +167,7 @@ impl Suite {
         names
     }
 
-    /// What others reached; if there is a published table, its columns.
+    /// Returns the published results, including the sum of each column of the published table if there is one.
     pub fn papers(&self) -> Vec<Published> {
         let columns = self.legs.iter().map(|leg| leg.paper.len()).max().unwrap_or_default();
         let column = |i: usize| {
@@ -181,8 +181,9 @@ impl Suite {
         self.paper.iter().cloned().chain((0..columns).map(column)).collect()
     }
 
-    /// Whether a trial is driven by one of the methods. A trial with a method of its own is not driven by any other. If its own is
-    /// not among those asked for, it is left out if the suite compares methods, and otherwise driven once.
+    /// Returns true if a trial is driven by `method`, which is one of the requested `methods`. A trial with a method of its own is
+    /// not driven by any other. If its own method was not requested, the trial is left out if the suite compares methods, and is
+    /// otherwise driven once.
     pub fn is_driven(&self, trial: &Trial, method: &str, methods: &[String]) -> bool {
         match &trial.method {
             None => true,
@@ -191,17 +192,17 @@ impl Suite {
         }
     }
 
-    /// What it reports of all outcomes in addition to its tables.
+    /// Returns the sections that are reported in addition to the tables.
     pub fn sections(&self, outcomes: &[TaskOutcome]) -> Vec<Section> {
         self.tells.map_or(Vec::new(), |tells| tells(outcomes))
     }
 
-    /// Whether an outcome counts; legs that only lead from one to the next do not.
+    /// Returns true if an outcome counts. Legs that only lead from one counted leg to the next do not.
     pub fn counts(&self, outcome: &TaskOutcome) -> bool {
         self.legs.is_empty() || self.legs.iter().any(|leg| leg.name == outcome.task)
     }
 
-    /// Keeps at most `count` trials of each drawing, spread evenly over them: the same ones every time.
+    /// Keeps at most `count` trials of each drawing, spread evenly over them. The choice is the same every time.
     pub fn sample(&mut self, count: usize) {
         let mut kept = Vec::new();
         for drawing in self.drawings() {
@@ -218,7 +219,7 @@ impl Suite {
 mod tests {
     use super::*;
 
-    /// The folder was fixed at compile time, and a suite without its data drove nothing and succeeded.
+    /// The data folder used to be fixed at compile time, and a suite without its data drove nothing and succeeded.
     #[test]
     fn who_lacks_data_is_told_which_suite_needs_what_and_what_to_do() {
         let map = Datum { what: "the map of a house", file: "maps/house.yaml" };

@@ -1,7 +1,7 @@
-//! The suites by name.
+//! Finds suites by name.
 //!
-//! Some suites need data that is not part of the project. Without it they end with an error that names it. A suite that
-//! can do without a part of its data leaves that part out, with a notice.
+//! Some suites need data that are not part of the project. Without the data, loading them fails with an error that names
+//! what is missing. If a suite can do without a part of its data, it leaves that part out with a notice.
 
 use sketchnav_corridor::mission::METHODS;
 use sketchnav_sketch::method::Method;
@@ -13,20 +13,20 @@ use crate::experiments::{
     look_ahead, people, protocol, routes, sensitivity, studies,
 };
 
-/// Loads a suite.
+/// A function that loads a suite.
 type Loader = fn(&Folders) -> Result<Suite, EvalError>;
 
 const OUTLINE: &str = Method::Outline.word();
 const BEAM: &str = Method::Beam.word();
-/// The methods that see pairs of markers, to which alone the rate of pairs matters.
+/// Methods that see pairs of markers. The rate of pairs only matters to these.
 const BY_PAIRS: [&str; 4] = [METHODS[1], METHODS[2], METHODS[3], METHODS[4]];
-/// The methods of the thesis, and our method that uses its rules.
+/// Methods of the thesis, and our own method that uses its rules.
 const RULES: [&str; 3] = [METHODS[1], METHODS[2], METHODS[4]];
 const PAPER: &str = Method::Boniardi2015.word();
 
-/// The suites: a new one is a line here and a module of its own. Where all are driven, some compare methods, or are
-/// about another one than the first of their navigator.
-const SUITES: [(&str, Loader, &[&str]); 29] = [
+/// All suites with their loaders. To add one, add a line here and a module for it. The last column lists methods for suites
+/// that compare several, or that use another one than the first of their navigator, when all suites are driven.
+const SUITES: [(&str, Loader, &[&str]); 30] = [
     ("ablation", ablation::suite, &[]),
     ("building-079", protocol::building_079, &[OUTLINE, PAPER]),
     ("building", protocol::building, &[OUTLINE, PAPER]),
@@ -49,6 +49,7 @@ const SUITES: [(&str, Loader, &[&str]); 29] = [
     ("landmark-published", landmarks::thesis::suite, &[]),
     ("landmark-published-degrees", landmarks::thesis::degrees, &[]),
     ("landmark-scenes", landmarks::scenes, &[]),
+    ("landmark-unknowns", landmarks::unknowns::suite, &[]),
     ("people", people::suite, &[OUTLINE, BEAM, PAPER]),
     ("people-answers", people::answered, &[]),
     ("people-exam", people::exam, &[OUTLINE, BEAM, PAPER]),
@@ -58,20 +59,20 @@ const SUITES: [(&str, Loader, &[&str]); 29] = [
     ("sensitivity", sensitivity::suite, &[BEAM]),
 ];
 
-/// The names of all suites.
+/// Returns the names of all suites.
 pub fn names() -> impl Iterator<Item = &'static str> {
     SUITES.iter().map(|(name, ..)| *name)
 }
 
-/// The methods by which a suite is driven where all suites are; none where the first one of its navigator is enough.
+/// Returns the methods by which a suite is driven when all suites are, or none if the first one of its navigator is enough.
 pub fn compared(name: &str) -> &'static [&'static str] {
     SUITES.iter().find(|(known, ..)| *known == name).map_or(&[], |(_, _, methods)| *methods)
 }
 
-/// Loads the suite of that name.
+/// Loads the suite with the given name.
 ///
 /// # Errors
-/// [`EvalError`]: an unknown name, data that are missing, a file that is there and cannot be read.
+/// [`EvalError`] if the name is unknown, if data are missing, or if a file cannot be read.
 pub fn load(name: &str, folders: &Folders) -> Result<Suite, EvalError> {
     let Some((name, load, _)) = SUITES.iter().find(|(known, ..)| *known == name) else {
         let known = names().chain(studies::names()).collect::<Vec<_>>().join(", ");
@@ -86,7 +87,7 @@ mod tests {
     use super::*;
     use crate::experiments::deformed;
 
-    /// Four trials by each of two drawings.
+    /// Returns a suite with four trials for each of two drawings.
     fn suite() -> Suite {
         let site = deformed::shipped(&Folders::of_checkout()).unwrap().remove(1);
         let drawings = [0.0, 0.5].map(|degree| site.trials(degree, 1).unwrap());

@@ -1,4 +1,4 @@
-//! The figures of a suite as tables of text, both for the terminal and for the report.
+//! Formats the figures of a suite as tables of text, both for the terminal and for reports.
 
 use serde::Serialize;
 use sketchnav_schemas::statistics::wilson;
@@ -9,17 +9,17 @@ use crate::experiments::statistics::Tally;
 use crate::experiments::suite::{Group, Leg, Suite};
 use crate::experiments::trial::Trial;
 
-/// A table: the first column names the line, the others are figures.
+/// A table whose first column names the line and whose other columns are figures.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Table {
-    /// The headings of the columns.
+    /// Column headings.
     pub header: Vec<String>,
-    /// Lines, each as long as the header.
+    /// Rows, each as long as the header.
     pub rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// The table in Markdown, followed by an empty line.
+    /// Returns the table in Markdown, followed by an empty line.
     pub fn markdown(&self) -> String {
         let line = |cells: &[String]| {
             let cells: Vec<_> =
@@ -32,8 +32,8 @@ impl Table {
     }
 }
 
-/// The outcomes of one method: the paper's table beside ours, if there is one; then a line for each drawing, by how the tasks
-/// ended.
+/// Returns the tables for one method: the paper's table beside ours if there is one, then a table with a line for each
+/// drawing and columns for how the tasks ended, and then the costs if the suite shows them.
 pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     let counted: Vec<_> = outcomes.iter().copied().filter(|ended| suite.counts(ended)).collect();
     let kinds = by_drawing(suite, &counted);
@@ -42,14 +42,14 @@ pub fn of_suite(suite: &Suite, outcomes: &[&TaskOutcome]) -> Vec<Table> {
     legs.into_iter().chain([kinds]).chain(costs).collect()
 }
 
-/// How tasks that do not count ended, if there are any.
+/// Returns a note on how the tasks that do not count ended, if there are any.
 pub fn note(suite: &Suite, outcomes: &[&TaskOutcome]) -> Option<String> {
     let others = Tally::of(outcomes.iter().copied().filter(|ended| !suite.counts(ended)));
     let said = format!("Connecting legs, not counted: {} of {} reached.", others.reached, others.attempts);
     (others.attempts > 0).then_some(said)
 }
 
-/// The paper's table next to ours: a line for each leg, a column for each drawing.
+/// Returns the paper's table next to ours, with a line for each leg and a column for each drawing.
 fn by_leg(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let drawings = suite.drawings();
     let papers = suite.papers();
@@ -79,7 +79,7 @@ fn by_leg(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     Table { header, rows }
 }
 
-/// A line for each drawing, one for all, one for each group, and the paper's lines.
+/// Returns a table with a line for each drawing, one for all drawings, one for each group, and the paper's lines.
 fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let all = Tally::of(outcomes.iter().copied());
     let judged = Judged::of(&all);
@@ -95,7 +95,7 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     let of_group = |group: &Group| {
         line(&group.name, Tally::of(outcomes.iter().copied().filter(|ended| group.counts(ended))))
     };
-    // Lines of another method have no attempts of this one.
+    // Skip lines of other methods, which have no attempts by this one.
     let is_driven = |drawing: &String| outcomes.iter().any(|ended| ended.drawing == *drawing);
     let mut rows: Vec<_> = suite.drawings().into_iter().filter(is_driven).map(of_drawing).collect();
     rows.push(line("all", all));
@@ -115,7 +115,7 @@ fn by_drawing(suite: &Suite, outcomes: &[&TaskOutcome]) -> Table {
     Table { header, rows }
 }
 
-/// What else is known of the tasks of a table, which has columns for it.
+/// Selects the optional columns of a table, depending on what else is known about its tasks.
 #[derive(Clone, Copy)]
 struct Judged {
     over_drawings: bool,
@@ -156,7 +156,7 @@ impl Judged {
     }
 }
 
-/// The reason that the robot gave in most failures of a line.
+/// Returns the reason that the robot gave most often for the failures of a line.
 fn reason(outcomes: &[&TaskOutcome], line: &str) -> String {
     let failed = outcomes.iter().filter(|ended| ended.drawing == line && !ended.is_success());
     let mut counts: Vec<(&str, usize)> = Vec::new();
@@ -174,14 +174,14 @@ fn reason(outcomes: &[&TaskOutcome], line: &str) -> String {
         .map_or(String::new(), |(reason, _)| reason.to_owned())
 }
 
-/// What others say of a line, for the method that was driven.
+/// Returns the published remark on a line, for the method that was driven.
 fn told(suite: &Suite, outcomes: &[&TaskOutcome], line: &str) -> String {
     let method = outcomes.first().map_or("", |ended| ended.method.as_str());
     let told = suite.told.iter().find(|told| told.method == method && told.line == line);
     told.map_or(String::new(), |told| told.words.to_owned())
 }
 
-/// How tasks of a suite may fail: only in corridors is a robot that never moved counted separately.
+/// Returns the ways in which tasks of a suite may fail. A robot that never moved is only counted separately in corridors.
 fn failures(suite: &Suite) -> impl Iterator<Item = Kind> {
     let is_corridor = suite.trials.iter().any(Trial::is_corridor);
     Kind::ALL.into_iter().skip(1).filter(move |kind| *kind != Kind::NeverMoved || is_corridor)
@@ -205,7 +205,7 @@ fn interval([low, high]: [f64; 2]) -> String {
     format!("{:.0}–{:.0}", 100.0 * low, 100.0 * high)
 }
 
-/// A share as a figure; a dash if there is none.
+/// Formats a share as a percentage, or as a dash if there is none.
 pub(crate) fn percent(share: Option<f64>) -> String {
     share.map_or("–".into(), |share| format!("{:.1}", 100.0 * share))
 }
@@ -214,7 +214,8 @@ pub(crate) fn percent(share: Option<f64>) -> String {
 mod tests {
     use super::*;
 
-    /// Two drawings, driven twice each: one always reached, the other a wrong arrival that the robot takes for its goal.
+    /// Two drawings are driven twice each. One is always reached; the other always ends in a wrong arrival that the robot takes
+    /// for its goal.
     #[test]
     fn both_judgements_and_both_intervals_stand_side_by_side() {
         let outcome = |drawing: &str, kind| TaskOutcome {

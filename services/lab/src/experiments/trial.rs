@@ -1,4 +1,5 @@
-//! A trial: a mission, where its poses are given again, and how well the person marks the start.
+//! Trials, which consist of a mission, the poses that are given again after failures, and the accuracy with which a person
+//! marks the start.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -16,71 +17,72 @@ use sketchnav_schemas::seed;
 use sketchnav_sketch::mission::SketchMission;
 use sketchnav_sketch::reading::DrawnMap;
 
-/// Time for a task, seconds of simulation, by the shortest path to its place. No robot that drives there fails for lack of time,
-/// and one that searches for its path may drive five times as far.
+/// Returns the time limit for a task, in seconds of simulation, from the length of the shortest path to its place. It is
+/// generous: no robot that drives there directly fails for lack of time, and one that searches for its path may drive five
+/// times as far.
 pub fn time_limit_s(shortest_way_m: f64) -> f64 {
     60.0 + 10.0 * shortest_way_m
 }
 
-/// How far from the truth a person marks the robot's start.
+/// The accuracy with which a person marks the robot's start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartError {
-    /// Standard deviation of the mark along each axis, as a share of the drawing's diagonal.
+    /// Standard deviation of the mark along each axis, as a share of the diagonal of the drawing.
     pub spread_share: f64,
-    /// Standard deviation of the heading, degrees.
+    /// Standard deviation of the heading, in degrees.
     pub heading_deg: f64,
 }
 
 impl StartError {
-    /// What the sketcher assumes of people (its `start_spread_share` and `start_spread_deg`).
+    /// The errors that the sketcher expects of people (`start_spread_share` and `start_spread_deg`).
     pub const OF_PEOPLE: Self = Self { spread_share: 0.01, heading_deg: 5.0 };
 }
 
-/// A pose that is given again.
+/// A pose that is given again after a failure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Restart {
-    /// Where the robot truly stands.
+    /// True pose of the robot.
     pub start: Start,
-    /// Where the person marks it, image pixels.
+    /// Position at which the person marks the robot, in image pixels.
     pub marked: Option<[f64; 2]>,
-    /// The direction in which the person says that it faces, degrees.
+    /// Heading that the person gives for the robot, in degrees.
     pub marked_heading_deg: f64,
 }
 
-/// One experiment: tasks in a row.
+/// A single experiment, which is a series of tasks.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// Its name within the suite, without spaces: `00/a/2-5`.
+    /// Name within the suite, without spaces, for example `00/a/2-5`.
     pub name: String,
-    /// The line of the table that it counts for: its drawing, or whatever else the lines are about.
+    /// The line of the table that the trial counts for, which is its drawing or whatever else the lines stand for.
     pub drawing: String,
-    /// Its drawing, if other drives of the suite are by the same one: they mostly end alike, and intervals are over drawings. `None`
-    /// for independent trials.
+    /// The drawing, if other drives of the suite share it, or `None` for independent trials. Drives with the same drawing
+    /// mostly end alike, so intervals are computed over drawings.
     pub cluster: Option<String>,
-    /// World, drawing, tasks; paths absolute.
+    /// World, drawing and tasks, with absolute paths.
     pub mission: Mission,
-    /// The robot that the mission names.
+    /// The robot named by the mission.
     pub robot: Robot,
-    /// The drawing and what belongs to it; `None` for the other kinds of navigators.
+    /// The drawing and how it is handled, or `None` for other kinds of navigators.
     pub sheet: Option<Sheet>,
-    /// The method by which it is driven, regardless of the methods of other trials.
+    /// The method of this trial, if it has its own regardless of the methods of other trials.
     pub method: Option<String>,
-    /// Whether the first touch ends the drive as a failure.
+    /// True if the first touch ends the drive as a failure.
     pub ends_with_contact: bool,
-    /// Whether its tasks count as one: it is reached if all of them are, and ends with the first that is not.
+    /// True if the tasks count as one, which is reached if all of them are and ends with the first that is not.
     pub tasks_are_one: bool,
-    /// Duration of a step of the cores in scan periods, as on a slow machine in real time. 0: lockstep.
+    /// Duration of a step of the cores, in scan periods, to simulate a slow machine in real time. 0 for lockstep.
     pub thinking_scans: u32,
-    /// The trial of which this one is a variant: both get the same seeds.
+    /// The trial that this one is a variant of. Both get the same seeds.
     pub variant_of: Option<String>,
-    /// What a person gives, if it is not in a folder; `None`: the mission names the file.
+    /// Page given by a person if it is not in a folder. If this is `None`, the mission names the file.
     pub bytes: Option<Page>,
-    /// The person who looks on and answers the robot's questions; `None`: there is no person, and the robot asks nothing.
+    /// The person who looks on and answers the robot's questions. If this is `None`, the robot asks nothing.
     pub person: Option<Arc<Person>>,
 }
 
 impl Trial {
-    /// A drive without a drawing, by the suite's method. Touches do not end it, and no person looks on.
+    /// Creates a drive without a drawing by the suite's method. A touch does not end the drive, and no person looks on.
     pub fn new(name: String, line: String, mission: Mission, robot: Robot) -> Self {
         Self {
             name,
@@ -100,25 +102,25 @@ impl Trial {
     }
 }
 
-/// What a person gives, if it is not in a folder.
+/// A page given by a person that is not in a folder.
 #[derive(Debug, Clone)]
 pub enum Page {
-    /// Given as bytes.
+    /// A page given as bytes.
     Drawn(Arc<[u8]>),
-    /// Made once, when it is needed, which may take a drive.
+    /// A page that is made once, when it is first needed. Making it may take a drive.
     Made(Arc<Recipe>),
 }
 
-/// How a page is made.
+/// Instructions for making a page.
 pub struct Recipe {
-    /// Everything that determines its bytes.
+    /// A description of everything that determines the page's bytes.
     words: String,
     make: Box<dyn Fn() -> Result<Arc<[u8]>, EvalError> + Send + Sync>,
     made: Mutex<Option<Arc<[u8]>>>,
 }
 
 impl Recipe {
-    /// Whether it has been made.
+    /// Returns true if the page has been made.
     pub fn is_made(&self) -> bool {
         self.made.lock().unwrap_or_else(PoisonError::into_inner).is_some()
     }
@@ -131,7 +133,7 @@ impl std::fmt::Debug for Recipe {
 }
 
 impl Page {
-    /// A page that is made by `make`; `words` say everything that determines its bytes.
+    /// Creates a page that is made by `make`. `words` must describe everything that determines its bytes.
     pub fn made(
         words: String,
         make: impl Fn() -> Result<Arc<[u8]>, EvalError> + Send + Sync + 'static,
@@ -139,10 +141,10 @@ impl Page {
         Self::Made(Arc::new(Recipe { words, make: Box::new(make), made: Mutex::default() }))
     }
 
-    /// The page's bytes.
+    /// Returns the bytes of the page, making it first if necessary.
     ///
     /// # Errors
-    /// What went wrong in making it.
+    /// The error of making the page.
     pub fn bytes(&self) -> Result<Arc<[u8]>, EvalError> {
         match self {
             Self::Drawn(bytes) => Ok(bytes.clone()),
@@ -156,7 +158,7 @@ impl Page {
         }
     }
 
-    /// What determines the page, for fingerprints; nothing is made for it.
+    /// Returns what determines the page, for use in fingerprints. This does not make the page.
     pub fn origin(&self) -> &[u8] {
         match self {
             Self::Drawn(bytes) => bytes,
@@ -174,30 +176,30 @@ impl From<Vec<u8>> for Page {
 /// The drawing of a trial, and how people handle it.
 #[derive(Debug, Clone)]
 pub struct Sheet {
-    /// Where the pose is given again to continue with task k + 1 if task k fails (`restarts[k]`). Empty if that is not done: the
-    /// tasks after a failed one are then driven all the same.
+    /// Poses that are given again if a task fails: after task k fails, the robot continues with task k + 1 from `restarts[k]`.
+    /// If this is empty, the tasks after a failed one are driven without a new pose.
     pub restarts: Vec<Restart>,
-    /// Error of every start mark that is given; `None`: exactly as the mission says.
+    /// Error of every start mark, or `None` if marks are exactly as the mission says.
     pub start_error: Option<StartError>,
-    /// The drawing as the sketcher reads it: a mark that falls into a wall is drawn again.
+    /// The drawing as read by the sketcher. It is needed because people do not mark the robot inside a wall.
     pub paper: Arc<DrawnMap>,
-    /// Which places of the drawing correspond to which places of the floor; the path must then be consistent with the drawing, too.
-    /// `None` if any path will do.
+    /// The correspondence between drawing and floor. If it is given, the path must also be consistent with the drawing; if it
+    /// is `None`, any path will do.
     pub correspondence: Option<Arc<Correspondence>>,
 }
 
 impl Trial {
-    /// Whether it is driven by the navigator `corridor`.
+    /// Returns true if the trial is driven by the navigator `corridor`.
     pub fn is_corridor(&self) -> bool {
         self.mission.navigator.kind == sketchnav_corridor::mission::KIND
     }
 
-    /// The run of the trial from `first_task` on.
+    /// Returns the run of the trial from `first_task` on.
     ///
-    /// `seed` is the repetition's seed; each run of a trial with restarts gets one of its own.
+    /// `seed` is the seed of the repetition. If a trial has restarts, each run gets a seed derived from it.
     ///
     /// # Errors
-    /// A method that the mission's kind of navigator does not have.
+    /// [`MissionError`] if the parameters of the kind of navigator are invalid.
     pub fn run(&self, method: &str, seed: u64, first_task: usize) -> Result<RunConfig, MissionError> {
         let mut mission = self.mission.clone();
         mission.task.drain(..first_task);
@@ -214,13 +216,13 @@ impl Trial {
 }
 
 impl Sheet {
-    /// A drawing in a file that the mission names; poses are given once, with people's errors.
+    /// Creates the sheet for a drawing in a file that the mission names. The pose is given once, with the errors of people.
     pub fn new(paper: Arc<DrawnMap>) -> Self {
         let start_error = Some(StartError::OF_PEOPLE);
         Self { restarts: Vec::new(), start_error, paper, correspondence: None }
     }
 
-    /// Marks the start of a run that begins with `first_task` as a person would.
+    /// Marks the start of a run that begins with `first_task`, as a person would.
     fn mark(&self, mission: &mut Mission, seed: u64, first_task: usize) -> Result<(), MissionError> {
         let mut sketch = SketchMission::of(mission)?;
         if first_task > 0 {
@@ -235,8 +237,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Moves and turns the start mark. A mark that would fall into a wall is drawn again, as a person would not put the robot into
-    /// one.
+    /// Moves and turns the start mark at random. A mark that would fall into a wall is drawn again, since a person would not
+    /// put the robot there.
     fn disturb(&self, sketch: &mut SketchMission, error: StartError, seed: u64) {
         let mut rng = seed::stream(seed, "eval/start");
         let Ok(normal) = Normal::new(0.0, 1.0) else { return };
@@ -251,8 +253,8 @@ impl Sheet {
 }
 
 impl StartError {
-    /// Where a person marks a place of the drawing, by draws from the standard normal distribution: near it, with no wall in
-    /// between. `None` if there is no such place.
+    /// Returns the position at which a person marks a point of the drawing, given draws from the standard normal distribution.
+    /// The mark is near the point with no wall in between. Returns `None` if no such position is found.
     pub fn mark(
         &self,
         paper: &DrawnMap,
@@ -267,7 +269,7 @@ impl StartError {
     }
 }
 
-/// Whether the straight line between two points of the drawing is free.
+/// Returns true if the straight line between two points of the drawing is free.
 fn sees(paper: &DrawnMap, a: &Point<Sketch>, b: &Point<Sketch>) -> bool {
     let steps = (a.distance(b) * 2.0).ceil().max(1.0);
     (0..=steps as usize).all(|k| {
@@ -276,13 +278,13 @@ fn sees(paper: &DrawnMap, a: &Point<Sketch>, b: &Point<Sketch>) -> bool {
     })
 }
 
-/// A seed of its own for everything that has a name.
+/// Derives a separate seed for a name.
 pub fn derived(seed: u64, name: &str) -> u64 {
-    // 32 bits can be read off a report and typed in again.
+    // Seeds have 32 bits so that they can be read off a report and typed in again.
     u64::from(seed::stream(seed, name).random::<u32>())
 }
 
-/// Degrees in (−180, 180].
+/// Wraps an angle in degrees to (−180, 180].
 pub(crate) fn wrap_deg(degrees: f64) -> f64 {
     sketchnav_schemas::geometry::wrap_angle(degrees.to_radians()).to_degrees()
 }

@@ -1,4 +1,4 @@
-//! A driven run as two pictures: the drawing with the estimated path, and the true floor with the true path.
+//! Draws a run as two pictures: the drawing with the estimated path, and the true floor with the true path.
 
 use crate::judge::{self, TaskSpan};
 use crate::picture::{
@@ -15,8 +15,8 @@ use crate::experiments::outcome::Kind;
 use crate::experiments::run::{Driven, kind_of};
 use crate::experiments::trial::{Sheet, Trial};
 
-/// The pictures of a run as SVG, each with its name: `sketch` if there is one, and `floor`. The method `outline` also has
-/// `outline-sketch` and `outline-floor`: what corresponded to what at the end.
+/// Returns the pictures of a run as SVG, each with its name: `sketch` if there is a drawing, and `floor`. For the method
+/// `outline`, this adds `outline-sketch` and `outline-floor`, which show the correspondence at the end of the run.
 ///
 /// # Errors
 /// [`EvalError`] if the world or the drawing cannot be drawn.
@@ -58,7 +58,7 @@ fn sketch(
         .start
         .map(|at| paper.from_image(at))
         .map(|at| Pose::new(at.x, at.y, heading_deg.to_radians()));
-    // A drawn route is its own start mark.
+    // A drawn route also serves as the start mark.
     let believed = driven.log.estimates.first().map(|estimate| estimate.pose.pose());
     picture::sketch(&SketchPicture {
         title: &title(driven, "the sketch, and where the robot believed itself to be"),

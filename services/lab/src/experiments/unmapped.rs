@@ -1,4 +1,4 @@
-//! Things in a world that are in no drawing: clutter and people, placed at random.
+//! Clutter and people that are in a world but in no drawing, placed at random.
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
@@ -9,20 +9,21 @@ use sketchnav_sim::convex::Convex;
 use crate::experiments::ground::Ground;
 use crate::experiments::trial::Trial;
 
-/// Side lengths of a piece of clutter: a bin, a chair, a trolley.
+/// Minimum and maximum side length, in metres, of a piece of clutter such as a bin, a chair or a trolley.
 const SIDES_M: [f64; 2] = [0.25, 0.6];
-/// The least distance from the robot's start and from the goal.
+/// Minimum distance from the robot's start and from the goal, in metres.
 const FREE_M: f64 = 0.8;
-/// Places that are tried for each piece.
+/// Number of positions tried for each piece.
 const TRIES: usize = 50;
-/// How fast people walk, how far they walk at least, and the spacing of the points of their paths.
+/// Minimum and maximum walking speed of people, the minimum length of their walks, and the spacing of points on their
+/// paths.
 const SPEEDS_MPS: [f64; 2] = [0.5, 1.1];
 const LEAST_WALK_M: f64 = 4.0;
 const STRIDE_M: f64 = 0.5;
 const RADIUS_M: f64 = 0.25;
 
-/// Pieces of clutter, placed one after the other so that a path remains; a smaller `count` gives the first of them. Fewer if
-/// `ground` has no place for more.
+/// Returns pieces of clutter, placed one after the other so that a path to the goal remains. There are fewer than `count`
+/// if `ground` has no room for more. A smaller `count` returns the first of the same pieces.
 pub fn clutter(ground: &Ground, trial: &Trial, count: usize) -> Vec<Furniture> {
     let mut rng = stream(trial, "clutter");
     let mut ground = ground.clone();
@@ -69,7 +70,8 @@ fn is_apart(piece: &Furniture, places: [[f64; 2]; 2]) -> bool {
     piece.center.is_some_and(|at| places.iter().all(|place| distance(at, *place) > FREE_M))
 }
 
-/// People who walk to and fro between places of the floor; a smaller `count` gives the first of them.
+/// Returns people who walk to and fro between positions on the floor. A smaller `count` returns the first of the same
+/// people.
 pub fn walkers(ground: &Ground, trial: &Trial, count: usize) -> Vec<Person> {
     let mut rng = stream(trial, "walkers");
     let [start, _] = ends(trial);

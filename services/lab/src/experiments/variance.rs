@@ -1,19 +1,20 @@
-//! Comparison of two variances (Fisher 1924).
+//! Comparison of two variances by Fisher's F-test (Fisher 1924).
 
 use sketchnav_schemas::statistics::{incomplete_beta, variance};
 
-/// The comparison of two variances.
+/// The result of comparing two variances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FTest {
     /// The ratio of the variances.
     pub f: f64,
-    /// Degrees of freedom of both.
+    /// Degrees of freedom of the two samples.
     pub freedom: [usize; 2],
-    /// The two-sided probability of a ratio that far from 1 if the variances are equal.
+    /// Two-sided probability of a ratio at least this far from 1 if the variances are equal.
     pub p: f64,
 }
 
-/// Whether two samples are from populations of equal variance; `None` if one has no variance.
+/// Tests whether two samples are from populations of equal variance. Returns `None` if a variance cannot be computed or the
+/// denominator's is 0.
 pub fn f_test(numerator: &[f64], denominator: &[f64]) -> Option<FTest> {
     let f = variance(numerator)? / variance(denominator).filter(|variance| *variance > 0.0)?;
     let freedom = [numerator.len() - 1, denominator.len() - 1];
@@ -33,7 +34,7 @@ mod tests {
             let above = 1.0 - incomplete_beta(a / 2.0, b / 2.0, a * f / (a * f + b));
             assert!((above - 0.05).abs() < 2e-4, "{a} {b}: {above}");
         }
-        // 1.6 is the value of Chronis 2007 for 44 and 54 degrees.
+        // Chronis 2007 gives a value of 1.6 for 44 and 54 degrees of freedom.
         let above = 1.0 - incomplete_beta(22.0, 27.0, 44.0 * 1.6 / (44.0 * 1.6 + 54.0));
         assert!((above - 0.05).abs() < 3e-3, "{above}");
     }

@@ -1,4 +1,4 @@
-//! The file that says which places of drawings correspond to which places of floors.
+//! Parses the file that matches positions in drawings to positions on floors.
 //!
 //! ```toml
 //! [floor.court]                 # metres
@@ -7,7 +7,7 @@
 //! [drawing.court-01]            # image pixels: column, row
 //! crate = [580, 752]
 //! ```
-//! A place that a drawing leaves out is left out of its table. Only the judge reads this file; navigators must not.
+//! If a drawing does not show a place, its table leaves the place out. Only the judge reads this file; navigators must not.
 
 use std::collections::BTreeMap;
 
@@ -16,10 +16,10 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 
 use super::homotopy::Anchor;
 
-/// Named places.
+/// Positions by name.
 type Places = BTreeMap<String, [f64; 2]>;
 
-/// The parsed file.
+/// The anchors of a file.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Anchors {
@@ -27,31 +27,31 @@ pub struct Anchors {
     drawing: BTreeMap<String, Places>,
 }
 
-/// What is wrong with the file.
+/// The reason why a file of anchors is rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum AnchorsError {
-    /// Not TOML, an unknown key, or a value of the wrong type.
+    /// The text is not TOML, has an unknown key, or has a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// A table that is needed is missing.
+    /// A required table is missing.
     #[error("anchors: expected a table [{0}]")]
     Table(String),
-    /// A place of the drawing that the floor does not have.
+    /// The drawing names a place that the floor does not have.
     #[error("anchors: drawing.{drawing}.{name}: expected a place that floor.{floor} has, too")]
     Place {
-        /// The drawing.
+        /// Name of the drawing.
         drawing: String,
-        /// The floor.
+        /// Name of the floor.
         floor: String,
-        /// The place's name.
+        /// Name of the place.
         name: String,
     },
-    /// A coordinate that is not a finite number.
+    /// A coordinate is not a finite number.
     #[error("anchors: drawing.{drawing}.{name}: expected finite numbers")]
     Number {
-        /// The drawing.
+        /// Name of the drawing.
         drawing: String,
-        /// The place's name.
+        /// Name of the place.
         name: String,
     },
 }
@@ -60,26 +60,27 @@ impl Anchors {
     /// Parses the file's text.
     ///
     /// # Errors
-    /// [`AnchorsError::Toml`].
+    /// [`AnchorsError::Toml`] if the text is malformed.
     pub fn parse(text: &str) -> Result<Self, AnchorsError> {
         Ok(toml::from_str(text)?)
     }
 
-    /// The names of the drawings, in alphabetical order.
+    /// Returns the names of the drawings in alphabetical order.
     pub fn drawings(&self) -> impl Iterator<Item = &str> {
         self.drawing.keys().map(String::as_str)
     }
 
-    /// Whether a drawing shows the place.
+    /// Returns true if a drawing shows the place.
     pub fn has(&self, drawing: &str, place: &str) -> bool {
         self.drawing.get(drawing).is_some_and(|places| places.contains_key(place))
     }
 
-    /// The anchors of a drawing of a floor, in alphabetical order of their names. `from_image` converts image pixels to the
-    /// drawing's frame.
+    /// Returns the anchors of a drawing of a floor, in alphabetical order of their names. `from_image` converts image pixels to
+    /// the frame of the drawing.
     ///
     /// # Errors
-    /// [`AnchorsError`] if the floor or the drawing has no table, or a place of the drawing is not on the floor.
+    /// [`AnchorsError`] if the floor or the drawing has no table, if a place in the drawing is not on the floor, or if a
+    /// coordinate is not finite.
     pub fn of(
         &self,
         drawing: &str,

@@ -1,7 +1,7 @@
-//! How journeys by custom maps ended: the six kinds of success and failure (Park and Kender 1995, 7.2.6).
+//! Judges how journeys by custom maps ended, as one of six kinds of success and failure (Park and Kender 1995, 7.2.6).
 //!
-//! The navigator knows whether it reports its goal. Whether it truly attained the landmarks that its map means is judged by the
-//! true dots: the landmark that the map-maker means is the true dot nearest to where the map-maker sees it.
+//! The navigator reports whether it arrived. Whether it truly attained the landmarks that its map refers to is judged by the
+//! true dots. A landmark on the map refers to the true dot that is nearest to where the map-maker sees the landmark.
 
 use serde::Serialize;
 use sketchnav_directions::messages::Journey;
@@ -13,23 +13,23 @@ use sketchnav_schemas::geometry::{Pose, World};
 use super::log::Log;
 use super::{TaskSpan, spans};
 
-/// How a journey ended.
+/// The verdict on a journey.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct JourneyVerdict {
-    /// The task's name.
+    /// Name of the task.
     pub task: String,
-    /// One of the six kinds; `None` if it has not ended, or if it is not known what its map means.
+    /// One of the six kinds, or `None` if the journey has not ended or its map's landmarks are not known.
     #[serde(serialize_with = "as_word")]
     pub kind: Option<Kind>,
-    /// Entries that the navigator finished.
+    /// Number of entries that the navigator finished.
     pub accepted: u32,
-    /// The number of these whose landmark is the one that the map means.
+    /// Number of finished entries whose landmark is the one that the map refers to.
     pub right: u32,
-    /// How often it recovered.
+    /// Number of recoveries.
     pub recoveries: u32,
-    /// The probability of arrival that the map-maker stated.
+    /// Probability of arrival stated by the map-maker.
     pub stated: Option<f64>,
-    /// The true dots that it took for its landmarks, by index.
+    /// Indices of the true dots that the navigator took for its landmarks.
     pub attained: Vec<usize>,
 }
 
@@ -37,7 +37,7 @@ fn as_word<S: serde::Serializer>(kind: &Option<Kind>, serializer: S) -> Result<S
     kind.map(Kind::word).serialize(serializer)
 }
 
-/// The verdict of each task's journey over the true `dots`; `names` are the tasks'.
+/// Returns the verdict on each task's journey over the true `dots`. `names` are the names of the tasks.
 pub fn journeys(log: &Log, names: &[String], dots: &[[f64; 2]]) -> Vec<JourneyVerdict> {
     let spans = spans(names.len(), &log.status);
     let maps = log.directions.as_deref().and_then(|text| maps_of(text).ok()).unwrap_or_default();
@@ -67,14 +67,14 @@ pub fn journeys(log: &Log, names: &[String], dots: &[[f64; 2]]) -> Vec<JourneyVe
     names.iter().zip(&spans).enumerate().map(verdict).collect()
 }
 
-/// The dot nearest to a place.
+/// Returns the index of the dot nearest to a position.
 pub fn nearest(dots: &[[f64; 2]], [x, y]: [f64; 2]) -> usize {
     let far = |dot: &[f64; 2]| (dot[0] - x).hypot(dot[1] - y);
     let all = dots.iter().enumerate();
     all.min_by(|a, b| far(a.1).total_cmp(&far(b.1))).map_or(0, |(index, _)| index)
 }
 
-/// For each finished entry, the true dot that was taken for its landmark.
+/// Returns, for each finished entry, the true dot that was taken for its landmark.
 fn attained(log: &Log, steps: &[&Journey], dots: &[[f64; 2]]) -> Vec<usize> {
     let mut attained = Vec::new();
     for step in steps {
@@ -116,7 +116,7 @@ mod tests {
 
     const DOTS: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
 
-    /// A journey over three dots, whose map means 0, 1 and 2.
+    /// Returns the log of a journey over three dots, whose map refers to dots 0, 1 and 2.
     fn log(taken: &[usize], state: TaskState, change: impl Fn(&mut Journey)) -> Log {
         let mut log = Log::default();
         let mut itinerary = Box::new(bytemuck::Zeroable::zeroed());
@@ -130,7 +130,7 @@ mod tests {
         for (step, &dot) in (1..).zip(taken) {
             let mut journey: Journey = bytemuck::Zeroable::zeroed();
             (journey.header_mut().stamp_ns, journey.accepted, journey.has_reference) = (step, step as u32, 1);
-            // The window hangs a little above the dot and has turned by 90°.
+            // The window hovers slightly above the dot and is turned by 90°.
             (journey.reference_x_m, journey.reference_y_m) = (-0.2, 0.0);
             change(&mut journey);
             log.journeys.push(journey);

@@ -1,10 +1,12 @@
-//! The figures of a recording: how far the estimates were from the truth, how the mission went, and how the services kept up.
+//! Computes the figures of a recording: the accuracy of the estimates, the outcome of the mission, and the timing of the
+//! services.
 //!
-//! In a drawing an estimate has no metres of its own, so it has two errors. *Metric*: the trajectory in metres, aligned with the
-//! true one by a rotation and a translation. Pixels become metres by the map's resolution if the drawing is the map of the world,
-//! and otherwise by the mean of the local scales along and across the walls. *Local*: how far the estimate is from the truth that
-//! the best affine map of the whole trajectory carries into the drawing, in metres by the local scales of that very estimate. The
-//! proportions of the drawing are thus not counted as an error.
+//! An estimate in a drawing is in pixels, so it has two kinds of error in metres. The *metric* error is that of the
+//! trajectory converted to metres and aligned with the true one by a rotation and a translation. Pixels are converted by
+//! the map's resolution if the drawing is the map of the world, and otherwise by the mean of the local scales along and
+//! across the walls. The *local* error is the distance between the estimate and the true pose carried into the drawing by
+//! the best affine map of the whole trajectory, converted to metres by the local scales of that very estimate. This avoids
+//! counting the proportions of the drawing as an error.
 
 use std::collections::BTreeMap;
 
@@ -20,85 +22,87 @@ use super::rooms::Rooms;
 use super::trajectory::{self, NotAligned, Statistics};
 use super::{Verdict, judge};
 
-/// Estimates from one end of a relative error to the other: one second at ten scans per second.
+/// Number of estimates that a relative error spans: one second at ten scans per second.
 pub const RELATIVE_STEPS: usize = 10;
 
-/// Where the drawing lies in the world, if it is a map of it.
+/// The scale and position of a drawing in the world, for a drawing that is a map of it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MetricMap {
     /// Metres per pixel.
     pub resolution_m: f64,
-    /// The position of the drawing's lower left corner in the world.
+    /// Position of the drawing's lower left corner in the world, in metres.
     pub origin_m: [f64; 2],
 }
 
 /// The figures of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Figures {
-    /// How the tasks ended; `None` if the recording has none that was driven.
+    /// The verdict on the tasks, or `None` if no mission was driven in the recording.
     pub verdict: Option<Verdict>,
-    /// Estimates for which there is a truth of the same instant.
+    /// Number of estimates that have a true pose of the same instant.
     pub estimates: usize,
-    /// How the trajectory was converted to metres: `map` or `mean scales`.
+    /// Conversion of the trajectory to metres: `map` or `mean scales`.
     pub metres_by: &'static str,
-    /// Why the trajectory is not aligned with the true one, if there are estimates and it is not. There is then neither an absolute
-    /// nor a local error.
+    /// The reason why the trajectory is not aligned with the true one although there are estimates. There is then neither an
+    /// absolute nor a local error.
     pub not_aligned: Option<NotAligned>,
-    /// Absolute trajectory error in metres, aligned.
+    /// Absolute trajectory error after alignment, in metres.
     pub absolute_m: Option<Statistics>,
-    /// The same without alignment, if the drawing is a map of the world.
+    /// Absolute trajectory error without alignment, in metres, if the drawing is a map of the world.
     pub unaligned_m: Option<Statistics>,
-    /// Relative trajectory error over [`RELATIVE_STEPS`], metres.
+    /// Relative trajectory error over [`RELATIVE_STEPS`], in metres.
     pub relative_m: Option<Statistics>,
-    /// The error in the drawing's local metric, metres.
+    /// Error in the local metric of the drawing, in metres.
     pub local_m: Option<Statistics>,
-    /// Whether the estimates were in the right rooms, if these are known.
+    /// Number of estimates in the right rooms, if the rooms are known.
     pub rooms: Option<RoomFigures>,
-    /// How often the robot began to touch something.
+    /// Number of times the robot began to touch something.
     pub collisions: usize,
-    /// Effective sample size.
+    /// Effective sample size of the particles.
     pub effective_sample_size: Option<Statistics>,
-    /// Local scale along the walls, pixels per metre.
+    /// Local scale along the walls, in pixels per metre.
     pub scale_a_pxpm: Option<Statistics>,
-    /// Local scale across the walls, pixels per metre.
+    /// Local scale across the walls, in pixels per metre.
     pub scale_b_pxpm: Option<Statistics>,
-    /// Shares of the estimates by the localizer's own assessment.
+    /// Share of estimates for each state of the localizer's own assessment.
     pub tracking: BTreeMap<&'static str, f64>,
-    /// Time from the sending of a message to that of the message that it caused, by the wall clock, milliseconds.
+    /// Wall-clock time from sending a message to sending the message that it caused, in milliseconds.
     pub latency_ms: BTreeMap<&'static str, Statistics>,
-    /// How long each process took per step, according to its health messages.
+    /// Time that each process took per step, according to its health messages.
     pub stages: Vec<Stage>,
-    /// Scans that no command answered; 0 if there are no commands at all, since nothing drove.
+    /// Number of scans that no command answered. This is 0 if there are no commands at all, since nothing drove then.
     pub unanswered_scans: u64,
 }
 
-/// How often the estimate was in the room where the robot was.
+/// Says how often the estimate was in the same room as the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RoomFigures {
-    /// Estimates while the robot truly was in a room of the file.
+    /// Number of estimates made while the robot truly was in one of the rooms.
     pub judged: usize,
-    /// How many of these lie in the same room of the drawing.
+    /// Number of these estimates that are in the same room of the drawing.
     pub right: usize,
-    /// The share.
+    /// Share of right estimates in all judged ones.
     pub share: f64,
 }
 
-/// How long a process took for its steps, by the wall clock.
+/// The wall-clock time that a process took for its steps.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stage {
-    /// The process: the localizer covers the time from the scan to the estimate, the planner from there to the command.
+    /// Name of the process. The localizer's time runs from the scan to the estimate, and the planner's from the estimate to the
+    /// command.
     pub process: &'static str,
-    /// Steps.
+    /// Number of steps.
     pub steps: u64,
-    /// Mean time of a step, milliseconds.
+    /// Mean duration of a step, in milliseconds.
     pub mean_ms: f64,
-    /// Median of the longest steps of each second, milliseconds.
+    /// Median of the longest steps of each second, in milliseconds.
     pub median_of_longest_ms: f64,
-    /// The longest step, milliseconds.
+    /// Duration of the longest step, in milliseconds.
     pub max_ms: f64,
 }
 
-/// Computes the figures. `mission`: if there was one; `map`: if the drawing is a map of the world.
+/// Computes the figures. Pass a `mission` if one was driven, a `map` if the drawing is a map of the world, and `rooms` if
+/// they are known.
 pub fn figures(
     log: &Log,
     mission: Option<&Mission>,
@@ -132,7 +136,7 @@ pub fn figures(
     }
 }
 
-/// Why the estimates are not aligned with the truth; `None` if they are, or if either is missing.
+/// Returns the reason why the estimates are not aligned with the truth, or `None` if they are or if there are no estimates.
 fn not_aligned(log: &Log, truth: &[Pose<World>], estimate: &[Pose<World>]) -> Option<NotAligned> {
     let estimates = log.estimates.len();
     if estimates == 0 {
@@ -153,7 +157,8 @@ fn unanswered(log: &Log) -> u64 {
     if log.answered_scans == 0 { 0 } else { log.scans.saturating_sub(log.answered_scans) }
 }
 
-/// The true and the estimated trajectory in metres, and how the estimated one was converted.
+/// Returns the true and the estimated trajectory in metres, and the name of the conversion
+/// that was used for the estimated one.
 pub fn metric(log: &Log, map: Option<MetricMap>) -> (Vec<Pose<World>>, Vec<Pose<World>>, &'static str) {
     let truth = log.instants.iter().map(|i| i.truth).collect();
     let (estimate, by) = match map {
@@ -184,14 +189,15 @@ fn by_mean_scales(instants: &[Instant], wall_direction_rad: f64) -> Vec<Pose<Wor
         .collect()
 }
 
-/// A displacement in pixels, in metres: R(φ) · diag(1/a, 1/b) · R(−φ), the inverse of Boniardi et al. 2015, equation 1.
+/// Converts a displacement from pixels to metres by R(φ) · diag(1/a, 1/b) · R(−φ), the inverse of Boniardi et al. 2015,
+/// equation 1.
 fn metres(px: [f64; 2], [a, b]: [f64; 2], wall_direction_rad: f64) -> [f64; 2] {
     let (sin, cos) = wall_direction_rad.sin_cos();
     let (along, across) = ((cos * px[0] + sin * px[1]) / a, (-sin * px[0] + cos * px[1]) / b);
     [cos * along - sin * across, sin * along + cos * across]
 }
 
-/// The errors in the drawing's local metric; none if the trajectory is a line or too short.
+/// Returns the errors in the local metric of the drawing, or no errors if the trajectory is on a line or too short.
 pub fn local_errors_m(log: &Log) -> Vec<f64> {
     let (truth, estimate, _) = metric(log, None);
     match log.map() {
@@ -200,7 +206,7 @@ pub fn local_errors_m(log: &Log) -> Vec<f64> {
     }
 }
 
-/// The errors from the affine map that fits best; none if the trajectory is a line.
+/// Returns the errors relative to the best affine map, or no errors if the trajectory is on a line.
 fn fitted(instants: &[Instant], sketch: &SketchMap) -> Vec<f64> {
     let truth: Vec<_> = instants.iter().map(|i| [i.truth.x, i.truth.y]).collect();
     let drawn: Vec<_> = instants.iter().map(|i| [i.estimate.x, i.estimate.y]).collect();
@@ -245,7 +251,7 @@ fn latencies(latencies: &[Latency]) -> BTreeMap<&'static str, Statistics> {
     stages.into_iter().filter_map(|(stage, ms)| Some((stage, ms?))).collect()
 }
 
-/// Taken from the processes' health messages; steps that a process took before it was killed count too.
+/// Computes the stages from health messages. Steps that a process took before it was killed and restarted count too.
 fn stages(health: &[Health]) -> Vec<Stage> {
     let mut lives: BTreeMap<u32, BTreeMap<u32, Vec<&Health>>> = BTreeMap::new();
     for message in health {
@@ -276,7 +282,7 @@ mod tests {
 
     use super::*;
 
-    /// A log in which the robot truly drives around a corner, and the estimate is where `at` puts it.
+    /// Returns a log in which the robot truly drives around a corner while its estimate follows `at`.
     fn log(at: fn(f64) -> [f64; 2]) -> Log {
         let instants = (0..40).map(|i| {
             let way = f64::from(i) * 0.1;
@@ -301,7 +307,7 @@ mod tests {
         }
     }
 
-    /// A log without ODOM lines was localized at a single point, with "error in local metres 0.000 m".
+    /// A log without ODOM lines was localized at a single point, and reported with "error in local metres 0.000 m".
     #[test]
     fn a_fit_that_collapses_to_a_point_is_no_fit() {
         let followed =

@@ -1,26 +1,28 @@
-//! Whether a path on the true floor passes the same things on the same sides as a route in the drawing, as often and in the same
-//! order. This is the criterion of Boniardi et al. 2016, V-B: "homotopically equivalent with respect to the topology induced by the
-//! sketch".
+//! Decides whether a path on the true floor passes the same obstacles on the same sides as a route in the drawing, as often
+//! and in the same order. This is the criterion of Boniardi et al. 2016, V-B: "homotopically equivalent with respect to the
+//! topology induced by the sketch".
 //!
-//! The path and the route lie in different planes. They are joined by [`Anchor`]s: things of which both places are known, above all
-//! the obstacles that the person drew. On the anchors we lay a triangulation whose straight edges cross nowhere in either plane.
-//! Taking triangle to triangle is then one map from plane to plane, continuous both ways, that carries every anchor to its
-//! counterpart. A path crosses the same edges in both planes, and the sequence of these edges is its *word*.
+//! The path and the route are in different planes. These are joined by [`Anchor`]s, which are points with known positions
+//! in both planes, above all the obstacles that the person drew. The anchors are the corners of a triangulation whose
+//! straight edges do not cross in either plane. Mapping each triangle to its counterpart is then a map from plane to plane
+//! that is continuous both ways and carries every anchor to its counterpart. A path crosses the same edges in both planes,
+//! and the sequence of these edges is its *word*.
 //!
-//! The paper judges the path on the sketch, which is the estimated one ([`Correspondence::is_homotopic_on_sketch`]). An estimate
-//! that is wrong in just the right manner excuses itself there, so the true path is judged, too
+//! The paper judges the path on the sketch, which is the estimated path ([`Correspondence::is_homotopic_on_sketch`]). An
+//! estimate that is wrong in just the right manner can pass this test, so the true path is judged too
 //! ([`Correspondence::is_homotopic`]).
 //!
-//! A word without two equal neighbours is reduced. All triangles are discs and all anchors are corners, so the plane without its
-//! anchors retracts to the graph of adjacent triangles. A walk on a graph is determined up to homotopy by its reduced form. A
-//! closed line can therefore be contracted without passing over an anchor exactly if its word reduces to nothing. That is the
-//! fundamental (free) group, which is finer than winding numbers: those do not see the order. (S. Bhattacharya et al., "Topological
-//! constraints in search-based robot path planning", 2012, compare h-signatures; D. Grigoriev and A. Slissenko, 1998, reduced words
-//! of cuts.) The path and the route are closed to a single line by joining their ends in the drawing.
+//! A word without two equal neighbours is reduced. All triangles are discs and all anchors are corners, so the plane
+//! without its anchors retracts to the graph of adjacent triangles, in which a walk is determined up to homotopy by its
+//! reduced form. A closed line can therefore be contracted without passing over an anchor if and only if its word reduces
+//! to nothing. This is the fundamental (free) group, which is finer than winding numbers because those do not see the
+//! order. (S. Bhattacharya et al., "Topological constraints in search-based robot path planning", 2012, compare
+//! h-signatures; D. Grigoriev and A. Slissenko, 1998, reduced words of cuts.) The path and the route are closed to a single
+//! line by joining their ends in the drawing.
 //!
 //! Anchors at wall ends and corners do no harm, since no path leads around them except through a wall.
 //!
-//! Pure: points in, a word out, with no knowledge of recordings.
+//! This module is pure: points go in and a word comes out, with no knowledge of recordings.
 
 mod mesh;
 mod word;
@@ -31,36 +33,36 @@ use sketchnav_schemas::geometry::{Point, Sketch, World};
 use mesh::{Mesh, Plane};
 pub use word::Word;
 
-/// A thing of which both places are known.
+/// A point whose position is known in both planes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
-    /// On the true floor, metres.
+    /// Position on the true floor, in metres.
     pub world: Point<World>,
-    /// In the drawing, pixels.
+    /// Position in the drawing, in pixels.
     pub drawing: Point<Sketch>,
 }
 
-/// Why anchors do not join the planes.
+/// The reason why anchors do not join the planes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum CorrespondenceError {
-    /// Fewer than three, or all on a line, or the drawing is the mirror image of the floor.
+    /// There are fewer than three anchors, all of them are on a line, or the drawing is a mirror image of the floor.
     #[error(
         "anchors: expected three that are not on a line and have the same orientation in both planes, found none among {0}"
     )]
     Flat(usize),
-    /// The places contradict each other too much: no triangulation is valid in both planes.
+    /// The positions contradict each other too much, so no triangulation is valid in both planes.
     #[error(
         "anchors: expected a triangulation of {expected} triangles common to floor and drawing, found {found}"
     )]
     Torn {
-        /// How many triangles there must be.
+        /// Number of triangles that are needed.
         expected: usize,
-        /// How many were found.
+        /// Number of triangles that were found.
         found: usize,
     },
 }
 
-/// The common triangulation of floor and drawing; see the module.
+/// The common triangulation of floor and drawing, as described in the module documentation.
 #[derive(Debug, Clone)]
 pub struct Correspondence {
     floor: Plane<World>,
@@ -69,8 +71,8 @@ pub struct Correspondence {
 }
 
 impl Correspondence {
-    /// Joins the planes by their anchors. A frame far outside is laid around these, mapped by the best affine map, so that every
-    /// place near the anchors lies in some triangle.
+    /// Joins the planes by their anchors. The anchors are surrounded by a frame far outside, which is carried into the drawing
+    /// by the best affine map. This ensures that every point near the anchors is in some triangle.
     ///
     /// # Errors
     /// [`CorrespondenceError`] if the anchors are too few or contradict each other.
@@ -92,19 +94,19 @@ impl Correspondence {
         }
     }
 
-    /// Where a place of the floor lies in the drawing; `None` far from all anchors.
+    /// Returns the position in the drawing of a point on the floor, or `None` if it is far from all anchors.
     pub fn to_drawing(&self, place: Point<World>) -> Option<Point<Sketch>> {
         self.mesh.carry(&self.floor, &self.drawing, place)
     }
 
-    /// Where a place of the drawing lies on the floor; `None` far from all anchors.
+    /// Returns the position on the floor of a point in the drawing, or `None` if it is far from all anchors.
     pub fn to_floor(&self, place: Point<Sketch>) -> Option<Point<World>> {
         self.mesh.carry(&self.drawing, &self.floor, place)
     }
 
-    /// The reduced word of a closed line that runs along `way`, straight (in the drawing) to the end of `route`, back along it, and
-    /// straight to the start of `way`. It is empty if the two are homotopic. `None` if one of them is empty or leaves the anchors'
-    /// surroundings.
+    /// Returns the reduced word of a closed line, which is empty if `way` and `route` are homotopic. The line runs along `way`,
+    /// straight (in the drawing) to the end of `route`, back along `route`, and straight to the start of `way`. Returns `None`
+    /// if either is empty, or if `way` begins or ends far from the anchors.
     pub fn difference(&self, way: &[Point<World>], route: &[Point<Sketch>]) -> Option<Word> {
         let (first, last) = (self.to_drawing(*way.first()?)?, self.to_drawing(*way.last()?)?);
         let back: Vec<_> = std::iter::once(last).chain(route.iter().rev().copied()).chain([first]).collect();
@@ -115,13 +117,13 @@ impl Correspondence {
         Some(word)
     }
 
-    /// Whether `way` and `route` are homotopic.
+    /// Returns true if `way` and `route` are homotopic.
     pub fn is_homotopic(&self, way: &[Point<World>], route: &[Point<Sketch>]) -> bool {
         self.difference(way, route).is_some_and(|word| word.is_empty())
     }
 
-    /// Whether a way in the drawing, such as that of the robot's estimate, and `route` are homotopic. Their ends are joined by
-    /// straight lines. An empty one is homotopic to none.
+    /// Returns true if `route` is homotopic to a path in the drawing, such as that of the robot's estimate. Their ends are
+    /// joined by straight lines. An empty path or route is not homotopic to anything.
     pub fn is_homotopic_on_sketch(&self, way: &[Point<Sketch>], route: &[Point<Sketch>]) -> bool {
         let (Some(&first), false) = (way.first(), route.is_empty()) else { return false };
         let closed: Vec<_> = way.iter().chain(route.iter().rev()).copied().chain([first]).collect();

@@ -1,5 +1,5 @@
-//! What a mission said, as far as judging and drawing need it: the messages of a mission that is being driven, or those of a
-//! recording, read in one pass over the chunks that hold them.
+//! Collects the messages of a mission that judging and drawing need. They come either from a mission that is being driven,
+//! or from a recording, which is read in one pass over the chunks that hold them.
 
 use std::collections::BTreeMap;
 
@@ -32,31 +32,32 @@ use sketchnav_recordings::writer::topic_name;
 use sketchnav_rehearsal::{Onlooker, Tap};
 use sketchnav_sketch::planner::ROOMS;
 
-/// An estimate and the truth of the same instant.
+/// An estimate with the true pose of the same instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Instant {
-    /// Simulation time, nanoseconds.
+    /// Simulation time, in nanoseconds.
     pub stamp_ns: u64,
-    /// Where the robot truly was.
+    /// True pose of the robot.
     pub truth: Pose<World>,
-    /// Where the robot believed itself to be.
+    /// Pose at which the robot believed itself to be.
     pub estimate: Pose<Sketch>,
-    /// The local scales, pixels per metre: along the walls and across.
+    /// Local scales along and across the walls, in pixels per metre.
     pub scales_pxpm: [f64; 2],
     /// Kish's effective sample size.
     pub effective_sample_size: f64,
-    /// How well the scan fitted.
+    /// The localizer's measure of how well the scan fits.
     pub fit: f64,
-    /// A [`sketchnav_schemas::codes::Tracking`].
+    /// Code of a [`sketchnav_schemas::codes::Tracking`].
     pub tracking: u32,
 }
 
-/// What a mission said. All of it is in memory: some kilobytes per instant, and ten for each sample of the particles.
+/// The messages of a mission. All of them are in memory, at a few kilobytes per instant and ten for each sample of the
+/// particles.
 #[derive(Debug, Clone, Default)]
 pub struct Log {
     /// The channel `truth`.
     pub truth: Vec<GroundTruth>,
-    /// The channel `status`; if people draw, of the last drive only.
+    /// The channel `status`. If people draw, only that of the last drive.
     pub status: Vec<MissionStatus>,
     /// The channel `people`.
     pub people: Vec<People>,
@@ -64,27 +65,27 @@ pub struct Log {
     pub markers: Vec<MarkerView>,
     /// The channel `journey`.
     pub journeys: Vec<Journey>,
-    /// What the map-maker meant.
+    /// The map-maker's itinerary, with the landmarks that its maps refer to.
     pub itinerary: Option<Box<Itinerary>>,
-    /// The dots as the map-maker saw them: x and y, metres.
+    /// Positions x and y of the dots as the map-maker saw them, in metres.
     pub seen_dots: Vec<[f64; 2]>,
-    /// The custom maps.
+    /// The custom maps as text.
     pub directions: Option<String>,
     /// The channel `contact`.
     pub contacts: Vec<Contact>,
-    /// The channel `estimate`, in the last drawing.
+    /// The channel `estimate`, for the last drawing only.
     pub estimates: Vec<PoseEstimate>,
     /// The channel `command`.
     pub commands: Vec<VelocityCommand>,
-    /// The route past landmarks, as the sketcher publishes it; empty if there is none.
+    /// The route past landmarks as published by the sketcher, which is empty if there is none.
     pub landmark_route: Vec<u8>,
     /// The channel `landmark_view`.
     pub landmark_views: Vec<LandmarkView>,
     /// The channel `landmark_progress`.
     pub landmark_progress: Vec<LandmarkProgress>,
-    /// The channel `particles`, in the last drawing; read from a recording only by [`Log::read_all`].
+    /// The channel `particles`, for the last drawing only. From a recording, only [`Log::read_all`] reads it.
     pub particles: Vec<Particles>,
-    /// The channel `correspondence`, in the last drawing; read from a recording only by [`Log::read_all`].
+    /// The channel `correspondence`, for the last drawing only. From a recording, only [`Log::read_all`] reads it.
     pub correspondences: Vec<Correspondence>,
     /// The channel `health`.
     pub health: Vec<Health>,
@@ -92,25 +93,25 @@ pub struct Log {
     pub latencies: Vec<Latency>,
     /// The channel `faults`.
     pub faults: Vec<Fault>,
-    /// Each estimate of a recording that has a truth of its instant.
+    /// The estimates of a recording that have a true pose of the same instant.
     pub instants: Vec<Instant>,
-    /// The invalid messages of a recording, on which no process acts.
+    /// The invalid messages of a recording, which processes ignore.
     pub rejected: Rejections,
-    /// The number of scans.
+    /// Number of scans.
     pub scans: u64,
-    /// How many of these a command answered.
+    /// Number of scans that were answered by a command.
     pub answered_scans: u64,
-    /// The tasks; the last ones if there were several lists.
+    /// The tasks. If several lists were sent, only the last one is kept.
     pub route: Option<Box<Route>>,
-    /// The drawing and its cells; the last one if people drew several.
+    /// The drawing and its cells. If people drew several, only the last one is kept.
     pub sketch: Option<(SketchMap, Vec<u8>)>,
-    /// When people last started the robot on the first task: simulation time, nanoseconds.
+    /// Simulation time in nanoseconds at which people last started the robot on the first task.
     pub(crate) began_ns: Option<u64>,
-    /// The scan that the last command answered.
+    /// The scan that was answered by the last command.
     pub(crate) last_answered: u64,
 }
 
-/// The channels that a verdict and the figures need.
+/// The channels that verdicts and figures need.
 const NEEDED: [&ChannelSpec; 17] = [
     DIRECTIONS.spec,
     ITINERARY.spec,
@@ -131,18 +132,18 @@ const NEEDED: [&ChannelSpec; 17] = [
     ORDERS.spec,
 ];
 
-/// The further channels that pages show.
+/// Additional channels that pages show.
 const SHOWN: [&ChannelSpec; 5] =
     [PARTICLES.spec, CORRESPONDENCE.spec, LANDMARK_ROUTE.spec, LANDMARK_VIEW.spec, LANDMARK_PROGRESS.spec];
 
 impl Log {
-    /// How the planner says that it drives, if this differs from what the method says.
+    /// Returns the planner's own name for how it drives, if this differs from the method of the mission.
     pub fn driven(&self) -> Option<&'static str> {
         let drove_by_rooms = self.status.iter().any(|status| status.reason.as_str() == ROOMS);
         drove_by_rooms.then_some(ROOMS)
     }
 
-    /// The goal of the task that was being driven at that time.
+    /// Returns the goal of the task that was being driven at that time.
     pub fn goal_at(&self, stamp_ns: u64) -> Option<Point<Sketch>> {
         let until = self.status.partition_point(|status| status.header.stamp_ns <= stamp_ns);
         let task = self.status[..until].last().map_or(0, |status| status.task as usize);
@@ -150,24 +151,24 @@ impl Log {
         route.points(route.tasks().get(task)?).last()
     }
 
-    /// Reads a recording, without the particles and the messages about landmarks.
+    /// Reads a recording, except for the particles and the messages about landmarks.
     ///
     /// # Errors
-    /// [`RecordingError`].
+    /// [`RecordingError`] if the recording cannot be read.
     pub fn read(recording: &Recording) -> Result<Self, RecordingError> {
         Self::of_channels(recording, &NEEDED)
     }
 
-    /// Reads all channels of a recording that are kept here.
+    /// Reads all channels of a recording that a log can hold.
     ///
     /// # Errors
-    /// [`RecordingError`].
+    /// [`RecordingError`] if the recording cannot be read.
     pub fn read_all(recording: &Recording) -> Result<Self, RecordingError> {
         Self::of_channels(recording, &[&NEEDED[..], &SHOWN].concat())
     }
 
     fn of_channels(recording: &Recording, channels: &[&ChannelSpec]) -> Result<Self, RecordingError> {
-        // Sensors are checked for invalid messages.
+        // Sensor channels are read only to check them for invalid messages.
         let names = channels.iter().map(|spec| spec.name).chain(sensors().map(|spec| spec.name));
         let topics = names.map(topic_name);
         let mut log = Self::default();
@@ -182,7 +183,7 @@ impl Log {
         Ok(log)
     }
 
-    /// Removes what was said in a frame other than that of the last drawing, or in none.
+    /// Removes messages that are in no frame, or in a frame other than that of the last drawing.
     fn forget_earlier_drawings(&mut self) {
         let drawn_ns = self.map().map_or(0, |map| map.header.stamp_ns);
         self.estimates.retain(|e| e.header.stamp_ns >= drawn_ns && e.tracking != Tracking::Waiting.code());
@@ -190,15 +191,15 @@ impl Log {
         self.correspondences.retain(|found| found.header.stamp_ns >= drawn_ns);
     }
 
-    /// Removes what was said of tasks before the last ones began: of other tasks, or of these in an earlier drive. Nothing is left
-    /// if they were sent but not driven.
+    /// Removes messages about tasks from before the last tasks began, whether they concern other tasks or an earlier drive of
+    /// the same ones. Nothing is left if the last tasks were sent but not driven.
     fn forget_earlier_drives(&mut self) {
         let sent_ns = self.route.as_ref().map_or(0, |route| route.header.stamp_ns);
         let Some(began_ns) = self.began_ns.filter(|began_ns| *began_ns > sent_ns) else {
             self.status.clear();
             return;
         };
-        // The planner takes an order some steps after it was given.
+        // The planner takes an order a few steps after it was given.
         let is_begin = |status: &MissionStatus| {
             let is_driving = TaskState::from_code(status.state) == Some(TaskState::Driving);
             status.header.stamp_ns > began_ns && status.task == 0 && is_driving
@@ -207,7 +208,7 @@ impl Log {
         self.status.drain(..first);
     }
 
-    /// The run with the tasks that people drew last, if they did. Their places in the true world are not known.
+    /// Returns the run with the tasks that people drew last, if any. Their positions in the true world are not known.
     #[must_use]
     pub fn with_drawn_tasks(&self, mut run: RunConfig) -> RunConfig {
         if let Some(route) = self.route.as_ref().filter(|_| run.pad.draws()) {
@@ -222,23 +223,24 @@ impl Log {
         run
     }
 
-    /// Where the robot truly was at that moment, or else last before it.
+    /// Returns the true pose of the robot at that moment, or the last one before it.
     pub fn pose_at(&self, stamp_ns: u64) -> Option<Pose<World>> {
         let after = self.truth.partition_point(|truth| truth.header.stamp_ns <= stamp_ns);
         self.truth[..after].last().map(GroundTruth::pose)
     }
 
-    /// The drawing without its cells.
+    /// Returns the drawing without its cells.
     pub fn map(&self) -> Option<&SketchMap> {
         self.sketch.as_ref().map(|(map, _)| map)
     }
 
-    /// The processes' faults and recoveries.
+    /// Returns the faults and recoveries of the processes.
     pub fn told_faults(&self) -> Vec<FaultInfo> {
         self.faults.iter().map(FaultInfo::new).collect()
     }
 
-    /// For the sensors other than the markers it is enough that they spoke.
+    /// Takes a message of a recording. Sensor messages other than markers are checked, and scans
+    /// counted, but they are not decoded.
     fn take(&mut self, raw: &RawMessage, recording: &Recording) -> Result<(), RecordingError> {
         let Some(spec) = of_topic(&raw.topic.name) else { return Ok(()) };
         self.rejected.look_at(raw, spec);
@@ -271,7 +273,7 @@ impl Log {
         }
     }
 
-    /// A scan counts as answered once, however many commands answer it.
+    /// Counts a scan as answered, but only once if several commands answer it.
     fn answer(&mut self, command: &VelocityCommand) {
         let scan = command.header.source_seq;
         self.answered_scans += u64::from(scan > self.last_answered);
@@ -333,7 +335,7 @@ mod tests {
 
     use super::*;
 
-    /// The report's pictures of an early task showed the goal of the last one.
+    /// In the report, pictures of an early task used to show the goal of the last one.
     #[test]
     fn the_goal_is_that_of_the_task_of_the_moment() {
         let mut route: Box<Route> = Box::new(Zeroable::zeroed());

@@ -1,10 +1,10 @@
-//! The outcome of a task by the robot's own pose in the drawing, as Boniardi et al. judge it (2016, V-B). A task succeeds if the
-//! robot ends near its goal and if its trajectory on the sketch is homotopic to the drawn path "with respect to the topology
-//! induced by the sketch".
+//! Judges the outcome of a task by the robot's own pose in the drawing, as Boniardi et al. do (2016, V-B). A task succeeds
+//! if the robot ends near its goal and if its trajectory on the sketch is homotopic to the drawn path "with respect to the
+//! topology induced by the sketch".
 //!
-//! Distances are measured in the local metric, like all of the paper's distances in the drawing (III-A). The threshold is not
-//! stated. A task that the robot gave up was not reached, wherever the robot stood: one that "lost track of its current pose"
-//! failed (2015, IV).
+//! Distances are measured in the local metric, like all of the paper's distances in the drawing (III-A). The paper does not
+//! state a threshold. A task that the robot gave up was not reached, wherever the robot stood: a robot that "lost track of
+//! its current pose" failed (2015, IV).
 
 use sketchnav_schemas::codes::TaskState;
 use sketchnav_schemas::geometry::{Point, Sketch};
@@ -13,24 +13,24 @@ use sketchnav_sketch::paths::chart::Chart;
 
 use super::homotopy::Correspondence;
 
-/// The threshold where a mission names no radius, metres.
+/// Maximum distance from the goal, in metres, if the mission gives no radius.
 pub const LIMIT_M: f64 = 1.0;
 
-/// What a task asks for in the drawing.
+/// The goal and route that a task prescribes in the drawing.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked<'a> {
-    /// Where it ends.
+    /// Position of the goal.
     pub goal: Point<Sketch>,
-    /// How far from there it may end, metres.
+    /// Maximum distance from the goal at which the robot may end, in metres.
     pub limit_m: f64,
-    /// The drawn route, with what the drawing shows; `None` for a goal alone.
+    /// The drawn route with the correspondence of drawing and floor, or `None` if the task has only a goal.
     pub route: Option<(&'a Correspondence, &'a [Point<Sketch>])>,
-    /// The direction of the walls in the drawing, radians.
+    /// Direction of the walls in the drawing, in radians.
     pub wall_direction_rad: f64,
 }
 
 impl Asked<'_> {
-    /// Whether a task that ended in `state` was reached by its estimates, which are in order.
+    /// Returns true if a task that ended in `state` was reached according to its estimates, which must be in order.
     pub fn is_reached(&self, state: TaskState, estimates: &[PoseEstimate]) -> bool {
         let Some(last) = estimates.last().filter(|_| state == TaskState::Reached) else { return false };
         let end = last.pose.pose().position();
@@ -50,7 +50,7 @@ mod tests {
     use super::*;
     use crate::judge::homotopy::Anchor;
 
-    /// Twenty pixels per metre along the walls, which run to the right, and forty across.
+    /// Returns an estimate whose scale is twenty pixels per metre along the walls, which run to the right, and forty across.
     fn at(x: f64, y: f64) -> PoseEstimate {
         let pose = PosePx::new(&Pose::new(x, y, 0.0));
         PoseEstimate { pose, scale_a_pxpm: 20.0, scale_b_pxpm: 40.0, ..Zeroable::zeroed() }

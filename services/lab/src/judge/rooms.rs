@@ -1,4 +1,4 @@
-//! Which room is which: a file that gives, for each room, its place on the true floor and in the drawing.
+//! Parses the file that gives the outline of each room on the true floor and in the drawing.
 //!
 //! ```toml
 //! [[room]]
@@ -11,7 +11,7 @@
 use serde::Deserialize;
 use sketchnav_schemas::geometry::{Point, Sketch, World, encloses};
 
-/// The parsed file.
+/// The rooms of a file.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rooms {
@@ -27,16 +27,16 @@ struct Room {
     sketch: Vec<[f64; 2]>,
 }
 
-/// What is wrong with the file.
+/// The reason why a file of rooms is rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum RoomsError {
-    /// Not TOML, an unknown key, or a value of the wrong type.
+    /// The text is not TOML, has an unknown key, or has a value of the wrong type.
     #[error("{0}")]
     Toml(#[from] toml::de::Error),
-    /// A room whose corners do not enclose an area.
+    /// The corners of a room do not enclose an area.
     #[error("room {name}: expected at least three corners with finite coordinates")]
     Corners {
-        /// The room.
+        /// Name of the room.
         name: String,
     },
 }
@@ -45,7 +45,7 @@ impl Rooms {
     /// Parses the file's text.
     ///
     /// # Errors
-    /// [`RoomsError`].
+    /// [`RoomsError`] if the text is malformed or a room has no area.
     pub fn parse(text: &str) -> Result<Self, RoomsError> {
         let rooms: Self = toml::from_str(text)?;
         let is_area =
@@ -56,12 +56,12 @@ impl Rooms {
         }
     }
 
-    /// The room that a true place lies in; the first in the file if there are several.
+    /// Returns the room at a true position, or the first in the file if there are several.
     pub fn of_world(&self, at: Point<World>) -> Option<&str> {
         self.find(|room| encloses(&room.world, [at.x, at.y]))
     }
 
-    /// The room that a place in the drawing lies in. `height_px`: the height of the drawing.
+    /// Returns the room at a position in the drawing, where `height_px` is the height of the drawing.
     pub fn of_sketch(&self, at: Point<Sketch>, height_px: f64) -> Option<&str> {
         self.find(|room| encloses(&room.sketch, [at.x, height_px - at.y]))
     }

@@ -1,7 +1,8 @@
-//! Which landmark states of a drive were matched by the objects that the sketch means (Chronis 2007, 5.2.1).
+//! Judges which landmark states of a drive were matched by the objects that the sketch depicts (Chronis 2007, 5.2.1).
 //!
-//! In the thesis it was determined by hand "whether the sonar range system readings were from the extracted objects or random
-//! objects". Here the true scene says which objects the sonars of a seen object hit, and names are compared. Pure.
+//! The thesis determined by hand "whether the sonar range system readings were from the extracted objects or random
+//! objects". Here the true scene says which objects were hit by the sonars of a seen object, and the names are compared.
+//! This module is pure.
 
 use std::f64::consts::{FRAC_PI_8, TAU};
 
@@ -19,44 +20,46 @@ use sketchnav_schemas::geometry::{Point, Pose, World, wrap_angle};
 use sketchnav_schemas::message::GroundTruth;
 use sketchnav_schemas::run::RunConfig;
 
-/// How long temporal matching remembers, nanoseconds: three cycles of 0.192 s (4.6.4).
+/// Memory of temporal matching, in nanoseconds: three cycles of 0.192 s (4.6.4).
 const REMEMBERED_NS: u64 = 600_000_000;
-/// Rays per sonar cone.
+/// Number of steps on each side of the axis of a sonar cone when casting rays.
 const RAYS: i32 = 12;
-/// Half the cone of a direction if there are no sonars.
+/// Half the opening of a direction's cone, for robots without sonars.
 const HALF_DIRECTION_RAD: f64 = FRAC_PI_8 / 2.0;
 
-/// A landmark state of a route, as driven.
+/// The outcome of a landmark state in a drive.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StateDriven {
-    /// Whether the robot matched it. The first state always is matched (rule 1), the last one if the robot arrived (rule 2).
+    /// True if the robot matched the state. The first state is always matched (rule 1), and the last one if the robot arrived
+    /// (rule 2).
     pub matched: bool,
-    /// Whether it was matched by the objects that the sketch means; for the last one, whether the robot stopped at its goal.
+    /// True if the state was matched by the objects that the sketch depicts. For the last state, true if the robot stopped at its
+    /// goal.
     pub correct: bool,
-    /// Whether the piece of the route that ends with it is a turn.
+    /// True if the piece of the route that ends with this state is a turn.
     pub ends_turn: bool,
-    /// Steps of the drawn route since the previous state.
+    /// Number of steps of the drawn route since the previous state.
     pub steps: f64,
-    /// How far the drawn route turns since the previous state, degrees.
+    /// Angle that the drawn route turns through since the previous state, in degrees.
     pub turned_deg: f64,
 }
 
-/// What a drive reported about landmarks.
+/// The messages of a drive by landmarks.
 #[derive(Debug, Clone, Copy)]
 pub struct Said<'a> {
-    /// The states.
+    /// The route of landmark states.
     pub route: &'a Route,
-    /// The sketch that they were extracted from.
+    /// The sketch that the states were extracted from.
     pub sketch: &'a Sketch,
-    /// What was seen, one per step.
+    /// The views of the surroundings, one per step.
     pub views: &'a [LandmarkView],
-    /// How far the robot had come, one per step.
+    /// The robot's progress along the route, one per step.
     pub progress: &'a [LandmarkProgress],
-    /// Where it truly was, one per step.
+    /// The true poses, one per step.
     pub truth: &'a [GroundTruth],
 }
 
-/// The states of a drive by landmark states; `is_reached`: whether it ended at its goal.
+/// Returns the states of a drive by landmark states. `is_reached` says whether the drive ended at its goal.
 pub fn states(run: &RunConfig, said: &Said<'_>, is_reached: bool) -> Vec<StateDriven> {
     let scene = TrueScene::of(run);
     let mut driven = drawn(said.route, said.sketch);
@@ -80,7 +83,7 @@ pub fn states(run: &RunConfig, said: &Said<'_>, is_reached: bool) -> Vec<StateDr
     driven
 }
 
-/// The part of the states that follows from the sketch without a drive.
+/// Returns the states with the values that follow from the sketch alone, without a drive.
 fn drawn(route: &Route, sketch: &Sketch) -> Vec<StateDriven> {
     let step = plane::length(&sketch.route) / (sketch.route.len() - 1).max(1) as f64;
     let steps = |along: Option<DrawnMetres>| along.unwrap_or_default().0 / step;
@@ -102,7 +105,7 @@ fn drawn(route: &Route, sketch: &Sketch) -> Vec<StateDriven> {
     route.states.iter().enumerate().map(one).collect()
 }
 
-/// The true objects that the sonars may hit.
+/// The true objects that the sonars may hit, and the geometry of the sonars.
 struct TrueScene<'a> {
     objects: Vec<(&'a str, Vec<Point<World>>)>,
     ring_m: f64,
@@ -127,10 +130,10 @@ impl<'a> TrueScene<'a> {
         }
     }
 
-    /// Whether each object of a state that was matched then is truly there, by what the sonars hit.
+    /// Returns true if, judging by what the sonars hit, each object of the state that was matched at that time is truly there.
     ///
-    /// What matched may have been seen shortly before (4.6.4), so the newest view in which something meets the object's relations
-    /// counts.
+    /// The state may have matched what was seen shortly before (4.6.4). The newest view in which something meets an object's
+    /// relations therefore counts.
     fn explains(&self, said: &Said<'_>, number: usize, stamp_ns: u64) -> bool {
         let end = said.views.partition_point(|view| view.header.stamp_ns <= stamp_ns);
         let is_remembered = |view: &&LandmarkView| view.header.stamp_ns + REMEMBERED_NS >= stamp_ns;
@@ -141,7 +144,7 @@ impl<'a> TrueScene<'a> {
         })
     }
 
-    /// Whether what meets an object's relations in a view is that object; `None` if nothing meets them.
+    /// Returns true if the named object is what meets its relations in a view, or `None` if nothing meets them.
     fn is_it(
         &self,
         name: &str,
@@ -160,7 +163,7 @@ impl<'a> TrueScene<'a> {
         Some(witnesses.iter().any(|all| all.iter().all(|seen| self.hit(&robot, seen, view) == Some(name))))
     }
 
-    /// The true object that most of the sonars of a seen object hit.
+    /// Returns the true object that was hit by most of the sonars of a seen object.
     fn hit(&self, robot: &Pose<World>, seen: &Seen, view: &LandmarkView) -> Option<&'a str> {
         let [first, count] = seen.beams.map(usize::from);
         let beams = (0..count).map(|i| (first + i) % usize::from(DIRECTIONS));
@@ -176,7 +179,7 @@ impl<'a> TrueScene<'a> {
         counts.into_iter().max_by_key(|(_, count)| *count).map(|(name, _)| name)
     }
 
-    /// The nearest object in the cone of a direction.
+    /// Returns the nearest object in the cone of a direction.
     fn echo(&self, robot: &Pose<World>, direction: usize) -> Option<&'a str> {
         let axis = robot.yaw_rad + direction as f64 * TAU / f64::from(DIRECTIONS);
         let from = Point::new(robot.x + self.ring_m * axis.cos(), robot.y + self.ring_m * axis.sin());
@@ -188,7 +191,8 @@ impl<'a> TrueScene<'a> {
     }
 }
 
-/// What meets a relation: an object, or the two on either side of its direction (4.6.4). `None` if nothing does.
+/// Returns what meets a relation, which is either an object or the two on either side of its direction (4.6.4). Returns
+/// `None` if nothing does.
 fn witnesses<'s>(relation: &Relation, seen: &'s [Seen], features: Features) -> Option<Vec<&'s Seen>> {
     let alone = Features { neighbours: false, ..features };
     let met = |relation: &Relation| {
@@ -204,7 +208,7 @@ fn witnesses<'s>(relation: &Relation, seen: &'s [Seen], features: Features) -> O
     Some(vec![beside(1)?, beside(DIRECTIONS - 1)?])
 }
 
-/// The distance to an outline along a ray; `None` if the ray does not hit it.
+/// Returns the distance to an outline along a ray, or `None` if the ray does not hit it.
 fn range(from: Point<World>, ray_rad: f64, outline: &[Point<World>]) -> Option<f64> {
     let (sin, cos) = ray_rad.sin_cos();
     let crossing = |[a, b]: [Point<World>; 2]| {
@@ -236,7 +240,8 @@ mod tests {
         Furniture { name: name.into(), polygon: Some(polygon.into()), center, size, yaw_deg: 0.0, radius_m }
     }
 
-    /// A drive past this object on the left of the robot, which stands at the origin; the state is matched at once.
+    /// Returns the states of a drive past this object. The robot stands at the origin with the object on its left, and matches
+    /// the state at once.
     fn driven(left: &str, is_reached: bool) -> Vec<StateDriven> {
         let suite = landmarks::scenes(&Folders::of_checkout()).unwrap();
         let mut run = suite.trials[0].run("chronis-2007", 1, 0).unwrap();

@@ -1,4 +1,4 @@
-//! The trajectories as text, for other programs.
+//! Writes trajectories as text for other programs.
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use sketchnav_schemas::time::seconds;
 use super::figures::{MetricMap, local_errors_m, metric};
 use super::log::Log;
 
-/// A line per pose, in the format of the TUM benchmark and evo: time, position, quaternion.
+/// Returns one line per pose in the format of the TUM benchmark and evo: time, position and quaternion.
 pub fn tum(stamps_ns: impl IntoIterator<Item = u64>, poses: &[Pose<World>]) -> String {
     let mut text = String::new();
     for (ns, pose) in stamps_ns.into_iter().zip(poses) {
@@ -20,7 +20,7 @@ pub fn tum(stamps_ns: impl IntoIterator<Item = u64>, poses: &[Pose<World>]) -> S
     text
 }
 
-/// A line per estimate: time, truth, estimate in the drawing, scales, effective sample size, fit, local error.
+/// Returns one line per estimate: time, truth, estimate in the drawing, scales, effective sample size, fit and local error.
 pub fn csv(log: &Log) -> String {
     let mut text = String::from(
         "stamp_s,truth_x_m,truth_y_m,truth_yaw_rad,estimate_x_px,estimate_y_px,estimate_yaw_rad,scale_a_pxpm,scale_b_pxpm,effective_sample_size,fit,local_error_m\n",
@@ -46,7 +46,7 @@ pub fn csv(log: &Log) -> String {
     text
 }
 
-/// The true and the estimated trajectory in metres, not aligned, each in the format of [`tum`].
+/// Returns the true and the estimated trajectory in metres, not aligned, each in the format of [`tum`].
 pub fn tum_pair(log: &Log, map: Option<MetricMap>) -> (String, String) {
     let (truth, estimate, _) = metric(log, map);
     let stamps = || log.instants.iter().map(|instant| instant.stamp_ns);

@@ -1,31 +1,32 @@
-//! How far one trajectory is from another: the absolute and relative errors of evo and the TUM benchmark (Sturm et al., *A
-//! Benchmark for the Evaluation of RGB-D SLAM Systems*, IROS 2012).
+//! Measures how far one trajectory is from another, using the absolute and relative errors of evo and the TUM benchmark
+//! (Sturm et al., *A Benchmark for the Evaluation of RGB-D SLAM Systems*, IROS 2012).
 //!
-//! Pure. Both trajectories have the same length; poses of the same index belong together.
+//! This module is pure. Both trajectories must have the same length, and poses with the same index belong together.
 
 use serde::{Serialize, Serializer};
 use sketchnav_schemas::geometry::Pose;
 
-/// Fewer poses are not aligned, since an affine map brings any three onto any other three.
+/// Minimum number of poses for alignment. Any three poses can be mapped onto any other three by an affine map.
 const FEWEST_POSES: usize = 4;
-/// A shorter path is not aligned: errors of that size are ordinary, and alignment would remove them.
+/// Minimum extent of a path for alignment, in metres. Errors of this size are ordinary, and alignment would remove them.
 const SHORTEST_SPAN_M: f64 = 0.5;
-/// An estimate that spans less than this share of the true path has collapsed.
+/// Minimum extent of an estimated path as a share of the extent of the true one. An estimate below this has collapsed.
 const LEAST_SHARE: f64 = 0.1;
 
-/// Why a trajectory is not aligned with the true one. Anything can be fitted to a single point.
+/// The reason why a trajectory is not aligned with the true one. Without these checks, anything could be fitted to a single
+/// point.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NotAligned {
-    /// There are estimates, but the recording does not say where the robot truly was.
+    /// There are estimates, but the recording has no true poses.
     #[error("there are no true poses to compare {estimates} estimates with")]
     NoTruth {
-        /// The number of estimates.
+        /// Number of estimates.
         estimates: usize,
     },
     /// There are too few poses.
     #[error("the path is too short to align: expected {FEWEST_POSES} estimates or more, found {found}")]
     Few {
-        /// The number of poses.
+        /// Number of poses.
         found: usize,
     },
     /// The robot hardly moved.
@@ -33,7 +34,7 @@ pub enum NotAligned {
         "the path is too short to align: expected true poses that span {SHORTEST_SPAN_M} m or more, found {span_m:.3} m"
     )]
     TrueSpan {
-        /// The extent of the true path.
+        /// Extent of the true path, in metres.
         span_m: f64,
     },
     /// The estimate hardly moved.
@@ -41,9 +42,9 @@ pub enum NotAligned {
         "the estimated path is too short to align: expected estimates that span {least_m:.2} m or more, found {span_m:.3} m"
     )]
     EstimatedSpan {
-        /// The extent that the estimate must have here.
+        /// Minimum extent of this estimate, in metres.
         least_m: f64,
-        /// The extent that it has.
+        /// Actual extent of the estimate, in metres.
         span_m: f64,
     },
 }
@@ -54,7 +55,7 @@ impl Serialize for NotAligned {
     }
 }
 
-/// Whether two trajectories in metres can be aligned; `None` if they can.
+/// Returns the reason why two trajectories in metres cannot be aligned, or `None` if they can.
 pub fn not_aligned<F>(truth: &[Pose<F>], estimate: &[Pose<F>]) -> Option<NotAligned> {
     let (true_m, estimated_m) = (span(truth), span(estimate));
     let least_m = SHORTEST_SPAN_M.max(LEAST_SHARE * true_m);
@@ -69,7 +70,7 @@ pub fn not_aligned<F>(truth: &[Pose<F>], estimate: &[Pose<F>]) -> Option<NotAlig
     }
 }
 
-/// The diagonal of the box around the positions.
+/// Returns the diagonal of the bounding box of the positions.
 fn span<F>(poses: &[Pose<F>]) -> f64 {
     let extent = |of: fn(&Pose<F>) -> f64| {
         let (least, most) = poses
@@ -82,31 +83,31 @@ fn span<F>(poses: &[Pose<F>]) -> f64 {
     if poses.is_empty() { 0.0 } else { extent(|pose| pose.x).hypot(extent(|pose| pose.y)) }
 }
 
-/// Statistics of a list of errors.
+/// Summary statistics of a list of errors.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Statistics {
-    /// How many.
+    /// Number of errors.
     pub count: usize,
-    /// Root of the mean square.
+    /// Root mean square.
     pub rmse: f64,
     /// Mean.
     pub mean: f64,
-    /// Median; the mean of the middle two if their number is even.
+    /// Median, which is the mean of the middle two for an even number of errors.
     pub median: f64,
-    /// Standard deviation of the population, not of a sample.
+    /// Standard deviation of the population, as opposed to that of a sample.
     pub std: f64,
-    /// The 95 % quantile, by the nearest rank.
+    /// 95 % quantile by the nearest-rank method.
     pub p95: f64,
-    /// The 99 % quantile, by the nearest rank.
+    /// 99 % quantile by the nearest-rank method.
     pub p99: f64,
-    /// The smallest.
+    /// Smallest error.
     pub min: f64,
-    /// The largest.
+    /// Largest error.
     pub max: f64,
 }
 
 impl Statistics {
-    /// The statistics of these errors; `None` if there are none.
+    /// Returns the statistics of the errors, or `None` if there are none.
     pub fn of(errors: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut sorted: Vec<f64> = errors.into_iter().collect();
         sorted.sort_by(f64::total_cmp);
@@ -123,8 +124,8 @@ impl Statistics {
     }
 }
 
-/// The rotation and translation that bring `moved` nearest to `fixed` in squared distances of the positions (Umeyama 1991, without
-/// scale, in the plane). The identity if there are no poses.
+/// Returns the rotation and translation that minimise the squared distances between the positions of `moved` and `fixed`
+/// (Umeyama 1991, without scale, in the plane). Returns the identity if there are no poses.
 pub fn alignment<F>(fixed: &[Pose<F>], moved: &[Pose<F>]) -> Pose<F> {
     let n = fixed.len().max(1) as f64;
     let middle = |poses: &[Pose<F>]| {
@@ -142,7 +143,7 @@ pub fn alignment<F>(fixed: &[Pose<F>], moved: &[Pose<F>]) -> Pose<F> {
     Pose::new(fx - (cos * mx - sin * my), fy - (sin * mx + cos * my), yaw)
 }
 
-/// `moved` after that rotation and translation.
+/// Returns the poses in `moved` after applying the rotation and translation `by`.
 pub fn aligned<F>(by: &Pose<F>, moved: &[Pose<F>]) -> Vec<Pose<F>> {
     let (sin, cos) = by.yaw_rad.sin_cos();
     let place = |p: &Pose<F>| {
@@ -151,13 +152,13 @@ pub fn aligned<F>(by: &Pose<F>, moved: &[Pose<F>]) -> Vec<Pose<F>> {
     moved.iter().map(place).collect()
 }
 
-/// Distances of the positions, pose by pose.
+/// Returns the distance between the positions of each pair of poses.
 pub fn absolute<'a, F>(truth: &'a [Pose<F>], estimate: &'a [Pose<F>]) -> impl Iterator<Item = f64> + 'a {
     truth.iter().zip(estimate).map(|(t, e)| (t.x - e.x).hypot(t.y - e.y))
 }
 
-/// How far the motions over `delta` poses differ, from pose 0 to `delta`, from there on and so forth: the translation of (Q⁻¹ᵢ
-/// Qᵢ₊δ)⁻¹ (P⁻¹ᵢ Pᵢ₊δ).
+/// Returns the differences between the motions over each `delta` poses, from pose 0 to `delta`, from there to 2 `delta` and
+/// so on. Each is the translation of (Q⁻¹ᵢ Qᵢ₊δ)⁻¹ (P⁻¹ᵢ Pᵢ₊δ).
 pub fn relative<'a, F>(
     truth: &'a [Pose<F>],
     estimate: &'a [Pose<F>],
@@ -170,14 +171,15 @@ pub fn relative<'a, F>(
     })
 }
 
-/// The position of `to` in the frame of `from`.
+/// Returns the position of `to` in the frame of `from`.
 fn way<F>(from: &Pose<F>, to: &Pose<F>) -> [f64; 2] {
     let (sin, cos) = from.yaw_rad.sin_cos();
     let (dx, dy) = (to.x - from.x, to.y - from.y);
     [cos * dx + sin * dy, -sin * dx + cos * dy]
 }
 
-/// The affine map that brings `from` nearest to `to` in squared distances, as its two rows. `None` if the points lie on a line.
+/// Returns the two rows of the affine map that minimises the squared distances between `from` and `to`, or `None` if the
+/// points are on a line.
 pub fn affine(from: &[[f64; 2]], to: &[[f64; 2]]) -> Option<[[f64; 3]; 2]> {
     let n = from.len() as f64;
     let middle = |points: &[[f64; 2]], i: usize| points.iter().map(|p| p[i]).sum::<f64>() / n;
@@ -224,7 +226,7 @@ mod tests {
         assert!(worst < 1e-12, "a relative error knows no frame: {worst}");
     }
 
-    /// A robot that never moved according to its odometry was given an error: "0.000 m".
+    /// A robot that never moved according to its odometry was reported with an error of "0.000 m".
     #[test]
     fn what_collapses_to_a_point_is_not_aligned() {
         let truth = bend(60);

@@ -1,5 +1,5 @@
-//! What in a drawing corresponds to what a robot has seen, as two pictures: the drawing's outline, and its partners on the floor. A
-//! sample and its partner have the same colour.
+//! Draws the correspondence between a drawing and what a robot has seen as two pictures: the outline of the drawing, and
+//! its partners on the floor. A sample and its partner have the same colour.
 
 use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::GroundTruth;
@@ -8,44 +8,44 @@ use sketchnav_sketch::messages::{Correspondence, CourseAim, OutlineSample, Partn
 use super::svg::{Sheet, View};
 use super::{FloorShapes, PictureError, wall_png};
 
-/// The drawing's side.
+/// The picture of the outline in the drawing, drawn by [`drawn_outline`].
 #[derive(Debug, Clone)]
 pub struct DrawnOutline<'a> {
     /// Heading of the picture.
     pub title: &'a str,
-    /// Width of the drawing.
+    /// Width of the drawing, in pixels.
     pub width_px: u32,
-    /// Height of the drawing.
+    /// Height of the drawing, in pixels.
     pub height_px: u32,
-    /// Its cells, row 0 at the bottom.
+    /// Cells of the drawing, with row 0 at the bottom.
     pub cells: &'a [u8],
-    /// Where the robot started.
+    /// Pose at which the robot started.
     pub start: Pose<Sketch>,
-    /// The goal.
+    /// Position of the goal.
     pub goal: Point<Sketch>,
     /// The correspondence between the drawing and the map.
     pub found: &'a Correspondence,
 }
 
-/// The map's side.
+/// The picture of the partners on the floor, drawn by [`seen_outline`].
 #[derive(Debug, Clone)]
 pub struct SeenOutline<'a> {
     /// Heading of the picture.
     pub title: &'a str,
-    /// What stands on the floor.
+    /// Walls and objects on the floor.
     pub shapes: &'a FloorShapes,
-    /// The true position of the map's origin.
+    /// True position of the origin of the robot's map.
     pub origin: Pose<World>,
-    /// Where the robot truly was.
+    /// True path of the robot.
     pub trail: &'a [Point<World>],
     /// The correspondence between the drawing and the map.
     pub found: &'a Correspondence,
 }
 
-/// The drawing's side as SVG.
+/// Draws the outline in the drawing as SVG.
 ///
 /// # Errors
-/// [`PictureError`] if the number of cells does not match the size.
+/// [`PictureError`] if the number of cells does not match the size, or if they cannot be packed as a PNG.
 pub fn drawn_outline(picture: &DrawnOutline<'_>) -> Result<String, PictureError> {
     let DrawnOutline { title, width_px, height_px, cells, .. } = *picture;
     let view = View::new([0.0, 0.0], [width_px.into(), height_px.into()], 0.0);
@@ -61,7 +61,8 @@ pub fn drawn_outline(picture: &DrawnOutline<'_>) -> Result<String, PictureError>
     Ok(sheet.finish())
 }
 
-/// The true position of the map's origin, from where the robot truly is and where it is in the map.
+/// Returns the true position of the origin of the robot's map. It follows from the robot's true pose and its pose in the
+/// map.
 pub fn origin_of(found: &Correspondence, truth: &[GroundTruth]) -> Pose<World> {
     let until = truth.partition_point(|truth| truth.header.stamp_ns <= found.header.stamp_ns);
     let Some(truth) = truth[..until].last() else { return Pose::new(0.0, 0.0, 0.0) };
@@ -70,7 +71,7 @@ pub fn origin_of(found: &Correspondence, truth: &[GroundTruth]) -> Pose<World> {
     truth.pose().compose(&back)
 }
 
-/// The map's side as SVG.
+/// Draws the partners on the floor as SVG.
 pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
     let found = picture.found;
     let at = |[x, y]: [f64; 2]| picture.origin.compose(&Pose::<World>::new(x, y, 0.0)).position();
@@ -114,8 +115,8 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
 
 type Segments = Vec<[Point<World>; 2]>;
 
-/// The drawing as the floor has corrected it: its outline through the partners of its samples, as pieces along walls that were seen
-/// and pieces through gaps. Samples without a partner are left out.
+/// Returns the drawing as corrected by the floor. Its outline goes through the partners of its samples and is returned as
+/// pieces along walls that were seen and pieces through gaps. Samples without a partner are left out.
 fn corrected(samples: &[OutlineSample], partners: &[Point<World>]) -> (Segments, Segments) {
     let has_partner = |(sample, _): &(&OutlineSample, _)| sample.partner != PartnerKind::Nothing.code();
     let placed: Vec<_> = samples.iter().zip(partners).filter(has_partner).collect();
@@ -138,7 +139,7 @@ fn bounds<'a>(points: impl Iterator<Item = &'a Point<World>>) -> ([f64; 2], [f64
     if low[0] <= high[0] { (low.map(|k| k - 1.0), high.map(|k| k + 1.0)) } else { ([-1.0; 2], [1.0; 2]) }
 }
 
-/// The colours run through the colour wheel once around the outline.
+/// Returns the colour of a sample. The colours run through the colour wheel once around the outline.
 fn colour(sample: usize, found: &Correspondence) -> String {
     let turn = 6.0 * sample as f64 / f64::from(found.sample_count.max(1));
     let channel = |shift: f64| {

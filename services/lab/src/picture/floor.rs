@@ -1,27 +1,27 @@
-//! What stands on a floor, as a picture shows it.
+//! Walls, furniture and markers of a floor, in the form in which pictures show them.
 
 use sketchnav_schemas::geometry::{Point, Pose, World};
 use sketchnav_sim::WorldDescription;
 use sketchnav_sim::convex::Convex;
 
-/// How far a marker's picture reaches out of its wall, metres.
+/// Distance by which the symbol of a marker juts out of its wall, in metres.
 const MARKER_DEPTH_M: f64 = 0.07;
-/// Half the width of a marker's picture, metres.
+/// Half the width of the symbol of a marker, in metres.
 const MARKER_HALF_M: f64 = 0.08;
 
-/// Walls, furniture and markers, metres.
+/// Shapes of walls, furniture and markers, in metres.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FloorShapes {
-    /// Walls, as segments.
+    /// Walls as segments.
     pub walls: Vec<[Point<World>; 2]>,
-    /// Furniture, as closed polygons.
+    /// Furniture as closed polygons.
     pub furniture: Vec<Vec<Point<World>>>,
-    /// Markers: each a triangle on its wall that points to where the marker looks.
+    /// Markers as triangles. Each is on its wall and points in the direction that the marker faces.
     pub markers: Vec<Vec<Point<World>>>,
 }
 
 impl FloorShapes {
-    /// The shapes of a world.
+    /// Returns the shapes of a world.
     pub fn of(world: &WorldDescription) -> Self {
         let point = |at: &[f64; 2]| Point::new(at[0], at[1]);
         let corners = |piece: &Convex| piece.corners().iter().map(point).collect();

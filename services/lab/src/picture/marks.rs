@@ -1,4 +1,4 @@
-//! What is drawn on a plan: tasks, trails, the start, contacts, the legend.
+//! Symbols on a plan: tasks, trails, the start, contacts and the legend.
 
 use std::collections::BTreeSet;
 
@@ -7,7 +7,7 @@ use sketchnav_schemas::geometry::{Point, Pose};
 use super::svg::{SHEET_WIDTH, Sheet};
 use super::task::{TaskMark, TaskPicture};
 
-/// The colours of successive tasks. They can be told apart on white, also by most people who are colour-blind.
+/// Colours of successive tasks. They can be told apart on white, also by most people with colour blindness.
 const COLOURS: [&str; 10] = [
     "#2f6fd0", "#e07b16", "#2b9a55", "#c23b8f", "#7a52cc", "#0e9aa7", "#a8641f", "#d14545", "#5b8a00",
     "#5a6b86",
@@ -16,20 +16,20 @@ const GREEN: &str = "#1d8a4a";
 const RED: &str = "#cf2e2e";
 const INK: &str = "#20242c";
 
-/// An entry of the legend's last row.
+/// An entry in the last row of the legend.
 #[derive(Debug, Clone, Copy)]
 pub enum Symbol {
-    /// Start pose.
+    /// The start pose.
     Start,
     /// A goal.
     Goal,
-    /// A trail, and whose it is.
+    /// A trail, with a description of whose it is.
     Trail(&'static str),
     /// A drawn route.
     Route,
-    /// A task ended well here.
+    /// The end of a task that was reached.
     Reached,
-    /// A task failed here.
+    /// The end of a task that failed.
     Failed,
     /// Particles.
     Particles,
@@ -39,11 +39,11 @@ pub enum Symbol {
     Contact,
     /// A marker.
     Marker,
-    /// What a camera sees.
+    /// The field of view of a camera.
     View,
-    /// A person's way.
+    /// The path of a person.
     Person,
-    /// A line of that name and colour.
+    /// A line with a name and a colour.
     Line(&'static str, &'static str),
 }
 
@@ -51,13 +51,13 @@ fn colour(task: usize) -> &'static str {
     COLOURS[task % COLOURS.len()]
 }
 
-/// How a person's way is drawn.
+/// Style of a person's path.
 const WAY: &str = "stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\"";
-/// A piece of a path is not drawn if a piece was drawn in the same square of this size before.
+/// Size of a square, in metres, through which paths are only drawn once.
 const SAME_M: f64 = 0.25;
 
-/// The paths of people, each place only once: the dots of a person walking to and fro would fall between each other and look like a
-/// line.
+/// Draws the paths of people, but each place only once. Otherwise the dots of a person walking to and fro would fall
+/// between each other and look like a solid line.
 pub fn ways<F>(sheet: &mut Sheet, ways: &[Vec<Point<F>>]) {
     let mut drawn = BTreeSet::new();
     for way in ways {
@@ -65,7 +65,7 @@ pub fn ways<F>(sheet: &mut Sheet, ways: &[Vec<Point<F>>]) {
     }
 }
 
-/// The pieces of a path through squares that no path has been drawn in before.
+/// Returns the pieces of a path through squares that no path has been drawn in before.
 fn first_passes<F>(way: &[Point<F>], drawn: &mut BTreeSet<[i64; 2]>) -> Vec<Vec<Point<F>>> {
     let (mut pieces, mut piece) = (Vec::new(), Vec::new());
     let mut last = None;
@@ -83,14 +83,14 @@ fn first_passes<F>(way: &[Point<F>], drawn: &mut BTreeSet<[i64; 2]>) -> Vec<Vec<
     pieces
 }
 
-/// The places of the tasks, lightly tinted.
+/// Tints the goal area of each task lightly.
 pub fn places<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     for (i, task) in tasks.iter().enumerate() {
         sheet.polygon(&task.place, &format!("fill=\"{}\" fill-opacity=\"0.07\"", colour(i)));
     }
 }
 
-/// Routes, trails, particles, goals and ends of all tasks, each kind above the previous one.
+/// Draws routes, trails, particles, goals and ends of all tasks, with each kind on top of the previous one.
 pub fn tasks<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     for (i, task) in tasks.iter().enumerate().filter(|(_, task)| task.marks.len() > 1) {
         route(sheet, &task.marks, colour(i));
@@ -118,7 +118,7 @@ pub fn tasks<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     }
 }
 
-/// How each task ended, if it did.
+/// Draws how each task ended, for those that began.
 pub fn ends<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     for task in tasks.iter().filter(|task| task.outcome != TaskMark::NotBegun) {
         if let Some(end) = task.trail.last() {
@@ -128,20 +128,20 @@ pub fn ends<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>]) {
     }
 }
 
-/// Where the robot started, and its heading there.
+/// Draws the position and heading at which the robot started.
 pub fn start<F>(sheet: &mut Sheet, start: &Pose<F>) {
     let [x, y] = sheet.view.at(&start.position());
     arrow(sheet, [x, y], start.yaw_rad);
 }
 
-/// Where contacts began.
+/// Draws a star at the beginning of each contact.
 pub fn contacts<F>(sheet: &mut Sheet, contacts: &[Point<F>]) {
     for contact in contacts {
         star(sheet, sheet.view.at(contact));
     }
 }
 
-/// Below the picture: the tasks by number, colour and outcome, then what the symbols mean.
+/// Draws the legend below the picture: the tasks by number, colour and outcome, followed by the meaning of the symbols.
 pub fn legend<F>(sheet: &mut Sheet, tasks: &[TaskPicture<F>], symbols: &[Symbol]) {
     let longest = tasks.iter().map(|task| task.name.chars().count()).max().unwrap_or(0);
     let column = (74.0 + 8.6 * longest as f64).clamp(110.0, SHEET_WIDTH - 40.0);
@@ -237,7 +237,7 @@ fn route<F>(sheet: &mut Sheet, points: &[Point<F>], colour: &str) {
     ));
 }
 
-/// Particles, one dot each.
+/// Draws each particle as a dot.
 pub fn cloud<F>(sheet: &mut Sheet, particles: &[Point<F>], colour: &str) {
     for particle in particles {
         dot(sheet, sheet.view.at(particle), colour);
@@ -256,7 +256,7 @@ fn ring(sheet: &mut Sheet, [x, y]: [f64; 2], colour: &str) {
     ));
 }
 
-/// The number of a task, white on its colour.
+/// Draws the number of a task in white on its colour.
 fn badge(sheet: &mut Sheet, [x, y]: [f64; 2], task: usize) {
     let (fill, number) = (colour(task), (task + 1).to_string());
     sheet.raw(format_args!(
@@ -265,7 +265,7 @@ fn badge(sheet: &mut Sheet, [x, y]: [f64; 2], task: usize) {
     sheet.text([x, y + 4.5], 13.0, "middle", "#ffffff", "700", &number);
 }
 
-/// A place next to a mark where no badge of another mark stands yet.
+/// Returns a position next to a mark that is not taken by the badge of another mark.
 fn free_spot([x, y]: [f64; 2], taken: &[[f64; 2]]) -> [f64; 2] {
     let spots = [(17.0, -17.0), (-17.0, -17.0), (17.0, 17.0), (-17.0, 17.0), (0.0, -25.0), (0.0, 25.0)];
     let mut spots = spots.iter().map(|(dx, dy)| [x + dx, y + dy]);
@@ -304,7 +304,7 @@ mod tests {
 
     use super::*;
 
-    /// A person who walked along a corridor ten times was drawn as a line, which the legend did not have.
+    /// A person who walked along a corridor ten times used to be drawn as a solid line, which the legend did not list.
     #[test]
     fn who_goes_to_and_fro_is_drawn_once() {
         let there = (0..=40).map(|i| Point::<World>::new(0.1 * f64::from(i), 1.0));

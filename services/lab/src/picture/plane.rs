@@ -1,4 +1,4 @@
-//! A plane of dots: parkways, trajectories, the planned path, and the journeys over it.
+//! Draws a plane of dots with its parkways, trajectories, the planned path, and the journeys over the plane.
 //!
 //! The colour of a journey's path shows what the navigator was doing.
 
@@ -9,32 +9,32 @@ use super::marks::{self, Symbol};
 use super::svg::{Sheet, View, round_length};
 use super::task::TaskPicture;
 
-/// A plane and what happened over it.
+/// A plane and the journeys over it.
 #[derive(Debug, Clone)]
 pub struct PlanePicture<'a> {
     /// Heading of the picture.
     pub title: &'a str,
-    /// The true dots.
+    /// Positions of the true dots.
     pub dots: &'a [Point<World>],
-    /// The walls and other obstacles of a robot on land, as lines.
+    /// Walls and other obstacles of a robot on land, as line segments.
     pub walls: &'a [[Point<World>; 2]],
-    /// Pairs of landmarks that are joined within a parkway, as the map-maker sees them.
+    /// Pairs of landmarks that are joined by a parkway, as the map-maker sees them.
     pub parkways: &'a [[Point<World>; 2]],
-    /// Pairs that a trajectory joins.
+    /// Pairs of landmarks that are joined by a trajectory.
     pub trajectories: &'a [[Point<World>; 2]],
-    /// The landmarks of each task, in order.
+    /// Landmarks of each task, in order.
     pub planned: &'a [Vec<Point<World>>],
-    /// The paths of the window's centre, a piece for each activity of the navigator.
+    /// Paths of the window's centre, with one piece for each activity of the navigator.
     pub ways: &'a [(Activity, Vec<Point<World>>)],
-    /// The window at some moments, as its corners.
+    /// Corners of the window at some moments.
     pub windows: &'a [Vec<Point<World>>],
-    /// The tasks, in order.
+    /// The tasks in order.
     pub tasks: &'a [TaskPicture<World>],
-    /// The greatest length of the scale bar, which is a round one, metres.
+    /// Maximum length of the scale bar, in metres. The bar gets a round length up to this one.
     pub bar_m: f64,
 }
 
-/// The colour of an activity.
+/// Returns the colour of an activity.
 fn colour(activity: Activity) -> &'static str {
     match activity {
         Activity::Seek | Activity::Rest => "#5a6b86",
@@ -45,7 +45,7 @@ fn colour(activity: Activity) -> &'static str {
     }
 }
 
-/// The picture as SVG.
+/// Draws the plane as SVG.
 pub fn plane(picture: &PlanePicture<'_>) -> String {
     let (low, high) = extent(picture);
     let mut sheet = Sheet::new(View::new(low, high, 0.04), picture.title);
@@ -80,8 +80,9 @@ pub fn plane(picture: &PlanePicture<'_>) -> String {
     sheet.finish()
 }
 
-/// The landmarks with the numbers of their entries. A landmark has a single label, however many entries and tasks lead to it, since
-/// each task begins where the previous one ends. With several tasks, the task's number comes before that of the entry.
+/// Draws the landmarks with the numbers of their entries. Since each task begins where the previous one ends, several
+/// entries and tasks may lead to the same landmark, but it has a single label. With several tasks, the number of the task
+/// precedes that of the entry.
 fn numbers(sheet: &mut Sheet, planned: &[Vec<Point<World>>]) {
     for (landmark, numbers) in labels(planned) {
         let [x, y] = sheet.view.at(&landmark);
@@ -119,7 +120,7 @@ fn symbols(picture: &PlanePicture<'_>) -> Vec<Symbol> {
     symbols
 }
 
-/// The smallest box around the dots and the paths.
+/// Returns the smallest box around dots, paths and walls.
 fn extent(picture: &PlanePicture<'_>) -> ([f64; 2], [f64; 2]) {
     let ways = picture.ways.iter().flat_map(|(_, way)| way);
     let points = picture.dots.iter().chain(ways).chain(picture.walls.as_flattened());

@@ -1,22 +1,23 @@
-//! A sheet of SVG: the conversion from a frame's coordinates to units of the sheet, and the few shapes that are drawn.
+//! A sheet of SVG, with the conversion from coordinates of a frame to units of the sheet and the few shapes that are
+//! needed.
 
 use std::fmt::{Display, Write};
 
 use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::shown::one_line;
 
-/// Width of a sheet.
+/// Width of a sheet, in its own units.
 pub const SHEET_WIDTH: f64 = 1200.0;
-/// Greatest height of the view.
+/// Maximum height of the view.
 const MAX_VIEW_HEIGHT: f64 = 1000.0;
-/// Room for the heading.
+/// Height of the space for the heading.
 const TITLE_HEIGHT: f64 = 46.0;
-/// Empty border.
+/// Width of the empty border.
 const MARGIN: f64 = 18.0;
-/// Points of a line that are nearer than this to the previous one are left out.
+/// Minimum distance between neighbouring points of a line. Points that are nearer to the previous one are left out.
 const MIN_STEP: f64 = 0.8;
 
-/// Where a box of the frame lies on the sheet: y up in the frame, down on the sheet.
+/// The position of a box of the frame on the sheet. The y axis points up in the frame and down on the sheet.
 #[derive(Debug, Clone, Copy)]
 pub struct View {
     low: [f64; 2],
@@ -27,7 +28,8 @@ pub struct View {
 }
 
 impl View {
-    /// Shows the box from `low` to `high` of the frame with `border`, a share of its longer side.
+    /// Creates a view of the box from `low` to `high` in the frame. The width of the border is a share of the longer side of
+    /// the box.
     pub fn new(low: [f64; 2], high: [f64; 2], border: f64) -> Self {
         let pad = border * (high[0] - low[0]).max(high[1] - low[1]);
         let (low, high) = ([low[0] - pad, low[1] - pad], [high[0] + pad, high[1] + pad]);
@@ -36,22 +38,23 @@ impl View {
         Self { low, high, scale, left: (SHEET_WIDTH - width * scale) / 2.0 }
     }
 
-    /// A place of the frame on the sheet.
+    /// Converts a point in the frame to a position on the sheet.
     pub fn at<F>(&self, p: &Point<F>) -> [f64; 2] {
         let x = self.left + (p.x - self.low[0]) * self.scale;
         [x, TITLE_HEIGHT + (self.high[1] - p.y) * self.scale]
     }
 
-    /// Left, top, width and height of the view.
+    /// Returns the left edge, top edge, width and height of the view.
     pub fn frame(&self) -> [f64; 4] {
         let (width, height) = (self.high[0] - self.low[0], self.high[1] - self.low[1]);
         [self.left, TITLE_HEIGHT, width * self.scale, height * self.scale]
     }
 }
 
-/// The greatest of 1, 2 and 5 times a power of ten that does not exceed `most_m`, metres: a length that people can reckon with.
+/// Returns a length that is easy to reckon with: the greatest of 1, 2 and 5 times a power of ten, in metres, that is at
+/// most `most_m`.
 pub fn round_length(most_m: f64) -> f64 {
-    // A tenth is not exact in binary.
+    // A tenth is not exact in binary, so leave room for rounding errors.
     let most_m = most_m.max(1e-6) * (1.0 + 1e-9);
     let power = most_m.log10().floor() as i32;
     let in_power =
@@ -59,18 +62,18 @@ pub fn round_length(most_m: f64) -> f64 {
     [5.0, 2.0, 1.0].map(in_power).into_iter().find(|length_m| *length_m <= most_m).unwrap_or(most_m)
 }
 
-/// A sheet while it is drawn.
+/// A sheet being drawn.
 #[derive(Debug)]
 pub struct Sheet {
-    /// Where the frame lies.
+    /// Position of the frame on the sheet.
     pub view: View,
     body: String,
-    /// Where the next row below the picture begins.
+    /// Position at which the next row below the picture begins.
     pub bottom: f64,
 }
 
 impl Sheet {
-    /// An empty sheet with a heading.
+    /// Creates an empty sheet with a heading.
     pub fn new(view: View, title: &str) -> Self {
         let [x, y, width, height] = view.frame();
         let mut sheet = Self { view, body: String::new(), bottom: y + height + MARGIN };
@@ -81,12 +84,12 @@ impl Sheet {
         sheet
     }
 
-    /// A shape that is already SVG.
+    /// Adds a shape given as SVG.
     pub fn raw(&mut self, shape: impl Display) {
         self.body.push_str(&format!("{shape}\n"));
     }
 
-    /// A line of text; `anchor` and `weight` as in SVG.
+    /// Adds a line of text, with `anchor` and `weight` as in SVG.
     pub fn text(&mut self, [x, y]: [f64; 2], size: f64, anchor: &str, fill: &str, weight: &str, text: &str) {
         let text = escape(text);
         self.raw(format_args!(
@@ -94,7 +97,7 @@ impl Sheet {
         ));
     }
 
-    /// A PNG over the whole view.
+    /// Adds a PNG that covers the whole view.
     pub fn image(&mut self, png: &[u8]) {
         let [x, y, width, height] = self.view.frame();
         let data = base64(png);
@@ -103,7 +106,7 @@ impl Sheet {
         ));
     }
 
-    /// A closed polygon; `style` are SVG attributes.
+    /// Adds a closed polygon, with SVG attributes as its `style`.
     pub fn polygon<F>(&mut self, corners: &[Point<F>], style: &str) {
         if corners.len() > 2 {
             let path = self.path(corners, 0.0);
@@ -111,7 +114,7 @@ impl Sheet {
         }
     }
 
-    /// An open line without a fill; `style` are SVG attributes.
+    /// Adds an open line without a fill, with SVG attributes as its `style`.
     pub fn line<F>(&mut self, points: &[Point<F>], style: &str) {
         if points.len() > 1 {
             let path = self.path(points, MIN_STEP);
@@ -121,7 +124,7 @@ impl Sheet {
         }
     }
 
-    /// Many segments in one shape.
+    /// Adds many segments as a single shape.
     pub fn segments<F>(&mut self, segments: &[[Point<F>; 2]], style: &str) {
         let mut path = String::new();
         for [a, b] in segments {
@@ -131,7 +134,7 @@ impl Sheet {
         self.raw(format_args!("<path d=\"{path}\" fill=\"none\" {style}/>"));
     }
 
-    /// A bar of the given length at the lower right, for frames in metres.
+    /// Adds a bar of the given length at the lower right, for frames in metres.
     pub fn scale_bar(&mut self, metres: f64) {
         let [x, y, width, height] = self.view.frame();
         let (right, base, length) = (x + width - 16.0, y + height - 12.0, metres * self.view.scale);
@@ -144,7 +147,7 @@ impl Sheet {
         self.text([left - 7.0, base + 4.5], 14.0, "end", "#20242c", "500", &format!("{metres} m"));
     }
 
-    /// The whole sheet as SVG.
+    /// Returns the whole sheet as SVG.
     pub fn finish(self) -> String {
         let height = self.bottom + MARGIN;
         format!(
@@ -153,7 +156,8 @@ impl Sheet {
         )
     }
 
-    /// The path data of a line, without points nearer than `min_step` to the previous one (the end stays).
+    /// Returns the path data of a line without points nearer than `min_step` to the previous one. The last point is always
+    /// kept.
     fn path<F>(&self, points: &[Point<F>], min_step: f64) -> String {
         let mut path = String::new();
         let mut last: Option<[f64; 2]> = None;
@@ -171,7 +175,7 @@ impl Sheet {
     }
 }
 
-/// `text` with XML's reserved characters as entities, and without the characters that XML forbids.
+/// Replaces the reserved characters of XML in `text` by entities, and removes the characters that XML forbids.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in one_line(text).chars() {
@@ -186,7 +190,7 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// RFC 4648, section 4.
+/// Encodes bytes in base64 (RFC 4648, section 4).
 pub fn base64(bytes: &[u8]) -> String {
     const ALPHABET: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

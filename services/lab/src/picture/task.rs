@@ -1,31 +1,31 @@
-//! A task as the pictures show it.
+//! Tasks in the form in which pictures show them.
 
 use sketchnav_schemas::geometry::Point;
 
-/// How a task ended, as far as pictures show it.
+/// The outcome of a task, as far as pictures show it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TaskMark {
-    /// Reached.
+    /// The task was reached.
     Reached,
-    /// Begun, but not reached.
+    /// The task was begun but not reached.
     Failed,
-    /// Never begun.
+    /// The task was never begun.
     NotBegun,
 }
 
-/// A task as both pictures show it, in frame `F`.
+/// A task in frame `F`, as shown by both pictures.
 #[derive(Debug, Clone)]
 pub struct TaskPicture<F> {
-    /// Name, for the legend.
+    /// Name of the task in the legend.
     pub name: String,
-    /// Where to go: one point for a goal, more for a drawn route.
+    /// Positions to go to: a single one for a goal, or several for a drawn route.
     pub marks: Vec<Point<F>>,
-    /// The outline of the place that counts as the goal; empty if it is not shown.
+    /// Outline of the place that counts as the goal, which is empty if it is not shown.
     pub place: Vec<Point<F>>,
-    /// The path driven, in order.
+    /// The driven path, in order.
     pub trail: Vec<Point<F>>,
-    /// Particles at the task's end; empty if they are not shown.
+    /// Particles at the end of the task, which are empty if they are not shown.
     pub particles: Vec<Point<F>>,
-    /// How it ended.
+    /// Outcome of the task.
     pub outcome: TaskMark,
 }

@@ -84,7 +84,7 @@ fn a_floor_without_anything_is_still_a_picture() {
 
 #[test]
 fn the_walls_of_a_sketch_stand_the_right_way_up() {
-    // A wall in the lowest row of the sketch becomes a dark bottom row of the picture.
+    // Walls in the lowest row of the sketch must become a dark bottom row of the picture.
     let picture = SketchPicture {
         title: "",
         width_px: 3,

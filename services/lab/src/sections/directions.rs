@@ -1,5 +1,5 @@
-//! The part of a page about journeys by custom maps: the plane with its parkways, trajectories and journeys, how each journey
-//! ended, and the maps.
+//! The part of a page about journeys by custom maps: the plane with its parkways, trajectories and journeys, the ends of
+//! the journeys, and the maps.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -26,10 +26,10 @@ use sketchnav_schemas::run::RunConfig;
 
 use crate::sections::outcome;
 
-/// The number of moments at which the window is shown.
+/// Number of moments at which the window is shown.
 const WINDOWS: usize = 14;
 
-/// The true dots of a run's plane, or its landmarks on land; `None` if it has neither.
+/// Returns the true dots of a run's plane, or the landmarks of a run on land, or `None` if the world has neither.
 ///
 /// # Errors
 /// Fails if a file of the world cannot be read.
@@ -42,7 +42,7 @@ pub fn dots(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<Vec<[f6
     Ok(floor.map(|(plan, radius_m)| pillars(&plan, radius_m).collect()))
 }
 
-/// The floor of a run on land, with everything on it, and the radius of its landmarks, metres.
+/// Returns the floor of a run on land, including everything on it, and the radius of its landmarks, in metres.
 fn floor(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<(FloorPlan, f64)>> {
     let world = &run.mission.world;
     let is_ours = run.mission.navigator_kind() == mission::KIND;
@@ -54,26 +54,26 @@ fn floor(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Option<(FloorPlan
     Ok(Some((plan, land.radius_m)))
 }
 
-/// What stands on the floor of a run other than its landmarks; nothing if the run is above a plane.
+/// Returns the obstacles on the floor of a run other than its landmarks. There are none if the run is above a plane.
 fn walls(run: &RunConfig, files: &dyn Files) -> anyhow::Result<Arc<Walls>> {
     let Some((plan, radius_m)) = floor(run, files)? else { return Ok(Arc::default()) };
     Ok(Arc::new(sketcher::walls(&plan, radius_m, mission::body(&run.mission, &run.robot)?)))
 }
 
-/// How the journeys of a run ended; empty if its world is not a plane.
+/// Returns the verdicts on a run's journeys, or nothing if its world has no dots or landmarks.
 ///
 /// # Errors
-/// As [`dots`].
+/// Same as [`dots`].
 pub fn verdicts(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
     let Some(dots) = dots(run, files)? else { return Ok(Vec::new()) };
     let names: Vec<_> = run.mission.task.iter().map(|task| task.name.clone()).collect();
     Ok(journeys(log, &names, &dots))
 }
 
-/// How journeys by custom maps ended, judged by the plane inside the recording.
+/// Returns the verdicts on journeys by custom maps, judged by the plane inside the recording.
 ///
 /// # Errors
-/// As [`dots`].
+/// Same as [`dots`]. Also fails if the recorded run cannot be read.
 pub fn verdicts_of(recording: &Recording, log: &Log) -> anyhow::Result<Vec<JourneyVerdict>> {
     if log.journeys.is_empty() {
         return Ok(Vec::new());
@@ -82,10 +82,10 @@ pub fn verdicts_of(recording: &Recording, log: &Log) -> anyhow::Result<Vec<Journ
     verdicts(&run, &files, log)
 }
 
-/// The plane of a run with its journeys; `None` if its world is not a plane.
+/// Draws the plane or land of a run with its journeys. Returns `None` if the world has no dots or landmarks.
 ///
 /// # Errors
-/// As [`dots`].
+/// Same as [`dots`].
 pub fn plane_picture(
     run: &RunConfig,
     files: &dyn Files,
@@ -128,7 +128,7 @@ pub fn plane_picture(
 
 type Pairs = Vec<[Point<World>; 2]>;
 
-/// The parkways and trajectories that join the landmarks, as the map-maker sees them.
+/// Returns the parkways and trajectories between the landmarks, as the map-maker sees them.
 fn joined(log: &Log, window: Window, walls: &Arc<Walls>) -> (Pairs, Pairs) {
     let places = log.seen_dots.iter().map(|[x, y]| Place::new(*x, *y)).collect();
     let Ok(plane) = Plane::new(places) else {
@@ -147,7 +147,7 @@ fn joined(log: &Log, window: Window, walls: &Arc<Walls>) -> (Pairs, Pairs) {
     (parkways, trajectories)
 }
 
-/// The landmarks of each task, as the map-maker sees them.
+/// Returns the landmarks of each task, as the map-maker sees them.
 fn planned(log: &Log, tasks: usize) -> Vec<Vec<Point<World>>> {
     let of = |task: usize| {
         let landmarks = log.itinerary.iter().flat_map(move |itinerary| itinerary.landmarks(task));
@@ -156,7 +156,7 @@ fn planned(log: &Log, tasks: usize) -> Vec<Vec<Point<World>>> {
     (0..tasks).map(of).collect()
 }
 
-/// The path of the window's centre, cut wherever the navigator's activity changed.
+/// Returns the path of the window's centre, split wherever the navigator's activity changed.
 fn ways(log: &Log) -> Vec<(Activity, Vec<Point<World>>)> {
     let mut ways: Vec<(Activity, Vec<Point<World>>)> = Vec::new();
     for journey in &log.journeys {
@@ -165,7 +165,7 @@ fn ways(log: &Log) -> Vec<(Activity, Vec<Point<World>>)> {
         match ways.last_mut() {
             Some((last, way)) if *last == activity => way.push(at),
             last => {
-                // The pieces touch.
+                // Each piece begins at the last point of the previous one, so that there are no gaps.
                 let before = last.and_then(|(_, way)| way.last().copied());
                 ways.push((activity, before.into_iter().chain([at]).collect()));
             }
@@ -174,10 +174,10 @@ fn ways(log: &Log) -> Vec<(Activity, Vec<Point<World>>)> {
     ways
 }
 
-/// The window at moments spread evenly over the run.
+/// Returns the outline of the window at moments spread evenly over the run.
 fn windows(log: &Log, window: Window) -> Vec<Vec<Point<World>>> {
     if window.land.is_some() {
-        // A robot on land sees all around itself.
+        // A robot on land sees in all directions, so there is no window to show.
         return Vec::new();
     }
     let step = log.truth.len().div_ceil(WINDOWS).max(1);
@@ -190,7 +190,7 @@ fn windows(log: &Log, window: Window) -> Vec<Vec<Point<World>>> {
     log.truth.iter().step_by(step).map(|truth| window(truth.pose())).collect()
 }
 
-/// How the journeys ended, and the maps; empty if there are none.
+/// Returns a section about the ends of the journeys and the maps, which is empty if there were no journeys.
 pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Markup {
     if verdicts.is_empty() {
         return html! {};
@@ -213,7 +213,7 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
     }
 }
 
-/// A verdict in words.
+/// Returns the verdict in words.
 fn row(verdict: &JourneyVerdict) -> [String; 5] {
     [
         verdict.task.clone(),
@@ -224,7 +224,7 @@ fn row(verdict: &JourneyVerdict) -> [String; 5] {
     ]
 }
 
-/// The figures of a recording's journeys, by name.
+/// Returns the figures of a recording's journeys, each with its name.
 pub fn rows(verdicts: &[JourneyVerdict]) -> impl Iterator<Item = (String, String)> {
     verdicts.iter().map(|verdict| {
         let [task, ended, right, recoveries, stated] = row(verdict);

@@ -1,4 +1,5 @@
-//! A run in a drawing: where the robot believed itself to be, some moments, and what in the drawing corresponded to what was seen.
+//! The part of a page about a run in a drawing: the believed path, some moments, and which parts of the drawing
+//! corresponded to the view.
 
 use maud::{Markup, PreEscaped, html};
 use sketchnav_files::Files;
@@ -15,10 +16,10 @@ use crate::judge::log::Log;
 use crate::judge::{self, TaskSpan, Verdict};
 use crate::picture::{self, Moment, SketchPicture, TaskPicture};
 
-/// The number of moments that are shown.
+/// Number of moments that are shown.
 const MOMENTS: usize = 4;
 
-/// The drawing with the estimated trajectory; `None` if the recording has no drawing.
+/// Draws the drawing with the estimated trajectory, or returns `None` if the recording has no drawing.
 pub fn picture(run: &RunConfig, log: &Log, verdict: &Verdict) -> anyhow::Result<Option<String>> {
     let Some((map, cells)) = &log.sketch else { return Ok(None) };
     let spans = judge::spans(run.mission.task.len(), &log.status);
@@ -59,13 +60,13 @@ fn sketch_tasks(
     (0..run.mission.task.len()).map(task).collect()
 }
 
-/// The positions of particles.
+/// Returns the positions of the particles.
 fn cloud(particles: &Particles) -> Vec<Point<Sketch>> {
     let count = (particles.count as usize).min(particles.particles.len());
     particles.particles[..count].iter().map(|p| Point::new(p.x_px.into(), p.y_px.into())).collect()
 }
 
-/// Moments spread over the path: some where it can be read best, at the beginning, and some later.
+/// Draws moments spread evenly over the path, from its beginning, where it is easiest to read, to its end.
 pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
     let (Some((map, cells)), particles) = (&log.sketch, &log.particles) else {
         return Ok(html! {});
@@ -100,7 +101,7 @@ pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
     })
 }
 
-/// What in the drawing corresponded to what was seen, along the path and at the end.
+/// Draws which parts of the drawing corresponded to what was seen, along the path and at its end.
 pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow::Result<Markup> {
     let (Some((map, cells)), Some(last)) = (&log.sketch, log.correspondences.len().checked_sub(1)) else {
         return Ok(html! {});
@@ -140,7 +141,7 @@ pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow:
     })
 }
 
-/// The plan in force at that time: the last one of the minute before it.
+/// Returns the plan in force at a time, which is the last one in the minute before it.
 fn plan_at(recording: &Recording, stamp_ns: u64) -> anyhow::Result<Vec<Point<Sketch>>> {
     const LOOK_BACK_NS: u64 = 60_000_000_000;
     let times = stamp_ns.saturating_sub(LOOK_BACK_NS)..stamp_ns + 1;

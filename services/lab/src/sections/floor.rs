@@ -1,4 +1,4 @@
-//! The true floor of a run: its people, what the camera saw, and where the robot truly was.
+//! The true floor of a run with its people, the camera's field of view, and the robot's true path.
 
 use sketchnav_files::Files;
 use sketchnav_schemas::geometry::{Base, Point, Pose, World};
@@ -10,7 +10,7 @@ use crate::judge::log::Log;
 use crate::judge::{TaskSpan, Verdict};
 use crate::picture::{self, FloorPicture, FloorShapes, TaskPicture};
 
-/// The paths of the people.
+/// Returns the path of each person.
 fn ways(people: &[People]) -> Vec<Vec<Point<World>>> {
     let count = people.iter().map(|all| all.people().len()).max().unwrap_or_default();
     let way = |person: usize| {
@@ -20,17 +20,17 @@ fn ways(people: &[People]) -> Vec<Vec<Point<World>>> {
     (0..count).map(way).collect()
 }
 
-/// The number of moments at which the camera's view is shown.
+/// Number of moments at which the camera's view is shown.
 const VIEWS: usize = 5;
 
-/// What the camera had in view at moments spread evenly over the run, as polygons.
+/// Returns polygons of the camera's field of view at moments spread evenly over the run.
 fn views(log: &Log) -> Vec<Vec<Point<World>>> {
     let step = (log.markers.len() / VIEWS).max(1);
     let shown = log.markers.iter().step_by(step).take(VIEWS);
     shown.filter_map(|view| Some(sector(view, &log.pose_at(view.header.stamp_ns)?))).collect()
 }
 
-/// The field of view between the camera's shortest and longest range.
+/// Returns the field of view between the camera's minimum and maximum range.
 fn sector(view: &MarkerView, robot: &Pose<World>) -> Vec<Point<World>> {
     const STEPS: i32 = 12;
     let [x, y, yaw_rad] = [view.camera_x_m, view.camera_y_m, view.camera_yaw_rad].map(f64::from);
@@ -44,7 +44,7 @@ fn sector(view: &MarkerView, robot: &Pose<World>) -> Vec<Point<World>> {
     far.chain((-STEPS..=STEPS).rev().map(|k| at(view.range_min_m, k))).collect()
 }
 
-/// The true floor with the true trajectory.
+/// Draws the true floor with the true trajectory.
 pub fn picture(
     run: &RunConfig,
     files: &dyn Files,

@@ -1,5 +1,5 @@
-//! The part of a report about landmarks: the sketch with its states, the true scene with the path and the matches, histograms of
-//! forces at the matches, and what the robot reported about its place.
+//! The part of a report about landmarks: the sketch with its states, the true scene with the path and the matches,
+//! histograms of forces at the matches, and what the robot reported about its position.
 
 use std::fmt::Write;
 
@@ -22,17 +22,18 @@ use sketchnav_schemas::message::GroundTruth;
 use sketchnav_schemas::run::RunConfig;
 use sketchnav_schemas::time::seconds;
 
-/// The number of moments whose histograms are shown.
+/// Number of moments whose histograms are shown.
 const MOMENTS: usize = 6;
-/// Colours of objects in a picture of histograms.
+/// Colours of the objects in a picture of histograms.
 const COLOURS: [&str; 6] = ["#2563eb", "#d97706", "#059669", "#7c3aed", "#dc2626", "#0891b2"];
-/// The border around what is drawn, as a share of it; in the true scene, metres around the path.
+/// Width of the border around the content of a picture, as a share of its size. In the true scene the border is `AROUND_M`
+/// metres around the path.
 const BORDER: f64 = 0.06;
 const AROUND_M: f64 = 1.5;
-/// Objects within this distance are in the picture.
+/// Maximum distance, in metres, at which objects are in the picture.
 const SEEN_M: f64 = 6.5;
 
-/// What a recording contains about landmarks.
+/// The content of a recording about landmarks.
 pub struct Landmarks<'a> {
     instructions: Instructions,
     route: Option<Route>,
@@ -49,10 +50,10 @@ struct Moment<'a> {
 }
 
 impl<'a> Landmarks<'a> {
-    /// Reads the route; `None` for a recording of another kind.
+    /// Reads the route from a log, or returns `None` if the log is from another kind of navigator.
     ///
     /// # Errors
-    /// Fails if the route is damaged.
+    /// Fails if the route is invalid.
     pub fn of(log: &'a Log) -> anyhow::Result<Option<Self>> {
         if log.landmark_route.is_empty() {
             return Ok(None);
@@ -62,7 +63,7 @@ impl<'a> Landmarks<'a> {
         Ok(Some(Self { instructions, route, views: &log.landmark_views, progress: &log.landmark_progress }))
     }
 
-    /// The pictures, with text.
+    /// Returns the pictures with their text.
     pub fn section(&self, run: &RunConfig, files: &dyn Files, truth: &[GroundTruth]) -> Markup {
         let moments = self.moments(truth);
         html! {
@@ -84,7 +85,7 @@ impl<'a> Landmarks<'a> {
         }
     }
 
-    /// The moments at which states were matched, and the end.
+    /// Returns the moments at which states were matched, and the end of the drive.
     fn moments(&self, truth: &[GroundTruth]) -> Vec<Moment<'_>> {
         let is_event = |said: &&LandmarkProgress| said.event != LandmarkEvent::Nothing.code();
         let moment = |progress: &'_ LandmarkProgress| {
@@ -118,7 +119,7 @@ impl<'a> Landmarks<'a> {
         page::table(&header, &moments.iter().map(row).collect::<Vec<_>>())
     }
 
-    /// The sketch with its states and the believed trajectory; `None` if the route was given only in words.
+    /// Draws the sketch with its states and the believed trajectory, or returns `None` if the route was given only in words.
     pub fn sketch_picture(&self) -> Option<String> {
         let sketch = self.instructions.sketch.as_ref()?;
         let all = || sketch.route.iter().chain(sketch.landmarks.iter().flat_map(|one| &one.outline));
@@ -170,7 +171,7 @@ fn mark<F>(sheet: &mut Sheet, at: &Point<F>, text: &str, colour: &str) {
     sheet.text([x, y + 5.0], 14.0, "middle", "#ffffff", "600", text);
 }
 
-/// The true scene; `None` if its floor is not in the recording.
+/// Draws the true scene, or returns `None` if its floor is not in the recording.
 fn scene_picture(
     run: &RunConfig,
     files: &dyn Files,
@@ -218,7 +219,7 @@ fn scene_picture(
     Some(sheet.finish())
 }
 
-/// A rose for each moment: the histograms of the objects that were seen.
+/// Draws a rose for each moment, with the histograms of the objects that were seen.
 fn histograms(run: &RunConfig, moments: &[Moment<'_>]) -> Option<String> {
     let ring = Ring::of(&run.robot).ok()?;
     let settings = Perceiving {
@@ -253,7 +254,7 @@ fn rose(sheet: &mut Sheet, centre: [f64; 2], moment: &Moment<'_>, perception: &m
     let _ = write!(title, "{} · {:.1} s", moment.label, seconds(moment.view.header.stamp_ns));
     sheet.text([x, y - radius - 8.0], 16.0, "middle", "#20242c", "600", &title);
     for (k, seen) in view::objects(moment.view).enumerate() {
-        // The ranges of this object only.
+        // Only the ranges of this object.
         let mut ranges = [f64::INFINITY; 16];
         for i in 0..usize::from(seen.beams[1]).min(16) {
             let beam = (usize::from(seen.beams[0]) + i) % 16;

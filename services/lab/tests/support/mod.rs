@@ -1,4 +1,4 @@
-//! The control: missions whose drawing is the true floor plan, to scale, without furniture and people.
+//! Control missions, whose drawing is the true floor plan to scale, without furniture and people.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -8,13 +8,13 @@ use sketchnav_sim::convex::Convex;
 use sketchnav_sim::{SimError, WorldDescription};
 use sketchnav_sketch::mission::{Aim, SketchMission, WallTone};
 
-/// Pixels a metre of the drawings.
+/// Scale of the drawings, in pixels per metre.
 const SCALE_PXPM: f64 = 40.0;
-/// Paper around the walls, metres.
+/// Width of the paper around the walls, in metres.
 const EDGE_M: f64 = 1.0;
 
-/// `mission` with its floor's walls as the drawing, written as `file`; each goal is the middle of what
-/// counts as there.
+/// Returns `mission` with the walls of its floor as the drawing, which is written to `file`. Each goal becomes the middle
+/// of the task's place.
 pub fn true_to_scale(mission: &Mission, file: &Path) -> Result<Mission, SimError> {
     let world = sketchnav_sim::files::world(&mission.world)?;
     let sheet = Sheet::around(&world);
@@ -34,9 +34,9 @@ pub fn true_to_scale(mission: &Mission, file: &Path) -> Result<Mission, SimError
     Ok(control)
 }
 
-/// Joins metres of the floor and image pixels.
+/// Converts metres on the floor to image pixels.
 struct Sheet {
-    /// Left and top edge, metres.
+    /// Left and top edge, in metres.
     corner_m: [f64; 2],
     size_px: [f64; 2],
 }
@@ -54,7 +54,7 @@ impl Sheet {
         Self { corner_m: [least[0], most[1]], size_px: size_px.map(f64::ceil) }
     }
 
-    /// Image pixels, column and row.
+    /// Returns the column and row, in image pixels, of a point on the floor.
     fn px(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         [(x - self.corner_m[0]) * SCALE_PXPM, (self.corner_m[1] - y) * SCALE_PXPM]
     }

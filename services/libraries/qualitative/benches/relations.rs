@@ -1,5 +1,5 @@
-//! How many relations per second. The yardstick, in the same run, is the distances of the same stream, which each of these
-//! needs at least.
+//! Measures relations per second. As a yardstick, the same run measures the distances between the same points, since
+//! computing each of these relations takes at least as much.
 
 use std::f64::consts::TAU;
 use std::hint::black_box;
@@ -14,7 +14,7 @@ use sketchnav_qualitative::{Calculus, Options, Point, Rect, Stream};
 
 const SAMPLES: u32 = 10_000;
 
-/// Two objects that move around each other, on curves that do not repeat.
+/// Returns two objects that move around each other on curves that do not repeat.
 fn walk(i: u32) -> [Point; 2] {
     let t = f64::from(i) * 0.02;
     let at = |a: f64, b: f64| {
@@ -59,10 +59,10 @@ fn relations(criterion: &mut Criterion) {
     run(criterion, "RCC8", Regions::<Rcc8>::default(), rects);
 }
 
-/// The histogram of 180 directions of a robot's box and an object with twelve corners, at two distances. It includes everything
-/// that a navigator needs in a step: preparing the objects, and the best of sixteen directions. Nothing is allocated. The
-/// yardstick, in the same run: how far across each of the 180 directions all corners are, which any division into strips begins
-/// with.
+/// Computes the histogram, in 180 directions, of a robot's box and an object with twelve corners, at two distances. This
+/// includes everything that a navigator does in a step: preparing the objects and finding the best of sixteen directions.
+/// Nothing is allocated. As a yardstick, the same run measures the position of all corners across each of the 180
+/// directions, since any division into strips begins with that.
 fn robot(criterion: &mut Criterion) {
     let at = |x, y| Point::new(x, y).expect("finite");
     let robot = Polygon::new([at(-10.0, -10.0), at(10.0, -10.0), at(10.0, 10.0), at(-10.0, 10.0)]);
@@ -99,8 +99,8 @@ fn robot(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The histogram of 180 directions of two polygons with 12 and 8 corners. The yardstick: the distances of all pairs of points
-/// of two rasters of 32 × 32, which a sum over points needs at least.
+/// Computes the histogram, in 180 directions, of two polygons with 12 and 8 corners. The yardstick is the distances of all
+/// pairs of points of two rasters of 32 × 32, which a sum over points would need at least.
 fn forces(criterion: &mut Criterion) {
     let ring = |x: f64, corners: u32| {
         let corners = (0..corners).map(|i| f64::from(i) / f64::from(corners) * TAU);

@@ -1,4 +1,4 @@
-//! Two people pass each other in a corridor: QTC_C and QTC_BC, sample by sample, and the distances between them.
+//! Two people pass each other in a corridor. Prints QTC_C and QTC_BC for each sample, and the distances between the people.
 //!
 //! `cargo run -p sketchnav-qualitative --example encounter`
 

@@ -1,10 +1,10 @@
-//! What calculi have in common: base relations, sets of them, conceptual neighbourhood, converse, composition.
+//! Traits and sets shared by all calculi: base relations, conceptual neighbourhood, converse and composition.
 //!
-//! The base relations of a calculus are jointly exhaustive and pairwise disjoint: exactly one holds. Neighbourhood
-//! follows from continuity (Freksa 1991) by the theory of dominance (Galton 2001). A relation that is an equation, such as
-//! "touches" or "0", holds at the instant that ends or begins a period of another. Each calculus therefore says only which
-//! relation may hold at the end of which: [`Relation::limits_to`]. Composition is weak composition: the set of all relations
-//! that some three objects show.
+//! The base relations of a calculus are jointly exhaustive and pairwise disjoint, so exactly one of them holds. Conceptual
+//! neighbourhood (Freksa 1991) follows from continuity by the theory of dominance (Galton 2001): a relation that is an
+//! equation, such as "touches" or "0", holds at the very instant that ends or begins a period of another relation. A
+//! calculus therefore only has to state which relations may hold at the end of which others; see [`Relation::limits_to`].
+//! Composition here is weak composition: the set of all relations that some triple of objects realises.
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -12,46 +12,47 @@ use std::str::FromStr;
 
 use crate::error::Error;
 
-/// How many base relations a calculus may have at most.
+/// Maximum number of base relations in a calculus. The rectangle algebra has the most, with 169.
 pub const MAX_RELATIONS: usize = 192;
 const WORDS: usize = MAX_RELATIONS / 64;
 
 /// A base relation of a calculus.
 pub trait Relation: Copy + Eq + fmt::Debug + fmt::Display + FromStr<Err = Error> + 'static {
-    /// The identifier of the calculus; QSRlib's if it has one.
+    /// The identifier of the calculus, as in QSRlib if QSRlib has that calculus.
     const CALCULUS: &'static str;
-    /// How many base relations there are; at most [`MAX_RELATIONS`].
+    /// Number of base relations, at most [`MAX_RELATIONS`].
     const COUNT: usize;
 
-    /// Its index among the base relations, from 0.
+    /// Returns the index of this relation among the base relations, counted from 0.
     fn index(self) -> usize;
 
-    /// The relation at an index; `None` from [`Self::COUNT`] on.
+    /// Returns the relation at the given index, or `None` if the index is [`Self::COUNT`] or more.
     fn from_index(index: usize) -> Option<Self>;
 
-    /// Whether `instant` may hold at the instant that ends a period in which `self` held.
+    /// Returns true if `instant` may hold at the instant that ends a period in which `self` held.
     ///
-    /// Time may run backwards, so the same pairs say what may hold after an instant. No relation limits to itself here.
+    /// Since time may run backwards, the same pairs also say which relations may hold right after an instant. By convention, no
+    /// relation limits to itself.
     fn limits_to(self, instant: Self) -> bool;
 
-    /// All base relations, in their order.
+    /// Returns all base relations in index order.
     fn all() -> impl Iterator<Item = Self> {
         (0..Self::COUNT).filter_map(Self::from_index)
     }
 
-    /// Whether continuous motion leads from one to the other with nothing in between. It is symmetric, and nothing is
-    /// its own neighbour.
+    /// Returns true if continuous motion can lead from one relation to the other with no third relation in between. This is
+    /// symmetric, and no relation is its own neighbour.
     fn is_neighbour(self, other: Self) -> bool {
         self != other && (self.limits_to(other) || other.limits_to(self))
     }
 
-    /// The conceptual neighbours.
+    /// Returns the conceptual neighbours of this relation.
     fn neighbours(self) -> RelationSet<Self> {
         Self::all().filter(|other| self.is_neighbour(*other)).collect()
     }
 
-    /// What must have held between two observations that are not neighbours: the one relation that is a neighbour of
-    /// both. `None` if nothing is missing, or if several could have held.
+    /// Returns the relation that must have held between two observations that are not neighbours, namely the only relation that
+    /// is a neighbour of both. Returns `None` if nothing is missing, or if several relations could have held.
     fn between(self, next: Self) -> Option<Self> {
         if self == next || self.is_neighbour(next) {
             return None;
@@ -61,71 +62,71 @@ pub trait Relation: Copy + Eq + fmt::Debug + fmt::Display + FromStr<Err = Error>
     }
 }
 
-/// Base relations whose converse is a base relation.
+/// Base relations whose converses are base relations too.
 pub trait Converse: Relation {
-    /// The relation of b to a, `self` being that of a to b.
+    /// Returns the relation of b to a, given `self` as the relation of a to b.
     fn converse(self) -> Self;
 }
 
-/// Base relations whose composition is known.
+/// Base relations with a known composition.
 pub trait Compose: Relation {
-    /// Every relation that a may have to c, `self` being that of a to b and `next` that of b to c.
+    /// Returns every relation that a may have to c, given `self` as the relation of a to b and `next` as that of b to c.
     fn compose(self, next: Self) -> RelationSet<Self>;
 }
 
-/// A set of base relations, for when it is not known which of them holds.
+/// A set of base relations, for when it isn't known which of them holds.
 pub struct RelationSet<R> {
     words: [u64; WORDS],
     relation: PhantomData<R>,
 }
 
 impl<R: Relation> RelationSet<R> {
-    /// No relation: a contradiction.
+    /// The empty set, which stands for a contradiction.
     pub const EMPTY: Self = Self { words: [0; WORDS], relation: PhantomData };
 
-    /// Every relation: nothing is known.
+    /// Returns the set of all relations, which means that nothing is known.
     pub fn universal() -> Self {
         R::all().collect()
     }
 
-    /// Adds a relation.
+    /// Adds a relation to the set.
     pub fn insert(&mut self, relation: R) {
         self.words[relation.index() / 64] |= 1 << (relation.index() % 64);
     }
 
-    /// Whether a relation is in it.
+    /// Returns true if the set contains the relation.
     pub fn contains(&self, relation: R) -> bool {
         self.words[relation.index() / 64] >> (relation.index() % 64) & 1 == 1
     }
 
-    /// The relations in either.
+    /// Returns the relations that are in either set.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
         Self { words: std::array::from_fn(|i| self.words[i] | other.words[i]), ..self }
     }
 
-    /// The relations in both.
+    /// Returns the relations that are in both sets.
     #[must_use]
     pub fn intersection(self, other: Self) -> Self {
         Self { words: std::array::from_fn(|i| self.words[i] & other.words[i]), ..self }
     }
 
-    /// How many relations are in it.
+    /// Returns the number of relations in the set.
     pub fn len(&self) -> usize {
         self.words.iter().map(|word| word.count_ones() as usize).sum()
     }
 
-    /// Whether no relation is in it.
+    /// Returns true if the set contains no relation.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The relations in it, in their order.
+    /// Returns the relations in the set, in index order.
     pub fn iter(&self) -> impl Iterator<Item = R> {
         R::all().filter(|relation| self.contains(*relation))
     }
 
-    /// The converses of all relations in it.
+    /// Returns the converse of every relation in the set.
     #[must_use]
     pub fn converse(self) -> Self
     where
@@ -134,7 +135,7 @@ impl<R: Relation> RelationSet<R> {
         self.iter().map(R::converse).collect()
     }
 
-    /// The union of the compositions of each relation here with each relation there.
+    /// Returns the union of the compositions of each relation in `self` with each relation in `next`.
     #[must_use]
     pub fn compose(self, next: Self) -> Self
     where
@@ -191,14 +192,14 @@ impl<R: Relation> fmt::Debug for RelationSet<R> {
     }
 }
 
-/// The error of a word that is none of the relations.
+/// Returns the error for a word that names no relation of the calculus.
 pub(crate) fn unknown<R: Relation>(found: &str) -> Error {
     let expected = R::all().map(|relation| relation.to_string()).collect::<Vec<_>>().join(" ");
     Error::UnknownRelation { calculus: R::CALCULUS, expected, found: found.to_owned() }
 }
 
-/// Declares the base relations of a calculus whose relations are words: the enum, its order, its words both ways.
-/// The function behind `limits` is its [`Relation::limits_to`].
+/// Declares a calculus whose base relations are words: the enum, its order, and conversion to and from the words. The
+/// function given as `limits` becomes its [`Relation::limits_to`].
 macro_rules! words {
     ($(#[$doc:meta])* $name:ident, $calculus:literal, limits = $limits:expr, { $($(#[$of:meta])* $variant:ident = $word:literal,)+ }) => {
         $(#[$doc])*
@@ -206,10 +207,10 @@ macro_rules! words {
         pub enum $name { $($(#[$of])* $variant,)+ }
 
         impl $name {
-            /// All base relations, in their order.
+            /// All base relations in index order.
             pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
 
-            /// The relation's word, as QSRlib writes it.
+            /// Returns the word for the relation, as written by QSRlib.
             pub const fn word(self) -> &'static str {
                 match self { $(Self::$variant => $word,)+ }
             }

@@ -1,7 +1,7 @@
-//! Allen's interval algebra (Allen 1983): thirteen relations of two intervals.
+//! Allen's interval algebra (Allen 1983): the thirteen relations between two intervals.
 //!
-//! Everything follows from four comparisons of ends. Composition is enumerated: three intervals have at most six
-//! different ends, so six values show every case.
+//! Every relation follows from four comparisons of endpoints. The composition table is enumerated at compile time. Three
+//! intervals have at most six distinct endpoints, so intervals over six values cover every case.
 
 use std::cmp::Ordering;
 
@@ -9,13 +9,13 @@ use crate::algebra::{Compose, Converse, Relation, RelationSet, words};
 use crate::geometry::Interval;
 
 words! {
-    /// The relation of one interval to another.
+    /// The relation of interval a to interval b.
     Allen, "allen", limits = Allen::reaches, {
         /// Before: a ends before b begins.
         Before = "<",
         /// After: the converse of before.
         After = ">",
-        /// Meets: a ends where b begins.
+        /// Meets: a ends exactly where b begins.
         Meets = "m",
         /// Met by.
         MetBy = "mi",
@@ -27,7 +27,7 @@ words! {
         Starts = "s",
         /// Started by.
         StartedBy = "si",
-        /// During: a is inside b, with both ends.
+        /// During: both ends of a are inside b.
         During = "d",
         /// Contains.
         Contains = "di",
@@ -42,14 +42,15 @@ words! {
 
 const COUNT: usize = 13;
 
-/// How ends compare: begin and begin, end and end, the end of a and the begin of b, the begin of a and the end of b.
+/// The comparisons of endpoints: start with start, end with end, the end of a with the start of b, and the start of a with
+/// the end of b.
 type Ends = [Ordering; 4];
 
 impl Allen {
-    /// The relation of two intervals, ends that differ by no more than `tolerance` being equal.
+    /// Returns the relation between two intervals. Ends that differ by no more than `tolerance` count as equal.
     ///
-    /// A tolerance greater than the length of an interval leaves no difference between its ends. Intervals that touch in this
-    /// way are reported as equal, or otherwise as meeting.
+    /// Note that a tolerance greater than the length of an interval makes its two ends equal. If such an interval touches
+    /// another, the two are reported as equal if both pairs of ends match, and as meeting otherwise.
     pub fn of(a: Interval, b: Interval, tolerance: f64) -> Self {
         let compare = |a: f64, b: f64| {
             let difference = a - b;
@@ -111,7 +112,7 @@ impl Allen {
         self.ends().iter().zip(instant.ends()).all(|(end, at)| at == *end || at == Ordering::Equal)
     }
 
-    /// The relation of the mirrored intervals, of [−high, −low].
+    /// Returns the relation of the mirror images of both intervals, where [low, high] becomes [−high, −low].
     #[must_use]
     pub fn mirrored(self) -> Self {
         let [low, high, end_begin, begin_end] = self.ends();
@@ -126,7 +127,7 @@ impl Converse for Allen {
     }
 }
 
-/// For each pair of relations, a bit for each relation of their composition.
+/// The composition table: for each pair of relations, a bit set of the relations in their composition.
 static COMPOSITION: [[u16; COUNT]; COUNT] = composition();
 
 const fn compare(a: usize, b: usize) -> Ordering {

@@ -1,13 +1,13 @@
-//! Qualitative distances by thresholds that the user names (ARGD; Clementini, Di Felice and Hernández 1997 for the
-//! idea, QSRlib's `argd` for the form).
+//! Qualitative distances by thresholds with names chosen by the user (ARGD). The idea is from Clementini, Di Felice and
+//! Hernández 1997, the form from QSRlib's `argd`.
 //!
-//! A scale of n thresholds has n labels. Two readings are in use, and they give different labels:
+//! A scale of n thresholds has n labels. Two readings of a threshold are in use, and they assign different labels:
 //!
-//! - [`Bound::Upper`], QSRlib: a threshold is the greatest distance of its label, inclusive. Anything beyond the last threshold
-//!   has the last label too.
-//! - [`Bound::Lower`], Patil 2019, 3.1.2: a threshold is the least distance of its label. Anything below the first threshold
-//!   has the first label too. With Near 3.0 m, Medium 3.5 m and Far 4.0 m, a distance of 3.7 m is Medium; by the other reading
-//!   it is Far.
+//! - [`Bound::Upper`], used by QSRlib: a threshold is the greatest distance of its label, inclusive. Distances beyond the
+//!   last threshold get the last label too.
+//! - [`Bound::Lower`], used by Patil 2019, 3.1.2: a threshold is the least distance of its label. Distances below the first
+//!   threshold get the first label too. With Near 3.0 m, Medium 3.5 m and Far 4.0 m, a distance of 3.7 m is Medium by this
+//!   reading and Far by the other.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -20,19 +20,19 @@ use crate::calculus::{Before, Calculus};
 use crate::error::Error;
 use crate::geometry::{MAX_COORDINATE, Point};
 
-/// How many thresholds a scale may have at most.
+/// Maximum number of thresholds in a scale.
 pub const MAX_THRESHOLDS: usize = 64;
 
-/// Which end of a label's range of distances its threshold is.
+/// Selects which end of a label's range of distances the threshold marks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Bound {
-    /// The greatest distance: QSRlib.
+    /// The greatest distance, as in QSRlib.
     Upper,
-    /// The least distance: Patil 2019.
+    /// The least distance, as in Patil 2019.
     Lower,
 }
 
-/// A scale of distances.
+/// A scale of labelled distances.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scale {
     thresholds: Vec<f64>,
@@ -40,23 +40,24 @@ pub struct Scale {
     bound: Bound,
 }
 
-/// A qualitative distance: the index of its label on the scale, from 0, the nearest first. It is symmetric.
+/// A qualitative distance between two objects, which is symmetric. It is the index of a label on the scale, counted from 0
+/// for the nearest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Rank(u8);
 
 impl Rank {
-    /// Its index on the scale, from 0.
+    /// Returns the index of the label on the scale, from 0.
     pub const fn place(self) -> usize {
         self.0 as usize
     }
 }
 
 impl Scale {
-    /// A scale of labels with their thresholds, in any order.
+    /// Creates a scale from labels and their thresholds, given in any order.
     ///
     /// # Errors
-    /// [`Error::Thresholds`] if there is none or more than [`MAX_THRESHOLDS`]; [`Error::Threshold`] if one is not
-    /// finite, not above 0 or given twice.
+    /// [`Error::Thresholds`] if there are no thresholds or more than [`MAX_THRESHOLDS`]; [`Error::Threshold`] if a threshold is
+    /// not a number above 0, exceeds [`MAX_COORDINATE`] or is given twice.
     pub fn new<L: Into<String>>(
         labels: impl IntoIterator<Item = (L, f64)>,
         bound: Bound,
@@ -77,17 +78,17 @@ impl Scale {
         Ok(Self { thresholds, labels, bound })
     }
 
-    /// How many labels there are.
+    /// Returns the number of labels.
     pub fn len(&self) -> usize {
         self.labels.len()
     }
 
-    /// Always false: a scale has at least one label.
+    /// Returns false, since a scale has at least one label.
     pub fn is_empty(&self) -> bool {
         self.labels.is_empty()
     }
 
-    /// The rank of a distance.
+    /// Returns the rank of a distance.
     pub fn rank(&self, distance: f64) -> Rank {
         let passed = |is_passed: fn(&f64, &f64) -> bool| {
             self.thresholds.iter().take_while(|threshold| is_passed(threshold, &distance)).count()
@@ -99,12 +100,12 @@ impl Scale {
         Rank(rank as u8)
     }
 
-    /// The rank's label; `None` if it is beyond the scale.
+    /// Returns the label of a rank, or `None` if the rank is beyond the scale.
     pub fn label(&self, rank: Rank) -> Option<&str> {
         self.labels.get(rank.place()).map(String::as_str)
     }
 
-    /// The rank of a label.
+    /// Returns the rank of a label.
     ///
     /// # Errors
     /// [`Error::UnknownRelation`] if the scale has no such label.
@@ -117,7 +118,7 @@ impl Scale {
         })
     }
 
-    /// The distances of a rank: the infimum and the supremum.
+    /// Returns the infimum and supremum of the distances with the given rank.
     pub fn distances(&self, rank: Rank) -> [f64; 2] {
         let place = rank.place().min(self.len() - 1);
         let (below, above) = match self.bound {
@@ -127,19 +128,19 @@ impl Scale {
         [below.map_or(0.0, |i| self.thresholds[i]), above.map_or(f64::INFINITY, |i| self.thresholds[i])]
     }
 
-    /// Every distance that a and c may have, if a and b have `first` and b and c have `next`: by the triangle inequality, from
-    /// |d₁ − d₂| to d₁ + d₂. It depends on the thresholds.
+    /// Returns the ranks that the distance between a and c may have, given the rank `first` for a and b and `next` for b and c.
+    /// By the triangle inequality the distance is between |d₁ − d₂| and d₁ + d₂, so the result depends on the thresholds.
     pub fn compose(&self, first: Rank, next: Rank) -> RangeInclusive<Rank> {
         let ([a_low, a_high], [b_low, b_high]) = (self.distances(first), self.distances(next));
         let low = (a_low - b_high).max(b_low - a_high).max(0.0);
-        // The supremum of a sum is not reached if a label excludes its greatest distance.
+        // The sum does not reach its supremum if labels exclude their greatest distance.
         let high = a_high + b_high;
         let highest = match self.bound {
             Bound::Upper => self.rank(high),
             Bound::Lower => self.rank(high.next_down()),
         };
-        // The infimum of a difference is not reached if a label excludes its least distance (upper bounds), or its
-        // greatest (lower bounds), unless it is 0.
+        // The difference does not reach its infimum, except for 0, if labels exclude their least distance (upper bounds) or their
+        // greatest (lower bounds).
         let lowest = match self.bound {
             Bound::Upper if low > 0.0 => self.rank(low.next_up()),
             _ => self.rank(low),
@@ -160,8 +161,8 @@ impl Relation for Rank {
         (index < MAX_THRESHOLDS).then_some(Self(index as u8))
     }
 
-    /// By the reading of upper bounds: the distance at the threshold belongs to the nearer label. Neighbours are the
-    /// same by both readings.
+    /// Follows the reading of upper bounds, where the distance at the threshold belongs to the nearer label. Neighbours are the
+    /// same by either reading.
     fn limits_to(self, instant: Self) -> bool {
         self.0 == instant.0 + 1
     }

@@ -1,4 +1,4 @@
-//! A calculus with its parameters, which derives a relation from a scene.
+//! The trait of a calculus with its parameters, which derives relations from scenes.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,23 +6,24 @@ use crate::algebra::Relation;
 use crate::error::Error;
 use crate::geometry::not_negative;
 
-/// The scene before the present one, and how many seconds lie between them.
+/// The preceding scene and the number of seconds since then, if there is a preceding scene.
 pub type Before<'a, S> = Option<(&'a S, f64)>;
 
 /// A calculus with its parameters.
 pub trait Calculus {
-    /// The objects at one time, in the order of the relation's arguments.
+    /// The objects at one time, in the order of the arguments of the relation.
     type Scene: Copy;
-    /// The base relations.
+    /// The base relations of the calculus.
     type Relation: Relation;
-    /// Whether a relation describes the motion between two times; otherwise it describes one time, and `before` is ignored.
+    /// True if a relation describes the motion between two times. Otherwise it describes a single time, and `before` is
+    /// ignored.
     const OF_MOTION: bool;
 
-    /// The relation; `None` if it takes two scenes and there is only one.
+    /// Returns the relation that holds, or `None` if the calculus needs two scenes and there is only one.
     fn relate(&self, before: Before<'_, Self::Scene>, now: &Self::Scene) -> Option<Self::Relation>;
 }
 
-/// How far a motion must go between two samples to count as one.
+/// The smallest motion between two samples that still counts as motion.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Unchecked", into = "Unchecked")]
 pub struct Quantisation(Unchecked);
@@ -34,27 +35,27 @@ enum Unchecked {
 }
 
 impl Quantisation {
-    /// Any motion counts.
+    /// Counts any motion.
     pub const NONE: Self = Self(Unchecked::Distance(0.0));
 
-    /// Motion counts if it goes farther than this, however long it takes. QSRlib's `quantisation_factor`.
+    /// Counts motion over more than this distance, however long it takes. This is QSRlib's `quantisation_factor`.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if it is not a finite number from 0.
+    /// [`Error::Parameter`] if the distance is negative or not finite.
     pub fn distance(distance: f64) -> Result<Self, Error> {
         Ok(Self(Unchecked::Distance(not_negative("quantisation distance", distance)?)))
     }
 
-    /// Motion counts if it is faster than this, in length units per second. The relations then do not depend on the sampling
-    /// rate, even if it is irregular or changes.
+    /// Counts motion that is faster than this, in length units per second. Relations then do not depend on the sampling rate,
+    /// even if sampling is irregular or the rate changes.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if it is not a finite number from 0.
+    /// [`Error::Parameter`] if the speed is negative or not finite.
     pub fn speed(per_s: f64) -> Result<Self, Error> {
         Ok(Self(Unchecked::Speed(not_negative("quantisation speed", per_s)?)))
     }
 
-    /// The distance that a motion must exceed in a time.
+    /// Returns the distance that an object must exceed within the given time for its motion to count.
     pub fn over(self, elapsed_s: f64) -> f64 {
         match self.0 {
             Unchecked::Distance(distance) => distance,

@@ -1,7 +1,8 @@
-//! Cardinal directions between points (Frank 1991): eight cones of 45°, or the same place. QSRlib's `cardir`.
+//! Cardinal directions between points (Frank 1991): eight cones of 45°, or the same position. In QSRlib this is
+//! `cardir`.
 //!
-//! North is the second axis, east the first. The cones of the axes (n, e, s, w) are open and those between them closed, so that
-//! converse and mirror image hold at the borders too. QSRlib's are half open.
+//! North is along the second axis, east along the first. The cones around the axes (n, e, s, w) are open and those between
+//! them are closed, so that converse and mirror image also hold at the borders. QSRlib's cones are half open instead.
 
 use std::f64::consts::SQRT_2;
 
@@ -10,7 +11,7 @@ use crate::calculus::{Before, Calculus};
 use crate::geometry::{Point, Rect};
 
 words! {
-    /// The direction of a, seen from b.
+    /// The direction of a as seen from b.
     Direction, "cardir", limits = Direction::reaches, {
         /// North: along the second axis.
         N = "n",
@@ -28,17 +29,17 @@ words! {
         W = "w",
         /// North-west.
         Nw = "nw",
-        /// The same place.
+        /// The same position.
         Eq = "eq",
     }
 }
 
-/// tan 22.5°.
+/// tan 22.5°, the slope of a border between cones.
 const TAN_BORDER: f64 = SQRT_2 - 1.0;
 const CONES: usize = 8;
 
 impl Direction {
-    /// The direction of a point, seen from another.
+    /// Returns the direction of point a as seen from point b.
     pub fn of(a: Point, b: Point) -> Self {
         let away = a - b;
         let (x, y) = (away.x.abs(), away.y.abs());
@@ -59,7 +60,7 @@ impl Direction {
         }
     }
 
-    /// The direction between the centres of two rectangles, as in QSRlib.
+    /// Returns the direction between the centres of two rectangles, as in QSRlib.
     pub fn of_centres(a: Rect, b: Rect) -> Self {
         Self::of(a.centre(), b.centre())
     }
@@ -80,7 +81,7 @@ impl Direction {
         }
     }
 
-    /// The direction in the image that swaps east and west.
+    /// Returns the direction in a mirror image that swaps east and west.
     #[must_use]
     pub fn mirrored(self) -> Self {
         self.cone().map_or(Self::Eq, |cone| Self::from_cone(CONES - cone))
@@ -94,8 +95,9 @@ impl Converse for Direction {
 }
 
 impl Compose for Direction {
-    /// The sum of a vector in one cone and a vector in another lies between them, on the shorter way. Between opposite
-    /// cones it lies anywhere. (Frank 1991 gives the part of this that holds for vectors of about the same length.)
+    /// Returns the cones that the sum of a vector from each cone may lie in. The sum lies between the two on the shorter way
+    /// round, or anywhere if the cones are opposite. (Frank 1991 gives the part that holds for vectors of about the same
+    /// length.)
     fn compose(self, next: Self) -> RelationSet<Self> {
         let (Some(a), Some(b)) = (self.cone(), next.cone()) else {
             return if self == Self::Eq { next.into() } else { self.into() };

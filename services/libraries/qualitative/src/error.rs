@@ -1,80 +1,80 @@
-//! What can be wrong with input.
+//! The error type for rejected input.
 
-/// Why input was rejected. Each variant says what was expected and what was found.
+/// The reason why input was rejected. Each variant says what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A word that names no relation of the calculus.
+    /// A word names no relation of the calculus.
     #[error("{calculus}: expected one of {expected}, found {found:?}")]
     UnknownRelation {
-        /// The calculus, by its identifier.
+        /// Identifier of the calculus.
         calculus: &'static str,
-        /// The notation that is accepted.
+        /// The accepted words.
         expected: String,
-        /// The word.
+        /// The rejected word.
         found: String,
     },
-    /// A coordinate that is not finite, or too large to be squared.
+    /// A coordinate is not finite, or too large to be squared.
     #[error("{what}: expected a number within ±{limit:e}, found {found}")]
     Coordinate {
-        /// Which coordinate.
+        /// Name of the coordinate.
         what: &'static str,
-        /// The largest magnitude that is accepted.
+        /// The largest accepted magnitude.
         limit: f64,
-        /// The number.
+        /// The rejected value.
         found: f64,
     },
-    /// A region without extent.
+    /// A region has no extent.
     #[error("{what}: expected an extent above 0, found {found}")]
     Extent {
-        /// Which side.
+        /// Name of the side.
         what: &'static str,
-        /// Its length.
+        /// Length of the side.
         found: f64,
     },
-    /// A parameter out of its range.
+    /// A parameter is out of range.
     #[error("{what}: expected {expected}, found {found}")]
     Parameter {
-        /// Which parameter.
+        /// Name of the parameter.
         what: &'static str,
-        /// Its range.
+        /// The accepted range.
         expected: &'static str,
-        /// The number.
+        /// The rejected value.
         found: f64,
     },
-    /// Thresholds that do not make a scale of distances.
+    /// The thresholds do not form a scale of distances.
     #[error("threshold {at}: expected a finite number above {above}, found {found}")]
     Threshold {
-        /// Its place, from 0.
+        /// Index of the threshold, from 0.
         at: usize,
-        /// The threshold before it, or 0.
+        /// The preceding threshold, or 0 for the first.
         above: f64,
-        /// The threshold.
+        /// The rejected threshold.
         found: f64,
     },
-    /// A scale without thresholds, or with too many.
+    /// A scale has no thresholds, or too many.
     #[error("expected 1 to {limit} thresholds, found {found}")]
     Thresholds {
-        /// The greatest number of thresholds.
+        /// Maximum number of thresholds.
         limit: usize,
-        /// How many there are.
+        /// Number of thresholds given.
         found: usize,
     },
-    /// A sample that is not later than the one before.
+    /// A sample is not later than the preceding one.
     #[error("sample {sample}: expected a time after {after_s} s, found {found_s} s")]
     Time {
-        /// The sample's number, from 0.
+        /// Index of the sample, from 0.
         sample: usize,
-        /// The time of the sample before, in seconds.
+        /// Time of the preceding sample, in seconds.
         after_s: f64,
-        /// Its own time, in seconds.
+        /// Time of the rejected sample, in seconds.
         found_s: f64,
     },
-    /// A name that no object has.
+    /// A name belongs to none of the objects.
     #[error("expected one of the objects {expected}, found {found:?}")]
     Object {
         /// The names of all objects.
         expected: String,
-        /// The name.
+        /// The rejected name.
         found: String,
     },
 }

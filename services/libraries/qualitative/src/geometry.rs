@@ -1,6 +1,8 @@
-//! Points, oriented points and rectangles, checked once, so that a calculus is given only finite values with an extent.
+//! Points, oriented points and rectangles. Values are checked on construction, so calculi only ever see finite values and
+//! regions with an extent.
 //!
-//! Lengths are in one unit of the caller's choice, the same in all arguments; x and y are right-handed.
+//! Lengths are in a unit of the caller's choice, which must be the same for all arguments. The axes x and y are
+//! right-handed.
 
 use std::ops::Sub;
 
@@ -8,16 +10,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 
-/// The largest coordinate: products of differences of such numbers are finite.
+/// The largest accepted coordinate. Products of differences of coordinates up to this limit are finite.
 pub const MAX_COORDINATE: f64 = 1e150;
 
-/// `Ok` with a coordinate that can be computed with.
+/// Checks that a coordinate is small enough to compute with.
 fn coordinate(what: &'static str, found: f64) -> Result<f64, Error> {
     let is_valid = found.abs() <= MAX_COORDINATE;
     if is_valid { Ok(found) } else { Err(Error::Coordinate { what, limit: MAX_COORDINATE, found }) }
 }
 
-/// A point of the plane.
+/// A point in the plane.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "[f64; 2]", into = "[f64; 2]")]
 pub struct Point {
@@ -26,25 +28,25 @@ pub struct Point {
 }
 
 impl Point {
-    /// A point.
+    /// Creates a point.
     ///
     /// # Errors
-    /// [`Error::Coordinate`] if a coordinate is not finite or beyond [`MAX_COORDINATE`].
+    /// [`Error::Coordinate`] if a coordinate is not finite or exceeds [`MAX_COORDINATE`].
     pub fn new(x: f64, y: f64) -> Result<Self, Error> {
         Ok(Self { x: coordinate("x", x)?, y: coordinate("y", y)? })
     }
 
-    /// The first coordinate.
+    /// Returns the first coordinate.
     pub const fn x(self) -> f64 {
         self.x
     }
 
-    /// The second coordinate.
+    /// Returns the second coordinate.
     pub const fn y(self) -> f64 {
         self.y
     }
 
-    /// The distance to another point.
+    /// Returns the distance to another point.
     pub fn distance(self, other: Self) -> f64 {
         (other - self).length()
     }
@@ -75,24 +77,24 @@ impl Sub for Point {
 /// The difference of two points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vector {
-    /// Along the first axis.
+    /// Component along the first axis.
     pub x: f64,
-    /// Along the second axis.
+    /// Component along the second axis.
     pub y: f64,
 }
 
 impl Vector {
-    /// The scalar product.
+    /// Returns the scalar product of two vectors.
     pub fn dot(self, other: Self) -> f64 {
         self.x * other.x + self.y * other.y
     }
 
-    /// The third component of the vector product: above 0 if `other` points to the left of `self`.
+    /// Returns the third component of the vector product. It is above 0 if `other` points to the left of `self`.
     pub fn cross(self, other: Self) -> f64 {
         self.x * other.y - self.y * other.x
     }
 
-    /// The length.
+    /// Returns the length of the vector.
     pub fn length(self) -> f64 {
         self.dot(self).sqrt()
     }
@@ -106,31 +108,32 @@ pub struct Oriented {
 }
 
 impl Oriented {
-    /// An oriented point; headings are counter-clockwise from the first axis.
+    /// Creates an oriented point. The heading is in radians, counter-clockwise from the first axis.
     ///
     /// # Errors
-    /// [`Error::Coordinate`] if the heading is not finite.
+    /// [`Error::Coordinate`] if the heading is not finite or exceeds [`MAX_COORDINATE`].
     pub fn new(position: Point, heading_rad: f64) -> Result<Self, Error> {
         Ok(Self { position, heading_rad: coordinate("heading_rad", heading_rad)? })
     }
 
-    /// The later of two positions, with the heading of the motion; `None` if nothing moved.
+    /// Returns the later of two positions with the direction of motion as its heading, or `None` if both positions are the
+    /// same.
     pub fn from_motion(before: Point, now: Point) -> Option<Self> {
         let moved = now - before;
         (moved.length() > 0.0).then(|| Self { position: now, heading_rad: moved.y.atan2(moved.x) })
     }
 
-    /// Where it is.
+    /// Returns the position.
     pub const fn position(self) -> Point {
         self.position
     }
 
-    /// Where it points to, in radians.
+    /// Returns the heading, in radians.
     pub const fn heading_rad(self) -> f64 {
         self.heading_rad
     }
 
-    /// The unit vector of the heading.
+    /// Returns the unit vector in the direction of the heading.
     pub fn direction(self) -> Vector {
         let (y, x) = self.heading_rad.sin_cos();
         Vector { x, y }
@@ -146,10 +149,11 @@ pub struct Interval {
 }
 
 impl Interval {
-    /// An interval.
+    /// Creates an interval.
     ///
     /// # Errors
-    /// [`Error::Coordinate`] and [`Error::Extent`].
+    /// [`Error::Coordinate`] if an end is not finite or exceeds [`MAX_COORDINATE`]; [`Error::Extent`] if `high` is not above
+    /// `low`.
     pub fn new(low: f64, high: f64) -> Result<Self, Error> {
         Self::named("interval", low, high)
     }
@@ -159,12 +163,12 @@ impl Interval {
         if high > low { Ok(Self { low, high }) } else { Err(Error::Extent { what, found: high - low }) }
     }
 
-    /// Its lower end.
+    /// Returns the lower end.
     pub const fn low(self) -> f64 {
         self.low
     }
 
-    /// Its upper end.
+    /// Returns the upper end.
     pub const fn high(self) -> f64 {
         self.high
     }
@@ -192,42 +196,43 @@ pub struct Rect {
 }
 
 impl Rect {
-    /// The rectangle between two opposite corners.
+    /// Creates a rectangle from two opposite corners.
     ///
     /// # Errors
-    /// [`Error::Coordinate`], and [`Error::Extent`] if `high` is not above `low` in both coordinates.
+    /// [`Error::Coordinate`] if a coordinate is not finite or exceeds [`MAX_COORDINATE`]; [`Error::Extent`] if `high` is not
+    /// above `low` in both coordinates.
     pub fn new(low: [f64; 2], high: [f64; 2]) -> Result<Self, Error> {
         let [x, y] =
             [Interval::named("width", low[0], high[0])?, Interval::named("height", low[1], high[1])?];
         Ok(Self { x, y })
     }
 
-    /// The rectangle around a centre.
+    /// Creates a rectangle around a centre.
     ///
     /// # Errors
-    /// As [`Self::new`].
+    /// Same as [`Self::new`].
     pub fn around(centre: Point, width: f64, height: f64) -> Result<Self, Error> {
         let [x, y] = [width / 2.0, height / 2.0];
         Self::new([centre.x - x, centre.y - y], [centre.x + x, centre.y + y])
     }
 
-    /// Its projection on the first axis.
+    /// Returns the projection of the rectangle on the first axis.
     pub const fn x(self) -> Interval {
         self.x
     }
 
-    /// Its projection on the second axis.
+    /// Returns the projection of the rectangle on the second axis.
     pub const fn y(self) -> Interval {
         self.y
     }
 
-    /// Its centre.
+    /// Returns the centre of the rectangle.
     pub fn centre(self) -> Point {
         Point { x: (self.x.low + self.x.high) / 2.0, y: (self.y.low + self.y.high) / 2.0 }
     }
 }
 
-/// `Ok` with a tolerance or threshold: finite and not below 0.
+/// Checks that a tolerance or threshold is finite and not below 0.
 pub(crate) fn not_negative(what: &'static str, found: f64) -> Result<f64, Error> {
     let is_valid = (0.0..=MAX_COORDINATE).contains(&found);
     if is_valid {

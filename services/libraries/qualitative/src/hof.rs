@@ -1,20 +1,20 @@
-//! The histogram of forces between two polygons (Matsakis and Wendling 1999). It says how much of one is in each direction from
-//! the other; near parts count more.
+//! The histogram of forces between two polygons (Matsakis and Wendling 1999). It says how much of one polygon lies in each
+//! direction from the other, with near parts counting more.
 //!
-//! The force of an argument A on a referent B in direction θ is a sum over all pairs of points p in A and q in B.
-//! Those with p − q in direction θ count, and each attracts by |p − q|^−r:
+//! The force that an argument A exerts on a referent B in direction θ is a sum over all pairs of a point p in A and a point
+//! q in B for which p − q points in direction θ. Each pair attracts with |p − q|^−r:
 //!
-//! F_r(θ) = ∫ du ∬ (p − q)^−r dp dq, the inner integrals along the parallels at θ, u across them.
+//! F_r(θ) = ∫ du ∬ (p − q)^−r dp dq, where the inner integrals run along the parallels at θ and u runs across them.
 //!
-//! F_0 is the histogram of constant forces, F_2 that of gravitational ones. Its integral over all directions is
+//! F_0 is the histogram of constant forces and F_2 that of gravitational forces. The integral of F_r over all directions is
 //! ∬ |p − q|^−(r + 1) dp dq over both areas. θ is counter-clockwise from the first axis.
 //!
-//! - [`Polygon`]: an object, of one or more rings (several parts, holes).
-//! - [`Pair`]: two objects, prepared for any exponent and direction.
-//! - [`View`]: a histogram as seen with a heading: degrees of truth, main direction, width, surround relations.
+//! - [`Polygon`] is an object made of one or more rings, so it may have several parts, and holes.
+//! - [`Pair`] holds two objects, prepared for any exponent and direction.
+//! - [`View`] interprets a histogram relative to a heading: degrees of truth, main direction, width and surround relations.
 //!
-//! A force can be infinite ([`Force::Infinite`]): for r ≥ 1 if the objects overlap in the direction, for r ≥ 2 if they touch
-//! along an edge, and for r ≥ 3 if they touch at a point.
+//! A force can be infinite ([`Force::Infinite`]). This happens for r ≥ 1 if the objects overlap in the direction, for r ≥ 2
+//! if they touch along an edge, and for r ≥ 3 if they touch at a point.
 
 use std::ops::Add;
 
@@ -31,9 +31,9 @@ pub use view::{Assessment, Grade, Surround, View, degree_of_truth};
 /// A force in a direction.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub enum Force {
-    /// A number from 0.
+    /// A finite force, which is never negative.
     Finite(f64),
-    /// More than any number: the objects touch or overlap.
+    /// An infinite force, because the objects touch or overlap.
     Infinite,
 }
 
@@ -41,7 +41,7 @@ impl Force {
     /// No force.
     pub const ZERO: Self = Self::Finite(0.0);
 
-    /// The number; `None` for an infinite force.
+    /// Returns the value of a finite force, or `None` if the force is infinite.
     pub const fn finite(self) -> Option<f64> {
         match self {
             Self::Finite(force) => Some(force),
@@ -49,7 +49,7 @@ impl Force {
         }
     }
 
-    /// Whether there is any.
+    /// Returns true unless the force is zero.
     pub fn is_some(self) -> bool {
         self != Self::ZERO
     }

@@ -1,21 +1,21 @@
-//! Moving or stationary (MOS): one object between two times. QSRlib's `mos`.
+//! Moving or stationary (MOS): the motion of one object between two times. In QSRlib this is `mos`.
 
 use crate::algebra::words;
 use crate::calculus::{Before, Calculus, Quantisation};
 use crate::geometry::Point;
 
 words! {
-    /// Whether an object moved.
+    /// Says whether an object moved.
     Motion, "mos", limits = |_, instant| instant == Motion::Stationary, {
-        /// It moved farther than the quantisation.
+        /// The object moved farther than the quantisation.
         Moving = "m",
-        /// It did not.
+        /// The object moved no farther than the quantisation.
         Stationary = "s",
     }
 }
 
 impl Motion {
-    /// Whether an object moved farther than `threshold`.
+    /// Returns [`Self::Moving`] if an object moved farther than `threshold`.
     pub fn of(before: Point, now: Point, threshold: f64) -> Self {
         if before.distance(now) > threshold { Self::Moving } else { Self::Stationary }
     }
@@ -24,7 +24,7 @@ impl Motion {
 /// [`Motion`] of one point.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Motions {
-    /// How far a motion must go to count.
+    /// The smallest motion that counts.
     pub quantisation: Quantisation,
 }
 

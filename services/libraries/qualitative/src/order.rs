@@ -1,6 +1,7 @@
-//! Order along the first axis: left, together, right. QSRlib's minimal working example, `mwe`.
+//! Order along the first axis: left, together or right. In QSRlib this is the minimal working example, `mwe`.
 //!
-//! It is the point algebra of Vilain and Kautz (1986) for x: "left" is <, "together" is =, "right" is >.
+//! For the x coordinate, this is the point algebra of Vilain and Kautz (1986), with "left" for <, "together" for = and
+//! "right" for >.
 
 use std::cmp::Ordering;
 
@@ -9,7 +10,7 @@ use crate::calculus::{Before, Calculus};
 use crate::geometry::Point;
 
 words! {
-    /// Where a is along the first axis, seen from b.
+    /// The position of a along the first axis, as seen from b.
     Order, "mwe", limits = |_, instant| instant == Order::Together, {
         /// x of a is below x of b.
         Left = "left",
@@ -21,7 +22,7 @@ words! {
 }
 
 impl Order {
-    /// The order of two points.
+    /// Returns the order of two points.
     pub fn of(a: Point, b: Point) -> Self {
         match a.x().partial_cmp(&b.x()) {
             Some(Ordering::Less) => Self::Left,

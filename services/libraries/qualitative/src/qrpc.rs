@@ -1,18 +1,19 @@
-//! The qualitative rectilinear projection calculus (QRPC; Glez-Cabrera, Álvarez-Bravo and Díaz 2013, as Patil 2019,
-//! 2.2.2, gives it). It describes the relation between the straight projections of two oriented points i and j.
+//! The qualitative rectilinear projection calculus (QRPC; Glez-Cabrera, Álvarez-Bravo and Díaz 2013, as presented in Patil
+//! 2019, 2.2.2). It describes the relation between the straight-line projections of two oriented points i and j.
 //!
-//! - [`Disposition`]: the projections are parallel or one line, in the same direction or opposite, or they cross at C.
-//! - `side`: i is left of the projection of j, **−**; on it, **0**; right of it, **+**.
-//! - `i_ahead`, `j_ahead`: C is in front of i (of j), **+**; where it is, **0**; behind it, **−**.
-//! - `ahead`: i is in front of j, **+**, abreast, **0**, or behind, **−**, when both lie on one line. If the projections cross,
-//!   that of i is first turned about C so that the two face each other; the sign is then that of the sum of the distances of i
-//!   and j to C.
+//! - [`Disposition`]: the projections are parallel or on one line, in the same or opposite directions, or they cross at a
+//!   point C.
+//! - `side`: i is to the left of the projection of j, **−**; on it, **0**; or to the right of it, **+**.
+//! - `i_ahead`, `j_ahead`: C is in front of i (or j), **+**; at the position of i (or j), **0**; or behind it, **−**.
+//! - `ahead`: when both are on one line, i is in front of j, **+**; abreast of it, **0**; or behind it, **−**. If the
+//!   projections cross, that of i is first turned about C so that the two face each other. The sign is then that of the sum
+//!   of the distances of i and j to C.
 //!
-//! Patil 2019 says that without a crossing C counts as (+,+) or (−,−), but not when. Here it is (−,−) if the two point away
-//! from each other, and (+,+) otherwise.
+//! Patil 2019 says that C counts as (+,+) or (−,−) if there is no crossing, but not when to use which. Here it is (−,−) if
+//! the two point away from each other, and (+,+) otherwise.
 //!
-//! Of the combinations of these signs, 41 exist. The side of j relative to i does not always follow from the relation of i to
-//! j, so the converse is a set: [`Qrpc::converses`].
+//! Only 41 combinations of these signs exist. The side of j relative to i does not always follow from the relation of i to
+//! j, so the converse is a set. See [`Qrpc::converses`].
 
 use std::fmt;
 use std::str::FromStr;
@@ -26,7 +27,7 @@ use crate::geometry::{Oriented, not_negative};
 use crate::qtc::Sign;
 
 words! {
-    /// How the projections lie to each other.
+    /// The position of the two projections relative to each other.
     Disposition, "qrpc disposition", limits = |from, to| {
         use Disposition::{Crossed, LineOpposite, LineSame, ParallelOpposite, ParallelSame};
         from == Crossed || matches!((from, to), (ParallelSame, LineSame) | (ParallelOpposite, LineOpposite))
@@ -39,7 +40,7 @@ words! {
         LineSame = "↑",
         /// On one line, in opposite directions.
         LineOpposite = "↓",
-        /// Crossed.
+        /// The projections cross.
         Crossed = "X",
     }
 }
@@ -54,7 +55,7 @@ pub struct Qrpc {
     ahead: Sign,
 }
 
-/// Tolerances of a reading.
+/// Tolerances for deciding on a relation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Projections {
     angle_rad: f64,
@@ -62,11 +63,11 @@ pub struct Projections {
 }
 
 impl Projections {
-    /// Projections whose directions differ by no more than `angle_rad` count as parallel. Points no farther than
-    /// `distance` count as on a line or at one place.
+    /// Creates tolerances. Projections whose directions differ by no more than `angle_rad` count as parallel, and points within
+    /// `distance` count as on a line or in the same position.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if either is not a finite number from 0.
+    /// [`Error::Parameter`] if either is negative or not finite.
     pub fn new(angle_rad: f64, distance: f64) -> Result<Self, Error> {
         Ok(Self {
             angle_rad: not_negative("angle_rad", angle_rad)?,
@@ -76,7 +77,7 @@ impl Projections {
 }
 
 impl Default for Projections {
-    /// 1e-9 rad and 1e-9 units of length: rounding.
+    /// Returns tolerances that only absorb rounding errors: 1e-9 rad and 1e-9 units of length.
     fn default() -> Self {
         Self { angle_rad: 1e-9, distance: 1e-9 }
     }
@@ -84,7 +85,7 @@ impl Default for Projections {
 
 use Sign::{Minus, Plus, Zero};
 
-/// The sign of a sum, if it follows from the signs of the terms.
+/// Returns the sign of a sum, or `None` if it does not follow from the signs of the terms.
 const fn sum(a: Sign, b: Sign) -> Option<Sign> {
     match (a, b) {
         (Zero, other) | (other, Zero) => Some(other),
@@ -107,13 +108,13 @@ fn reaches(from: Sign, instant: Sign) -> bool {
 }
 
 impl Qrpc {
-    /// The relation of two oriented points.
+    /// Returns the relation of two oriented points.
     pub fn of(i: Oriented, j: Oriented, tolerances: &Projections) -> Self {
         let Projections { angle_rad, distance } = *tolerances;
         let (i_to, j_to) = (i.direction(), j.direction());
         let away = i.position() - j.position();
         let turn = i_to.cross(j_to);
-        // Positive on the left of either.
+        // Both offsets are positive on the left.
         let beside = |offset: f64| if offset.abs() <= distance { 0.0 } else { offset };
         let i_left = beside(j_to.cross(away));
         let j_left = beside(-i_to.cross(away));
@@ -141,7 +142,7 @@ impl Qrpc {
         Self { disposition, side, i_ahead: crossing, j_ahead: crossing, ahead }
     }
 
-    /// A relation by its parts; `None` if no two oriented points have it.
+    /// Creates a relation from its parts, or returns `None` if the relation does not hold for any two oriented points.
     pub fn new(
         disposition: Disposition,
         side: Sign,
@@ -161,27 +162,27 @@ impl Qrpc {
         exists.then_some(own)
     }
 
-    /// How the projections lie to each other.
+    /// Returns the position of the two projections relative to each other.
     pub const fn disposition(self) -> Disposition {
         self.disposition
     }
 
-    /// The side of the projection of j on which i is.
+    /// Returns the side of the projection of j on which i is.
     pub const fn side(self) -> Sign {
         self.side
     }
 
-    /// Whether C is in front of i, and of j.
+    /// Returns the signs that say whether C is in front of i, and of j.
     pub const fn crossing(self) -> [Sign; 2] {
         [self.i_ahead, self.j_ahead]
     }
 
-    /// Whether i is in front of j on one line.
+    /// Returns the sign that says whether i is in front of j on one line.
     pub const fn ahead(self) -> Sign {
         self.ahead
     }
 
-    /// What the relation of j to i may be.
+    /// Returns every relation that j may have to i.
     pub fn converses(self) -> RelationSet<Self> {
         let crossing = [self.j_ahead, self.i_ahead];
         let with = |side, ahead| Self::new(self.disposition, side, crossing, ahead);
@@ -202,20 +203,21 @@ impl Qrpc {
         found.into_iter().flatten().collect()
     }
 
-    /// The relation in the mirror image: left and right swap.
+    /// Returns the relation in a mirror image, where left and right are swapped.
     #[must_use]
     pub const fn mirrored(self) -> Self {
         Self { side: self.side.inverted(), ..self }
     }
 
-    /// Whether i may be in front of j, by `ahead`, when both come to lie on one line in the same direction.
+    /// Returns true if the order of i and j may be `ahead` at the instant at which both come to be on one line in the same
+    /// direction.
     fn comes_in_line(self, ahead: Sign) -> bool {
         let apart = sum(self.j_ahead, self.i_ahead.inverted());
         apart.is_none_or(|apart| reaches(apart, ahead))
     }
 }
 
-/// All combinations of five parts, those that exist and those that do not.
+/// Returns the existing relations among all combinations of the five parts.
 fn candidates() -> impl Iterator<Item = Qrpc> {
     const SIGNS: [Sign; 3] = [Minus, Zero, Plus];
     (0..Disposition::COUNT * 81).filter_map(|code| {
@@ -253,7 +255,7 @@ impl Relation for Qrpc {
                         reaches(self.i_ahead, instant.i_ahead) && reaches(self.j_ahead, instant.j_ahead);
                     is_beside && crossing && keeps_order
                 }
-                // C goes to infinity: in front of both or behind both, or in front of one and behind the other.
+                // C goes to infinity. It ends up in front of both or behind both, or in front of one and behind the other.
                 (Crossed, ParallelSame) => is_alike && self.side == instant.side,
                 (Crossed, ParallelOpposite) => is_opposed && self.side == instant.side && keeps_order,
                 (Crossed, LineSame) => self.comes_in_line(instant.ahead),

@@ -1,20 +1,20 @@
-//! The results of QSRlib (Gatsoulis et al. 2016; strands_qsr_lib 0.4.1), relation for relation, for comparing with it or
-//! replacing it.
+//! Reproduces the results of QSRlib (Gatsoulis et al. 2016; strands_qsr_lib 0.4.1) relation for relation, for comparison or
+//! as a replacement.
 //!
-//! It differs from this crate's own calculi as follows:
+//! QSRlib differs from this crate's own calculi as follows:
 //!
-//! - **QTC**: if both points coincide, all signs are 0. Times are counted from 1, unless nothing is collapsed and nothing
-//!   validated. When the distance passes the threshold, QTC_BC inserts a relation that [`crate::qtc::QtcBc`] shows to be
-//!   insufficient. Every object must be seen at all times.
-//! - **RCC**: gaps up to twice the quantisation connect. With a quantisation above 0, regions that touch or are less
-//!   than that apart count as overlapping.
-//! - **RCC4**: equal regions are `pp` both ways.
-//! - **Directions**: the cones are half open, clockwise.
-//! - **TPCC**: a border of 45° belongs to the next sector counter-clockwise. If origin and relatum coincide, it takes east for
-//!   the direction of sight. Within 0.26° of a right angle positions are straight, but only within 0.0006° of the line of
-//!   sight. It fails on some points straight ahead, which is not reproduced: `sb` is right.
+//! - **QTC**: if both points coincide, all signs are 0. Times are counted from 1, unless neither collapsing nor validation
+//!   is on. When the distance passes the threshold, QTC_BC may insert a relation that continuous motion cannot reach
+//!   (compare [`crate::qtc::QtcBc`]). Every object must be seen at all times.
+//! - **RCC**: regions with a gap of up to twice the quantisation are connected. With a quantisation above 0, regions that
+//!   touch or are less than the quantisation apart count as overlapping.
+//! - **RCC4**: equal regions are `pp` in both directions.
+//! - **Directions**: the cones are half open. Each includes its counter-clockwise border only.
+//! - **TPCC**: a border at 45° belongs to the next sector counter-clockwise. If origin and relatum coincide, the direction
+//!   of sight is taken to be east. Positions are straight within 0.26° of a right angle, but only within 0.0006° of the
+//!   line of sight. QSRlib fails on some points straight ahead. This is not reproduced: `sb` is returned for them.
 //!
-//! `argprobd` is left out: it draws random numbers.
+//! `argprobd` is left out because it draws random numbers.
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;
@@ -33,11 +33,11 @@ use crate::rcc::Rcc8;
 use crate::rectangle::Rectangular;
 use crate::tpcc::Tpcc;
 
-/// Two corners of a bounding box: x and y of the low one, x and y of the high one. It may have no extent.
+/// A bounding box, as x and y of its low corner followed by x and y of its high corner. It may have no extent.
 pub type Box2 = [f64; 4];
 
 words! {
-    /// The calculi of QSRlib, by its identifiers.
+    /// The calculi of QSRlib, named by its identifiers.
     Which, "qsrlib", limits = |_, _| false, {
         /// Distances.
         Argd = "argd",
@@ -71,7 +71,7 @@ words! {
 }
 
 impl Which {
-    /// How many objects a relation has.
+    /// Returns the number of objects in a relation.
     pub const fn arity(self) -> usize {
         match self {
             Self::Mos => 1,
@@ -81,20 +81,20 @@ impl Which {
     }
 }
 
-/// QSRlib's `dynamic_args`.
+/// The parameters that QSRlib calls `dynamic_args`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
     /// `quantisation_factor`.
     pub quantisation_factor: f64,
-    /// `validate`, of QTC.
+    /// `validate`, for QTC.
     pub validate: bool,
-    /// `no_collapse`, of QTC.
+    /// `no_collapse`, for QTC.
     pub no_collapse: bool,
-    /// `distance_threshold`, of QTC_BC.
+    /// `distance_threshold`, for QTC_BC.
     pub distance_threshold: f64,
-    /// `qsr_relations_and_values`, of distances.
+    /// `qsr_relations_and_values`, for distances.
     pub scale: Option<Scale>,
-    /// `qsrs_for`: the objects to relate, in the order of the relation. All permutations if `None`.
+    /// `qsrs_for`, the objects to relate, in the order of the relation. `None` relates all permutations.
     pub qsrs_for: Option<Vec<Vec<String>>>,
 }
 
@@ -111,49 +111,49 @@ impl Default for Parameters {
     }
 }
 
-/// An object at a time.
+/// The state of an object at one time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ObjectState {
-    /// Where it is.
+    /// Position of the object.
     pub position: Point,
-    /// Its extent in x and y; 0 for a point.
+    /// Size in x and y, which is 0 for a point.
     pub size: [f64; 2],
 }
 
 impl ObjectState {
-    /// The bounding box.
+    /// Returns the bounding box.
     pub fn bounds(&self) -> Box2 {
         let ([x, y], [width, height]) = (<[f64; 2]>::from(self.position), self.size);
         [x - width / 2.0, y - height / 2.0, x + width / 2.0, y + height / 2.0]
     }
 }
 
-/// Objects over time: QSRlib's `World_Trace`.
+/// Objects over time. This is QSRlib's `World_Trace`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct World {
     /// The names of the objects, sorted.
     pub names: Vec<String>,
-    /// For each time the objects, in the order of the names.
+    /// The time of each sample, with the states of the objects in the order of their names.
     pub states: Vec<(f64, Vec<ObjectState>)>,
 }
 
-/// The time of an answer.
+/// The time that QSRlib reports for a relation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum At {
-    /// The time of the sample; for motion, of the later one.
+    /// The time of the sample. For relations of motion, the time of the later sample.
     Time(f64),
-    /// The position in the series, from 1, for QTC that was collapsed or validated.
+    /// The position in the series, counted from 1. Used for QTC that was collapsed or validated.
     Place(usize),
 }
 
-/// A relation, as QSRlib reports it.
+/// A relation as reported by QSRlib.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
-    /// When.
+    /// The time of the relation.
     pub at: At,
-    /// The names of the objects, separated by commas.
+    /// The names of the related objects, separated by commas.
     pub between: String,
-    /// The relation.
+    /// The relation's word.
     pub relation: String,
 }
 
@@ -166,11 +166,11 @@ impl fmt::Display for At {
     }
 }
 
-/// Every relation of a world, in the order of the objects and then of time.
+/// Returns every relation of a world, ordered by objects and then by time.
 ///
 /// # Errors
-/// [`Error::Object`] if `qsrs_for` names no object, or too few or too many; [`Error::Thresholds`] if distances
-/// have no scale.
+/// [`Error::Object`] if an entry of `qsrs_for` names an unknown object, or too few or too many objects;
+/// [`Error::Thresholds`] if distances are requested without a scale.
 pub fn request(which: Which, world: &World, parameters: &Parameters) -> Result<Vec<Answer>, Error> {
     let mut answers = Vec::new();
     for objects in tuples(which, world, parameters)? {
@@ -186,7 +186,7 @@ pub fn request(which: Which, world: &World, parameters: &Parameters) -> Result<V
     Ok(answers)
 }
 
-/// The indices of the objects to relate.
+/// Returns the indices of each tuple of objects to relate.
 fn tuples(which: Which, world: &World, parameters: &Parameters) -> Result<Vec<Vec<usize>>, Error> {
     let Some(asked) = &parameters.qsrs_for else {
         return Ok(permutations(world.names.len(), which.arity()));
@@ -200,7 +200,7 @@ fn tuples(which: Which, world: &World, parameters: &Parameters) -> Result<Vec<Ve
     asked.iter().map(tuple).collect()
 }
 
-/// All choices of `arity` of the first `count` numbers, in all orders.
+/// Returns all ordered selections of `arity` of the numbers below `count`.
 fn permutations(count: usize, arity: usize) -> Vec<Vec<usize>> {
     if arity == 0 {
         return vec![Vec::new()];
@@ -268,8 +268,8 @@ fn relations(
     })
 }
 
-/// The series of QTC of two points: made, then collapsed, then validated. QTC_B is returned as [`QtcBc::Far`], QTC_C as
-/// [`QtcBc::Near`].
+/// Returns the QTC series of two points, collapsed and then validated if `parameters` ask for it. QTC_B is returned as
+/// [`QtcBc::Far`] and QTC_C as [`QtcBc::Near`].
 pub fn qtc(which: Which, points: &[[Point; 2]], parameters: &Parameters) -> Vec<QtcBc> {
     let steps = points.windows(2).map(|step| {
         let relation =
@@ -288,13 +288,14 @@ pub fn qtc(which: Which, points: &[[Point; 2]], parameters: &Parameters) -> Vec<
     if parameters.validate { validated(&states) } else { states }
 }
 
-/// QSRlib's QTC_C: by the distance from the double cross, which is 0 for coincident points.
+/// Returns the relation of QSRlib's QTC_C, in which coincident points have only zeros because their distance from the
+/// double cross is 0.
 fn qtc_c(k: [Point; 2], l: [Point; 2], quantisation: f64) -> QtcC {
     let is_cross = k[0] != l[0];
     if is_cross { QtcC::of(k, l, quantisation) } else { QtcC::from_signs([qtc::Sign::Zero; 4]) }
 }
 
-/// The series with the states that QSRlib inserts.
+/// Returns the series with the states that QSRlib inserts.
 fn validated(states: &[QtcBc]) -> Vec<QtcBc> {
     let mut found = Vec::with_capacity(states.len());
     for (i, state) in states.iter().enumerate() {
@@ -304,8 +305,8 @@ fn validated(states: &[QtcBc]) -> Vec<QtcBc> {
     found
 }
 
-/// When the distance passes the threshold, QSRlib looks at the first two signs and gives the inserted state the form of the
-/// later one.
+/// Returns the state that QSRlib inserts between two others, if any. When the distance passes the threshold, QSRlib only
+/// looks at the first two signs and gives the inserted state the form of the later one.
 fn inserted(before: QtcBc, now: QtcBc) -> Option<QtcBc> {
     match (before, now) {
         (QtcBc::Near(before), QtcBc::Near(now)) => {
@@ -321,7 +322,7 @@ fn inserted(before: QtcBc, now: QtcBc) -> Option<QtcBc> {
     }
 }
 
-/// QSRlib's RCC8 of bounding boxes.
+/// Returns QSRlib's RCC8 relation of bounding boxes, with `q` as the quantisation.
 pub fn rcc8(a: Box2, b: Box2, q: f64) -> Rcc8 {
     let ([ax, ay, bx, by], [cx, cy, dx, dy]) = (a, b);
     if a == b {
@@ -342,13 +343,13 @@ pub fn rcc8(a: Box2, b: Box2, q: f64) -> Rcc8 {
         (_, true, _) => return Rcc8::Ntppi,
         _ => {}
     }
-    // The low side of one and the high side of the other are between q and 2 q apart.
+    // True if the low side of one box and the high side of the other are between q and 2 q apart.
     let touches = |low: f64, high: f64| low - q <= high + q && low - q >= high;
     let is_touching = touches(cx, bx) || touches(ax, dx) || touches(cy, by) || touches(ay, dy);
     if is_touching { Rcc8::Ec } else { Rcc8::Po }
 }
 
-/// QSRlib's rectangle algebra of bounding boxes.
+/// Returns QSRlib's rectangle algebra relation of bounding boxes.
 pub fn rectangular(a: Box2, b: Box2) -> Rectangular {
     Rectangular { x: allen([a[0], a[2]], [b[0], b[2]]), y: allen([a[1], a[3]], [b[1], b[3]]) }
 }
@@ -378,7 +379,7 @@ fn allen(a: [f64; 2], b: [f64; 2]) -> Allen {
         .unwrap_or(Allen::Equal)
 }
 
-/// QSRlib's direction between the centres of bounding boxes.
+/// Returns QSRlib's direction between the centres of bounding boxes.
 pub fn direction(a: Box2, b: Box2) -> Direction {
     let dx = (b[0] + b[2]) / 2.0 - (a[0] + a[2]) / 2.0;
     let dy = (b[1] + b[3]) / 2.0 - (a[1] + a[3]) / 2.0;
@@ -387,11 +388,11 @@ pub fn direction(a: Box2, b: Box2) -> Direction {
     }
     let angle = dx.atan2(dy) * (180.0 / PI) + 22.5;
     let angle = if angle < 0.0 { 360.0 + angle } else { angle };
-    // Cone 0 is south: b is north of a.
+    // Cone 0 is south: the angle is that of b as seen from a, so b is north of a and a is south of b.
     Direction::from_index(((angle / 45.0).floor() as usize + 4) % 8).unwrap_or(Direction::S)
 }
 
-/// QSRlib's TPCC.
+/// Returns QSRlib's TPCC relation.
 pub fn tpcc(origin: Point, relatum: Point, referent: Point) -> Tpcc {
     let base = origin.distance(relatum);
     let distance = referent.distance(relatum);
@@ -404,7 +405,7 @@ pub fn tpcc(origin: Point, relatum: Point, referent: Point) -> Tpcc {
     let sine = relative.sin().abs();
     let is_straight = !(0.00001..=0.99999).contains(&sine);
     const SECTORS: [&str; 8] = ["lb", "bl", "fl", "lf", "rf", "fr", "br", "rb"];
-    // Rounding may give a full turn.
+    // Rounding may yield a full turn.
     let sector = SECTORS[(relative / (TAU / 8.0)) as usize % 8];
     let range = if distance > base { "d" } else { "c" };
     let word = if is_straight { format!("{range}s{}", &sector[1..]) } else { format!("{range}{sector}") };

@@ -1,28 +1,30 @@
-//! The qualitative trajectory calculus (QTC; Van de Weghe 2004; Delafontaine, Cohn and Van de Weghe 2011). It describes how two
-//! points k and l move relative to each other. QSRlib's `qtcbs`, `qtccs`, `qtcbcs`.
+//! The qualitative trajectory calculus (QTC; Van de Weghe 2004; Delafontaine, Cohn and Van de Weghe 2011), which describes
+//! how two points k and l move relative to each other. In QSRlib it is `qtcbs`, `qtccs` and `qtcbcs`.
 //!
-//! Between a time t − 1 and a time t, with d = l(t−1) − k(t−1):
+//! Between a time t − 1 and a time t, with d = l(t−1) − k(t−1), a relation has these signs:
 //!
-//! - the first sign: k moves towards l, **−**; away from it, **+**; neither, **0**. It is −sgn((k(t) − k(t−1))·d).
-//!   The reference is where l was at t − 1.
-//! - the second sign: the same for l towards k.
-//! - the third sign, in QTC_C: k moves to the left of the directed line from k to l, **−**; to the right, **+**.
-//! - the fourth sign: the same for l and the line from l to k.
+//! - The first sign says whether k moves towards l, **−**; away from it, **+**; or neither, **0**. It is −sgn((k(t) −
+//!   k(t−1))·d), so the reference is the position of l at t − 1.
+//! - The second sign says the same for l towards k.
+//! - The third sign, in QTC_C, says whether k moves to the left of the directed line from k to l, **−**; or to the right,
+//!   **+**.
+//! - The fourth sign says the same for l and the line from l to k.
 //!
-//! Motion across a sign's line that is no longer than the quantisation is 0. QTC_B has the first two signs, QTC_C all
-//! four (after Zimmermann and Freksa's double cross). QTC_BC has all four if the points are near at t, and otherwise the first
-//! two (Dondrup et al. 2015). These are the simplified calculi, which leave out the relative speed.
+//! If the motion along or across the line that decides a sign is no longer than the quantisation, the sign is 0. QTC_B has
+//! the first two signs and QTC_C all four (after Zimmermann and Freksa's double cross). QTC_BC has all four if the points
+//! are near at t, and otherwise the first two (Dondrup et al. 2015). These are the simplified calculi, which leave out the
+//! relative speed.
 //!
-//! Patil 2019, 2.2.1, defines the signs as here. In the rules of 3.1.3 they are inverted, because there the robot is at rest in
-//! its own frame and the markers move.
+//! Patil 2019, 2.2.1, defines the signs in the same way. They are inverted in the rules of 3.1.3, because there the robot
+//! is at rest in its own frame and the markers move.
 //!
-//! If both points coincide at t − 1 there is no line: a point that moves is moving away, and to neither side.
+//! If both points coincide at t − 1 there is no line. A point that moves then moves away, and to neither side.
 //!
 //! # Neighbourhood
-//! − and + are not neighbours, because motion passes through 0. The sign 0 may hold for an instant, but the others may not, so
-//! no sign leaves 0 at the instant at which another reaches it. QTC_B has 9 relations and 16 pairs of neighbours, QTC_C has
-//! 81 relations and 544 pairs. In QTC_BC the same applies to the distance: it is near at the instant at which it reaches the
-//! threshold. That gives 225 pairs that connect QTC_B and QTC_C.
+//! The signs − and + are not neighbours, because motion passes through 0. The sign 0 may hold for an instant but − and +
+//! may not, so no sign leaves 0 at the instant at which another reaches it. QTC_B has 9 relations and 16 pairs of
+//! neighbours, and QTC_C has 81 relations and 544 pairs. In QTC_BC the same reasoning applies to the distance, which counts
+//! as near at the instant at which it reaches the threshold. This gives 225 pairs that connect QTC_B and QTC_C.
 
 use std::fmt;
 use std::str::FromStr;
@@ -37,18 +39,18 @@ use crate::geometry::{Point, Vector, not_negative};
 /// A sign of a relation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Sign {
-    /// Towards the other; to the left.
+    /// Towards the other point, or to the left.
     Minus,
-    /// Neither.
+    /// Neither direction.
     Zero,
-    /// Away from the other; to the right.
+    /// Away from the other point, or to the right.
     Plus,
 }
 
 impl Sign {
     const ALL: [Self; 3] = [Self::Minus, Self::Zero, Self::Plus];
 
-    /// The sign of a number, numbers up to `threshold` in size being 0.
+    /// Returns the sign of a number. Numbers of magnitude up to `threshold` count as 0.
     pub fn of(number: f64, threshold: f64) -> Self {
         if number > threshold {
             Self::Plus
@@ -59,7 +61,7 @@ impl Sign {
         }
     }
 
-    /// The opposite sign.
+    /// Returns the opposite sign.
     #[must_use]
     pub const fn inverted(self) -> Self {
         match self {
@@ -69,7 +71,7 @@ impl Sign {
         }
     }
 
-    /// − as `-`, 0 and +.
+    /// Returns the symbol `-`, `0` or `+`.
     pub const fn symbol(self) -> char {
         match self {
             Self::Minus => '-',
@@ -78,7 +80,7 @@ impl Sign {
         }
     }
 
-    /// Reads `-`, `−`, `0` and `+`.
+    /// Parses a sign from `-`, `−`, `0` or `+`.
     pub const fn from_symbol(symbol: char) -> Option<Self> {
         match symbol {
             '-' | '−' => Some(Self::Minus),
@@ -92,35 +94,36 @@ impl Sign {
 /// A relation of QTC_B.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct QtcB {
-    /// Whether k moves towards l.
+    /// Motion of k towards or away from l.
     pub k: Sign,
-    /// Whether l moves towards k.
+    /// Motion of l towards or away from k.
     pub l: Sign,
 }
 
 /// A relation of QTC_C.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct QtcC {
-    /// Whether k moves towards l.
+    /// Motion of k towards or away from l.
     pub k: Sign,
-    /// Whether l moves towards k.
+    /// Motion of l towards or away from k.
     pub l: Sign,
-    /// To which side of the line from k to l k moves.
+    /// Motion of k to the left or right of the line from k to l.
     pub k_side: Sign,
-    /// To which side of the line from l to k l moves.
+    /// Motion of l to the left or right of the line from l to k.
     pub l_side: Sign,
 }
 
-/// A relation of QTC_BC: of QTC_B if the points are far, of QTC_C if they are near.
+/// A relation of QTC_BC, which is one of QTC_B if the points are far from each other and one of QTC_C if they are near.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum QtcBc {
     /// The points are far from each other.
     Far(QtcB),
-    /// The points are near.
+    /// The points are near each other.
     Near(QtcC),
 }
 
-/// Towards or away, and to which side: the signs of `moved` along and across the line `to` the other point.
+/// Returns the signs of `moved` along and across the line `to` the other point, which say whether a point moves towards or
+/// away from the other, and to which side.
 fn signs(moved: Vector, to: Vector, threshold: f64) -> [Sign; 2] {
     let length = to.length();
     if length == 0.0 {
@@ -131,7 +134,7 @@ fn signs(moved: Vector, to: Vector, threshold: f64) -> [Sign; 2] {
 }
 
 impl QtcC {
-    /// The relation of two motions, each from the place at t − 1 to the place at t.
+    /// Returns the relation of two motions, each from a position at t − 1 to a position at t.
     pub fn of(k: [Point; 2], l: [Point; 2], threshold: f64) -> Self {
         let (to_l, to_k) = (l[0] - k[0], k[0] - l[0]);
         let [k_to, k_side] = signs(k[1] - k[0], to_l, threshold);
@@ -139,22 +142,22 @@ impl QtcC {
         Self { k: k_to, l: l_to, k_side, l_side }
     }
 
-    /// The relation of QTC_B in it.
+    /// Returns the QTC_B part of the relation.
     pub const fn basic(self) -> QtcB {
         QtcB { k: self.k, l: self.l }
     }
 
-    /// The signs, in their order.
+    /// Returns the signs in order.
     pub const fn signs(self) -> [Sign; 4] {
         [self.k, self.l, self.k_side, self.l_side]
     }
 
-    /// The relation with these signs.
+    /// Creates a relation from its signs.
     pub const fn from_signs([k, l, k_side, l_side]: [Sign; 4]) -> Self {
         Self { k, l, k_side, l_side }
     }
 
-    /// The relation in the mirror image: left and right swap.
+    /// Returns the relation in a mirror image, where left and right are swapped.
     #[must_use]
     pub const fn mirrored(self) -> Self {
         Self { k_side: self.k_side.inverted(), l_side: self.l_side.inverted(), ..self }
@@ -162,22 +165,22 @@ impl QtcC {
 }
 
 impl QtcB {
-    /// The relation of two motions, each from the place at t − 1 to the place at t.
+    /// Returns the relation of two motions, each from a position at t − 1 to a position at t.
     pub fn of(k: [Point; 2], l: [Point; 2], threshold: f64) -> Self {
         QtcC::of(k, l, threshold).basic()
     }
 
-    /// The signs, in their order.
+    /// Returns the signs in order.
     pub const fn signs(self) -> [Sign; 2] {
         [self.k, self.l]
     }
 
-    /// The relation with these signs.
+    /// Creates a relation from its signs.
     pub const fn from_signs([k, l]: [Sign; 2]) -> Self {
         Self { k, l }
     }
 
-    /// The relation with all signs inverted, as in the frame of the other (Patil 2019, 3.1.3).
+    /// Returns the relation with all signs inverted, as it appears in the frame of the other object (Patil 2019, 3.1.3).
     #[must_use]
     pub const fn inverted(self) -> Self {
         Self { k: self.k.inverted(), l: self.l.inverted() }
@@ -185,7 +188,7 @@ impl QtcB {
 }
 
 impl QtcBc {
-    /// The relation of QTC_B in it.
+    /// Returns the relation in QTC_B, or the QTC_B part of the one in QTC_C.
     pub const fn basic(self) -> QtcB {
         match self {
             Self::Far(far) => far,
@@ -193,7 +196,7 @@ impl QtcBc {
         }
     }
 
-    /// The relation in the mirror image: left and right swap.
+    /// Returns the relation in a mirror image, where left and right are swapped.
     #[must_use]
     pub const fn mirrored(self) -> Self {
         match self {
@@ -203,17 +206,17 @@ impl QtcBc {
     }
 }
 
-/// Whether all signs are those of `from`, or 0.
+/// Returns true if each sign is either 0 or the corresponding sign of `from`.
 fn reaches<const N: usize>(from: [Sign; N], instant: [Sign; N]) -> bool {
     from.iter().zip(instant).all(|(from, at)| at == *from || at == Sign::Zero)
 }
 
-/// The signs passed through on the way: those that differ are 0.
+/// Returns the signs that are passed through between two relations: those that differ are 0.
 fn meeting<const N: usize>(from: [Sign; N], to: [Sign; N]) -> [Sign; N] {
     std::array::from_fn(|i| if from[i] == to[i] { from[i] } else { Sign::Zero })
 }
 
-/// What QSRlib inserts between two relations: `None` if they are equal or neighbours.
+/// Returns the signs that QSRlib inserts between two relations, or `None` if the relations are equal or neighbours.
 pub(crate) fn inserted<const N: usize>(from: [Sign; N], to: [Sign; N]) -> Option<[Sign; N]> {
     let is_neighbour = reaches(from, to) || reaches(to, from);
     (!is_neighbour).then(|| meeting(from, to))
@@ -228,7 +231,7 @@ fn from_index<const N: usize>(index: usize) -> Option<[Sign; N]> {
     (index < 3_usize.pow(N as u32)).then(|| std::array::from_fn(|i| Sign::ALL[digit(i)]))
 }
 
-/// `-,+`; in the alternate form `(- +)`.
+/// Writes signs as `-,+`, or as `(- +)` in the alternate form.
 fn write_signs(f: &mut fmt::Formatter<'_>, signs: &[Sign]) -> fmt::Result {
     let (open, between, close) = if f.alternate() { ("(", " ", ")") } else { ("", ",", "") };
     f.write_str(open)?;
@@ -238,7 +241,7 @@ fn write_signs(f: &mut fmt::Formatter<'_>, signs: &[Sign]) -> fmt::Result {
     f.write_str(close)
 }
 
-/// Reads `-,+`, `-+` and `(- +)`.
+/// Parses signs from `-,+`, `-+` or `(- +)`.
 fn read_signs<const N: usize>(word: &str) -> Option<[Sign; N]> {
     let word = word.trim();
     let word = word.strip_prefix('(').and_then(|word| word.strip_suffix(')')).unwrap_or(word);
@@ -268,8 +271,8 @@ macro_rules! signed {
                 self != instant && reaches(self.signs(), instant.signs())
             }
 
-            /// Signs that jump over 0, and signs that leave 0 as another reaches it, are 0 in between (as in QSRlib). If
-            /// neither of two signs jumps, both could also differ from 0 in between.
+            /// Sets all signs that differ to 0, as QSRlib does: a sign that jumps must pass through 0, and a sign must not leave 0
+            /// as another reaches it. Note that if neither of two signs jumps, both could also differ from 0 in between.
             fn between(self, next: Self) -> Option<Self> {
                 inserted(self.signs(), next.signs()).map(Self::from_signs)
             }
@@ -341,8 +344,8 @@ impl Relation for QtcBc {
         }
     }
 
-    /// As in QTC_B and QTC_C. When the distance passes the threshold, the relation in between is one of QTC_C, because the
-    /// instant belongs to it.
+    /// Follows QTC_B and QTC_C. When the distance passes the threshold, the relation in between is one of QTC_C, because the
+    /// distance counts as near at that instant.
     fn between(self, next: Self) -> Option<Self> {
         if self.is_neighbour(next) {
             return None;
@@ -380,33 +383,34 @@ impl FromStr for QtcBc {
 /// [`QtcB`] of two points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Basic {
-    /// How far a motion must go to count.
+    /// The smallest motion that counts.
     pub quantisation: Quantisation,
 }
 
 /// [`QtcC`] of two points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DoubleCross {
-    /// How far a motion must go to count.
+    /// The smallest motion that counts.
     pub quantisation: Quantisation,
 }
 
 /// [`QtcBc`] of two points.
 #[derive(Debug, Clone, Copy)]
 pub struct Switching {
-    /// How far a motion must go to count.
+    /// The smallest motion that counts.
     pub quantisation: Quantisation,
     near: f64,
 }
 
-/// The distance up to which QSRlib's QTC_BC has the side signs: the limit of the personal space of Hall 1966, in metres.
+/// Maximum distance, in metres, at which QSRlib's QTC_BC has the side signs. It is the limit of personal space of Hall
+/// 1966.
 pub const PERSONAL_SPACE_M: f64 = 1.22;
 
 impl Switching {
-    /// The calculus with side signs up to a distance at the later of the two times.
+    /// Creates the calculus with side signs for points that are at most `near` apart at the later of the two times.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if it is not a finite number from 0.
+    /// [`Error::Parameter`] if `near` is negative or not finite.
     pub fn new(quantisation: Quantisation, near: f64) -> Result<Self, Error> {
         Ok(Self { quantisation, near: not_negative("distance of QTC_BC", near)? })
     }

@@ -1,8 +1,9 @@
-//! The region connection calculus (Randell, Cui and Cohn 1992): RCC8, and the coarser RCC5, RCC4, RCC3 and RCC2.
+//! The region connection calculus (Randell, Cui and Cohn 1992): RCC8 and the coarser RCC5, RCC4, RCC3 and RCC2.
 //!
-//! The regions are rectangles here; the calculus is not bound to them. RCC8 follows from the rectangle algebra, the
-//! others from RCC8. RCC4 and RCC3 are QSRlib's; RCC4 is not an algebra: its `pp` includes equal regions, so the converse of
-//! `pp` is not a single relation. RCC3's `o` covers all regions of which one is part of the other.
+//! Regions are rectangles here, although the calculus itself is not limited to them. RCC8 is derived from the rectangle
+//! algebra, and the coarser calculi from RCC8. RCC4 and RCC3 are QSRlib's. RCC4 is not an algebra: its `pp` includes equal
+//! regions, so the converse of `pp` is not a single relation. RCC3's `o` covers all pairs of regions of which one is part
+//! of the other.
 
 use crate::algebra::{Compose, Converse, Relation, RelationSet, words};
 use crate::allen::Allen;
@@ -12,11 +13,11 @@ use crate::geometry::{Rect, not_negative};
 use crate::rectangle::Rectangular;
 
 words! {
-    /// How one region is connected with another.
+    /// The connection of one region with another.
     Rcc8, "rcc8", limits = Rcc8::reaches, {
         /// Disconnected.
         Dc = "dc",
-        /// Externally connected: they touch.
+        /// Externally connected: the regions touch.
         Ec = "ec",
         /// Partially overlapping.
         Po = "po",
@@ -34,9 +35,9 @@ words! {
 }
 
 words! {
-    /// RCC8 without borders.
+    /// RCC8 without the distinctions that depend on borders.
     Rcc5, "rcc5", limits = coarse_limits, {
-        /// Discrete: only borders are shared.
+        /// Discrete: the regions share at most their borders.
         Dr = "dr",
         /// Partially overlapping.
         Po = "po",
@@ -50,13 +51,13 @@ words! {
 }
 
 words! {
-    /// QSRlib's RCC4. Its base relations have no converse: see [`Rcc4::converses`].
+    /// QSRlib's RCC4. Its base relations do not all have a converse. See [`Rcc4::converses`].
     Rcc4, "rcc4", limits = coarse_limits, {
         /// Disconnected.
         Dc = "dc",
         /// Touching, or partially overlapping.
         Po = "po",
-        /// Part, or equal.
+        /// Proper part, or equal.
         Pp = "pp",
         /// The converse of a proper part.
         Ppi = "ppi",
@@ -76,7 +77,7 @@ words! {
 }
 
 words! {
-    /// Connected or not.
+    /// The distinction between connected and disconnected.
     Rcc2, "rcc2", limits = coarse_limits, {
         /// Disconnected.
         Dc = "dc",
@@ -86,8 +87,8 @@ words! {
 }
 
 impl Rcc8 {
-    /// The relation of two rectangles. Sides that differ by no more than `tolerance` count as in line; rectangles with a gap or
-    /// an overlap of no more than that touch.
+    /// Returns the relation of two rectangles. Sides that differ by no more than `tolerance` count as in line, so rectangles
+    /// with a gap or an overlap of no more than `tolerance` touch.
     pub fn of(a: Rect, b: Rect, tolerance: f64) -> Self {
         Rectangular::of(a, b, tolerance).into()
     }
@@ -160,7 +161,7 @@ impl From<Rcc8> for Rcc2 {
     }
 }
 
-/// The relations of RCC8 that are one of a coarser calculus.
+/// Returns the relations of RCC8 that make up a relation of a coarser calculus.
 fn refined<R: Relation + From<Rcc8>>(relation: R) -> impl Iterator<Item = Rcc8> {
     Rcc8::all().filter(move |fine| R::from(*fine) == relation)
 }
@@ -197,7 +198,7 @@ impl Converse for Rcc5 {
 }
 
 impl Rcc4 {
-    /// Which relations b may have to a, `self` being the relation of a to b.
+    /// Returns every relation that b may have to a, given `self` as the relation of a to b.
     pub fn converses(self) -> RelationSet<Self> {
         refined(self).map(|fine| fine.converse().into()).collect()
     }
@@ -216,7 +217,7 @@ impl Converse for Rcc2 {
 }
 
 impl Compose for Rcc8 {
-    /// The table of Cui, Cohn and Randell 1993.
+    /// Looks up the composition in the table of Cui, Cohn and Randell 1993.
     fn compose(self, next: Self) -> RelationSet<Self> {
         use Rcc8::{Dc, Ec, Eq, Ntpp, Ntppi, Po, Tpp, Tppi};
         let all = Rcc8::ALL;
@@ -262,10 +263,10 @@ pub struct Regions<R = Rcc8> {
 }
 
 impl<R> Regions<R> {
-    /// The calculus in which sides that differ by no more than `tolerance` are in line.
+    /// Creates the calculus in which sides that differ by no more than `tolerance` are in line.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if it is not a finite number from 0.
+    /// [`Error::Parameter`] if the tolerance is negative or not finite.
     pub fn new(tolerance: f64) -> Result<Self, Error> {
         Ok(Self { tolerance: not_negative("tolerance", tolerance)?, relation: std::marker::PhantomData })
     }

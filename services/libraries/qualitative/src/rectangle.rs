@@ -1,4 +1,5 @@
-//! Rectangle algebra (Balbiani, Condotta and del Cerro 1998): Allen's relation on either axis. QSRlib's `ra`.
+//! Rectangle algebra (Balbiani, Condotta and del Cerro 1998), which consists of Allen's relation on each axis. In QSRlib
+//! this is `ra`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -11,7 +12,7 @@ use crate::calculus::{Before, Calculus};
 use crate::error::Error;
 use crate::geometry::{Rect, not_negative};
 
-/// The relation of one rectangle to another: 169 relations.
+/// One of the 169 relations of one rectangle to another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Rectangular {
     /// The relation of the projections on the first axis.
@@ -21,12 +22,12 @@ pub struct Rectangular {
 }
 
 impl Rectangular {
-    /// The relation of two rectangles; sides that differ by no more than `tolerance` count as in line.
+    /// Returns the relation of two rectangles. Sides that differ by no more than `tolerance` count as in line.
     pub fn of(a: Rect, b: Rect, tolerance: f64) -> Self {
         Self { x: Allen::of(a.x(), b.x(), tolerance), y: Allen::of(a.y(), b.y(), tolerance) }
     }
 
-    /// The relation in the mirror image that reverses the first axis.
+    /// Returns the relation in a mirror image that reverses the first axis.
     #[must_use]
     pub fn mirrored(self) -> Self {
         Self { x: self.x.mirrored(), ..self }
@@ -87,10 +88,10 @@ pub struct Rectangles {
 }
 
 impl Rectangles {
-    /// The calculus in which sides that differ by no more than `tolerance` are in line.
+    /// Creates the calculus in which sides that differ by no more than `tolerance` are in line.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if it is not a finite number from 0.
+    /// [`Error::Parameter`] if the tolerance is negative or not finite.
     pub fn new(tolerance: f64) -> Result<Self, Error> {
         Ok(Self { tolerance: not_negative("tolerance", tolerance)? })
     }

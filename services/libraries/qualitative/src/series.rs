@@ -1,14 +1,15 @@
-//! Series of relations: from samples in time to what held over which period.
+//! Turns samples in time into series of relations, each with the period in which it held.
 //!
-//! A [`Stream`] takes one sample at a time and keeps only the last; it allocates nothing. [`series`] does the same for a whole
-//! recording.
+//! A [`Stream`] takes one sample at a time. It keeps only the last one and does not allocate. [`series`] does the same for
+//! a whole recording.
 //!
-//! **Times.** A relation of one time (RCC, directions) has the time of its sample as [`Timed::from_s`] and
-//! [`Timed::to_s`]. A relation of motion (QTC, moving or stationary) has two samples: `from_s` is the time of the first, to
-//! whose poses "towards" and "left" refer, and `to_s` that of the second.
+//! **Times.** A relation that describes a single time (RCC, directions) has the time of its sample as both
+//! [`Timed::from_s`] and [`Timed::to_s`]. A relation of motion (QTC, moving or stationary) describes two samples. Its
+//! `from_s` is the time of the first, whose poses "towards" and "left" refer to, and its `to_s` is the time of the second.
 //!
-//! **Gaps.** A sample may have no scene, because an object was not seen. What was seen before a gap is not compared with what
-//! was seen after it: no motion, no insertion, no neighbourhood. A pause longer than [`Options::max_gap_s`] is a gap too.
+//! **Gaps.** A sample has no scene if an object was not seen. Relations before and after such a gap are not compared with
+//! each other: there is no motion across it, nothing is inserted, and no neighbourhood is checked. A pause longer than
+//! [`Options::max_gap_s`] is a gap too.
 
 use serde::{Deserialize, Serialize};
 
@@ -16,15 +17,14 @@ use crate::algebra::Relation;
 use crate::calculus::Calculus;
 use crate::error::Error;
 
-/// What is done with a series.
+/// Options for deriving a series.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Options {
-    /// Whether consecutive equal relations are merged.
+    /// Merge consecutive equal relations.
     pub collapse: bool,
-    /// Whether relations that continuous motion must have passed through between two observations are inserted
-    /// ([`Relation::between`]).
+    /// Insert relations that continuous motion must have passed through between two observations. See [`Relation::between`].
     pub validate: bool,
-    /// The longest pause between two samples that belong together, in seconds; `None` for any.
+    /// Maximum pause between two samples that belong together, in seconds, or `None` for no limit.
     pub max_gap_s: Option<f64>,
 }
 
@@ -34,35 +34,36 @@ impl Default for Options {
     }
 }
 
-/// How a relation follows the one before.
+/// Classifies how a relation follows the preceding one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Change {
-    /// Nothing was seen just before: the beginning, or the end of a gap.
+    /// The relation is the first in the series or the first after a gap.
     First,
-    /// The same relation continues.
+    /// The relation is the same as the preceding one.
     Same,
-    /// A conceptual neighbour of the relation before.
+    /// The relation is a conceptual neighbour of the preceding one.
     Neighbour,
-    /// No neighbour: something was missed between the samples.
+    /// The relation is not a neighbour of the preceding one, so something was missed between the samples.
     Jump,
-    /// It was not observed, but must have held for an instant between two observations.
+    /// The relation was not observed, but must have held for an instant between two observations.
     Inserted,
 }
 
-/// A relation and when it held.
+/// A relation with the period in which it held.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Timed<R> {
     /// The relation.
     pub relation: R,
-    /// The time of the first sample that shows it, in seconds. Of an inserted relation: of the sample before it.
+    /// Time of the first sample that shows the relation, in seconds. For an inserted relation, the time of the sample before
+    /// it.
     pub from_s: f64,
-    /// The time of the last sample that shows it, in seconds. Of an inserted relation: of the sample after it.
+    /// Time of the last sample that shows the relation, in seconds. For an inserted relation, the time of the sample after it.
     pub to_s: f64,
-    /// How it follows the relation before.
+    /// Change from the preceding relation to this one.
     pub change: Change,
 }
 
-/// What a sample adds to a series: nothing, a relation, or an inserted relation and another one.
+/// The relations that a sample adds to a series: none, an observed one, or an inserted one followed by an observed one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step<R> {
     inserted: Option<Timed<R>>,
@@ -72,12 +73,12 @@ pub struct Step<R> {
 impl<R> Step<R> {
     const NOTHING: Self = Self { inserted: None, observed: None };
 
-    /// The relation that was observed; `None` if it continues and equal relations are merged.
+    /// Returns the observed relation, or `None` if it continues the preceding one and equal relations are merged.
     pub fn observed(self) -> Option<Timed<R>> {
         self.observed
     }
 
-    /// The relation that was inserted before it.
+    /// Returns the relation that was inserted before the observed one, if any.
     pub fn inserted(self) -> Option<Timed<R>> {
         self.inserted
     }
@@ -92,14 +93,14 @@ impl<R> IntoIterator for Step<R> {
     }
 }
 
-/// The state of a stream, for checkpoints.
+/// The state of a stream, for use in checkpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct State<S, R> {
     samples: usize,
     time_s: Option<f64>,
     /// The last scene, unless there is a gap after it.
     scene: Option<S>,
-    /// The last relation and when it was first seen, unless there is a gap after it.
+    /// The last relation and the time at which it was first seen, unless there is a gap after it.
     last: Option<(R, f64)>,
 }
 
@@ -118,36 +119,37 @@ pub struct Stream<C: Calculus> {
 }
 
 impl<C: Calculus> Stream<C> {
-    /// A stream that has seen nothing.
+    /// Creates a stream that has seen nothing yet.
     pub fn new(calculus: C, options: Options) -> Self {
         Self::resumed(calculus, options, State::default())
     }
 
-    /// A stream that continues from the state of another.
+    /// Creates a stream that continues from the state of another.
     pub fn resumed(calculus: C, options: Options, state: State<C::Scene, C::Relation>) -> Self {
         Self { calculus, options, state }
     }
 
-    /// Its state.
+    /// Returns the state of the stream, from which [`Self::resumed`] can continue.
     pub fn state(&self) -> State<C::Scene, C::Relation> {
         self.state
     }
 
-    /// The calculus with its parameters.
+    /// Returns the calculus with its parameters.
     pub fn calculus(&self) -> &C {
         &self.calculus
     }
 
-    /// What holds according to the last sample, and since when; `None` in a gap.
+    /// Returns the relation in the last sample and since when it has held, or `None` in a gap.
     pub fn current(&self) -> Option<Timed<C::Relation>> {
         let ((relation, from_s), to_s) = (self.state.last?, self.state.time_s?);
         Some(Timed { relation, from_s, to_s, change: Change::Same })
     }
 
-    /// Takes a sample: the scene at a time, `None` if not all of its objects were seen.
+    /// Takes the scene at a time, or `None` if not all of the objects were seen.
     ///
     /// # Errors
-    /// [`Error::Time`] if the time is not a number later than that of the sample before; the stream is then unchanged.
+    /// [`Error::Time`] if the time is not a finite number later than that of the preceding sample. The stream is then left
+    /// unchanged.
     pub fn push(&mut self, time_s: f64, scene: Option<C::Scene>) -> Result<Step<C::Relation>, Error> {
         let after_s = self.state.time_s.unwrap_or(f64::NEG_INFINITY);
         if !(time_s > after_s && time_s < f64::INFINITY) {
@@ -192,11 +194,11 @@ impl<C: Calculus> Stream<C> {
     }
 }
 
-/// The series of relations of a recording. If equal relations are merged, [`Timed::to_s`] is the time of the last sample that
-/// shows the relation.
+/// Returns the series of relations of a recording. If equal relations are merged, [`Timed::to_s`] is the time of the last
+/// sample that shows the relation.
 ///
 /// # Errors
-/// [`Error::Time`] if a sample is not later than the one before.
+/// [`Error::Time`] if a sample is not later than the preceding one.
 pub fn series<C: Calculus>(
     calculus: C,
     options: Options,
@@ -216,9 +218,10 @@ pub fn series<C: Calculus>(
     Ok(found)
 }
 
-/// Joins the tracks of two objects into scenes: at each time in either track, both objects or nothing.
+/// Joins the tracks of two objects into scenes. Each time in either track yields both objects, or `None` if only one was
+/// seen.
 ///
-/// The times of a track must increase; only equal times count as the same.
+/// The times of each track must increase. Times are only matched if they are exactly equal.
 pub fn joined<'a, O: Copy>(
     first: &'a [(f64, O)],
     second: &'a [(f64, O)],
@@ -235,7 +238,7 @@ pub fn joined<'a, O: Copy>(
         let b = b.filter(|(at_s, _)| *at_s <= time_s);
         i += usize::from(a.is_some());
         j += usize::from(b.is_some());
-        // A time that is not a number belongs to neither; it is passed on, and rejected by the stream.
+        // A time that is NaN belongs to neither track. It is passed on so that the stream rejects it.
         if a.is_none() && b.is_none() {
             (i, j) = (i + 1, j + 1);
         }

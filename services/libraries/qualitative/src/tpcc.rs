@@ -1,13 +1,14 @@
-//! The ternary point configuration calculus (TPCC; Moratz, Nebel and Freksa 2003). It says where a referent is, as seen by an
-//! observer at the origin who looks at the relatum. QSRlib's `tpcc`.
+//! The ternary point configuration calculus (TPCC; Moratz, Nebel and Freksa 2003), which describes the position of a
+//! referent as seen by an observer at the origin who looks at the relatum. In QSRlib this is `tpcc`.
 //!
-//! Straight on is "back": behind the relatum. The word of a relation begins with c (close: no farther from the relatum
-//! than the origin is) or d (distant). Then comes the sector, of 45°, or s for a straight or right-angled position. For
-//! example, `clb` is close, left of straight back, and `cbl` is farther to the left. The same place as the relatum is `sam`. If
-//! origin and relatum coincide there is no direction: this is `dou`, or `tri` if all three coincide.
+//! The direction straight on is called "back", since it is behind the relatum. The word of a relation begins with c (close:
+//! no farther from the relatum than the origin is) or d (distant). This is followed by a sector of 45°, or by s for a
+//! straight or right-angled position. For example, `clb` is close, left of straight back, and `cbl` is farther to the left.
+//! If the referent is at the position of the relatum, the relation is `sam`. If origin and relatum coincide there is no
+//! direction, and the relation is `dou`, or `tri` if all three coincide.
 //!
-//! A border of 45° belongs to the sector at the line of sight, so that the mirror image holds. In place of a converse a ternary
-//! relation has permutations of its arguments ([`Permutation`]), whose results are sets.
+//! A border at 45° belongs to the sector next to the line of sight, so that relations have mirror images. Instead of a
+//! converse, a ternary relation has permutations of its arguments ([`Permutation`]), whose results are sets.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -17,7 +18,7 @@ use crate::error::Error;
 use crate::geometry::Point;
 
 words! {
-    /// Where the referent is.
+    /// The position of the referent.
     Tpcc, "tpcc", limits = Tpcc::reaches, {
         /// Close, straight back: straight on behind the relatum.
         Csb = "csb",
@@ -69,24 +70,24 @@ words! {
         Drb = "drb",
         /// The referent is at the relatum.
         Sam = "sam",
-        /// Origin and relatum are at one place, and the referent is not.
+        /// Origin and relatum have the same position, and the referent another one.
         Dou = "dou",
-        /// All three are at one place.
+        /// All three points have the same position.
         Tri = "tri",
     }
 }
 
-/// Sectors and the four lines between them, counter-clockwise from straight back.
+/// Number of sectors and lines between them, counted counter-clockwise from straight back.
 const AROUND: usize = 12;
 
 impl Tpcc {
-    /// The relation of a referent to an origin and a relatum. Within `tolerance_rad` of the four directions a position
-    /// counts as straight.
+    /// Returns the relation of a referent to an origin and a relatum. Positions within `tolerance_rad` of one of the four
+    /// directions count as straight.
     pub fn of(origin: Point, relatum: Point, referent: Point, tolerance_rad: f64) -> Self {
         Self::located([origin, relatum, referent], tolerance_rad, 0.0)
     }
 
-    /// The same, with borders as wide as `border`.
+    /// Like [`Self::of`], but with borders that are `border` wide.
     fn located([origin, relatum, referent]: [Point; 3], tolerance_rad: f64, border: f64) -> Self {
         let (sight, away) = (relatum - origin, referent - relatum);
         let (base, distance) = (sight.length(), away.length());
@@ -101,7 +102,8 @@ impl Tpcc {
         Self::ALL[around + if distance > base * (1.0 + border) { AROUND } else { 0 }]
     }
 
-    /// The index among the sectors and lines of a direction with these components; a component up to `straight` counts as 0.
+    /// Returns the index, among sectors and lines, of a direction with these components. A component up to `straight` counts as
+    /// 0.
     fn around(ahead: f64, left: f64, straight: f64, border: f64) -> usize {
         let is_back = ahead > 0.0;
         let on_left = if left.abs() <= straight && left.abs() <= ahead.abs() {
@@ -119,10 +121,11 @@ impl Tpcc {
         if left > 0.0 { on_left } else { AROUND - on_left }
     }
 
-    /// Every relation that the same three points may have in another order.
+    /// Returns every relation that the same three points may have in another order.
     ///
-    /// It is found by trying. In the plane of the referent, the borders of all relations are lines and circles, and on each
-    /// piece of the plane between them the relations are the same. This takes some microseconds and allocates.
+    /// The set is found by trial. The borders of all relations are lines and circles in the plane of the referent, and the
+    /// relations are the same throughout each piece of the plane between them. Note that this takes a few microseconds and
+    /// allocates.
     pub fn permuted(self, permutation: Permutation) -> RelationSet<Self> {
         let [origin, relatum] = ORIGIN_AND_RELATUM.map(known);
         match self {
@@ -140,7 +143,8 @@ impl Tpcc {
         }
     }
 
-    /// The index around the relatum, and whether it is distant; `None` for coincident points.
+    /// Returns the index of the direction around the relatum, and true if the referent is distant. Returns `None` for
+    /// coincident points.
     fn polar(self) -> Option<(usize, bool)> {
         let index = self.index();
         (index < 2 * AROUND).then_some((index % AROUND, index >= AROUND))
@@ -157,7 +161,7 @@ impl Tpcc {
                 _ => true,
             };
         };
-        // "Close" includes equal distance; lines are closed, and so are sectors at their border of 45°.
+        // "Close" includes equal distance. Lines are closed, and so are sectors at their border at 45°.
         let is_line = |at: usize| at.is_multiple_of(3);
         let is_beside = matches!((to + AROUND - at) % AROUND, 1 | 11);
         let has_border = matches!((at, to), (2, 1) | (4, 5) | (8, 7) | (10, 11));
@@ -165,7 +169,7 @@ impl Tpcc {
         turns && (is_distant == to_distant || is_distant)
     }
 
-    /// The relation in the mirror image: left and right swap.
+    /// Returns the relation in a mirror image, where left and right are swapped.
     #[must_use]
     pub fn mirrored(self) -> Self {
         let Some((at, is_distant)) = self.polar() else { return self };
@@ -173,7 +177,7 @@ impl Tpcc {
     }
 }
 
-/// Another order of origin, relatum and referent (a, b, c), by the names of the literature.
+/// Another order of origin, relatum and referent (a, b, c), named as in the literature.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Permutation {
     /// (b, a, c): inversion.
@@ -189,7 +193,7 @@ pub enum Permutation {
 }
 
 impl Permutation {
-    /// The three in this order.
+    /// Returns the three values in this order.
     pub fn apply<T>(self, [a, b, c]: [T; 3]) -> [T; 3] {
         match self {
             Self::Inverse => [b, a, c],
@@ -201,26 +205,26 @@ impl Permutation {
     }
 }
 
-/// Where origin and relatum are, without loss of generality.
+/// The positions of origin and relatum, without loss of generality.
 const ORIGIN_AND_RELATUM: [[f64; 2]; 2] = [[-1.0, 0.0], [0.0, 0.0]];
-/// How wide a border is for points that are computed to lie on it.
+/// Width of a border for points that are computed to be on it.
 const BORDER: f64 = 1e-9;
 
 fn known([x, y]: [f64; 2]) -> Point {
     Point::new(x, y).expect("a small number")
 }
 
-/// A border of relations in the plane of the referent.
+/// A border between relations in the plane of the referent.
 #[derive(Debug, Clone, Copy)]
 enum Curve {
-    /// A point and a direction.
+    /// A line through a point in a direction.
     Line([f64; 2], [f64; 2]),
-    /// The centre and the radius.
+    /// A circle with a centre and a radius.
     Circle([f64; 2], f64),
 }
 
 impl Curve {
-    /// The point at a parameter: a length or an angle.
+    /// Returns the point at a parameter, which is a length or an angle.
     fn at(self, t: f64) -> [f64; 2] {
         match self {
             Self::Line([x, y], [dx, dy]) => [x + t * dx, y + t * dy],
@@ -228,7 +232,7 @@ impl Curve {
         }
     }
 
-    /// The parameters of the points that it shares with another curve.
+    /// Returns the parameters at which this curve meets another one.
     fn crossings(self, other: Self) -> Vec<f64> {
         match (self, other) {
             (Self::Line(p, d), Self::Line(q, e)) => {
@@ -262,8 +266,9 @@ impl Curve {
     }
 }
 
-/// The borders. On some, the referent is straight or at 45° to either of the others, or they are so to each other, seen from
-/// it. On others, two of the distances are equal.
+/// Returns the borders between relations. On some of them, the referent is straight or at 45° as seen from one of the other
+/// points, or the other points are as seen from the referent. On the rest, two of the distances between the three points
+/// are equal.
 fn borders() -> Vec<Curve> {
     let [a, b] = ORIGIN_AND_RELATUM;
     let turns = (0..4).map(|i| f64::from(i) * FRAC_PI_2 / 2.0).map(|angle| [angle.cos(), angle.sin()]);
@@ -275,7 +280,7 @@ fn borders() -> Vec<Curve> {
     curves
 }
 
-/// A point of each piece of the plane: each crossing, each stretch of a border, and either side of it.
+/// Returns a point for each piece of the plane: each crossing, each stretch of a border, and the area on either side of it.
 fn pieces() -> Vec<Point> {
     const ASIDE: f64 = 1e-4;
     let curves = borders();
@@ -306,20 +311,20 @@ fn pieces() -> Vec<Point> {
     found.into_iter().map(known).collect()
 }
 
-/// [`Tpcc`] of three points: origin, relatum, referent.
+/// [`Tpcc`] of an origin, a relatum and a referent.
 #[derive(Debug, Clone, Copy)]
 pub struct Configurations {
     tolerance_rad: f64,
 }
 
 impl Configurations {
-    /// The default tolerance: points that are in line except for rounding count as in line.
+    /// The default tolerance in radians, which only absorbs rounding errors of points that are on a line.
     pub const TOLERANCE_RAD: f64 = 1e-9;
 
-    /// The calculus in which positions within `tolerance_rad` of straight count as straight.
+    /// Creates the calculus in which positions within `tolerance_rad` of straight count as straight.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if it is not from 0 to below π/4.
+    /// [`Error::Parameter`] if the tolerance is not at least 0 and below π/4.
     pub fn new(tolerance_rad: f64) -> Result<Self, Error> {
         if (0.0..FRAC_PI_2 / 2.0).contains(&tolerance_rad) {
             Ok(Self { tolerance_rad })

@@ -1,6 +1,6 @@
-//! QSRlib's own expected results, from strands_qsr_lib 0.4.1: `qsrlib` reproduces all of them.
+//! Checks that `qsrlib` reproduces all of QSRlib's own expected results, from strands_qsr_lib 0.4.1.
 //!
-//! The data is not part of the project: without `data/qsr` these tests do nothing, and say so.
+//! The data is not part of the project. Without `data/qsr`, these tests do nothing except say so.
 
 #![expect(clippy::disallowed_methods, reason = "tests read the conformance data")]
 
@@ -31,7 +31,7 @@ fn unpacked(path: &Path) -> String {
     text
 }
 
-/// A table with a name, x, y and perhaps width and length for each object; the times are 1, 2, 3 …
+/// Reads a table with a name, x, y and optionally width and length for each object. The times are 1, 2, 3 and so on.
 fn world(path: &Path, columns: usize) -> World {
     let mut world = World::default();
     for (i, line) in unpacked(path).lines().skip(1).enumerate() {
@@ -53,12 +53,12 @@ fn scale() -> Option<Scale> {
     Some(Scale::new(labels, Bound::Upper).unwrap())
 }
 
-/// `qsrs_for`: the objects by their numbers.
+/// Returns `qsrs_for` with the objects of the given numbers.
 fn only(which: Which, numbers: &[usize]) -> Option<Vec<Vec<String>>> {
     Some(vec![numbers.iter().take(which.arity()).map(|number| format!("o{number}")).collect()])
 }
 
-/// The parameters that the name of a file implies: see QSRlib's testers.
+/// Returns the parameters that the name of a file implies, following QSRlib's testers.
 fn parameters(which: Which, case: &str) -> Parameters {
     let defaults = Parameters { scale: scale(), ..Parameters::default() };
     let first = if which == Which::Mos { only(which, &[1]) } else { only(which, &[1, 2]) };
@@ -81,7 +81,7 @@ fn lines(path: &Path) -> Vec<String> {
     serde_json::from_str(&unpacked(path)).unwrap()
 }
 
-/// `1.0,o1,o2,{'rcc8': 'dc'}`
+/// Formats answers as QSRlib does, for example `1.0,o1,o2,{'rcc8': 'dc'}`.
 fn answers(which: Which, world: &World, parameters: &Parameters) -> Vec<String> {
     let answers = request(which, world, parameters).unwrap();
     answers
@@ -115,7 +115,7 @@ fn every_expected_file_of_one_calculus_is_met() {
         else {
             continue;
         };
-        // `multiple` has all calculi at once; `argprobd` draws random numbers.
+        // `multiple` holds all calculi at once and is tested separately; `argprobd` draws random numbers.
         let Ok(which) = which.parse::<Which>() else {
             assert!(["multiple", "argprobd", "first100"].contains(&which), "{name}");
             continue;
@@ -126,14 +126,14 @@ fn every_expected_file_of_one_calculus_is_met() {
     assert!(count >= 79, "{count} files");
 }
 
-/// The content of a line in a file of several calculi, without `argprobd`: the time and the objects, and the relations.
+/// Splits a line of a file with several calculi into its time and objects, and its relations without `argprobd`.
 fn combined(line: &str) -> (String, BTreeSet<String>) {
     let (key, list) = line.split_once(",[").unwrap();
     let words = list.trim_end_matches(']').split(", ").map(|word| word.trim_matches('\'').to_owned());
     (key.to_owned(), words.filter(|word| !word.starts_with("argprobd")).collect())
 }
 
-/// Several calculi in one request: QTC is neither collapsed nor validated, so that the times are the same.
+/// Requests several calculi at once. QTC is neither collapsed nor validated, so that all relations have the same times.
 fn multiple(
     world: &World,
     of: impl Fn(Which) -> Option<Vec<Vec<String>>>,
@@ -211,7 +211,7 @@ fn the_expected_files_of_real_trajectories_are_met() {
     }
 }
 
-/// What QSRlib's tester of QTC expects, collapsed and validated: QTC_BC, QTC_B, QTC_C.
+/// Expected results of QSRlib's QTC tester, collapsed and validated, for QTC_BC, QTC_B and QTC_C.
 const COLLAPSED: [&str; 3] = [
     "-,- -,0 -,0,+,0 -,0,+,+ 0,0,+,+ 0,0,+,0 0,+,+,0 +,+,+,0 +,+",
     "-,- -,0 0,0 0,+ +,+",

@@ -1,4 +1,4 @@
-//! Histograms of forces: published values, invariants, objects that touch.
+//! Tests of histograms of forces: published values, invariants, and objects that touch.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -11,7 +11,7 @@ fn polygon(corners: &[[f64; 2]]) -> Polygon {
     Polygon::new(corners.iter().map(|[x, y]| Point::new(*x, *y).unwrap())).unwrap()
 }
 
-/// A square with its lower left corner there.
+/// Returns a square with its lower left corner at the given point.
 fn square([x, y]: [f64; 2], side: f64) -> Polygon {
     polygon(&[[x, y], [x + side, y], [x + side, y + side], [x, y + side]])
 }
@@ -20,13 +20,14 @@ fn force(a: &Polygon, b: &Polygon, r: f64, angle_rad: f64) -> Force {
     Pair::new(a, b).force(r, angle_rad, &mut Workspace::default()).unwrap()
 }
 
-/// The sum over all directions, sampled at this many.
+/// Returns the sum of forces over all directions, sampled at `directions` of them.
 fn total(a: &Polygon, b: &Polygon, r: f64, directions: usize) -> f64 {
     let forces = Pair::new(a, b).histogram(r, directions).unwrap();
     forces.iter().map(|force| force.finite().unwrap()).sum::<f64>() / directions as f64 * TAU
 }
 
-/// Two unit squares, one unit apart: F_0, F_1, F_2 by degrees. Computed in two other ways before this test was written.
+/// F_0, F_1 and F_2 by degrees for two unit squares that are one unit apart. Before this test was written, they were
+/// computed in two other ways.
 const PUBLISHED: [(f64, [f64; 3]); 4] = [
     (0.0, [1.0, 0.523_248_144, 0.287_682_072]),
     (10.0, [0.657_332_395, 0.346_921_163, 0.192_450_449]),
@@ -52,14 +53,14 @@ fn two_unit_squares_have_the_known_forces() {
     assert_eq!(force(&a, &b, 0.0, FRAC_PI_2), Force::Finite(0.0));
 }
 
-/// A rectangle from one corner to the opposite one.
+/// Returns the rectangle between two opposite corners.
 fn rectangle([x, y]: [f64; 2], [to_x, to_y]: [f64; 2]) -> Polygon {
     polygon(&[[x, y], [to_x, y], [to_x, to_y], [x, to_y]])
 }
 
 #[test]
 fn sections_on_one_line_have_the_closed_forms() {
-    // Two bars of height 0.7 along the first axis: lengths z and x, a gap y between them.
+    // Two bars of height 0.7 along the first axis, with lengths z and x and a gap y between them.
     for (x, y, z) in
         [(1.0, 1.0, 1.0), (0.2, 3.0, 5.0), (4.0, 0.01, 0.3), (1.0, 700.0, 2.0), (30.0, 0.5, 40.0)]
     {
@@ -90,7 +91,7 @@ fn overlapping_sections_have_the_closed_form() {
         [[0.0, 2.0, 1.0, 4.0], [1.0, 4.0, 0.0, 2.0], [0.0, 5.0, 1.0, 2.0], [1.0, 2.0, 0.0, 5.0]]
     {
         let (one, two) = (rectangle([a1, 0.0], [b1, 0.7]), rectangle([a2, 0.0], [b2, 0.7]));
-        // The second is the argument.
+        // The second interval is the argument.
         let expected = p(b2 - a1) - p(a2 - a1) - p(b2 - b1) + p(a2 - b1);
         let pairs =
             |i: usize, n: usize, [from, to]: [f64; 2]| from + (i as f64 + 0.5) / n as f64 * (to - from);
@@ -126,7 +127,7 @@ fn holes_and_parts_have_the_forces_of_their_areas() {
 
 #[test]
 fn random_points_have_the_same_mean_force() {
-    // A chevron and a frame, neither convex. Van der Corput's sequences take the place of chance.
+    // A chevron and a frame, neither of which is convex. The points are from van der Corput sequences rather than random.
     let corput = |base: u32, mut i: u32| {
         let (mut value, mut part) = (0.0, 1.0);
         while i > 0 {
@@ -182,7 +183,7 @@ fn a_histogram_is_turned_instead_of_the_world() {
     }
 }
 
-/// Gauss's quadrature with five places on [0, 1].
+/// Points and weights of five-point Gaussian quadrature on [0, 1].
 const GAUSS: [(f64, f64); 5] = [
     (0.046_910_077_030_668, 0.118_463_442_528_094_5),
     (0.230_765_344_947_158_4, 0.239_314_335_249_683_2),
@@ -191,7 +192,7 @@ const GAUSS: [(f64, f64); 5] = [
     (0.953_089_922_969_332, 0.118_463_442_528_094_5),
 ];
 
-/// ∬ |p − q|^−(r + 1) over two unit squares.
+/// Returns ∬ |p − q|^−(r + 1) over two unit squares.
 fn over_squares(a: [f64; 2], b: [f64; 2], r: f64) -> f64 {
     let places = || GAUSS.into_iter().flat_map(|x| GAUSS.map(|y| ([x.0, y.0], x.1 * y.1)));
     let pairs = places().flat_map(|p| places().map(move |q| (p, q)));
@@ -215,7 +216,7 @@ fn the_integral_over_all_directions_is_that_over_all_pairs_of_points() {
 
 #[test]
 fn an_object_has_the_forces_of_its_own_area_on_itself() {
-    // The mean of 1 / distance of two points in a unit square.
+    // The mean of 1 / distance between two points in a unit square.
     let unit = square([0.0, 0.0], 1.0);
     let expected = 4.0 * ((1.0 - 2_f64.sqrt()) / 3.0 + (1.0 + 2_f64.sqrt()).ln());
     let found = total(&unit, &unit, 0.0, 7200);
@@ -224,7 +225,7 @@ fn an_object_has_the_forces_of_its_own_area_on_itself() {
 
 #[test]
 fn objects_that_touch_have_infinite_gravitation_and_no_other() {
-    // The raster programs return inf or NaN here.
+    // Programs that work on rasters return inf or NaN for these objects.
     let b = square([0.0, 0.0], 1.0);
     let (beside, at_corner, over) =
         (square([1.0, 0.3], 1.0), square([1.0, 1.0], 1.0), square([0.5, 0.5], 1.0));
@@ -273,13 +274,13 @@ fn it_is_true_of_one_direction_and_of_no_opposite() {
     let forces = Pair::new(&a, &b).histogram(0.0, 180).unwrap();
     let degree = |degrees: f64| degree_of_truth(&forces, degrees.to_radians()).unwrap();
     assert!((degree(0.0) - 1.0).abs() < 1e-12 && degree(180.0) == 0.0);
-    // Half, plus what the threshold counts as straight.
+    // Half, plus the part that the threshold counts as straight.
     assert!((degree(45.0) - 0.5).abs() < 0.1 && (degree(-45.0) - degree(45.0)).abs() < 1e-12);
     for degrees in 0..9 {
         let degrees = f64::from(degrees) * 10.0;
         assert!(degree(degrees) > degree(degrees + 10.0), "{degrees}");
     }
-    // All around: it is in every direction, but to a low degree.
+    // A ring around the referent is in every direction, but only to a low degree.
     let ring = Polygon::from_rings(
         [square([-3.0, -3.0], 7.0).corners(), square([-2.0, -2.0], 5.0).corners()].map(<[Point]>::to_vec),
     )
@@ -317,8 +318,8 @@ fn is_near(a: Force, b: Force) -> bool {
     }
 }
 
-/// A ring that crosses itself where a corner is on an edge was taken for a simple one. Its chords were signed sums, and F_0 was
-/// 0.25 instead of 0.62. Found by `chords_and_sections_agree` in 20,000 cases.
+/// A ring that crosses itself at a corner on one of its edges used to be taken for a simple ring. Its chords were signed
+/// sums, so F_0 was 0.25 instead of 0.62. `chords_and_sections_agree` found this in a run of 20,000 cases.
 #[test]
 fn a_ring_that_crosses_itself_at_a_corner_is_not_simple() {
     let a = polygon(&[[5.2, 3.9], [5.2, 4.9], [6.2, 3.9]]);
@@ -327,7 +328,7 @@ fn a_ring_that_crosses_itself_at_a_corner_is_not_simple() {
     assert!(is_near(chords, sections), "{chords:?}, {sections:?}");
 }
 
-/// The same cases each time; `PROPTEST_CASES` says how many.
+/// Returns a configuration that always runs the same cases. `PROPTEST_CASES` sets their number.
 fn config() -> Config {
     let rng_seed = RngSeed::Fixed(5);
     Config { rng_seed, rng_algorithm: RngAlgorithm::ChaCha, failure_persistence: None, ..Config::default() }
@@ -345,8 +346,8 @@ proptest! {
         }
     }
 
-    /// Constant forces of objects that a line separates are those of chords; forces of other exponents, however small, those of
-    /// sections.
+    /// Constant forces between objects that a line separates are computed from chords. Forces with any other exponent, however
+    /// small, are computed from sections.
     #[test]
     fn chords_and_sections_agree(a in shape(), b in shape(), angle in 0.0..TAU, distance in 6.5..30.0) {
         let a = moved(&a, 0.0, 1.0, [distance * 0.8, distance * 0.6]);
@@ -369,7 +370,7 @@ proptest! {
         scale in 0.5..2.0,
         r in 0.0..2.5,
     ) {
-        // Apart from each other, so that no force is infinite.
+        // The objects are apart from each other, so no force is infinite.
         let a = moved(&a, 0.0, 1.0, [20.0, 0.0]);
         let before = force(&a, &b, r, angle).finite().unwrap();
         let after = force(&moved(&a, turn, scale, shift), &moved(&b, turn, scale, shift), r, angle + turn);

@@ -1,4 +1,4 @@
-//! A steady stream allocates nothing.
+//! Checks that a steady stream does not allocate.
 
 use sketchnav_qualitative::argd::{Bound, Scale};
 use sketchnav_qualitative::cardinal::Directions;
@@ -13,7 +13,7 @@ use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// A walk that turns, jumps and rests, in whole numbers.
+/// Returns a position on a walk that turns, jumps and rests, in whole numbers.
 fn walk(i: u32, salt: u32) -> [f64; 2] {
     let hash = |of: u32| f64::from(of.wrapping_mul(2_654_435_761).rotate_left(salt) % 7);
     [hash(i / 3), hash(i / 2 + 17 * salt)]
@@ -23,7 +23,7 @@ fn point(i: u32, salt: u32) -> Point {
     Point::try_from(walk(i, salt)).unwrap()
 }
 
-/// With every option that adds work: insertions, jumps, gaps.
+/// Checks that a stream does not allocate, with every option that adds work: insertions, jumps and gaps.
 fn allocates_nothing<C: Calculus>(calculus: C, scene: impl Fn(u32) -> C::Scene) {
     let mut stream = Stream::new(calculus, Options { max_gap_s: Some(3.0), ..Options::default() });
     let mut found = 0;

@@ -76,6 +76,7 @@ struct NavigatorKeys {
     method: Method,
     drawing: Option<String>,
     canvas_m: Option<f64>,
+    route_step_m: Option<f64>,
     route_file: Option<String>,
     #[serde(default)]
     markers: BTreeMap<String, Numbers>,
@@ -108,7 +109,7 @@ impl LandmarksMission {
     /// # Errors
     /// [`MissionError`] with the key and what was expected.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
-        let NavigatorKeys { method, drawing, canvas_m, route_file, markers } =
+        let NavigatorKeys { method, drawing, canvas_m, route_step_m, route_file, markers } =
             keys("navigator", &mission.navigator.given)?;
         let wrong = |key: &str, expected, found: String| {
             Err(MissionError::Value { key: format!("navigator.{key}"), expected, found })
@@ -133,21 +134,26 @@ impl LandmarksMission {
         }
         let task = &mission.task[0];
         let _: TaskKeys = keys(&format!("task 1 ({})", task.name), &task.given)?;
-        let reading = Reading::default();
         let given = match (drawing, route_file) {
             (Some(file), None) => {
-                let canvas_m = canvas_m.unwrap_or(reading.canvas_m);
+                let usual = Reading::default();
+                let canvas_m = canvas_m.unwrap_or(usual.canvas_m);
                 if !(0.1..=1e4).contains(&canvas_m) {
                     return wrong("canvas_m", "0.1 to 10000", canvas_m.to_string());
                 }
-                Given::Drawing(file, Reading { canvas_m, ..reading })
+                let step_m = route_step_m.unwrap_or(usual.step_m);
+                if !(0.05..=5.0).contains(&step_m) {
+                    return wrong("route_step_m", "0.05 to 5", step_m.to_string());
+                }
+                Given::Drawing(file, Reading { canvas_m, step_m })
             }
             (None, Some(file)) if method == Method::Belief => {
                 let expected = "a drawing for method \"belief\"; words are driven by \"chronis-2007\"";
                 return wrong("route_file", expected, format!("{file:?}"));
             }
-            (None, Some(_)) if canvas_m.is_some() => {
-                return wrong("canvas_m", "it beside a drawing only", "it beside route_file".into());
+            (None, Some(_)) if canvas_m.or(route_step_m).is_some() => {
+                let key = if canvas_m.is_some() { "canvas_m" } else { "route_step_m" };
+                return wrong(key, "it beside a drawing only", "it beside route_file".into());
             }
             (None, Some(file)) => Given::Words(file),
             (None, None) => return wrong("drawing", "it or route_file", "neither".into()),
@@ -292,6 +298,14 @@ mod tests {
                 "navigator.route_file: expected a drawing for method \"belief\"",
             ),
             (("drawing=", "canvas_m=0.0\ndrawing="), "navigator.canvas_m: expected 0.1 to 10000, found 0"),
+            (
+                ("drawing=", "route_step_m=9.0\ndrawing="),
+                "navigator.route_step_m: expected 0.05 to 5, found 9",
+            ),
+            (
+                ("drawing='s.json'", "method='chronis-2007'\nroute_file='r.txt'\nroute_step_m=0.5"),
+                "navigator.route_step_m: expected it beside a drawing only",
+            ),
             (("drawing=", "method='best'\ndrawing="), "navigator.method: unknown variant `best`"),
             (("drawing=", "metres=1\ndrawing="), "navigator: unknown field `metres`"),
             (

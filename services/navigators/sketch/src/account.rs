@@ -1,11 +1,11 @@
-//! What a report says of a run in a drawing: local scales, the particles, and how well the scans fit.
+//! Charts for the report of a run in a drawing: local scales, effective sample size, and the misfit of the scans.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Heard};
 
 use crate::messages::{ESTIMATE, PoseEstimate};
 
-/// The estimates of a run.
+/// Collects the estimates of a run and charts them.
 #[derive(Default)]
 pub struct Account(Vec<PoseEstimate>);
 

@@ -1,4 +1,4 @@
-//! The topics that viewers get of navigation in a drawing.
+//! ROS 2 topics derived from this navigator's channels, for viewers.
 
 use sketchnav_schemas::ros2::derived::{Derived, derived};
 use sketchnav_schemas::ros2::forms::{
@@ -16,7 +16,7 @@ use crate::messages::{
     SKETCH, SketchMap,
 };
 
-/// The topics.
+/// Every derived topic, with its ROS 2 type and the channel it is derived from.
 pub const DERIVED: &[Derived] = derived! {
     "/sketch/grid": "nav_msgs/msg/OccupancyGrid" = sketch_grid(SKETCH);
     "/route/markers": "visualization_msgs/msg/MarkerArray" = route_markers(ROUTE);
@@ -56,7 +56,7 @@ fn way_path(found: &Correspondence, _: &[u8]) -> Result<Path, Ros2Error> {
     path(&found.header, "map", first(&found.way_m, found.way_count))
 }
 
-/// Goals as discs and drawn routes as lines, each with its name.
+/// Draws goals as discs and drawn routes as lines, each labelled with the name of its task.
 fn route_markers(route: &Route, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     const GOAL_PX: f64 = 12.0;
     let mut shapes = Shapes::new(&route.header, "sketch")?;
@@ -72,7 +72,7 @@ fn route_markers(route: &Route, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     Ok(shapes.finish())
 }
 
-/// Where the partners of the drawing's outline are in the map, with the goal.
+/// Draws the partners of the outline samples in the map, together with the goal and the robot.
 fn outline_markers(found: &Correspondence, _: &[u8]) -> Result<MarkerArray, Ros2Error> {
     const SAMPLE_M: f64 = 0.08;
     let mut shapes = Shapes::new(&found.header, "map")?;
@@ -144,7 +144,8 @@ mod tests {
         assert!((2.0 * poses.poses[1].orientation.z.asin() - 1.0).abs() < 1e-9);
     }
 
-    /// Counts that a foreign writer made up are bounded; they must not crash a viewer.
+    /// A foreign writer can send a count that exceeds the capacity of the array. Such a count must be clamped, not crash the
+    /// viewer.
     #[test]
     fn a_count_beyond_the_capacity_takes_what_there_is() {
         let mut particles: Particles = sent();
@@ -162,7 +163,7 @@ mod tests {
         assert_eq!(grid.data, [0, 100, 0, 0, 100, 0]);
     }
 
-    /// A goal has one point and no line; what was shown of an earlier route is removed first.
+    /// A goal has a single point and therefore no line. The markers of an earlier route are deleted first.
     #[test]
     fn a_route_shows_its_goals_by_name() {
         let mut route: Route = sent();

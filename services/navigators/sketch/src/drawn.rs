@@ -1,4 +1,4 @@
-//! What people draw on the pad: its walls, and the mission made of it that can be driven without a page.
+//! Handles drawings made on the pad: reads their walls for the page, and saves them as missions that can be driven without it.
 
 use crate::mission::{Aim, SketchMission, SketchTask, WallTone};
 use sketchnav_schemas::geometry::Point;
@@ -10,13 +10,14 @@ use sketchnav_stage::lookout::Walls;
 
 use crate::reading::{self, Options, Settings, desk, route_heading_rad};
 
-/// Time for a task, seconds of simulation.
+/// Time limit for a task, in seconds of simulation time.
 const TIME_LIMIT_S: f64 = 1800.0;
 
-/// How this navigator handles drawings.
+/// The functions by which the pad shows and saves drawings for this navigator.
 pub const DRAWN: Drawn = Drawn { walls, keep };
 
-/// Read by the sketcher's own code.
+/// Reads the walls with the sketcher's own code, so that the page shows exactly what the sketcher would read. Returns `None` if
+/// the drawing cannot be read.
 fn walls(run: &RunConfig, bytes: &[u8]) -> Option<Walls> {
     let options = Options::of_mission(&run.mission, run.seed).ok()?;
     let drawing = reading::read(bytes, desk::NAME, &options).ok()?;
@@ -34,13 +35,13 @@ fn keep(mission: &mut Mission, kept: &Kept<'_>) -> Result<(), StageError> {
         start_heading_deg: placing.start.and_then(|start| start.heading_deg),
         tasks: tasks(marks),
     };
-    // A heading that follows from the route that placed the robot would be found again in these tasks only if they begin with that
-    // route.
+    // If the heading came from the route that placed the robot, a later run can derive it again only if its tasks begin with
+    // that route. Otherwise the mission has to state it.
     if drawn.start_heading_deg.is_none() && placing.route != marks.route {
         let settings = Settings::of(&mission.parameters)?;
         drawn.start_heading_deg = heading_deg(kept, &settings);
     }
-    // These tasks' places in the true world are not known.
+    // Without this, the new tasks would inherit the old tasks' places in the true world, although their own places are unknown.
     mission.task.clear();
     drawn.write_to(mission);
     Ok(())
@@ -58,7 +59,8 @@ fn tasks(marks: &Marks) -> Vec<SketchTask> {
     goals.chain(route).collect()
 }
 
-/// The heading that the sketcher took from the route that placed the robot, degrees counter-clockwise from "to the right".
+/// Returns the heading that the sketcher derived from the route that placed the robot, in degrees counter-clockwise from "to
+/// the right", or `None` if that route is too short to give a heading.
 fn heading_deg(kept: &Kept<'_>, settings: &Settings) -> Option<f64> {
     let [width_px, height_px] = kept.size_px.map(f64::from);
     let route = kept.placing.route.as_deref().unwrap_or_default().iter();
@@ -80,7 +82,7 @@ mod tests {
         .unwrap()
     }
 
-    /// What is read back of the mission that is written after these marks in a drawing of this size.
+    /// Writes a mission for these marks in a drawing of this size and reads it back.
     fn written(size_px: [u32; 2], placing: &str, marks: &str) -> (Mission, SketchMission) {
         let [placing, marks] = [placing, marks].map(|marks| serde_json::from_str::<Marks>(marks).unwrap());
         let drawing = "my-room.json";
@@ -111,11 +113,12 @@ mod tests {
         assert_eq!(names, ["goal 1", "hall"]);
     }
 
-    /// The pad took the heading from the first point more than 50 px away, the sketcher from the first one farther away than 2 % of
-    /// the diagonal. With a squiggle at the beginning of a route, a saved mission had a different heading than the robot had.
+    /// The pad used to take the heading from the first point more than 50 px away, whereas the sketcher takes it from the first
+    /// point farther away than 2 % of the diagonal. If a route began with a squiggle, the saved mission had a different heading
+    /// from the robot's.
     #[test]
     fn a_saved_mission_begins_looking_as_the_robot_did() {
-        // 57 px on a large canvas, 14 px on a small one.
+        // The sketcher's threshold is 57 px on the large canvas and 14 px on the small one.
         for (size, squiggle, far) in [([2540, 1252], 54, 30), ([600, 400], 20, 10)] {
             let strokes = format!(
                 r#"{{"canvas":[{},{}],"strokes":[{{"points":[[1,1],[9,1]]}}],"route":[[300,300],[{},300],[300,{}]]}}"#,

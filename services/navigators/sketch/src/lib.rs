@@ -2,8 +2,8 @@
 //!
 //! - [`sketcher`], [`localizer`], [`planner`]: the stages;
 //! - [`messages`]: their messages and channels; [`mission`], [`method`]: the keys of a mission of this kind;
-//! - [`lookout`], [`drawn`]: what a page shows of them, and what people draw on it; [`account`]: what a report says of a run;
-//! - [`reading`]: from a picture or strokes to a map, with the start and the tasks placed in it;
+//! - [`lookout`], [`drawn`]: the page's view of a drive, and drawings made on the page; [`account`]: the charts of a report;
+//! - [`reading`]: turns a picture or strokes into a map and places the start and the tasks in it;
 //! - [`filter`]: Monte Carlo localization of the pose and two local scales in that map;
 //! - [`paths`]: paths through the map and along drawn routes.
 //!

@@ -1,5 +1,5 @@
-//! What a page shows of a drive in a drawing: the estimate with its particles, what the laser sees according to it, the plan, which
-//! parts of the drawn outline were seen, and the robot's question.
+//! The page's view of a drive in a drawing: the estimate with its particles, the laser hits as the estimate places them, the
+//! plan, the parts of the drawn outline seen so far, and the robot's question.
 
 use sketchnav_schemas::channels::SCAN;
 use sketchnav_schemas::codes::Tracking;
@@ -15,18 +15,19 @@ use crate::messages::{
 };
 use crate::paths::chart::Chart;
 
-/// The number of estimates after a new sketch that may still refer to the previous one, because they were under way.
+/// Number of estimates that may still refer to the previous sketch after a new one arrives, because they were already in
+/// flight.
 const IN_FLIGHT: u32 = 2;
 
-/// The latest state of the drive.
+/// Keeps the latest messages of a drive and draws them.
 pub struct Lookout {
     robot: Robot,
-    /// The number of the current sketch.
+    /// Sequence number of the current sketch, or 0 before the first one.
     sketch_seq: u64,
     size_px: Option<[u32; 2]>,
     wall_direction_rad: f64,
     walls: Option<Walls>,
-    /// The number of coming estimates that may still refer to an earlier sketch.
+    /// Number of estimates yet to arrive that may still refer to an earlier sketch.
     in_flight: u32,
     tracking: Option<Tracking>,
     estimate: Option<Box<PoseEstimate>>,
@@ -38,7 +39,7 @@ pub struct Lookout {
 }
 
 impl Lookout {
-    /// A lookout for this robot.
+    /// Creates a lookout for a drive of this robot.
     pub fn new(robot: &Robot) -> Self {
         Self {
             robot: robot.clone(),
@@ -62,7 +63,7 @@ impl Lookout {
         (self.size_px, self.wall_direction_rad) = (Some(size_px), map.wall_direction_rad);
         self.walls = Some(Walls { size_px, cells: cells.to_vec() });
         if map.header.seq != self.sketch_seq {
-            // What was known belongs to the previous sketch.
+            // Everything known so far refers to the previous sketch.
             (self.sketch_seq, self.in_flight) = (map.header.seq, IN_FLIGHT);
             (self.estimate, self.plan, self.particles, self.correspondence) = (None, None, None, None);
         }
@@ -127,14 +128,14 @@ impl lookout::Lookout for Lookout {
     }
 }
 
-/// Keeps the newest message of a channel.
+/// Replaces the newest message of a channel if another one has arrived.
 fn keep<T: Copy>(newest: &mut Option<Box<T>>, message: Option<&T>) {
     if let Some(message) = message {
         *newest = Some(Box::new(*message));
     }
 }
 
-/// Where the robot believes itself to be; `None` if it does not know.
+/// Returns the pose that the robot believes it has, or `None` while the localizer is still waiting for its first input.
 fn robot(estimate: &PoseEstimate, robot: &Robot) -> Option<Whereabouts> {
     let tracking = Tracking::from_code(estimate.tracking).filter(|t| *t != Tracking::Waiting)?;
     let pose = estimate.pose.pose();
@@ -150,7 +151,8 @@ fn robot(estimate: &PoseEstimate, robot: &Robot) -> Option<Whereabouts> {
     })
 }
 
-/// Standard deviations along the axes of x and y's covariance, and the direction of the larger one.
+/// Returns the standard deviations along the major and minor axes of the covariance of x and y, and the direction of the major
+/// axis in radians.
 fn ellipse(covariance: &[f64; 25]) -> [f64; 3] {
     let (xx, xy, yy) = (covariance[0], covariance[1], covariance[6]);
     let middle = f64::midpoint(xx, yy);
@@ -159,13 +161,13 @@ fn ellipse(covariance: &[f64; 25]) -> [f64; 3] {
     [deviation(middle + spread), deviation(middle - spread), 0.5 * (2.0 * xy).atan2(xx - yy)]
 }
 
-/// A sample of the particles.
+/// Returns the positions of a thinned sample of the particles, in sketch pixels.
 fn particles(particles: &Particles) -> Vec<[f64; 2]> {
     let count = (particles.count as usize).min(particles.particles.len());
     thinned(particles.particles[..count].iter()).map(|p| [p.x_px.into(), p.y_px.into()]).collect()
 }
 
-/// Walls of the drawn outline that the robot has seen, and those behind gaps in what it has seen.
+/// Returns the parts of the drawn outline whose walls the robot has seen, and the parts beyond gaps in what it has seen.
 fn outline(found: &Correspondence) -> [Shape; 2] {
     let of = |kind: PartnerKind, color| {
         let samples = found.samples().iter().filter(|sample| sample.partner == kind.code());
@@ -177,7 +179,7 @@ fn outline(found: &Correspondence) -> [Shape; 2] {
     [of(PartnerKind::Wall, Color::Seen), of(PartnerKind::Gap, Color::Hidden)]
 }
 
-/// Where the robot is about to drive: through the drawing to the task's end, and around what the laser sees.
+/// Returns the planned paths: through the drawing to the end of the task, and around the obstacles that the laser sees.
 fn ways(plan: &Plan) -> [Shape; 2] {
     let line = |points: &[[f32; 2]], count: u32, stroke| {
         let points = &points[..(count as usize).min(points.len())];
@@ -190,7 +192,8 @@ fn ways(plan: &Plan) -> [Shape; 2] {
     ]
 }
 
-/// Where the laser sees something, according to the estimate's local scales; empty if there are none.
+/// Returns the laser hits in sketch pixels, placed by the estimate's pose and local scales. Empty if the estimate has no valid
+/// scales or the robot has no laser.
 fn hits(scan: &LaserScan, estimate: &PoseEstimate, wall_direction_rad: f64, robot: &Robot) -> Vec<[f64; 2]> {
     let Some(chart) = Chart::new(estimate, wall_direction_rad) else { return Vec::new() };
     let Some(laser) = &robot.laser else { return Vec::new() };

@@ -1,4 +1,5 @@
-//! Its messages and channels: the drawing, the tasks in it, where the robot is, what it is about to do, and what it asks.
+//! The messages and channels of the navigator `sketch`: the drawing, the tasks in it, the robot's pose, its plan, and its
+//! question to a person.
 
 use sketchnav_schemas::codes::Tracking;
 use sketchnav_schemas::declare::{channels, codes, messages, parts};
@@ -10,81 +11,81 @@ use crate::mission::KIND;
 
 mod map;
 
-/// Most particles that are published of a particle set.
+/// Maximum number of particles of a set that are published.
 pub const MAX_PARTICLES: usize = 512;
-/// Most points of the global path in a [`Plan`].
+/// Maximum number of points of the global path in a [`Plan`].
 pub const MAX_GLOBAL_POINTS: usize = 1024;
-/// Most points of the local path in a [`Plan`].
+/// Maximum number of points of the local path in a [`Plan`].
 pub const MAX_LOCAL_POINTS: usize = 256;
-/// Most samples of a drawing's outline.
+/// Maximum number of samples of a drawing's outline.
 pub const MAX_SAMPLES: usize = 256;
-/// Most cells of a sketch: the canvas of Boniardi et al. 2016, IV, 2540 × 1252, in either orientation.
+/// Maximum number of cells of a sketch. This is the canvas of Boniardi et al. 2016, IV (2540 × 1252), in either orientation.
 pub const MAX_SKETCH_CELLS: usize = 2540 * 1252;
 
 codes! {
-    /// What a course of the method `outline` leads to.
+    /// The target of a course of the method `outline`.
     pub enum CourseAim {
         /// There is no course.
         None = 0 "none",
-        /// Where the goal is.
+        /// The goal's position in the map.
         Goal = 1 "goal",
-        /// A gap in what was seen that leads to the goal.
+        /// A gap in the seen outline, on the way to the goal.
         Gap = 2 "gap",
-        /// Where the best rival alignment has the goal.
+        /// The position of the goal according to the best rival alignment.
         Rival = 3 "rival",
     }
 
-    /// What a sample of a drawing's outline corresponds to.
+    /// The kind of match that a sample of the drawing's outline has.
     pub enum PartnerKind {
-        /// Nothing that was seen.
+        /// No match in what was seen.
         Nothing = 0 "nothing",
         /// A wall that was seen.
         Wall = 1 "wall",
-        /// It lies behind a gap of what was seen.
+        /// A gap in what was seen; the sample lies beyond it.
         Gap = 2 "gap",
     }
 
-    /// What a robot asks a person.
+    /// A robot's question to a person.
     pub enum QuestionKind {
-        /// Nothing, or nothing any more.
+        /// No question, or the last one has been settled.
         Nothing = 0 "nothing",
-        /// At which of several places of the drawing it is.
+        /// Which of several places in the drawing the robot is at.
         Which = 1 "which",
-        /// Where in the drawing it is.
+        /// Where in the drawing the robot is.
         Where = 2 "where",
     }
 }
 
 messages! {
-    /// What a person drew, as a grid; its cells travel behind it as a byte slice, row 0 at the
-    /// bottom, [`sketchnav_schemas::codes::FREE`] or [`sketchnav_schemas::codes::WALL`] each (ROS 2: the cells are a
+    /// The drawing as a grid. Its cells follow the message as a byte slice, row 0 at the bottom, each
+    /// [`sketchnav_schemas::codes::FREE`] or [`sketchnav_schemas::codes::WALL`] (in ROS 2, the cells are a
     /// `nav_msgs/OccupancyGrid`).
     pub struct SketchMap version 1 {
-        /// Width of the grid.
+        /// Width of the grid, in pixels.
         pub width_px: u32,
-        /// Height of the grid.
+        /// Height of the grid, in pixels.
         pub height_px: u32,
-        /// Direction of the walls in (−π/4, π/4], modulo a right angle (Boniardi et al. 2015, III-B).
+        /// Direction of the walls in (−π/4, π/4], in radians modulo a right angle (Boniardi et al. 2015, III-B).
         pub wall_direction_rad: f64,
-        /// Width of the pen's stroke.
+        /// Width of the pen's strokes, in pixels.
         pub pen_width_px: f64,
-        /// Where the robot starts.
+        /// Pose at which the robot starts.
         pub start: PosePx,
-        /// Spread of the start pose that the person's mark may be off by.
+        /// Standard deviation of the start position in pixels, since a person's mark is imprecise.
         pub start_spread_px: f64,
-        /// Spread of the start heading.
+        /// Standard deviation of the start heading, in radians.
         pub start_spread_rad: f64,
     }
 
-    /// The tasks of the mission as places in the sketch: goals, or routes drawn by hand.
+    /// The tasks of the mission in the sketch: goals, or routes drawn by hand.
     pub struct Route version 1 in "sketch" {
-        /// How many entries of `tasks` count.
+        /// Number of valid entries in `tasks`.
         pub task_count: u32 as Count,
-        /// How many entries of `points_px` count.
+        /// Number of valid entries in `points_px`.
         pub point_count: u32 as Count,
         /// The tasks in order.
         pub tasks: [RouteTask; 64] where task_count counts,
-        /// All points of all tasks (frame [`Sketch`], x and y).
+        /// All points of all tasks, in pixels (frame [`Sketch`], x and y).
         pub points_px: [[f64; 2]; 8192] where point_count counts,
     }
 
@@ -92,94 +93,95 @@ messages! {
     pub struct PoseEstimate version 1 in "sketch" valid if estimate {
         /// The pose: the mode of the particles, never a mean of several modes.
         pub pose: PosePx,
-        /// The local scale along the wall direction, pixels a metre.
+        /// Local scale along the wall direction, in pixels per metre.
         pub scale_a_pxpm: f64,
-        /// The local scale across the wall direction, pixels a metre.
+        /// Local scale across the wall direction, in pixels per metre.
         pub scale_b_pxpm: f64,
         /// Covariance of (x px, y px, yaw rad, a px/m, b px/m) around the mode, row by row.
         pub covariance: [f64; 25],
         /// Kish's effective sample size of the weights before resampling.
         pub effective_sample_size: f64,
-        /// How well the scan fits: mean log likelihood of a beam at the estimate.
+        /// Fit of the scan: the mean log likelihood of a beam at the estimate.
         pub fit: f64,
-        /// The odometry at the scan's time, so that a reader can go on from here.
+        /// Odometry at the time of the scan, from which a reader can extrapolate the pose.
         pub odometry: PoseM,
-        /// How many particles there are.
+        /// Number of particles.
         pub particle_count: u32,
-        /// How sure the localizer is.
+        /// The localizer's confidence in the pose.
         pub tracking: u32 as Tracking,
     }
 
     /// A sample of the particle set.
     pub struct Particles version 1 in "sketch" {
-        /// How many entries of `particles` count.
+        /// Number of valid entries in `particles`.
         pub count: u32 as Count,
-        /// How many particles the set has.
+        /// Number of particles in the whole set.
         pub total: u32,
         /// Every n-th particle of the set.
         pub particles: [Particle; 512] where count counts,
     }
 
-    /// What the planner is about to do.
+    /// The paths that the planner is about to follow.
     pub struct Plan version 1 in "sketch" {
         /// Index of the task.
         pub task: u32,
-        /// How many entries of `global_px` count.
+        /// Number of valid entries in `global_px`.
         pub global_count: u32 as Count,
-        /// How many entries of `local_px` count.
+        /// Number of valid entries in `local_px`.
         pub local_count: u32 as Count,
-        /// 1: the task follows a drawn route, 0: it goes to a goal.
+        /// 1 if the task follows a drawn route, 0 if it goes to a goal.
         pub follows_route: u32,
-        /// The waypoint that the local path leads to (frame [`Sketch`]).
+        /// The waypoint that the local path leads to, in pixels (frame [`Sketch`]).
         pub target_px: [f64; 2],
-        /// The path through the sketch to the goal, or the drawn route that remains.
+        /// The path through the sketch to the goal, or the rest of the drawn route.
         pub global_px: [[f32; 2]; 1024] where global_count counts,
-        /// The path around what the laser sees, to the target.
+        /// The path to the target around the obstacles that the laser sees.
         pub local_px: [[f32; 2]; 256] where local_count counts,
     }
 
-    /// The outline of the drawing, aligned with that of what the robot has seen, and what it drives to because of it. Places of
-    /// the map are in metres; its origin is where the robot was at its first scan, x along its heading then.
+    /// The drawing's outline aligned with the outline of what the robot has seen, and the course that results. Positions in the
+    /// map are in metres. The map's origin is the robot's position at its first scan, and its x axis points along the robot's
+    /// heading at that time.
     pub struct Correspondence version 1 in "map" {
-        /// The robot in the map.
+        /// Pose of the robot in the map.
         pub robot: PoseM,
-        /// The odometry that belongs to it.
+        /// Odometry at the time of that pose.
         pub odometry: PoseM,
-        /// Where the goal lies by the walls that were seen.
+        /// Position of the goal, estimated from the walls that were seen.
         pub goal_m: [f64; 2],
         /// Share of the outline around the goal that was seen.
         pub seen_share: f64,
-        /// Share that lies behind gaps.
+        /// Share of the outline around the goal that lies beyond gaps.
         pub hidden_share: f64,
-        /// What the alignment costs.
+        /// Cost of the alignment.
         pub cost: f64,
-        /// What the best alignment that has the goal elsewhere costs more; negative where none was asked for.
+        /// Additional cost of the best alignment that puts the goal elsewhere; negative if none was computed.
         pub rival_margin: f64,
-        /// Where that has the goal, or the gap that leads to it.
+        /// Position of the goal in that alignment, or of the gap that leads to it.
         pub rival_m: [f64; 2],
-        /// What the robot looks for on its course.
+        /// Position of the target that the robot is looking for.
         pub target_m: [f64; 2],
-        /// What the course leads to.
+        /// Kind of target.
         pub aim: u32 as CourseAim,
-        /// How many gaps the outline of what was seen has.
+        /// Number of gaps in the outline of what was seen.
         pub gap_count: u32,
-        /// How many entries of `samples` count.
+        /// Number of valid entries in `samples`.
         pub sample_count: u32 as Count,
-        /// How many entries of `way_m` count.
+        /// Number of valid entries in `way_m`.
         pub way_count: u32 as Count,
         /// The samples of the drawing's outline, counter-clockwise.
         pub samples: [OutlineSample; 256] where sample_count counts,
-        /// The way to the end of the course.
+        /// The path to the end of the course.
         pub way_m: [[f32; 2]; 128] where way_count counts,
     }
 
-    /// What the robot asks a person: where in the drawing it is. The answer is an order `here`.
+    /// The robot's question to a person: where in the drawing it is. The answer is an order `here`.
     pub struct Question version 1 in "sketch" {
-        /// What is asked.
+        /// Kind of question.
         pub kind: u32 as QuestionKind,
-        /// How many entries of `places` count.
+        /// Number of valid entries in `places`.
         pub place_count: u32 as Count,
-        /// Where the robot may be, the likeliest first: A, B, C, D for people.
+        /// Places where the robot may be, likeliest first. People know them as A, B, C and D.
         pub places: [PossiblePlace; 4] where place_count counts,
     }
 }
@@ -187,13 +189,13 @@ messages! {
 parts! {
     /// A task of a [`Route`].
     pub struct RouteTask {
-        /// Name, for people.
+        /// Human-readable name.
         pub name: Text<32>,
-        /// Index of its first point in the route's points.
+        /// Index of the task's first point in the route's points.
         pub first_point: u32,
-        /// 1 for a goal, more for a drawn route.
+        /// Number of points: 1 for a goal, more for a drawn route.
         pub point_count: u32,
-        /// Simulation time after which the task has failed.
+        /// Simulation time after which the task has failed, in seconds.
         pub time_limit_s: f64,
     }
 }
@@ -201,15 +203,15 @@ parts! {
 parts! {
     /// A particle: pose and local scales (Boniardi et al. 2015, equation 6).
     pub struct Particle {
-        /// Position, pixels.
+        /// First coordinate of the position, in pixels.
         pub x_px: f32,
-        /// Position, pixels, upwards.
+        /// Second coordinate of the position, in pixels upwards.
         pub y_px: f32,
-        /// Heading.
+        /// Heading, in radians.
         pub yaw_rad: f32,
-        /// Local scale along the wall direction, pixels a metre.
+        /// Local scale along the wall direction, in pixels per metre.
         pub scale_a_pxpm: f32,
-        /// Local scale across the wall direction, pixels a metre.
+        /// Local scale across the wall direction, in pixels per metre.
         pub scale_b_pxpm: f32,
         /// Normalized weight.
         pub weight: f32,
@@ -217,13 +219,13 @@ parts! {
 }
 
 parts! {
-    /// A place of the drawing where the robot may be.
+    /// A place in the drawing where the robot may be.
     pub struct PossiblePlace {
-        /// First coordinate, pixels.
+        /// First coordinate, in pixels.
         pub x_px: f64,
-        /// Second coordinate, pixels, upwards.
+        /// Second coordinate, in pixels upwards.
         pub y_px: f64,
-        /// What the alignment that has the robot there costs more than the best one.
+        /// Additional cost of the alignment that puts the robot there, compared with the best alignment.
         pub margin: f64,
     }
 }
@@ -231,49 +233,49 @@ parts! {
 parts! {
     /// A sample of a drawing's outline.
     pub struct OutlineSample {
-        /// Where it is in the drawing, pixels.
+        /// First coordinate in the drawing, in pixels.
         pub x_px: f32,
-        /// Where it is in the drawing, pixels, upwards.
+        /// Second coordinate in the drawing, in pixels upwards.
         pub y_px: f32,
-        /// Its partner's place in the map; of a gap its middle.
+        /// First coordinate of the sample's match in the map, in metres. For a gap, this is the middle of the gap.
         pub x_m: f32,
-        /// Its partner's place in the map.
+        /// Second coordinate of the sample's match in the map, in metres.
         pub y_m: f32,
-        /// What it corresponds to: a number of [`PartnerKind`].
+        /// Kind of match, as a code of [`PartnerKind`].
         pub partner: u32,
-        /// Share of the goal's outline that it has.
+        /// Share of the outline around the goal that the sample stands for.
         pub goal_share: f32,
     }
 }
 
 impl Question {
-    /// The places that count.
+    /// Returns the valid places.
     pub fn places(&self) -> &[PossiblePlace] {
         &self.places[..(self.place_count as usize).min(self.places.len())]
     }
 }
 
 impl Correspondence {
-    /// The samples that count.
+    /// Returns the valid samples.
     pub fn samples(&self) -> &[OutlineSample] {
         &self.samples[..(self.sample_count as usize).min(MAX_SAMPLES)]
     }
 }
 
 impl PoseEstimate {
-    /// The odometry that belongs to the estimate.
+    /// Returns the odometry at the time of the estimate.
     pub fn odometry(&self) -> Pose<Odom> {
         self.odometry.pose()
     }
 }
 
 impl Route {
-    /// The tasks that count.
+    /// Returns the valid tasks.
     pub fn tasks(&self) -> &[RouteTask] {
         &self.tasks[..(self.task_count as usize).min(MAX_TASKS)]
     }
 
-    /// The points of `task`: one for a goal, more for a drawn route; none where its indices lie.
+    /// Returns the points of `task`: one for a goal, more for a drawn route. Empty if the task's indices are out of range.
     pub fn points(&self, task: &RouteTask) -> impl ExactSizeIterator<Item = Point<Sketch>> + '_ {
         let first = task.first_point as usize;
         let range = first..first.saturating_add(task.point_count as usize);
@@ -283,24 +285,24 @@ impl Route {
 
 channels! {
     of KIND;
-    /// The drawing.
+    /// The drawing as a grid.
     SKETCH: Instruction SketchMap = "sketch", Sketcher => [Localizer, Planner, Pad],
         behind it up to MAX_SKETCH_CELLS;
     /// The tasks.
     ROUTE: Instruction Route = "route", Sketcher => [Planner];
     /// A sample of the particle set.
     PARTICLES: Detail Particles = "particles", Localizer => [Pad];
-    /// Where the robot is in the drawing.
+    /// The robot's pose in the drawing.
     ESTIMATE: Situation PoseEstimate = "estimate", Localizer => [Planner, Pad];
-    /// What the planner is about to do.
+    /// The paths that the planner is about to follow.
     PLAN: Detail Plan = "plan", Planner => [Pad];
-    /// What of the drawing corresponds to what the robot has seen.
+    /// The alignment of the drawing with what the robot has seen.
     CORRESPONDENCE: Detail Correspondence = "correspondence", Planner => [Pad];
-    /// What the robot asks a person.
+    /// The robot's question to a person.
     QUESTION: Detail Question = "question", Planner => [Pad];
 }
 
-/// Two poses and two scales.
+/// Checks the two poses and the two scales.
 fn estimate(estimate: &PoseEstimate) -> Checked {
     let PosePx { x_px, y_px, orientation_z, orientation_w } = estimate.pose;
     near("pose", [x_px, y_px])?;

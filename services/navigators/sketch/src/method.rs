@@ -5,22 +5,23 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
-/// Which set of parameters the localizer and the planner start from: the key `navigator.method` of a mission. The mission's tables
-/// `parameters.localizer` and `parameters.planner` change single values of it.
+/// The set of parameters that the localizer and the planner start from, chosen by the key `navigator.method` of a mission. The
+/// mission's tables `parameters.localizer` and `parameters.planner` can override individual values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "&'static str")]
 pub enum Method {
-    /// This project's own: on an open floor, the outline of what was seen is aligned with that of the drawing. Once the robot has
-    /// seen rooms, and along routes, it drives as [`Self::Beam`] does.
+    /// This project's own. On an open floor, it aligns the outline of what the robot has seen with the outline of the drawing.
+    /// Once the robot has seen rooms, and along drawn routes, it drives like [`Self::Beam`].
     #[default]
     Outline,
-    /// This project's own: a particle filter whose beams are weighed by what the drawing lets them see.
+    /// This project's own. A particle filter that weights beams by how likely their ranges are, given what the drawing shows in
+    /// their direction.
     Beam,
-    /// Boniardi et al. 2015: two local scales, tracked.
+    /// Boniardi et al. 2015, which tracks two local scales.
     Boniardi2015,
-    /// Its special case without tracking: one scale for both directions, as it follows from the first scan.
+    /// [`Self::Boniardi2015`] without tracking: the first scan fixes a single scale for both directions.
     Boniardi2015FixedScale,
-    /// Its predecessor, Behzadian et al. 2015: one local scale, tracked.
+    /// Behzadian et al. 2015, the predecessor of [`Self::Boniardi2015`], which tracks one local scale.
     Behzadian2015,
 }
 
@@ -29,7 +30,7 @@ impl Method {
     pub const ALL: [Self; 5] =
         [Self::Outline, Self::Beam, Self::Boniardi2015, Self::Boniardi2015FixedScale, Self::Behzadian2015];
 
-    /// Its name, as people and files write it.
+    /// Returns the method's name as written in mission files and on the command line.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Beam => "beam",
@@ -81,7 +82,7 @@ mod tests {
             assert_eq!(method.word().parse(), Ok(method));
             assert_eq!(toml::Value::try_from(method).unwrap().as_str(), Some(method.word()));
         }
-        // Former names are refused with the current ones.
+        // Former names are refused, and the error lists the current ones.
         for old in ["ours", "paper", "fixed-scale", "one-scale"] {
             let error = old.parse::<Method>().unwrap_err();
             let words = "outline, beam, boniardi-2015, boniardi-2015-fixed-scale, behzadian-2015";

@@ -1,4 +1,4 @@
-//! What belongs to a mission of kind `sketch`: the drawing, where the robot starts in it, and where it is to go.
+//! The keys of a mission of kind `sketch`, which give the drawing, the robot's start in it, and the tasks.
 //!
 //! All code reads and writes these keys through [`SketchMission`].
 
@@ -14,37 +14,37 @@ use sketchnav_schemas::mission::{
 use crate::method::Method;
 use sketchnav_schemas::message::MAX_ROUTE_POINTS;
 
-/// The name of the kind.
+/// The name of this kind of navigator, as in `navigator.kind`.
 pub const KIND: &str = "sketch";
 
-/// The part of a mission that belongs to the kind `sketch`.
+/// The part of a mission that is specific to the kind `sketch`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SketchMission {
-    /// How the robot finds its way.
+    /// Method by which the robot localizes and plans.
     pub method: Method,
-    /// The drawing: PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON.
+    /// File name of the drawing, which may be PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON.
     pub drawing: String,
-    /// Whether the walls are dark lines, light lines, or still to be determined.
+    /// Tone of the walls in the drawing.
     pub walls: WallTone,
-    /// Start in the drawing, image pixels (column, row; row 0 at the top). `None` if the first task is a drawn route, or if the
-    /// drawing itself contains the start.
+    /// Start in the drawing, in image pixels (column, row; row 0 at the top). May be `None` if the first task is a drawn route,
+    /// or if the drawing itself marks the start.
     pub start: Option<[f64; 2]>,
-    /// Heading in the drawing, degrees counter-clockwise from "to the right" as one looks at the drawing.
+    /// Heading at the start, in degrees counter-clockwise from "to the right" as one looks at the drawing.
     pub start_heading_deg: Option<f64>,
-    /// Where to go, in order.
+    /// The tasks, in order.
     pub tasks: Vec<SketchTask>,
 }
 
-/// Which tone of a picture is a wall.
+/// Tone of the walls in a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallTone {
-    /// To be determined from the picture.
+    /// Determined from the picture.
     #[default]
     Auto,
-    /// Dark on light.
+    /// Dark walls on a light ground.
     Dark,
-    /// Light on dark.
+    /// Light walls on a dark ground.
     Light,
 }
 
@@ -61,25 +61,25 @@ impl WallTone {
 /// A task in a drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SketchTask {
-    /// Name for people.
+    /// Human-readable name.
     pub name: String,
-    /// Where to go.
+    /// The goal, or the route to follow.
     pub aim: Aim,
-    /// Simulation time after which the task has failed, seconds.
+    /// Simulation time after which the task has failed, in seconds.
     pub time_limit_s: f64,
 }
 
-/// Where to go, image pixels (column, row).
+/// The goal or the route of a task, in image pixels (column, row).
 #[derive(Debug, Clone, PartialEq)]
 pub enum Aim {
-    /// To this point: key `goal`.
+    /// A point to drive to (key `goal`).
     Goal([f64; 2]),
-    /// Along these points, two or more: key `route`.
+    /// Two or more points to drive along (key `route`).
     Route(Vec<[f64; 2]>),
 }
 
 impl Aim {
-    /// The goal by itself, or the points of the route.
+    /// Returns the points of the route, or the goal as the only point.
     pub fn points(&self) -> &[[f64; 2]] {
         match self {
             Self::Goal(at) => std::slice::from_ref(at),
@@ -87,7 +87,7 @@ impl Aim {
         }
     }
 
-    /// The points of a route; `None` for a goal.
+    /// Returns the points of a route, or `None` for a goal.
     pub fn route(&self) -> Option<&[[f64; 2]]> {
         match self {
             Self::Goal(_) => None,
@@ -95,7 +95,7 @@ impl Aim {
         }
     }
 
-    /// The keys of a task that express this.
+    /// Returns this aim as the key and value of a task's table.
     pub fn given(&self) -> toml::Table {
         let (key, value) = match self {
             Self::Goal(at) => ("goal", point(*at)),
@@ -132,10 +132,11 @@ fn point(at: [f64; 2]) -> toml::Value {
 }
 
 impl SketchMission {
-    /// Reads and checks the keys of the kind. A mission without tasks is valid: if people draw, the tasks come later.
+    /// Reads and checks the keys of the kind `sketch`. A mission without tasks is valid, because the tasks come later if people
+    /// draw.
     ///
     /// # Errors
-    /// [`MissionError`] with the key and what was expected.
+    /// [`MissionError`] that names the key and what was expected.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let NavigatorChoice { kind, given } = &mission.navigator;
         check(kind == KIND, || "navigator.kind".into(), "\"sketch\"", || format!("{kind:?}"))?;
@@ -172,7 +173,8 @@ impl SketchMission {
         Ok(())
     }
 
-    /// The table `navigator` of a mission file.
+    /// Returns the table `navigator` for a mission file. The method and the tone of the walls are left out if they have their
+    /// defaults.
     pub fn navigator(&self) -> NavigatorChoice {
         let entries = [
             ("method", (self.method != Method::default()).then(|| self.method.word().into())),
@@ -185,8 +187,8 @@ impl SketchMission {
         NavigatorChoice { kind: KIND.to_owned(), given: given.collect() }
     }
 
-    /// Makes `mission` one of this kind with these tasks. A task of `mission` keeps its `there`; if there are now more tasks, those
-    /// of the others are unknown.
+    /// Turns `mission` into one of this kind with these tasks. The tasks take over the `there` of the mission's previous tasks,
+    /// in order. If there are now more tasks than before, `there` is unknown for the additional ones.
     pub fn write_to(&self, mission: &mut Mission) {
         mission.navigator = self.navigator();
         let mut places = std::mem::take(&mut mission.task).into_iter().map(|task| task.there);
@@ -201,14 +203,14 @@ impl SketchTask {
         Ok(Self { name: task.name.clone(), aim, time_limit_s: task.time_limit_s })
     }
 
-    /// The task for a mission file; `there`: its place in the true world.
+    /// Returns the task for a mission file, with `there` as its place in the true world.
     pub fn with_place(&self, there: Place) -> Task {
         let Self { name, aim, time_limit_s } = self;
         Task { name: name.clone(), there, time_limit_s: *time_limit_s, given: aim.given() }
     }
 }
 
-/// The keys of a table that are still to be read.
+/// The keys of a table that have not been read yet.
 struct Keys<'a> {
     table: &'a str,
     left: toml::Table,
@@ -231,7 +233,7 @@ impl<'a> Keys<'a> {
         MissionError::Value { key: format!("{}.{key}", self.table), expected, found: "none".into() }
     }
 
-    /// Fails if any key is left.
+    /// Fails if any key was left unread. The error lists the `known` keys.
     fn end(self, known: &[&str]) -> Result<(), MissionError> {
         self.left.into_iter().next().map_or(Ok(()), |(key, _)| {
             let reason = format!("unknown key, expected one of {}", known.join(", "));

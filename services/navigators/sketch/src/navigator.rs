@@ -1,4 +1,4 @@
-//! The navigator as a mission chooses it: its stages, and everything that is shown and reported of them.
+//! The navigator as missions select it, with its stages and everything that pages, viewers and reports show of them.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;

@@ -1,4 +1,4 @@
-//! Reads what a person drew: pictures, photographs of paper, SVG, strokes. It finds the walls and their direction, and
+//! Reads drawings, whether they are pictures, photographs of paper, SVG, or strokes. Finds the walls and their direction, and
 //! places the mission's start and goals in the drawing.
 //!
 //! ```text
@@ -8,15 +8,14 @@
 //! DrawnMap + Places ─doubts→ warnings
 //! ```
 //!
-//! Pictures are turned upside down as they are decoded, so that behind the decoders there is one
-//! frame only, [`Sketch`](sketchnav_schemas::geometry::Sketch): pixels, y up. Coordinates that people
-//! write (mission file, strokes) are image pixels, row 0 at the top, until
-//! [`DrawnMap::from_image`] turns them.
+//! Pictures are flipped vertically as they are decoded, so that everything after the decoders works in a single frame,
+//! [`Sketch`](sketchnav_schemas::geometry::Sketch): pixels, y up. Coordinates that people write (in a mission file or as
+//! strokes) are image pixels with row 0 at the top until [`DrawnMap::from_image`] converts them.
 //!
-//! Where people draw while the system runs, a [`desk`] takes what they send in place of a file.
+//! If people draw while the system runs, their drawings arrive at a [`desk`] rather than in a file.
 //!
-//! Nothing here opens a file, reads a clock or sends a message. The same bytes, options and seed give the same map to
-//! the bit. Sources: Boniardi et al. 2015, III-B (directions); Boniardi et al. 2016, IV (canvas, obstacles, drawn routes).
+//! Nothing here opens a file, reads a clock or sends a message. The same bytes, options and seed give the same map, bit for
+//! bit. Sources: Boniardi et al. 2015, III-B (directions); Boniardi et al. 2016, IV (canvas, obstacles, drawn routes).
 
 mod bits;
 mod budget;

@@ -1,11 +1,11 @@
-//! The drawing as the navigators see it: a grid of free and wall cells with a direction.
+//! The drawing as the localizer and the planner see it, which is a grid of free and wall cells with the direction of the walls.
 
 use sketchnav_schemas::codes::WALL;
 use sketchnav_schemas::geometry::{Point, Sketch};
 
 use crate::messages::SketchMap;
 
-/// The drawing: cells in rows from the bottom up, and the direction of its walls.
+/// The drawing as rows of cells from the bottom up, with the direction of its walls.
 ///
 /// Cell (column, row) covers the square from (column, row) to (column + 1, row + 1) of the frame [`Sketch`]. Everything outside the
 /// grid is wall.
@@ -30,10 +30,10 @@ pub struct CellsError {
 }
 
 impl SketchGrid {
-    /// Made from the message and the cells that follow it.
+    /// Creates a grid from a message and the cells that follow it.
     ///
     /// # Errors
-    /// [`CellsError`].
+    /// [`CellsError`] if there are no cells, or not as many as the size in the message demands.
     pub fn of_map(map: &SketchMap, cells: &[u8]) -> Result<Self, CellsError> {
         let (width, height) = (map.width_px, map.height_px);
         Self::new(width as usize, height as usize, cells, map.wall_direction_rad)
@@ -41,8 +41,8 @@ impl SketchGrid {
             .ok_or(CellsError { width, height, found: cells.len() })
     }
 
-    /// Made from cells as they follow a `SketchMap` (row 0 at the bottom; [`WALL`] is wall, everything else free). Returns `None`
-    /// if the number of cells is not width × height.
+    /// Creates a grid from cells as they follow a `SketchMap` (row 0 at the bottom; [`WALL`] is wall, everything else free).
+    /// Returns `None` if the number of cells is not width × height.
     pub fn new(width: usize, height: usize, cells: &[u8], wall_direction_rad: f64) -> Option<Self> {
         (width.checked_mul(height)? == cells.len()).then(|| Self {
             width,
@@ -52,46 +52,46 @@ impl SketchGrid {
         })
     }
 
-    /// Whether each cell is wall, row by row from the bottom.
+    /// Returns the cells row by row from the bottom, with `true` for a wall.
     pub fn walls(&self) -> &[bool] {
         &self.wall
     }
 
-    /// The same with more walls; `more` has as many cells.
+    /// Returns a copy of the grid with additional walls where `more` is true. `more` must have as many cells as the grid.
     pub fn walled(&self, more: &[bool]) -> Self {
         let wall = self.wall.iter().zip(more).map(|(wall, more)| wall | more).collect();
         Self { wall, ..*self }
     }
 
-    /// The same without the walls in `cleared`, which has as many cells.
+    /// Returns a copy of the grid without the walls where `cleared` is true. `cleared` must have as many cells as the grid.
     pub fn cleared(&self, cleared: &[bool]) -> Self {
         let wall = self.wall.iter().zip(cleared).map(|(wall, cleared)| wall & !cleared).collect();
         Self { wall, ..*self }
     }
 
-    /// Width, pixels.
+    /// Returns the width in pixels.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// Height, pixels.
+    /// Returns the height in pixels.
     pub fn height(&self) -> usize {
         self.height
     }
 
-    /// The direction φ of the reference frame R_S, radians in the sketch frame (Boniardi et al. 2015, III-B). Scale a
-    /// runs along it, scale b across.
+    /// Returns the direction φ of the reference frame R_S, in radians in the sketch frame (Boniardi et al. 2015, III-B). Scale
+    /// a applies along this direction, scale b across it.
     pub fn wall_direction_rad(&self) -> f64 {
         self.wall_direction_rad
     }
 
-    /// Whether the cell is wall; outside is wall.
+    /// Returns true if the cell is a wall. Everything outside the grid is.
     pub fn is_wall_cell(&self, column: i64, row: i64) -> bool {
         let inside = (0..self.width as i64).contains(&column) && (0..self.height as i64).contains(&row);
         !inside || self.wall[row as usize * self.width + column as usize]
     }
 
-    /// Whether the place is in a wall or outside.
+    /// Returns true if the position is in a wall or outside the grid.
     pub fn is_wall(&self, place: Point<Sketch>) -> bool {
         self.is_wall_cell(place.x.floor() as i64, place.y.floor() as i64)
     }

@@ -1,4 +1,4 @@
-//! The sketcher in drawings as a stage: for the drawing of a mission, or for those that people send while it runs.
+//! The sketcher stage. It reads the mission's drawing, or the drawings that people send while the mission runs.
 
 use crate::messages::{ROUTE, Route, SKETCH, SketchMap};
 use crate::mission::SketchMission;
@@ -18,13 +18,13 @@ use crate::reading::{
 };
 use crate::task::fill_route;
 
-/// How many times a drawing is read that has crashed the sketcher each time.
+/// Number of failed attempts after which a drawing that crashes the sketcher is refused.
 const MAX_ATTEMPTS: u32 = 3;
 
-/// The sketcher of a run: for the pad's drawings if people draw, otherwise for the mission's.
+/// Creates the sketcher of a run. It reads the pad's drawings if people draw, and otherwise the mission's drawing.
 ///
 /// # Errors
-/// [`SketchError`] for a parameter, or for a drawing that cannot be opened.
+/// [`SketchError`] if a parameter is invalid, or if the drawing cannot be opened.
 pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, StageError> {
     if run.pad.draws() {
         return Ok(Box::new(LiveSketcher { desk: Desk::new(run)?, answer: None }));
@@ -34,21 +34,22 @@ pub fn sketcher(run: &RunConfig, files: &Files<'_>) -> Result<Box<dyn Hosted>, S
     Ok(Box::new(FileSketcher { bytes: load(&mission, files)?, mission, options }))
 }
 
-/// Reads the drawing of a run and places its start and tasks in it; the mission takes precedence over what the drawing itself
-/// marks.
+/// Reads the drawing of a run and places its start and tasks in it. What the mission says takes precedence over what the
+/// drawing itself marks.
 ///
 /// # Errors
-/// A drawing that is missing, or that [`read`] or [`Intent::place`] refuses.
+/// [`SketchError`] if the drawing is missing, or if [`read`] or [`Intent::place`] refuses it.
 pub fn understand(run: &RunConfig, files: &Files<'_>) -> Result<(DrawnMap, Places), SketchError> {
     let options = Options::of_mission(&run.mission, run.seed)?;
     let mission = SketchMission::of(&run.mission)?;
     understand_bytes(&mission, &options, &load(&mission, files)?)
 }
 
-/// What a person should know about a drawing before a robot is driven by it; empty if people draw while it runs.
+/// Returns what a person should know about a drawing before a robot is driven by it. There is nothing to return if people draw
+/// while the mission runs.
 ///
 /// # Errors
-/// [`SketchError`] if the drawing cannot be read, or if it cannot be right at all.
+/// [`SketchError`] if the drawing cannot be read, or if [`reading::doubts::hopeless`] refuses it.
 pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError> {
     if run.pad.draws() {
         return Ok(Doubts::default());
@@ -65,7 +66,7 @@ pub fn doubts(run: &RunConfig, files: &Files<'_>) -> Result<Doubts, SketchError>
     })
 }
 
-/// The grid that a run's drawing becomes; `None` if people draw while it runs.
+/// Returns the size and the scale of the grid that a run's drawing becomes, or `None` if people draw while the mission runs.
 ///
 /// # Errors
 /// [`SketchError`] if the drawing cannot be read.
@@ -94,7 +95,7 @@ fn understand_bytes(
     Ok((drawing, places))
 }
 
-/// Sends the sketch and the route of the mission's drawing once; after a crash it reads the drawing again.
+/// Sends the sketch and the route of the mission's drawing once. It has no state: after a crash, it reads the drawing again.
 struct FileSketcher {
     mission: SketchMission,
     options: Options,
@@ -124,10 +125,10 @@ fn write_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap, cells:
     fill_cells(drawing, cells);
 }
 
-/// Answers each drawing of the pad with one message, and first sends what follows from the drawing.
+/// Answers each drawing from the pad with one message, after sending the sketch and the route that follow from it.
 ///
-/// Its state contains the drawings that were accepted, since the pad has forgotten them, and the answer to the last one. A
-/// restarted sketcher needs both.
+/// The state contains the drawings accepted so far, which the pad has forgotten, and the answer to the last one. A restarted
+/// sketcher needs both.
 struct LiveSketcher {
     desk: Desk,
     answer: Option<Answer>,
@@ -137,11 +138,11 @@ struct LiveSketcher {
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Answer {
     kind: u32,
-    /// What it changed, or why it was refused.
+    /// The change that the drawing made, or the reason for refusing it.
     outcome: Result<Change, String>,
 }
 
-/// The state of the sketcher if people draw: `D` is the desk's state, or a reference to it.
+/// The state of the sketcher if people draw. `D` and `A` are the desk's state and the last answer, or references to them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct State<D = desk::State, A = Option<Answer>> {
     desk: D,
@@ -166,7 +167,7 @@ impl Stage for LiveSketcher {
         Ok(())
     }
 
-    /// The route says to which sketch the places of its tasks refer.
+    /// Sends the sketch, the route and the answer. The `source_seq` of the route says which sketch its tasks are placed in.
     fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let Some(Answer { kind, outcome }) = &self.answer else { return Ok(()) };
         if let Some((drawing, places)) = self.desk.placed() {

@@ -6,14 +6,15 @@ use sketchnav_schemas::message::Text;
 
 use crate::messages::{Route, RouteTask};
 
-/// A task: one point is a goal, more are a drawn route. `P` is a place in the frame [`Sketch`], or in image pixels.
+/// A task: a goal if it has a single point, a drawn route if it has more. `P` is a position in the frame [`Sketch`], or in
+/// image pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Task<P = Point<Sketch>> {
-    /// Name for people.
+    /// Human-readable name.
     pub name: String,
-    /// Where to go.
+    /// The goal, or the points of the route.
     pub points: Vec<P>,
-    /// Simulation time after which the task has failed, seconds.
+    /// Simulation time after which the task has failed, in seconds.
     pub time_limit_s: f64,
 }
 
@@ -21,7 +22,7 @@ pub struct Task<P = Point<Sketch>> {
 pub type ImageTask = Task<[f64; 2]>;
 
 impl<P> Task<P> {
-    /// Whether the task is to follow a drawn route.
+    /// Returns true if the task is to follow a drawn route.
     pub fn is_route(&self) -> bool {
         self.points.len() > 1
     }
@@ -34,7 +35,7 @@ impl From<&Task> for TaskInfo {
 }
 
 impl Task {
-    /// The tasks of a route message, in order.
+    /// Returns the tasks of a route message, in order.
     pub fn of_route(route: &Route) -> Vec<Self> {
         let task = |task: &RouteTask| Self {
             name: task.name.as_str().to_owned(),
@@ -44,13 +45,13 @@ impl Task {
         route.tasks().iter().map(task).collect()
     }
 
-    /// Where the task ends; the drawing's origin for a task without points.
+    /// Returns the position at which the task ends, or the drawing's origin if the task has no points.
     pub fn end(&self) -> Point<Sketch> {
         self.points.last().copied().unwrap_or(Point::new(0.0, 0.0))
     }
 }
 
-/// Fills a route message; entries past its counts become zero.
+/// Fills a route message. Unused entries are set to zero.
 ///
 /// Tasks and points beyond the capacity of the message are left out.
 pub fn fill_route(tasks: &[Task], route: &mut Route) {

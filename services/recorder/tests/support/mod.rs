@@ -8,7 +8,7 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::run::RunConfig;
 
-/// A run in the system `name`, recorded into `recording`.
+/// Returns a run in the system `name` that is recorded into `recording`.
 pub fn run(name: &str, recording: &Path) -> RunConfig {
     let mut run: RunConfig = serde_json::from_str(include_str!("../run.json")).unwrap();
     run.system = format!("{name}-{}", std::process::id());
@@ -21,7 +21,7 @@ pub fn header(seq: u64) -> Header {
     Header { seq: 0, stamp_ns: seq * 100_000_000, source_seq: seq }
 }
 
-/// A system with all its channels, whose processes are nodes of the test.
+/// A system with all its channels, in which all processes are nodes of the test.
 pub struct TestSystem {
     system: Rc<System>,
     supervisor: Node,
@@ -29,7 +29,7 @@ pub struct TestSystem {
 }
 
 impl TestSystem {
-    /// Creates the system of the run.
+    /// Creates the system of a run.
     pub fn create(run: &RunConfig) -> Self {
         sketchnav_navigators::register(&[]).unwrap();
         let system = Rc::new(System::create(run).unwrap());
@@ -38,12 +38,12 @@ impl TestSystem {
         Self { system, supervisor, channels }
     }
 
-    /// Joins it as a process.
+    /// Joins the system as a process.
     pub fn join(&self, process: Process) -> Node {
         Node::join(System::open(self.system.name()).unwrap(), process).unwrap()
     }
 
-    /// Removes it, once its processes and their ends of channels are gone.
+    /// Removes the system, once its processes and their ends of channels are gone.
     pub fn remove(self) {
         drop((self.channels, self.supervisor));
         Rc::into_inner(self.system).unwrap().remove().unwrap();

@@ -1,4 +1,4 @@
-//! A process as a recording sees it: inputs in, outputs out.
+//! A process that is executed again, with recorded messages as its inputs.
 
 use std::collections::BTreeSet;
 use std::time::Duration;
@@ -17,7 +17,7 @@ use super::RerunError;
 use crate::RehearsalError;
 use crate::parts::{Part, World};
 
-/// A process under examination.
+/// The process that is executed again. The world comes with the durations of its steps.
 pub(super) enum Subject {
     World(Box<World>, Vec<Duration>),
     Stage(Box<Staged>),
@@ -26,15 +26,15 @@ pub(super) enum Subject {
 /// A process that hosts a stage.
 pub(super) struct Staged {
     part: Part,
-    /// What it has read: the newest message of each channel.
+    /// The newest message of each channel that the process reads.
     inputs: InProcess,
-    /// What it answers.
+    /// The channel whose messages trigger a step.
     trigger: Option<&'static ChannelSpec>,
     reads: Vec<&'static ChannelSpec>,
-    /// The ticks to answer; `None` for all.
+    /// The ticks to answer, or `None` to answer all of them.
     answered: Option<BTreeSet<u64>>,
     rejections: Rejections,
-    /// How long each step took.
+    /// The duration of each step.
     steps: Vec<Duration>,
 }
 
@@ -57,14 +57,14 @@ impl Subject {
         })))
     }
 
-    /// Leaves all other ticks without an answer; `None` answers all.
+    /// Answers only these ticks. `None` answers all of them.
     pub(super) fn answers(&mut self, ticks: Option<BTreeSet<u64>>) {
         if let Self::Stage(staged) = self {
             staged.answered = ticks;
         }
     }
 
-    /// Sends what it has to say before it hears anything.
+    /// Sends the messages that the process sends before it has heard any.
     pub(super) fn begin(&mut self, tap: &mut impl Tap) -> Result<(), RerunError> {
         let said = match self {
             Self::World(world, _) => world.observe(tap),
@@ -73,7 +73,7 @@ impl Subject {
         Ok(said.map_err(RehearsalError::Stage)?)
     }
 
-    /// Hears a message of another process and sends what that causes.
+    /// Hears a message of another process, and sends whatever follows from it.
     pub(super) fn hear(&mut self, message: &RawMessage, tap: &mut impl Tap) -> Result<(), RerunError> {
         match self {
             Self::World(world, steps) => {
@@ -86,7 +86,8 @@ impl Subject {
         }
     }
 
-    /// The invalid messages among its inputs (the world receives only commands), and how long each step took.
+    /// Returns the invalid messages among the inputs, and the duration of each step. For the world, which receives only
+    /// commands, no invalid messages are counted.
     pub(super) fn finish(self) -> (Rejections, Vec<Duration>) {
         match self {
             Self::World(_, steps) => (Rejections::default(), steps),
@@ -94,7 +95,7 @@ impl Subject {
         }
     }
 
-    /// How long it has taken so far, excluding reading, encoding, comparing and writing.
+    /// Returns the time that the process has taken so far, excluding reading, encoding, comparing and writing.
     pub(super) fn spent(&self) -> Duration {
         match self {
             Self::World(world, _) => world.spent,

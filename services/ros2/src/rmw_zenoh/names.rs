@@ -1,32 +1,33 @@
-//! What ROS 2's rmw_zenoh writes into Zenoh: keys of topics, liveliness tokens of the graph, attachments of messages.
+//! The names and bytes that ROS 2's rmw_zenoh writes into Zenoh: keys of topics, liveliness tokens of the graph, attachments
+//! of messages.
 //!
-//! Source: the design document of rmw_zenoh. In the parts of a token, a slash is replaced by `%`, and so is an empty part.
+//! Source: the design document of rmw_zenoh. In the parts of a token, slashes are replaced by `%`, and so are empty parts.
 
 use crate::topics::Delivery;
 
 /// The prefix of the tokens of all nodes, publishers and subscriptions.
 const GRAPH: &str = "@ros2_lv";
-/// The number of our node in its session.
+/// The number of our node within its session.
 const NODE_ID: u32 = 0;
-/// The depth that rmw_zenoh omits from a token.
+/// The queue depth that rmw_zenoh omits from a token.
 const DEPTH_LEFT_OUT: usize = 42;
-/// Length of an attachment: two numbers, the length of the identity, the identity; bytes.
+/// Length of an attachment, in bytes: two numbers, the length of the identity, and the identity.
 const ATTACHMENT_BYTES: usize = 8 + 8 + 1 + 16;
 
-/// A node of ROS 2.
+/// A ROS 2 node.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Node {
     /// The ROS 2 domain.
     pub domain: u16,
     /// The id of the Zenoh session.
     pub session: String,
-    /// The namespace, without slashes around it; empty for none.
+    /// The namespace, without slashes around it. Empty for none.
     pub namespace: String,
-    /// The name.
+    /// Name of the node.
     pub name: String,
 }
 
-/// Which end of a topic an endpoint is.
+/// The end of a topic to which an endpoint belongs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
     /// A publisher.
@@ -35,30 +36,30 @@ pub enum End {
     Subscription,
 }
 
-/// A topic of a node with its type.
+/// A topic of a node, with its type.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Typed<'a> {
-    /// The topic's name in the node's namespace, without a leading slash.
+    /// Name of the topic within the node's namespace, without a leading slash.
     pub topic: &'a str,
-    /// `package::msg::dds_::Type_`.
+    /// Name of the type, `package::msg::dds_::Type_`.
     pub type_name: &'a str,
-    /// `RIHS01_…`.
+    /// Hash of the type, `RIHS01_…`.
     pub type_hash: &'a str,
 }
 
 impl Node {
-    /// The key under which the messages of a topic travel.
+    /// Returns the key under which the messages of a topic travel.
     pub fn key(&self, typed: &Typed<'_>) -> String {
         let (domain, topic) = (self.domain, self.full(typed.topic));
         format!("{domain}{topic}/{}/{}", typed.type_name, typed.type_hash)
     }
 
-    /// The token that announces the node.
+    /// Returns the token that announces the node.
     pub fn token(&self) -> String {
         self.part_of_graph(NODE_ID, "NN")
     }
 
-    /// The token of a publisher or subscription, which has the number `id` in the session, 1 or more.
+    /// Returns the token of a publisher or subscription. `id` is its number in the session, which is 1 or more.
     pub fn token_of(&self, id: u32, end: End, typed: &Typed<'_>, delivery: Delivery) -> String {
         let end = match end {
             End::Publisher => "MP",
@@ -74,7 +75,7 @@ impl Node {
         format!("{GRAPH}/{domain}/{session}/{NODE_ID}/{id}/{kind}/%/{namespace}/{name}")
     }
 
-    /// The full name with its slashes, as `/lab/scan`.
+    /// Returns the full name of a topic with its slashes, such as `/lab/scan`.
     fn full(&self, topic: &str) -> String {
         let slash = if self.namespace.is_empty() { "" } else { "/" };
         format!("{slash}{}/{topic}", self.namespace)
@@ -85,7 +86,8 @@ fn mangled(name: &str) -> String {
     name.replace('/', "%")
 }
 
-/// Reliability, durability, history and depth, deadline, lifespan, liveliness. Defaults are omitted.
+/// Returns the quality of service: reliability, durability, history and depth, deadline, lifespan, liveliness. Defaults are
+/// omitted.
 fn quality(delivery: Delivery) -> String {
     let (reliability, durability) = match delivery {
         Delivery::Sensor => ("2", ""),
@@ -97,12 +99,13 @@ fn quality(delivery: Delivery) -> String {
     format!("{reliability}:{durability}:,{depth}:,:,:,,")
 }
 
-/// The identity of a publisher, derived from its token.
+/// Returns the identity of a publisher, which is derived from its token.
 pub fn identity(token: &str) -> [u8; 16] {
     twox_hash::XxHash3_128::oneshot(token.as_bytes()).to_le_bytes()
 }
 
-/// What accompanies a message: its number, from 1; when it was sent, ns since 1970; its publisher's identity.
+/// Returns the attachment of a message: its number, from 1, the time at which it was sent, in nanoseconds since 1970, and its
+/// publisher's identity.
 pub fn attachment(number: i64, sent_ns: i64, identity: [u8; 16]) -> [u8; ATTACHMENT_BYTES] {
     let mut bytes = [0; ATTACHMENT_BYTES];
     bytes[..8].copy_from_slice(&number.to_le_bytes());
@@ -112,7 +115,7 @@ pub fn attachment(number: i64, sent_ns: i64, identity: [u8; 16]) -> [u8; ATTACHM
     bytes
 }
 
-/// The key at which the newest message of a latched topic is queried, and the token that announces it.
+/// Returns the key at which the newest message of a latched topic is queried. The same text is the token that announces it.
 ///
 /// Source: the advanced publisher of zenoh-ext, which rmw_zenoh uses. It distinguishes messages by their time stamps.
 pub fn latched(key: &str, session: &str) -> String {
@@ -160,7 +163,7 @@ mod tests {
         assert_eq!(quality(Delivery::Reliable { depth: 42 }), "::,:,:,:,,");
     }
 
-    /// Computed with the reference, the Python package `xxhash`; rmw_zenoh puts the lower half first.
+    /// The hashes were computed with the reference, the Python package `xxhash`. rmw_zenoh puts the lower half first.
     #[test]
     fn an_identity_is_the_hash_of_the_token() {
         let hex = |token: &str| identity(token).map(|byte| format!("{byte:02x}")).concat();

@@ -1,6 +1,6 @@
-//! The hash of a ROS 2 type (RIHS01, REP 2016), computed from its definition and those of the types that it uses.
+//! Computes the hash of a ROS 2 type (RIHS01, REP 2016) from its definition and those of the types that it uses.
 //!
-//! It is the SHA-256 of a description in JSON. Comments and constants do not count.
+//! The hash is the SHA-256 of a description in JSON. Comments and constants do not affect it.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ const SEQUENCE: u32 = 144;
 const NESTED: u32 = 1;
 const BOUNDED_STRING: u32 = 21;
 
-/// Why a type has no hash.
+/// The reason why a type has no hash.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the definition of {kind}: expected {expected}, found {found:?}")]
 pub struct DefinitionError {
@@ -22,7 +22,8 @@ pub struct DefinitionError {
     found: String,
 }
 
-/// The hash of `package/msg/Type`, from its `ros2msg` schema: its definition, followed by those of the types that it uses.
+/// Returns the hash of `package/msg/Type`, computed from its `ros2msg` schema: its definition, followed by those of the types
+/// that it uses.
 ///
 /// # Errors
 /// [`DefinitionError`] if the schema is invalid, or contains something unknown to ROS 2.
@@ -53,7 +54,7 @@ fn name_of(kind: &str, texts: &BTreeMap<String, Vec<&str>>) -> Result<String, De
     texts.contains_key(kind).then(|| kind.to_owned()).ok_or_else(error)
 }
 
-/// `package/Type` as `package/msg/Type`.
+/// Converts `package/Type` into `package/msg/Type`.
 fn full(name: &str) -> String {
     name.replacen('/', "/msg/", 1)
 }
@@ -70,7 +71,7 @@ fn description(kind: &str, lines: &[&str]) -> Result<String, DefinitionError> {
         }
     }
     if fields.is_empty() {
-        // The field that ROS 2 puts into a message without fields.
+        // The field that ROS 2 adds to a message without fields.
         fields.extend(field("uint8", "structure_needs_at_least_one_member").ok());
     }
     Ok(format!(r#"{{"type_name": "{kind}", "fields": [{}]}}"#, fields.join(", ")))
@@ -125,7 +126,7 @@ mod tests {
     use crate::topics;
     use sketchnav_schemas::channels;
 
-    /// The hashes of ROS 2 Jazzy and Kilted, as keys contain them there.
+    /// The hashes of ROS 2 Jazzy and Kilted, as they appear in keys there.
     #[test]
     fn standard_types_have_the_hashes_of_ros_2() {
         for (kind, hash) in [

@@ -1,4 +1,4 @@
-//! What was converted from a log and what was not, for people and programs.
+//! Summarizes what was converted from a log and what was not, for people and programs.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,11 @@ use sketchnav_recordings::import::Imported;
 use crate::output::{out, say};
 use crate::recordings::args::ImportOptions;
 
-/// Maximum number of reasons, and of lines per reason, that are shown to people; programs get more of them.
+/// Maximum number of reasons, and of lines for each reason, that are shown to people. Programs get more of them.
 const MAX_SHOWN: usize = 5;
 
-/// Logs of coarse clocks have some scans of the same time; one scan in so many is too many.
+/// Logs written with a coarse clock contain some scans with equal times. If more than one scan in this many repeats the
+/// time of the scan before it, the user is warned.
 const STANDING_SHARE: f64 = 10.0;
 
 /// What became of a log.
@@ -26,7 +27,7 @@ pub struct Summary {
     lasers: Vec<LaserFigures>,
     odometry: Odometry,
     left_out: LeftOut,
-    /// Lines of kinds that are not supported, by their first words.
+    /// Number of lines of each unsupported kind, by their first words.
     not_read: BTreeMap<String, u64>,
     warnings: Vec<String>,
 }
@@ -35,7 +36,7 @@ pub struct Summary {
 #[derive(Debug, Serialize)]
 struct LaserFigures {
     beams: usize,
-    /// The angle from the first beam to the last.
+    /// The angle from the first beam to the last, in degrees.
     span_deg: f64,
     scans: u64,
 }
@@ -46,7 +47,7 @@ struct Odometry {
     way_m: f64,
 }
 
-/// What was left out: all of it is counted, and the first thousand lines are named.
+/// What was left out of the log. Everything is counted, but only the first thousand lines are listed.
 #[derive(Debug, Serialize)]
 struct LeftOut {
     lines: u64,
@@ -117,7 +118,7 @@ impl Summary {
         }
     }
 
-    /// Prints it as text or as one JSON object, and the warnings to standard error.
+    /// Prints the summary as text or as one JSON object, and the warnings to standard error.
     pub fn print(&self, json: bool) -> anyhow::Result<()> {
         for warning in &self.warnings {
             say!("warning: {warning}");
@@ -156,7 +157,7 @@ impl LaserFigures {
     }
 }
 
-/// A line for each reason, with the lines of the log to which it applies.
+/// Formats a line for each reason, with the lines of the log that it applies to.
 fn grouped(all: &[Why]) -> Vec<String> {
     let mut groups: Vec<(&str, Vec<u64>)> = Vec::new();
     for Why { line, why } in all {

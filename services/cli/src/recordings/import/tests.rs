@@ -10,7 +10,7 @@ use sketchnav_schemas::channels::{ODOMETRY, SCAN, TRUTH};
 use super::super::judge;
 use super::*;
 
-/// A hall of walls around free floor, and a log beside it.
+/// A folder with the map of a walled hall, and a log beside it.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -76,7 +76,7 @@ fn what_is_whole_of_a_compressed_log_that_was_cut_is_imported() {
     assert!((odometry[10].pose().x - odometry[0].pose().x - 1.0).abs() < 1e-9, "the scans' own poses");
 }
 
-/// Lines without a pose do not say where the robot is; a guess is no fact.
+/// Lines without a pose do not say where the robot is, and a guessed position must not pass for a fact.
 #[test]
 fn a_log_without_poses_needs_a_start() {
     let line = |x: f64| {
@@ -90,7 +90,8 @@ fn a_log_without_poses_needs_a_start() {
     assert_eq!(recording.all(TRUTH).unwrap().len(), 0, "nobody said where it truly was");
 }
 
-/// A robot that has turned round often was refused by the bounds of a mission's heading; degrees are doubted.
+/// A log of a robot that had turned round many times was rejected, because its headings exceeded those allowed in
+/// missions. Headings that look like degrees only raise a doubt.
 #[test]
 fn headings_go_on_beyond_a_turn() {
     let line = |i: f64| {
@@ -105,7 +106,7 @@ fn headings_go_on_beyond_a_turn() {
     assert!((heading_deg - (23.0_f64.to_degrees() - 3.0 * 360.0 - 360.0)).abs() < 1e-9, "{heading_deg}");
 }
 
-/// A recording's odometry had quaternions of length 0.5: "0 estimates", and no reason.
+/// The quaternions of a recording's odometry had length 0.5. The result was "0 estimates", without a reason.
 #[test]
 fn an_odometry_that_every_reader_rejects_is_named() {
     let text: String = (0..10).map(|i| flaser(180, 3.0 + f64::from(i) / 10.0)).collect();

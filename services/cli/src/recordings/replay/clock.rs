@@ -1,19 +1,19 @@
-//! When a recorded message is due by the clock.
+//! Computes when a recorded message is due by the clock.
 
 use std::time::{Duration, Instant};
 
 use super::super::args::Rate;
 
-/// Range of the rates that the keys can set.
+/// Range of rates that the keys can set.
 const RATES: std::ops::RangeInclusive<f64> = 1.0 / 64.0..=64.0;
 
-/// Recorded time in relation to the clock.
+/// Relates recorded time to the clock.
 pub struct Clock {
     rate: Rate,
-    /// A recorded time, and the moment at which it was played.
+    /// A recorded time, in nanoseconds, and the moment at which it was played.
     anchor: Option<(u64, Instant)>,
     is_paused: bool,
-    /// The instant that is being stepped to.
+    /// The stamp of the instant that is being stepped through, in nanoseconds.
     stepping_ns: Option<u64>,
 }
 
@@ -22,7 +22,7 @@ impl Clock {
         Self { rate, anchor: None, is_paused, stepping_ns: None }
     }
 
-    /// How long until a message of that recorded time is due; `None` while paused.
+    /// Returns the time until a message with this stamp is due, or `None` while paused.
     pub fn until(&mut self, stamp_ns: u64) -> Option<Duration> {
         if self.stepping_ns == Some(stamp_ns) {
             return Some(Duration::ZERO);
@@ -50,19 +50,19 @@ impl Clock {
         self.is_paused = !self.is_paused;
     }
 
-    /// Makes all messages of that instant due, and none after it.
+    /// Makes all messages of the instant with this stamp due, and none after it.
     pub fn step(&mut self, stamp_ns: u64) {
         (self.is_paused, self.stepping_ns) = (true, Some(stamp_ns));
     }
 
-    /// Changes the rate by a factor; `max` is replaced by real time.
+    /// Multiplies the rate by a factor. The rate `max` first becomes real time.
     pub fn change_rate(&mut self, factor: f64) {
         let now = if let Rate::Times(rate) = self.rate { rate } else { 1.0 };
         self.rate = Rate::Times((now * factor).clamp(*RATES.start(), *RATES.end()));
         self.restart();
     }
 
-    /// The state, for people.
+    /// Describes the state for people.
     pub fn words(&self) -> String {
         match self.rate {
             _ if self.is_paused => "paused".to_owned(),
@@ -87,7 +87,7 @@ mod tests {
         assert_eq!(Clock::new(Rate::Max, false).until(u64::MAX), Some(Duration::ZERO));
     }
 
-    /// A step once was one message, so that an instant of nine messages took nine steps.
+    /// A step used to be a single message, so stepping through an instant of nine messages took nine steps.
     #[test]
     fn a_step_is_an_instant() {
         let mut clock = Clock::new(Rate::Max, true);

@@ -8,29 +8,29 @@ use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
 use nix::sys::termios::{LocalFlags, SetArg, Termios, tcgetattr, tcsetattr};
 use nix::unistd::{getpgrp, tcgetpgrp};
 
-/// What a key asks for.
+/// The action that a key asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wish {
     /// Pause or continue.
     Pause,
     /// Step by one instant, with all its messages.
     Step,
-    /// Seek forward or backward, seconds.
+    /// Seek forward or, if negative, backward by this many seconds.
     Seek(f64),
-    /// Change the rate by a factor.
+    /// Multiply the rate by this factor.
     Rate(f64),
-    /// End.
+    /// Stop playing.
     Quit,
 }
 
 const SEEK_S: f64 = 10.0;
 
-/// The keys; dropping this restores the terminal.
+/// Reads the keys. Dropping this restores the terminal's settings.
 pub struct Keys {
     input: Stdin,
-    /// The terminal's previous settings; `None` if there is no terminal, or it is not ours.
+    /// The terminal's previous settings, or `None` if there is no terminal or this process is in the background.
     before: Option<Termios>,
-    /// What was read but not interpreted yet: keys that are held arrive several at once.
+    /// Bytes that were read but not interpreted yet, since keys that are held down arrive several at a time.
     read: VecDeque<u8>,
 }
 
@@ -41,13 +41,13 @@ impl Keys {
         if let Some(before) = &before {
             let mut single = before.clone();
             single.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
-            // If it cannot be set, keys only arrive with the next line.
+            // If this fails, keys only arrive at the end of a line.
             let _ = tcsetattr(input.as_fd(), SetArg::TCSANOW, &single);
         }
         Self { input, before, read: VecDeque::new() }
     }
 
-    /// The next wish, if a key was pressed.
+    /// Returns the next action, if a key was pressed.
     pub fn next(&mut self) -> Option<Wish> {
         self.before.as_ref()?;
         let mut bytes = [0; 64];
@@ -60,7 +60,8 @@ impl Keys {
     }
 }
 
-/// Whether the terminal is ours: a process in the background that reads from one, or changes its settings, is stopped.
+/// Returns true if this process is in the terminal's foreground. A background process that reads from the terminal or
+/// changes its settings is stopped.
 fn is_ours(input: &Stdin) -> bool {
     input.is_terminal() && tcgetpgrp(input).is_ok_and(|group| group == getpgrp())
 }
@@ -73,7 +74,7 @@ impl Drop for Keys {
     }
 }
 
-/// Consumes what was read up to the first key that has a meaning.
+/// Consumes bytes up to and including the first key that has a meaning.
 fn wish(read: &mut VecDeque<u8>) -> Option<Wish> {
     while let Some(key) = read.pop_front() {
         // An arrow key sends an escape, a bracket (or an O) and a letter.
@@ -106,7 +107,7 @@ mod tests {
         };
         assert_eq!(all(b" "), [Wish::Pause]);
         assert_eq!(all(b"x\x1b[D"), [Wish::Seek(-SEEK_S)]);
-        // Held arrow keys arrive several at once, and once none of them counted.
+        // Arrow keys that are held down arrive several at a time, and once none of them counted.
         assert_eq!(
             all(b"\x1b[C\x1b[C\x1bOCs"),
             [Wish::Seek(10.0), Wish::Seek(10.0), Wish::Seek(10.0), Wish::Step]

@@ -1,4 +1,4 @@
-//! Which parts of a recording are played, and into which channels; decided before anything is started.
+//! Decides which parts of a recording are played, and into which channels, before anything is started.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -14,23 +14,26 @@ use sketchnav_supervisor::Ceded;
 
 use crate::recordings::args::ReplayOptions;
 
-/// What is played.
+/// The parts of a recording to play.
 pub struct Plan {
     /// For each channel, the topic of the recording that is played into it.
     topics: BTreeMap<&'static str, String>,
-    /// The period; it contains at least one message.
+    /// The period, in nanoseconds, which contains at least one message.
     pub times_ns: Range<u64>,
-    /// Which of the supervisor's own channels are played.
+    /// The supervisor's own channels that it cedes to the recording.
     pub ceded: Ceded,
 }
 
-/// The process in whose name a channel is played.
+/// Returns the process in whose name a channel is played.
 pub fn speaker(channel: &ChannelSpec) -> Process {
     channel.writer.unwrap_or(Process::World)
 }
 
 impl Plan {
-    /// Rejects an unknown channel or topic, and a period without messages.
+    /// Decides what to play.
+    ///
+    /// # Errors
+    /// If a channel or a topic is unknown, or the period contains no message.
     pub fn new(recording: &Recording, options: &ReplayOptions) -> anyhow::Result<Self> {
         let (first_ns, last_ns) = recording.index()?.span_ns().context("the recording has no message")?;
         let asked = options.times.ns()?;
@@ -48,7 +51,7 @@ impl Plan {
         if let Some(end) = options.times.end {
             ensure!(asked.end > first_ns, "--end {end}: expected more than {} s", seconds(first_ns));
         }
-        // A period of its own does not extend beyond the recording's.
+        // The given period is limited to that of the recording.
         let times_ns = asked.start.max(first_ns)..asked.end.min(last_ns.saturating_add(1));
         let mut plan = Self { topics, times_ns, ceded: Ceded::default() };
         let is_there = |times: &Range<u64>| !times.is_empty() && plan.has_message(recording, times.clone());
@@ -58,7 +61,8 @@ impl Plan {
             seconds(plan.times_ns.start),
             seconds(plan.times_ns.end.min(last_ns)),
         );
-        // If the recording has no orders, this system's supervisor gives them to a live planner; no other process needs them.
+        // If the recording has no orders, this system's own supervisor gives them to a live planner. No other process
+        // needs orders.
         let has_orders = plan.topic_of(MISSION.spec).is_some_and(|topic| has_message_of(recording, topic));
         plan.ceded.mission = has_orders || !options.live.contains(&Process::Planner);
         plan.ceded.faults = options.live.is_empty();
@@ -68,17 +72,17 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The topic of the recording that is played into a channel, if there is one.
+    /// Returns the topic of the recording that is played into a channel, if there is one.
     pub fn topic_of(&self, channel: &ChannelSpec) -> Option<&str> {
         self.topics.get(channel.name).map(String::as_str)
     }
 
-    /// The messages that are played, at all times.
+    /// Returns a selection of the messages that are played, at all times.
     pub fn selection(&self) -> Selection {
         Selection::of_topics(self.topics.values().cloned())
     }
 
-    /// A damaged message counts: the player reports it.
+    /// Returns true if there is a message to play. A damaged message counts, since the player reports it.
     fn has_message(&self, recording: &Recording, times_ns: Range<u64>) -> bool {
         let selected = recording.select(self.selection().between(times_ns));
         selected.is_ok_and(|mut messages| messages.next().is_some())
@@ -93,10 +97,10 @@ fn plain(topic: &str) -> &str {
     topic.trim_start_matches('/')
 }
 
-/// For each channel, the topic that is played into it. The channels are those of the processes that are not live, or
-/// those of them that are named. The topic is the channel's own, or the one that is mapped to it.
+/// Returns the topic to play into each channel. The channels are those of the processes that are not live or, with
+/// `--topics`, the ones among them that the user named. The topic is the channel's own or the one remapped to it.
 fn topics(options: &ReplayOptions, kind: &str) -> anyhow::Result<BTreeMap<&'static str, String>> {
-    // Faults of live processes are reported by this system's supervisor.
+    // This system's supervisor reports the faults of live processes itself.
     let is_told = |spec: &ChannelSpec| spec.name == FAULTS.spec.name && !options.live.is_empty();
     let is_played =
         |spec: &&ChannelSpec| spec.is_recorded() && !options.live.contains(&speaker(spec)) && !is_told(spec);

@@ -1,4 +1,4 @@
-//! Plays, pauses, steps and seeks; waits for live processes.
+//! Plays, pauses, steps and seeks, and waits for live processes.
 
 use std::iter::Peekable;
 use std::ops::Range;
@@ -23,17 +23,17 @@ use super::ports::{Ports, Shift};
 use crate::output::say;
 use crate::recordings::args::{Rate, ReplayOptions};
 
-/// Longest sleep between two looks at keys and readers.
+/// Longest time to sleep before checking the keys and the readers again.
 const NAP: Duration = Duration::from_millis(20);
-/// How long to sleep while waiting for an answer, which comes soon.
+/// Time to sleep while waiting for an answer, which usually comes soon.
 const SHORT_NAP: Duration = Duration::from_micros(200);
-/// How long a live process may take to start, and to answer.
+/// Maximum time that a live process may take to start or to answer.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// How it ended.
+/// How playing ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// The recording has reached its end.
+    /// The end of the recording was reached.
     Played,
     /// A signal ended it.
     Interrupted,
@@ -52,7 +52,7 @@ pub struct Player<'a> {
     shift: Shift,
     /// The number of the last tick that was played.
     tick: u64,
-    /// The latest stamp that was sent.
+    /// The latest stamp that was sent, in nanoseconds.
     sent_ns: u64,
 }
 
@@ -91,7 +91,8 @@ impl<'a> Player<'a> {
         })
     }
 
-    /// Plays to the end. However that comes, what live processes have heard nothing of is named.
+    /// Plays until the end or an error. In either case, names the messages that were not played and those that every
+    /// reader rejected.
     pub fn play(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<End> {
         let end = self.play_all(supervisor);
         self.bar.finish_and_clear();
@@ -127,8 +128,8 @@ impl<'a> Player<'a> {
         }
     }
 
-    /// Waits for the first message of each live process, which hears everything from then on. A process that joined
-    /// after a short recording was over would have heard nothing of it.
+    /// Waits for the first message of each live process, which receives everything from then on. Without this, a
+    /// process could join after a short recording is over and receive nothing.
     fn wait_for_lives(&mut self, supervisor: &mut Supervisor) -> anyhow::Result<Wake> {
         let since = Instant::now();
         loop {
@@ -154,7 +155,7 @@ impl<'a> Player<'a> {
         let mut instant_ns = None;
         while let Some(message) = timeline.next().transpose()? {
             if instant_ns.replace(message.stamp_ns) != Some(message.stamp_ns) {
-                // At any rate, each instant is an opportunity to end, and to serve late readers.
+                // However fast messages are played, check once per instant whether to end, and serve late readers.
                 supervisor.poll(Duration::ZERO)?;
                 if self.ports.nap(Duration::ZERO) == Wake::Terminate {
                     return Ok(Turn::End(End::Interrupted));
@@ -163,7 +164,7 @@ impl<'a> Player<'a> {
                 self.bar.set_position(since_ns / 1_000_000);
             }
             if message.topic.is(TICK) {
-                // The world in lockstep gets the command before it goes on, and so does the player.
+                // A world in lockstep waits for the command before it continues, and so does the player.
                 self.wait_for_answers(self.tick, supervisor)?;
             }
             match self.wait_until_due(&message, supervisor)? {
@@ -184,7 +185,8 @@ impl<'a> Player<'a> {
         Ok(())
     }
 
-    /// After a jump back, stamps and scans continue, and latched messages are sent again.
+    /// Prepares playing from `from_ns`. After a jump back, stamps and ticks keep increasing, and latched messages are
+    /// sent again.
     fn begin_at(
         &mut self,
         from_ns: u64,
@@ -203,7 +205,7 @@ impl<'a> Player<'a> {
             Some(Ok(first)) => first.stamp_ns,
             _ => from_ns,
         };
-        // If playing begins in the middle, the earlier orders have not been heard.
+        // If playing starts in the middle, no process has received the earlier orders yet.
         let orders = if self.sent_ns == 0 { self.orders(from_ns)? } else { Vec::new() };
         for earlier in self.recording.latched_before(from_ns)?.into_iter().chain(orders) {
             self.ports.play(&RawMessage { stamp_ns: at_ns, ..earlier }, self.shift, supervisor)?;
@@ -223,7 +225,7 @@ impl<'a> Player<'a> {
         Ok(self.recording.select(selection)?.collect::<Result<_, _>>()?)
     }
 
-    /// Waits by the clock, and handles keys in the meantime.
+    /// Waits until a message is due by the clock, and handles keys in the meantime.
     fn wait_until_due(&mut self, message: &RawMessage, supervisor: &mut Supervisor) -> anyhow::Result<Turn> {
         loop {
             match self.keys.next() {
@@ -294,9 +296,9 @@ struct Answers {
 struct Answer {
     process: Process,
     reader: RawReader,
-    /// The newest tick that was answered.
+    /// The newest tick that the process has answered.
     newest: u64,
-    /// How many ticks it may lag behind.
+    /// How many ticks the process may lag behind.
     window: u64,
 }
 
@@ -317,7 +319,7 @@ impl Answers {
         Ok(Self { answers, _node: node })
     }
 
-    /// Whether all have answered the tick.
+    /// Returns true if all live processes have answered the tick.
     fn has_come(&mut self, tick: u64) -> anyhow::Result<bool> {
         for answer in &mut self.answers {
             while let Some(message) = answer.reader.receive()? {

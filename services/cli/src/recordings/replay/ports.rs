@@ -1,4 +1,4 @@
-//! The channels that a recording is played into, each written in the name of its own process.
+//! The channels that a recording is played into. Each is written in the name of the process that it belongs to.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -16,12 +16,12 @@ use sketchnav_supervisor::Supervisor;
 
 use super::plan::{Plan, speaker};
 
-/// Added to numbers and stamps, so that they continue after a jump back.
+/// Offsets for numbers and stamps, so that they keep increasing after a jump back.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Shift {
-    /// Added to the number of the tick that is the cause.
+    /// Added to the number of the tick that caused a message.
     pub ticks: u64,
-    /// Added to the stamp, nanoseconds.
+    /// Added to the stamp, in nanoseconds.
     pub ns: u64,
 }
 
@@ -35,12 +35,12 @@ impl Shift {
     }
 }
 
-/// A channel that is played into.
+/// A channel that messages are played into.
 struct Port {
     writer: RawWriter,
-    /// The process in whose name it is written.
+    /// The process in whose name the channel is written.
     process: Process,
-    /// Added to the numbers.
+    /// Added to the sequence numbers.
     ahead: u64,
 }
 
@@ -49,7 +49,7 @@ impl Port {
         let spec = self.writer.spec();
         let header = erased::header(message.bytes());
         if spec.writer.is_some() && !spec.is_latched() {
-            // After a jump back the numbers continue; after one forward they show what was skipped.
+            // After a jump back, the numbers continue. After a jump forward, the gap shows what was skipped.
             if header.seq + self.ahead <= self.writer.last_seq() {
                 self.ahead = self.writer.last_seq() + 1 - header.seq;
             }
@@ -61,7 +61,7 @@ impl Port {
         cells.copy_from_slice(message.cells());
         *erased::header_mut(bytes) = shift.of(header);
         if spec.role == Role::Tick {
-            // Channels that are not played have no readings.
+            // Sensors whose channels are not played have no readings, so the tick must not name any of theirs.
             node.name_readings(bytemuck::from_bytes_mut(bytes));
         }
         loan.send()?;
@@ -69,19 +69,19 @@ impl Port {
     }
 }
 
-/// The channels, by the topic of the recording that is played into each.
+/// The channels, each by the topic of the recording that is played into it.
 pub struct Ports {
     ports: BTreeMap<String, Port>,
-    /// After the ports, which must be dropped first.
+    /// The nodes that own the ports. Declared after `ports`, which must be dropped first.
     nodes: BTreeMap<Process, Node>,
-    /// The processes that speak for themselves.
+    /// The processes that run live.
     live: Vec<Process>,
     not_played: Rejections,
     invalid: Rejections,
 }
 
 impl Ports {
-    /// Opens the channels that are played into; the supervisor's own through its node.
+    /// Opens the channels that are played into. The supervisor's own channels are opened through its node.
     pub fn open(
         system: &str,
         plan: &Plan,
@@ -127,7 +127,8 @@ impl Ports {
             }
             decoded => decoded?,
         };
-        // Beside the health of a live process, that of the recorded one would be taken for another life of it.
+        // Readers would take the recorded health of a live process for a second life of that process, so it is not
+        // played.
         if port.writer.spec() == HEALTH.spec {
             let health: &Health = bytemuck::from_bytes(decoded.bytes());
             if self.live.iter().any(|process| process.code() == health.process) {
@@ -139,17 +140,17 @@ impl Ports {
             .with_context(|| format!("{} message {}", message.topic.name, message.sequence))
     }
 
-    /// Messages that could not be decoded, and were not sent.
+    /// Returns the messages that were not sent because they could not be decoded.
     pub fn not_played(&self) -> &Rejections {
         &self.not_played
     }
 
-    /// Messages that were sent, and that every reader rejects as invalid.
+    /// Returns the messages that were sent but are invalid, so that every reader rejects them.
     pub fn invalid(&self) -> &Rejections {
         &self.invalid
     }
 
-    /// Sleeps, and hands earlier messages to readers that have joined; returns whether the process is asked to end.
+    /// Sleeps, and hands earlier messages to readers that have joined. Returns whether the process is asked to end.
     pub fn nap(&self, timeout: Duration) -> Wake {
         let mut wake = Wake::Timeout;
         for (i, node) in self.nodes.values().enumerate() {

@@ -1,4 +1,4 @@
-//! The page of a recording that this project did not write: its content, and the positions in its topics.
+//! The page of a recording that this project did not write, with its content and the positions in its topics.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ pub fn report(whole: &Whole, recording: &Recording, output: &Path, json: bool) -
     let mut info = info::info(recording.path()).or_input()?;
     let is_told = !whole.lacks().cut_off.is_empty();
     info.clean_end &= !is_told;
-    // If the positions are unreadable, say so and show the rest.
+    // If the positions cannot be read, say so and show everything else.
     let ways = poses::read(recording).unwrap_or_else(|error| {
         say!("notice: positions are not shown: {error}");
         Vec::new()
@@ -75,7 +75,7 @@ fn rows(info: &Info) -> Vec<Vec<String>> {
     info.topics.iter().map(row).collect()
 }
 
-/// How far each object was from its first position.
+/// Draws how far each object was from its first position.
 fn places(ways: &[Way]) -> Markup {
     let times = || ways.iter().flat_map(|way| way.places.iter().map(|place| place.time_s));
     let (Some(begin_s), Some(end_s)) = (times().reduce(f64::min), times().reduce(f64::max)) else {

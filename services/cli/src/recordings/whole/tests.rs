@@ -18,7 +18,7 @@ fn a_folder_with_one_recording_stands_for_it() {
     assert!(only_one_in(folder.path()).unwrap_err().to_string().contains("found 2"));
 }
 
-/// Files of other systems, and those packed by hand, were not seen in a folder.
+/// Recordings from other systems and recordings packed by hand were once not found in a folder.
 #[test]
 fn a_recording_is_found_however_its_name_ends() {
     for (name, bytes) in [
@@ -59,7 +59,7 @@ fn count(whole: &Whole) -> u64 {
     sketchnav_recordings::info::info_of_messages(whole.path()).unwrap().messages
 }
 
-/// `filter`, `relations` and others wanted a run.json of a folder with two files.
+/// `filter`, `relations` and other commands once expected a run.json in a folder with two files.
 #[test]
 fn a_bag_of_others_is_one_recording_and_a_missing_file_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -80,7 +80,7 @@ fn a_bag_of_others_is_one_recording_and_a_missing_file_is_named() {
     assert!(error.contains("b_0.mcap, b_1.mcap, b_2.mcap"), "{error}");
 }
 
-/// What the command comes to in a folder: `X` stands for the folder, `X/…` for what is in it.
+/// Runs a command on a folder. `X` in `line` stands for the folder, and `X/…` for a file in it.
 fn run(folder: &Path, line: &str) -> Result<Outcome, Failure> {
     let word = |word: &str| match word.strip_prefix('X') {
         Some(rest) => format!("{}{rest}", folder.display()),
@@ -92,7 +92,7 @@ fn run(folder: &Path, line: &str) -> Result<Outcome, Failure> {
 const COPIES: [&str; 3] =
     ["filter X -o X/../y.mcap", "merge X X -o X/../y.mcap", "split X --rosbag2 -o X/../parts"];
 
-/// Of a bag whose second file was cut off, a part was copied, and nobody was told.
+/// Copying a bag whose second file was cut off copied only part of it, and the user was not warned.
 #[test]
 fn a_cut_file_among_others_is_named_and_is_a_loss() {
     let outer = tempfile::tempdir().unwrap();
@@ -107,7 +107,7 @@ fn a_cut_file_among_others_is_named_and_is_a_loss() {
     }
     let cut = points(20);
     std::fs::write(path.join("b_1.mcap"), &cut[..cut.len() / 2]).unwrap();
-    // A series without metadata as well.
+    // The second round is without metadata, so that the files are found as a series.
     for _ in 0..2 {
         let whole = Whole::of(&path).unwrap();
         assert_eq!(whole.lacks().cut_off, [path.join("b_1.mcap").display().to_string()]);
@@ -119,7 +119,7 @@ fn a_cut_file_among_others_is_named_and_is_a_loss() {
     }
 }
 
-/// Of three files of a recording the middle one was gone, and nobody was told.
+/// One file in the middle of a split recording was missing, and the user was not warned.
 #[test]
 fn a_number_that_is_missing_is_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -154,7 +154,7 @@ fn a_damaged_message_in_a_bag_is_a_loss() {
     }
 }
 
-/// An error named a file for temporary use, which was gone when it was read.
+/// An error used to name a temporary file, which was gone by the time anyone read the error.
 #[test]
 fn errors_name_what_the_person_has_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -165,7 +165,7 @@ fn errors_name_what_the_person_has_named() {
     bag(path, "mcap", &["b_0.mcap.zstd"]);
     let check = |line: &str, named: &Path| {
         let error = format!("{:?}", run(path, line).unwrap_err());
-        // The variable RUST_BACKTRACE appends what names files of this crate.
+        // With RUST_BACKTRACE set, the error ends with a backtrace that names files of this crate.
         let error = error.split("Stack backtrace").next().unwrap_or_default();
         assert!(error.contains(&named.display().to_string()), "{line}: {error}");
         let elsewhere = error.replace(&path.display().to_string(), "");

@@ -1,4 +1,4 @@
-//! The forms of markers: how a figure is written, what is shown of a whole experiment or of a study's table.
+//! Forms of markers: how a figure is written, and what is shown of a whole experiment or of the table of a study.
 
 use std::fmt::Write as _;
 
@@ -7,21 +7,21 @@ use crate::experiments::outcome::Kind;
 use crate::experiments::statistics::Tally;
 use crate::experiments::studies::{Table, report};
 
-/// The words for [`Whole`].
+/// Words for the variants of [`Whole`].
 pub const WHOLE_FORMS: &str = "lines, verdicts, notices or groups";
-/// The words for [`Form`].
+/// Words for the variants of [`Form`].
 pub const FORMS: &str = "share, percent, of or rated, each also with -on-sketch or -by-place, reached, attempts, known, majority, displacement, touched, or how tasks ended";
 
-/// What is shown of a whole experiment.
+/// The part of a whole experiment that is shown.
 #[derive(Clone, Copy)]
 pub enum Whole {
-    /// A row for each line of its table, a column for each method.
+    /// A row for each line of the experiment's table and a column for each method.
     Lines,
     /// The conditions of Patil 2019.
     Verdicts,
-    /// What a reader must know.
+    /// Notices that readers need to know.
     Notices,
-    /// A row for each group of its lines, with two columns for each method: by the true pose, and on the sketch.
+    /// A row for each group of the experiment's lines and two columns for each method, by the true pose and on the sketch.
     Groups,
 }
 
@@ -37,11 +37,11 @@ impl Whole {
     }
 }
 
-/// What is shown of a study's table.
+/// The part of a study's table that is shown.
 pub enum Shown {
     /// The whole table.
     Whole,
-    /// The cell of a column and a row, with its interval and its count if the table has them; in percent or not.
+    /// The cell in a column and a row, in percent or not. If the table has an interval and a count for it, they are shown too.
     Cell { column: String, row: String, is_percent: bool },
 }
 
@@ -84,48 +84,48 @@ impl Shown {
     }
 }
 
-/// The columns that give the number of cases behind a share or a mean.
+/// Columns with the number of cases that a share or mean is based on.
 const COUNTS: [&str; 2] = ["worlds", "journeys"];
 
-/// How a figure is written, and by what a task counts as reached.
+/// The style of a figure, and the judgement by which a task counts as reached.
 #[derive(Clone, Copy)]
 pub struct Form {
     style: Style,
     judgement: Judgement,
 }
 
-/// By what a task counts as reached.
+/// The judgement by which a task counts as reached.
 #[derive(Clone, Copy, PartialEq)]
 enum Judgement {
-    /// By the true place and the true way.
+    /// By the true final position and the true path.
     Truth,
     /// By the robot's own pose in the drawing.
     Sketch,
-    /// By the true place, whatever the way.
+    /// By the true final position, whichever path was taken.
     Place,
 }
 
 #[derive(Clone, Copy)]
 enum Style {
-    /// `97.5 % (95 to 99) of 320`; where drawings repeat, `97.5 % (92 to 100 over 10 drawings) of 320`.
+    /// `97.5 % (95 to 99) of 320`, or `97.5 % (92 to 100 over 10 drawings) of 320` if drawings repeat.
     Share,
     /// `97.5 %`.
     Percent,
     /// `54 of 55`.
     Of,
-    /// `54 of 55 (98 %; 90 to 100)`, with the interval of [`Self::Share`].
+    /// `54 of 55 (98 %; 90 to 100)`, with the same interval as [`Self::Share`].
     Rated,
     /// `55`.
     Attempts,
-    /// `80.9 %`: the share of failures that the robot knows.
+    /// `80.9 %`, the share of failures that the robot knows about.
     Known,
-    /// `9 of 12`: the lines of which most tasks were reached.
+    /// `9 of 12`, the number of lines of which most tasks were reached.
     Majority,
-    /// `0.21 m`: the mean distance from the drawn route.
+    /// `0.21 m`, the mean distance from the drawn route.
     Displacement,
-    /// `3 of 55`: tasks in which the robot touched something.
+    /// `3 of 55`, the number of tasks in which the robot touched something.
     Touched,
-    /// How many tasks ended this way.
+    /// The number of tasks with this outcome.
     Count(Kind),
 }
 
@@ -134,7 +134,7 @@ impl Form {
     pub const SHARE: Self = Self { style: Style::Share, judgement: Judgement::Truth };
     /// `54 of 55 (98 %; 90 to 100)`.
     pub const RATED: Self = Self { style: Style::Rated, judgement: Judgement::Truth };
-    /// The same, on the sketch.
+    /// `54 of 55 (98 %; 90 to 100)`, judged on the sketch.
     pub const RATED_ON_SKETCH: Self = Self { style: Style::Rated, judgement: Judgement::Sketch };
 
     pub fn read(word: &str) -> Option<Self> {
@@ -148,7 +148,7 @@ impl Form {
             "percent" => Style::Percent,
             "of" => Style::Of,
             "rated" => Style::Rated,
-            // The other figures are not of the tasks reached.
+            // The other figures do not depend on which tasks were reached, so they have no judgement.
             _ if judgement != Judgement::Truth => return None,
             "attempts" => Style::Attempts,
             "known" => Style::Known,
@@ -160,7 +160,7 @@ impl Form {
         Some(Self { style, judgement })
     }
 
-    /// Over all tasks driven by a method; `None` if the figure was not kept.
+    /// Returns the figure over all tasks driven by a method, or `None` if it was not kept.
     pub fn of_method(self, method: &Method) -> Option<String> {
         match self.style {
             Style::Majority => {
@@ -171,7 +171,7 @@ impl Form {
         }
     }
 
-    /// The figure; `None` if it was not kept.
+    /// Returns the figure, or `None` if it was not kept.
     pub fn of(self, tally: Tally) -> Option<String> {
         let tally = match self.judgement {
             Judgement::Truth => tally,
@@ -198,7 +198,7 @@ impl Form {
     }
 }
 
-/// `97.5 %`, but `100 %` or `0 %` without decimals.
+/// Formats a rate like `97.5 %`, but `100 %` and `0 %` without decimals.
 fn percent(rate: Option<f64>) -> String {
     match rate {
         None => "–".to_owned(),

@@ -1,5 +1,5 @@
-//! Figures 5.3 to 5.6 of Chronis 2007, from what was driven without additional states: what decides whether a turn, a
-//! sketch or a state succeeds.
+//! Figures 5.3 to 5.6 of Chronis 2007, computed from drives without additional states. They show what decides whether a
+//! turn, a sketch or a state succeeds.
 
 use crate::experiments::landmarks::tables::{Driven, Row};
 use crate::experiments::section::{Form, Mark, Plot, Section};
@@ -7,20 +7,20 @@ use crate::experiments::table::Table;
 use crate::judge::states::StateDriven;
 use sketchnav_schemas::statistics::wilson;
 
-/// A sketch or a state succeeds where so many of five runs do (5.2.1).
+/// Minimum number of successful runs out of five for a sketch or state to succeed (5.2.1).
 const MOST_RUNS: usize = 3;
-/// Angles between which the thesis sees its successful turns, degrees.
+/// Angles between which the thesis finds its successful turns, in degrees.
 const GOOD_ANGLES_DEG: [f64; 2] = [60.0, 90.0];
-/// So many steps are many (5.2.1).
+/// Minimum number of steps that counts as many (5.2.1).
 const MANY_STEPS: f64 = 10.0;
 
-/// All of them.
+/// Returns the sections of all figures.
 pub fn sections(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Vec<Section> {
     let [a, b] = base;
     vec![turns(a, b), states_of_sketches(base, extended), steps_of_sketches(a), all_steps(a)]
 }
 
-/// A state that is driven to: which sketch, its number, what is drawn, and in how many of how many runs it was matched.
+/// A state that is driven to: its sketch and number, what is drawn, and how many of all runs matched it.
 struct Reached<'a> {
     sketch: usize,
     state: usize,
@@ -29,7 +29,7 @@ struct Reached<'a> {
     runs: usize,
 }
 
-/// Every state but the first of each sketch; the thesis leaves it out, too.
+/// Returns every state of each sketch except the first, which the thesis leaves out too.
 fn states<'a>(driven: &'a Driven<'a>) -> impl Iterator<Item = Reached<'a>> {
     driven.rows().flat_map(|(sketch, row): (usize, &'a Row<'a>)| {
         let drawn = row.runs[0].states.iter().enumerate().skip(1);
@@ -59,7 +59,7 @@ fn plot(
     Plot { title, x_unit: x_unit.into(), y_unit: y_unit.into(), form, marks: marks.collect() }
 }
 
-/// A line of a table: how many of those that are counted succeed.
+/// Returns a line of a table with the number of successes among those counted.
 fn count(name: &str, outcomes: impl Iterator<Item = bool>) -> Vec<String> {
     let outcomes: Vec<bool> = outcomes.collect();
     let good = outcomes.iter().filter(|good| **good).count();
@@ -72,7 +72,7 @@ fn table(what: &str, rows: Vec<Vec<String>>) -> Table {
     Table { header: vec![what.to_owned(), "succeed".into(), "95 %".into()], rows }
 }
 
-/// Figure 5.3: turning rates of scene A, turning angles of both.
+/// Figure 5.3: turning rates of scene A, and turning angles of both scenes.
 fn turns(a: &Driven<'_>, b: &Driven<'_>) -> Section {
     let of = |driven| states(driven).filter(|state| state.drawn.ends_turn);
     let rate = |state: &Reached<'_>| state.drawn.turned_deg / state.drawn.steps.max(1e-9);
@@ -107,7 +107,7 @@ fn turns(a: &Driven<'_>, b: &Driven<'_>) -> Section {
     }
 }
 
-/// Figure 5.4: extracted states and success, before additional states and after.
+/// Figure 5.4: extracted states and success, before and after adding states.
 fn states_of_sketches(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Section {
     let is_good = |row: &Row<'_>| row.reached() >= MOST_RUNS;
     let of = |scenes: &[Driven<'_>; 2], is_in: &dyn Fn(usize, usize) -> bool| {

@@ -1,4 +1,4 @@
-//! The suite `landmark-isolation`: landmark states without people's errors (Chronis 2007, 5.2.3 and 5.3.1).
+//! The `landmark-isolation` suite drives by landmark states without people's errors (Chronis 2007, 5.2.3 and 5.3.1).
 
 use serde_json::json;
 use sketchnav_schemas::codes::Process;
@@ -11,7 +11,7 @@ use crate::experiments::run;
 use crate::experiments::suite::{Folders, Published, Suite};
 use crate::experiments::trial::{Page, Trial};
 
-/// Scene A as a sketch file, with another route, and without some objects.
+/// Returns a sketch file that shows a scene truly, with the given route.
 fn true_sketch(scene: &Scene, route: &[At]) -> Page {
     const SIDE: f64 = 1000.0;
     const ORIGIN: At = [100.0, 600.0];
@@ -37,10 +37,10 @@ fn by_bytes(method: &str) -> toml::Table {
     ])
 }
 
-/// Loads the suite `landmark-isolation` (Chronis 2007, 5.2.3 and 5.3.1).
+/// Loads the `landmark-isolation` suite (Chronis 2007, 5.2.3 and 5.3.1).
 ///
 /// # Errors
-/// As [`super::scenes`].
+/// Same as [`super::scenes`].
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let scene = Scene::a();
     let words = text(&folders.project.join(FOLDER).join("route.txt"));
@@ -101,9 +101,9 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// A true sketch with the route of a robot that software guided along the true way, "creating an accurate path"
-/// (5.2.3). The robot's odometry is exact and it believes nothing else. It looks no further ahead than it has to. It
-/// is driven where somebody wants the sketch: not for lists of jobs.
+/// Returns a true sketch with the route of a robot that was guided along the true path by software, "creating an accurate
+/// path" (5.2.3). The robot's odometry is exact, it believes nothing else, and it looks no further ahead than it has to. It
+/// is only driven when the sketch is needed, so listing jobs does not drive it.
 fn driven_way(folders: &Folders, scene: &Scene, seed: u64) -> Result<Page, EvalError> {
     let guided = trial("guided".into(), String::new(), mission(folders, scene, by_bytes(BELIEF)))?;
     let mut guided = Trial { bytes: Some(true_sketch(scene, &scene.way)), ..guided };
@@ -119,7 +119,7 @@ fn driven_way(folders: &Folders, scene: &Scene, seed: u64) -> Result<Page, EvalE
     }))
 }
 
-/// A robot that knows where it is and follows the way closely.
+/// Sets up a robot to know its pose exactly and to follow the path closely.
 fn guide_exactly(guided: &mut Trial) {
     guided.robot.odometry = guided.robot.odometry.map(|odometry| OdometryNoise {
         rate_hz: odometry.rate_hz,
@@ -146,7 +146,7 @@ fn guide_exactly(guided: &mut Trial) {
 mod tests {
     use super::*;
 
-    /// Loading the suite drove five missions, even for a list of its jobs.
+    /// Loading the suite used to drive five missions, even if only its jobs were listed.
     #[test]
     fn loading_the_suite_of_isolated_states_drives_nothing() {
         let mut suite = suite(&Folders::of_checkout()).unwrap();
@@ -154,12 +154,12 @@ mod tests {
         let recipes: Vec<_> = suite.trials.iter().map(|trial| trial.bytes.clone().unwrap()).collect();
         assert_eq!(recipes.len(), 5);
         assert!(recipes.iter().all(|page| matches!(page, Page::Made(recipe) if !recipe.is_made())));
-        // Each has an origin of its own.
+        // Each page has its own origin.
         assert_ne!(recipes[0].origin(), recipes[1].origin());
     }
 
-    /// A robot that believed its sonars and looked 1.2 m ahead cut its turns. The routes were not those that were
-    /// wanted, and states that were extracted from them were lost.
+    /// A robot that believed its sonars and looked 1.2 m ahead used to cut its turns. Its routes were not the intended ones, so
+    /// states extracted from them were lost.
     #[test]
     fn routes_that_the_robot_drove_are_accurate() {
         let scene = Scene::a();

@@ -1,21 +1,21 @@
-//! What Chronis 2007 reports of its two scenes: tables 5.2 to 5.6 and the F test of 5.4.
+//! Results that Chronis 2007 reports for its two scenes: tables 5.2 to 5.6 and the F test of 5.4.
 
-/// A sketch in table 5.2 or 5.3, and its line of table 5.4.
+/// A sketch in table 5.2 or 5.3, with its line of table 5.4.
 pub struct Sketch {
-    /// How many states were extracted.
+    /// Number of extracted states.
     pub extracted: usize,
-    /// How many of them were matched correctly, in each of five runs.
+    /// Number of states matched correctly in each of five runs.
     pub matched: [usize; 5],
-    /// How many of the five runs reached the goal.
+    /// Number of the five runs that reached the goal.
     pub reached: usize,
     /// The measure P.
     pub p: f64,
-    /// The same with additional states; `None` where no state was added to any sketch of the scene.
+    /// The measure P with additional states, or `None` if no state was added to any sketch of the scene.
     pub p_additional: Option<f64>,
 }
 
 impl Sketch {
-    /// Whether additional states changed how it was driven.
+    /// Returns true if additional states changed how the sketch was driven.
     pub fn has_additional(&self) -> bool {
         self.p_additional.is_some_and(|with| with > self.p)
     }
@@ -31,23 +31,23 @@ const fn both(extracted: usize, matched: [usize; 5], reached: usize, p: f64, p_a
 
 /// A scene with its sketches.
 pub struct Scene {
-    /// In which names of trials and lines of tables it is: `a`.
+    /// The letter of the scene in names of trials and lines of tables, for example `a`.
     pub word: &'static str,
-    /// How many states it has "that are theoretically derived from the scene".
+    /// Number of states "that are theoretically derived from the scene".
     pub possible: usize,
-    /// Its sketches.
+    /// The sketches of the scene.
     pub sketches: &'static [Sketch],
-    /// The mean of P, and with additional states (table 5.6).
+    /// Mean of P without and with additional states (table 5.6).
     pub p: [f64; 2],
-    /// Runs that reached the goal, and with additional states (5.4).
+    /// Number of runs that reached the goal, without and with additional states (5.4).
     pub reached: [usize; 2],
-    /// The mean of the standard deviations of matched states (5.4).
+    /// Mean of the standard deviations of matched states (5.4).
     pub deviation: f64,
-    /// The variance in the F test (5.4).
+    /// Variance in the F test (5.4).
     pub variance: f64,
 }
 
-/// Scenes A and B. Table 5.4 has P = 0.70 for sketch 8 of scene A, table 5.2 has 0.77.
+/// Scenes A and B. For sketch 8 of scene A, table 5.4 has P = 0.70 but table 5.2 has 0.77.
 pub static SCENES: [Scene; 2] = [
     Scene {
         word: "a",
@@ -93,7 +93,7 @@ pub static SCENES: [Scene; 2] = [
 
 /// P of both scenes together (table 5.6).
 pub const P_OF_BOTH: [f64; 2] = [0.86, 0.92];
-/// The F test: the ratio, and the critical value at the level 0.05.
+/// The ratio of the F test, and the critical value at the level 0.05.
 pub const F_TEST: [f64; 2] = [1.43, 1.6];
 
 #[cfg(test)]
@@ -112,8 +112,8 @@ mod tests {
         assert_eq!(SCENES.each_ref().map(|scene| scene.sketches.len()), [11, 9]);
     }
 
-    /// The text counts five sketches with additional states (5.2.2), but table 5.4 has another P for six, and only six that
-    /// all reach the goal then give its 48 runs of 55 (5.4).
+    /// The text counts five sketches with additional states (5.2.2), but in table 5.4 six have a different P with them. Only if
+    /// these six all reach the goal does this yield the 48 of 55 runs of 5.4.
     #[test]
     fn additional_states_changed_six_sketches() {
         let (with, without): (Vec<_>, Vec<_>) =
@@ -126,7 +126,7 @@ mod tests {
         assert!(!SCENES[1].sketches.iter().any(Sketch::has_additional));
     }
 
-    /// The measure is that of the thesis: from its counts come its figures, were the first states those that matched.
+    /// The measure is that of the thesis. If the first states are taken to be those that matched, its counts yield its figures.
     #[test]
     fn the_measure_gives_the_published_figures() {
         for (scene, number) in
@@ -138,13 +138,13 @@ mod tests {
                 performance(&correct)
             };
             let p = sketch.matched.iter().map(of_run).sum::<f64>() / 5.0;
-            // Of two correct states in eight, P is 15/36; 0.50 is printed, more than any two states give.
+            // With two correct states of eight, P is 15/36. The printed value is 0.50, which is more than any two states yield.
             let is_misprinted = scene.word == "b" && number == 4;
             assert_eq!((p - sketch.p).abs() > 0.011, is_misprinted, "{} {number}: {p}", scene.word);
         }
     }
 
-    /// The variance of scene B is that of its table; that of scene A is not: its counts have 0.068, and F is 0.82.
+    /// The variance of scene B is that of its table, but that of scene A is not: its counts yield 0.068, which makes F 0.82.
     #[test]
     fn the_published_variance_of_scene_a_is_not_that_of_its_table() {
         let [a, b] = SCENES.each_ref().map(|scene| {

@@ -1,4 +1,4 @@
-//! Tables 5.2 to 5.6 of Chronis 2007 and its F test, from what was driven, beside what is published.
+//! Tables 5.2 to 5.6 of Chronis 2007 and its F test, computed from drives and shown beside the published values.
 
 use sketchnav_schemas::statistics::{interval_of_mean, mean, variance};
 
@@ -10,27 +10,28 @@ use crate::experiments::statistics::Tally;
 use crate::experiments::table::{Table, percent};
 use crate::experiments::variance::{FTest, f_test};
 
-/// How the names of trials without additional states end.
+/// Suffix of the names of trials without additional states.
 pub const BASE: &str = "/base";
 
-/// A reading of what a state says of its objects after the first.
+/// A reading of what a state says about the objects after its first one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
-    /// How the names of its trials end, before [`BASE`].
+    /// Suffix of the names of the reading's trials, before [`BASE`].
     pub suffix: &'static str,
-    /// Its words in titles.
+    /// Words for the reading in titles.
     words: &'static str,
 }
 
 /// Every object has its ranges (figure 4.23).
 pub const STRICT: Reading = Reading { suffix: "", words: "" };
-/// Objects after the first have their direction alone (table 4.1).
+/// Objects after the first only have their direction (table 4.1).
 pub const DIRECTION_ONLY: Reading =
     Reading { suffix: "/direction-only", words: ", objects after the first by direction alone" };
-/// Neither has a number of its own.
+/// Shown in place of a number that does not exist.
 const NONE: &str = "–";
 
-/// The measure of a run: the share of the states that were matched correctly, earlier ones weighing more (5.2.1).
+/// Returns the measure P of a run, which is the share of states that were matched correctly, weighing earlier ones more
+/// (5.2.1).
 pub fn performance(correct: &[bool]) -> f64 {
     let m = correct.len();
     let weights = correct.iter().enumerate().filter(|(_, correct)| **correct).map(|(i, _)| m - i);
@@ -39,24 +40,24 @@ pub fn performance(correct: &[bool]) -> f64 {
 
 /// The runs of a sketch.
 pub struct Row<'a> {
-    /// Its runs, in order.
+    /// The runs in order.
     pub runs: Vec<&'a TaskOutcome>,
-    /// What is published of the sketch of that number.
+    /// Published results of the sketch with the same number.
     pub published: &'static Sketch,
 }
 
 impl Row<'_> {
-    /// How many states were extracted.
+    /// Returns the number of extracted states.
     pub fn extracted(&self) -> usize {
         self.runs.first().map_or(0, |run| run.states.len())
     }
 
-    /// How many states each run matched correctly.
+    /// Returns the number of states that each run matched correctly.
     pub fn matched(&self) -> Vec<usize> {
         self.runs.iter().map(|run| run.states.iter().filter(|state| state.correct).count()).collect()
     }
 
-    /// How many runs matched a state correctly.
+    /// Returns the number of runs that matched a state correctly.
     pub fn correct(&self, state: usize) -> usize {
         self.runs.iter().filter(|run| run.states.get(state).is_some_and(|state| state.correct)).count()
     }
@@ -68,7 +69,7 @@ impl Row<'_> {
         mean(&self.runs.iter().map(of_run).collect::<Vec<_>>())
     }
 
-    /// How many runs reached the goal.
+    /// Returns the number of runs that reached the goal.
     pub fn reached(&self) -> usize {
         self.runs.iter().filter(|run| run.is_success()).count()
     }
@@ -85,9 +86,9 @@ fn deviation(counts: &[usize]) -> f64 {
 
 /// The runs of a scene by states, with or without additional ones.
 pub struct Driven<'a> {
-    /// The scene as it is published.
+    /// Published results of the scene.
     pub scene: &'static Scene,
-    /// Its sketches; those that were not driven have no runs.
+    /// The sketches. Those that were not driven have no runs.
     pub rows: Vec<Row<'a>>,
 }
 
@@ -105,7 +106,7 @@ impl<'a> Driven<'a> {
         Self { scene, rows }
     }
 
-    /// The sketches that were driven, each with its number from 1.
+    /// Returns the sketches that were driven, each with its number from 1.
     pub fn rows(&self) -> impl Iterator<Item = (usize, &Row<'a>)> {
         self.rows.iter().enumerate().filter(|(_, row)| !row.runs.is_empty()).map(|(i, row)| (i + 1, row))
     }
@@ -118,7 +119,7 @@ impl<'a> Driven<'a> {
         self.rows().map(|(_, row)| row.p()).collect()
     }
 
-    /// Correctly matched states of each run, as a share of the possible ones.
+    /// Returns the number of correctly matched states of each run, as a share of the possible ones.
     fn shares(&self) -> Vec<f64> {
         let counts = self.rows.iter().flat_map(Row::matched);
         counts.map(|count| count as f64 / self.scene.possible as f64).collect()
@@ -129,7 +130,7 @@ impl<'a> Driven<'a> {
     }
 }
 
-/// All of them by each reading, from what was driven; nothing where nothing was driven by states.
+/// Returns the sections of all tables for each reading, or no sections if nothing was driven by states.
 pub fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let of = |reading: Reading| {
         let sections = sections_of(outcomes, reading).into_iter();
@@ -165,20 +166,20 @@ fn listed(counts: &[usize]) -> String {
     counts.iter().map(usize::to_string).collect::<Vec<_>>().join(",")
 }
 
-/// A mean with Student's interval over the sketches.
+/// Formats a mean with Student's interval over the sketches.
 fn with_interval(numbers: &[f64]) -> String {
     let interval = interval_of_mean(numbers);
     let interval = interval.map_or(String::new(), |[low, high]| format!(" ({low:.2} to {high:.2})"));
     format!("{:.2}{interval}", mean(numbers))
 }
 
-/// A rate with Wilson's interval.
+/// Formats a rate with Wilson's interval.
 fn rate(tally: &Tally) -> String {
     let [low, high] = tally.interval().map(|share| 100.0 * share);
     format!("{} % ({low:.0} to {high:.0})", percent(tally.rate()))
 }
 
-/// Table 5.2 or 5.3.
+/// Returns table 5.2 or 5.3.
 fn runs(driven: &Driven<'_>, number: &str) -> Section {
     let header = [
         "sketch",
@@ -234,7 +235,7 @@ fn runs(driven: &Driven<'_>, number: &str) -> Section {
     }
 }
 
-/// What table 5.2 or 5.3 says, and how it differs.
+/// Returns what table 5.2 or 5.3 says, and how the results here differ.
 fn said_of_runs(driven: &Driven<'_>) -> String {
     let published = driven.scene.sketches;
     let of = |counts: &dyn Fn(&Row<'_>) -> f64| {
@@ -253,7 +254,7 @@ fn said_of_runs(driven: &Driven<'_>) -> String {
     )
 }
 
-/// Table 5.4 or 5.5.
+/// Returns table 5.4 or 5.5.
 fn additional(base: &Driven<'_>, extended: &Driven<'_>, number: &str) -> Section {
     let header = [
         "sketch",
@@ -306,7 +307,7 @@ fn additional(base: &Driven<'_>, extended: &Driven<'_>, number: &str) -> Section
     }
 }
 
-/// Table 5.6.
+/// Returns table 5.6.
 fn cumulative(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Section {
     let header = [
         "",
@@ -358,7 +359,7 @@ fn cumulative(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Section {
     }
 }
 
-/// The F test of 5.4.
+/// Returns the F test of 5.4.
 fn fisher(base: &[Driven<'_>; 2], extended: &[Driven<'_>; 2]) -> Section {
     let header = [
         "matched states, as a share of the possible ones",
@@ -412,7 +413,7 @@ mod tests {
     use crate::experiments::outcome::Kind;
     use crate::judge::states::StateDriven;
 
-    /// A run of sketch 1 of scene A with so many states, of which so many were matched correctly.
+    /// Returns a run of sketch 1 of scene A with a number of states, some of which were matched correctly.
     fn run(trial: &str, repetition: u32, states: usize, correct: usize) -> TaskOutcome {
         let state = |i: usize| StateDriven {
             matched: i < correct,
@@ -454,7 +455,7 @@ mod tests {
         assert_eq!(sections[0].table.rows[0], line);
         let line = ["1", "5", "6", "3/5", "5/5", "0.83", "1.00", "0.98", "0.98"];
         assert_eq!(sections[2].table.rows[0], line);
-        // Of five states, all but the start are marks; the third one ends the turn, and four runs matched it.
+        // Of five states, all except the start are marks. The third one ends the turn, and four runs matched it.
         let [figure, .., last] = &sections[6..] else { panic!() };
         assert_eq!((figure.plots[1].marks.len(), last.plots[0].marks.len()), (1, 4));
         assert!(figure.plots[1].marks[0].is_success && !last.plots[0].marks[3].is_success);

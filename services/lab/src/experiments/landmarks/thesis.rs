@@ -1,12 +1,13 @@
-//! The suites `landmark-published` and `landmark-published-degrees`: Chronis 2007, 5.2, by its own conditions.
+//! The `landmark-published` and `landmark-published-degrees` suites drive Chronis 2007, 5.2, under its own conditions:
 //!
-//! - The robot has the numbers of the thesis: 20 inches wide (4.3.2), 25 inches and up to 105 degrees a second (4.7),
-//!   sonars from 17 to 255 inches (4.2).
-//! - Sketches are drawn on a PDA: in 160 × 160 whole pixels of 5 inches (4.3.2).
-//! - A sketch gives as many states as the sketch of its number in tables 5.2 and 5.3, and turns widely enough for
-//!   additional states if table 5.4 has another P with them. A program draws sketches of the scene, as people in more or
-//!   less of a hurry do, until one has these counts. It drives none of them.
-//! - Each is driven five times, with additional states and without, by both readings of the objects after the first.
+//! - The robot has the dimensions and limits given in the thesis: 20 inches wide (4.3.2), 25 inches and up to 105 degrees
+//!   per second (4.7), and sonars from 17 to 255 inches (4.2).
+//! - Sketches are drawn on a PDA, in 160 × 160 whole pixels of 5 inches (4.3.2).
+//! - A sketch yields as many states as the sketch with its number in tables 5.2 and 5.3, and turns widely enough for
+//!   additional states if table 5.4 has a different P with them. A program draws sketches of the scene, like people in more
+//!   or less of a hurry, until one has these counts. It drives none of them before.
+//! - Each sketch is driven five times, with and without additional states, and by both readings of the objects after the
+//!   first.
 
 use sketchnav_deform::scenes::hasty;
 use sketchnav_landmarks::extraction::states::additional_parts;
@@ -26,18 +27,19 @@ use crate::error::EvalError;
 use crate::experiments::suite::{Curve, Folders, Suite};
 use crate::experiments::trial::Trial;
 
-/// How much the compared sketches are deformed: as people do, by this project's measure. The thesis prints the states of
-/// two sketches of scene A (figures 4.29 and 5.11). The proximities of the same object at the same change of the command
-/// are 30 and 30, 20 and 19, 16 and 28 pixels, 7 apart (RMS; 4 to 26 in 95 % of all cases). At degree 1 that is as much.
+/// Degree to which the compared sketches are deformed, as people do by this project's measure. The thesis prints the states
+/// of two sketches of scene A (figures 4.29 and 5.11). At the same changes of the command, the proximities of the same
+/// object are 30 and 30, 20 and 19, and 16 and 28 pixels. They are 7 pixels apart (RMS; 4 to 26 in 95 % of all cases),
+/// which is as much as at degree 1.
 const DEGREE: f64 = 1.0;
 const DEGREES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
-/// The most drawings that are examined for one with the published counts.
+/// Maximum number of drawings that are examined to find one with the published counts.
 const MOST_DRAWINGS: u64 = 2_000;
 
-const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes and sketches are lost. Here both scenes are rebuilt from the text, and a program draws sketches that give as many states as those of the thesis; none was driven before it was chosen.";
+pub(super) const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes and sketches are lost. Here both scenes are rebuilt from the text, and a program draws sketches that give as many states as those of the thesis; none was driven before it was chosen.";
 
-/// The robot with the numbers of the thesis.
-fn robot() -> Result<Robot, EvalError> {
+/// Returns the robot with the dimensions and limits of the thesis.
+pub(super) fn robot() -> Result<Robot, EvalError> {
     let mut robot = files::robot(ROBOT)?;
     robot.radius_m = 10.0 * INCH_M;
     robot.limits.speed_mps = 25.0 * INCH_M;
@@ -48,17 +50,17 @@ fn robot() -> Result<Robot, EvalError> {
     Ok(robot)
 }
 
-/// The keys of a mission whose sketch comes with the trial.
-fn by_bytes() -> toml::Table {
+/// Returns the keys of a mission whose sketch comes with the trial.
+pub(super) fn by_bytes() -> toml::Table {
     toml::Table::from_iter([("drawing".to_owned(), "sketch".into())])
 }
 
-/// What of a sketch is published.
+/// The published properties of a sketch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Counts {
-    /// How many states it gives, without additional ones.
+    /// Number of states without additional ones.
     states: usize,
-    /// Whether it turns so widely that states are added.
+    /// True if the sketch turns so widely that states are added.
     is_wide: bool,
 }
 
@@ -75,7 +77,8 @@ impl Counts {
     }
 }
 
-/// A drawing of a scene on a PDA with the sketch that is read from it; `None` if it is too large or cannot be read.
+/// Draws a scene on a PDA. Returns the file and the sketch read from it, or `None` if the drawing is too large or cannot be
+/// read.
 fn draw(scene: &Scene, degree: f64, seed: u64) -> Option<(String, Sketch)> {
     let file = hasty(scene, degree, seed).on_a_pda()?;
     let sketch =
@@ -83,9 +86,9 @@ fn draw(scene: &Scene, degree: f64, seed: u64) -> Option<(String, Sketch)> {
     Some((file, sketch))
 }
 
-/// The first sketch of a scene with these counts, from this seed on. Sketches without an object in view at a turn are
-/// passed over. If none turns as widely, or as little, as wanted, the number of states alone decides: in scene A five states
-/// are too few for one without a wide turn.
+/// Returns the first sketch of a scene with these counts, trying seeds from this one on. Sketches without an object in view
+/// at a turn are skipped. If no sketch has both counts, only the number of states decides: in scene A, five states are too
+/// few for a sketch without a wide turn.
 fn sketch(scene: &Scene, degree: f64, seed: u64, wanted: Counts) -> Option<String> {
     let first = |fits: &dyn Fn(Counts) -> bool| {
         let mut drawings = (0..MOST_DRAWINGS).filter_map(|i| draw(scene, degree, seed + i));
@@ -95,7 +98,7 @@ fn sketch(scene: &Scene, degree: f64, seed: u64, wanted: Counts) -> Option<Strin
     first(&|found| found == wanted).or_else(|| first(&|found| found.states == wanted.states))
 }
 
-/// The sketches of both scenes: each with its scene and its number.
+/// Returns the sketches of both scenes, each with its scene and its number.
 fn sketches(degree: f64) -> Vec<(Scene, usize, Option<String>)> {
     let scenes = [Scene::a(), Scene::b()].into_iter().zip(&SCENES);
     let of = |(i, (scene, published)): (usize, (Scene, &published::Scene))| {
@@ -110,7 +113,7 @@ fn sketches(degree: f64) -> Vec<(Scene, usize, Option<String>)> {
     scenes.enumerate().flat_map(of).collect()
 }
 
-/// A trial for each sketch, and how many sketches were not found.
+/// Returns a trial for each sketch, and the number of sketches that were not found.
 fn drawn(
     folders: &Folders,
     degree: f64,
@@ -136,10 +139,10 @@ fn notices(missing: usize) -> Vec<String> {
     [NOTICE.to_owned()].into_iter().chain(missing).collect()
 }
 
-/// Loads the suite `landmark-published`.
+/// Loads the `landmark-published` suite.
 ///
 /// # Errors
-/// As [`super::scenes`].
+/// Same as [`super::scenes`].
 pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     let (trials, missing) = drawn(folders, DEGREE, |scene| format!("scene {}", scene.name.to_uppercase()))?;
     Ok(Suite {
@@ -154,10 +157,11 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     })
 }
 
-/// Loads the suite `landmark-published-degrees`: how the figures of `landmark-published` depend on how people draw.
+/// Loads the `landmark-published-degrees` suite, which shows how the figures of `landmark-published` depend on how people
+/// draw.
 ///
 /// # Errors
-/// As [`super::scenes`].
+/// Same as [`super::scenes`].
 pub fn degrees(folders: &Folders) -> Result<Suite, EvalError> {
     let (mut trials, mut missing) = (Vec::new(), 0);
     let line = |degree: f64| format!("degree {degree:.2}");
@@ -202,11 +206,13 @@ mod tests {
             counts.iter().map(|counts| counts.states as f64).sum::<f64>() / counts.len() as f64
         };
         assert!((mean(a) - 6.1).abs() < 0.05 && (mean(b) - 5.4).abs() < 0.05, "{a:?} {b:?}");
-        // Six with another P in table 5.4, and sketch 7: five states are too few without a merged turn.
+        // Table 5.4 has a different P for six sketches. Sketch 7 is the seventh, since five states are too few without a merged
+        // turn.
         assert_eq!([a, b].map(|counts| counts.iter().filter(|counts| counts.is_wide).count()), [7, 0]);
     }
 
-    /// The proximities, in pixels, of what two sketches name at the same change of the command, taken apart: RMS.
+    /// Returns the RMS difference, in pixels, between the proximities of objects that two sketches name at the same change of
+    /// the command.
     fn difference_px(degree: f64) -> f64 {
         let parameters = Parameters { additional_states: false, ..Parameters::default() };
         let sketches = (0..200).filter_map(|seed| draw(&Scene::a(), degree, seed));

@@ -1,5 +1,5 @@
-//! How states are extracted from a sketch, where suites compare that: with additional states and without, by both
-//! readings of the objects after the first. And what is published of it.
+//! Variants of extracting states from a sketch, for suites that compare them: with and without additional states, and by
+//! both readings of the objects after the first. Also holds the published results of the variants.
 
 use sketchnav_schemas::codes::Process;
 
@@ -7,16 +7,16 @@ use super::{STATES, published, tables};
 use crate::experiments::suite::Published;
 use crate::experiments::trial::Trial;
 
-/// How states are extracted from a sketch.
+/// A way of extracting states from a sketch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Variant {
-    /// Whether states are added in wide turns (4.6.2).
+    /// True if states are added in wide turns (4.6.2).
     pub is_additional: bool,
-    /// Whether objects after the first have their direction alone (table 4.1).
+    /// True if objects after the first only have their direction (table 4.1).
     pub is_by_direction: bool,
 }
 
-/// All of them. The first one is what is driven where nothing else is said.
+/// All variants. The first one is used unless stated otherwise.
 pub const VARIANTS: [Variant; 4] = [
     Variant { is_additional: true, is_by_direction: false },
     Variant { is_additional: false, is_by_direction: false },
@@ -25,19 +25,19 @@ pub const VARIANTS: [Variant; 4] = [
 ];
 
 impl Variant {
-    /// How its lines differ from those of the first one.
+    /// Returns how the names of the variant's lines differ from those of the first variant.
     pub fn words(self) -> String {
         let base = if self.is_additional { "" } else { ", without additional states" };
         format!("{base}{}", if self.is_by_direction { ", others by direction" } else { "" })
     }
 
-    /// How the names of its trials end.
+    /// Returns the suffix of the names of the variant's trials.
     fn suffix(self) -> String {
         let reading = if self.is_by_direction { tables::DIRECTION_ONLY } else { tables::STRICT };
         format!("{}{}", reading.suffix, if self.is_additional { "" } else { tables::BASE })
     }
 
-    /// The same trial by states that are extracted so, with the same seeds: a line of its own.
+    /// Returns the trial with states extracted in this way and with the same seeds, as part of a line of its own.
     fn of(self, trial: &Trial) -> Trial {
         let mut one = trial.clone();
         one.name += &self.suffix();
@@ -52,12 +52,12 @@ impl Variant {
     }
 }
 
-/// The same trials by every variant, the first one first.
+/// Returns the trials by every variant, beginning with those of the first one.
 pub fn variants(trials: &[Trial]) -> Vec<Trial> {
     VARIANTS.iter().flat_map(|variant| trials.iter().map(|trial| variant.of(trial))).collect()
 }
 
-/// What is published of both scenes, with additional states and without.
+/// Returns the published results of both scenes, with and without additional states.
 pub fn paper() -> Vec<Published> {
     let published = |scene: &published::Scene, additional: bool| Published {
         name: format!(

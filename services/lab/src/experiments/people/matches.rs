@@ -1,4 +1,4 @@
-//! An annotator's file: which places of the drawing correspond to which places of the environment.
+//! Parses an annotator's file, which matches places in the drawing to places in the environment.
 //!
 //! ```text
 //! # 0match set
@@ -14,18 +14,18 @@ use nalgebra::Complex;
 
 use crate::error::EvalError;
 
-/// Places that correspond; (column, row) in image pixels as parsed.
+/// A set of places that correspond to each other, as (column, row) in image pixels after parsing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Match {
-    /// Its number in the file.
+    /// Number of the match in the file.
     pub number: usize,
-    /// In the drawing: column, row.
+    /// Places in the drawing, as column and row.
     pub sketch: Vec<[f64; 2]>,
-    /// In the environment: column, row; metres once its map is known.
+    /// Places in the environment, as column and row, or in metres once the map of the environment is known.
     pub world: Vec<[f64; 2]>,
 }
 
-/// A line that is not as expected.
+/// A malformed line.
 #[derive(Debug, PartialEq)]
 pub struct BadLine {
     line: usize,
@@ -33,17 +33,17 @@ pub struct BadLine {
 }
 
 impl BadLine {
-    /// The error for a file.
+    /// Returns the error for a line of the given file.
     pub fn in_file(self, path: &Path) -> EvalError {
         let expected = "a row and a column, in image pixels, within a match set";
         EvalError::Line { path: path.to_path_buf(), line: self.line, expected, found: self.found }
     }
 }
 
-/// Parses an annotator's file; sets that lack either side are left out.
+/// Parses an annotator's file. Sets without places on one of the sides are left out.
 ///
 /// # Errors
-/// [`BadLine`].
+/// [`BadLine`] if a line is malformed.
 pub fn parse(text: &str) -> Result<Vec<Match>, BadLine> {
     let mut matches: Vec<Match> = Vec::new();
     let mut in_world = false;
@@ -64,20 +64,20 @@ pub fn parse(text: &str) -> Result<Vec<Match>, BadLine> {
     Ok(matches)
 }
 
-/// Column and row, from a line that has them in reverse order.
+/// Parses column and row from a line that has them in reverse order.
 fn place(line: &str) -> Option<[f64; 2]> {
     let mut numbers = line.split_whitespace().map(str::parse::<f64>);
     let (row, column) = (numbers.next()?.ok()?, numbers.next()?.ok()?);
     (numbers.next().is_none() && row.is_finite() && column.is_finite()).then_some([column, row])
 }
 
-/// All matches of an annotator, places of the world in metres with y up.
+/// All matches of an annotator, with places of the world in metres and y pointing up.
 #[derive(Debug)]
 pub struct Reading {
     /// The matches.
     pub matches: Vec<Match>,
-    /// z ↦ turn·z + shift maps the world (x + iy) to the drawing (column − i·row), with the least squares over the middles of the
-    /// matches.
+    /// The map from the world (x + iy) to the drawing (column − i·row) is z ↦ turn·z + shift, fitted by least squares to the
+    /// middles of the matches.
     turn: Complex<f64>,
     shift: Complex<f64>,
 }
@@ -98,14 +98,15 @@ impl Reading {
         Self { matches, turn, shift: middle_sketch - turn * middle_world }
     }
 
-    /// By how many degrees, in quarter turns, the drawing is turned against the world. People draw walls parallel to the paper's
-    /// edges, and one annotator reads one drawing upside down.
+    /// Returns the rotation of the drawing relative to the world in degrees, rounded to quarter turns. People draw walls
+    /// parallel to the edges of the paper, and one annotator reads one drawing upside down.
     pub fn quarter_turns_deg(&self) -> f64 {
         (self.turn.arg().to_degrees() / 90.0).round() * 90.0
     }
 
-    /// A match has several places on either side. This is the place in the drawing and the place in the world (one that `counts`
-    /// accepts) that agree best with all other matches, in the units of [`Match::sketch`] and [`Match::world`].
+    /// Returns the likeliest pair of places of a match, which may have several on either side: the place in the drawing and the
+    /// place in the world (one that `counts` accepts) that agree best with all other matches. The units are those of
+    /// [`Match::sketch`] and [`Match::world`].
     pub fn likeliest_pair(
         &self,
         index: usize,
@@ -123,7 +124,7 @@ fn world(at: &[f64; 2]) -> Complex<f64> {
     Complex::new(at[0], at[1])
 }
 
-/// Rows increase downwards.
+/// Converts to a complex number with y pointing up, since rows increase downwards.
 fn sketch(at: &[f64; 2]) -> Complex<f64> {
     Complex::new(at[0], -at[1])
 }
@@ -154,7 +155,8 @@ mod tests {
         }
     }
 
-    /// World with y up, drawing with rows down: the same place in both is a rotation by zero.
+    /// Returns the reading of a drawing in which each place of the world is drawn at `turn` of its position. Note that y points
+    /// up in the world, but rows point down in the drawing, so `turn` has to flip y for a rotation of zero.
     fn reading(turn: impl Fn([f64; 2]) -> [f64; 2]) -> Reading {
         let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]];
         let matches = corners.iter().enumerate().map(|(number, &at)| Match {

@@ -7,10 +7,10 @@ use sketchnav_schemas::mission::Place;
 use crate::error::EvalError;
 use crate::experiments::ground::to_outline_m;
 
-/// A mark that is farther than this from all regions belongs to none, metres.
+/// Maximum distance from the nearest region, in metres, at which a mark still belongs to it.
 const NEAR_M: f64 = 1.0;
 
-/// The regions; a place belongs to the first that contains it.
+/// The regions of the environment. If several contain a position, it belongs to the first.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Regions {
@@ -21,9 +21,9 @@ pub struct Regions {
 #[serde(deny_unknown_fields)]
 struct Region {
     name: String,
-    /// Corners, metres.
+    /// Corners, in metres.
     polygon: Vec<[f64; 2]>,
-    /// Whether a robot can enter it.
+    /// True if a robot can enter the region.
     #[serde(default = "yes")]
     enterable: bool,
 }
@@ -33,16 +33,17 @@ fn yes() -> bool {
 }
 
 impl Regions {
-    /// The regions that are part of the project.
+    /// Returns the regions that are part of the project.
     ///
     /// # Errors
-    /// [`EvalError::Data`] if the file is not as expected.
+    /// [`EvalError::Data`] if the file is malformed.
     pub fn shipped() -> Result<Self, EvalError> {
         toml::from_str(include_str!("regions.toml"))
             .map_err(|cause| EvalError::Data { what: "regions of the suite people", cause })
     }
 
-    /// The region of a place, metres: the one that contains it, or the nearest within a metre, since marks slip over walls.
+    /// Returns the region of a position in metres: the one that contains it, or the nearest within a metre, since marks slip
+    /// over walls.
     pub fn of(&self, at: [f64; 2]) -> Option<usize> {
         if let Some(region) = self.region.iter().position(|region| encloses(&region.polygon, at)) {
             return Some(region);
@@ -51,31 +52,31 @@ impl Regions {
         distances.filter(|(_, d)| *d <= NEAR_M).min_by(|a, b| a.1.total_cmp(&b.1)).map(|(region, _)| region)
     }
 
-    /// Its name.
+    /// Returns the name of a region.
     pub fn name(&self, region: usize) -> &str {
         &self.region[region].name
     }
 
-    /// Names and corners of those that a robot can enter.
+    /// Returns the names and corners of the regions that a robot can enter.
     pub fn enterable(&self) -> impl Iterator<Item = (&str, &[[f64; 2]])> {
         let regions = self.region.iter().filter(|region| region.enterable);
         regions.map(|region| (region.name.as_str(), region.polygon.as_slice()))
     }
 
-    /// Whether a robot can enter it.
+    /// Returns true if a robot can enter the region.
     pub fn is_enterable(&self, region: usize) -> bool {
         self.region[region].enterable
     }
 
-    /// Several regions as one place whose error is measured from `center`. (If two overlap at a door, the strip of a third of a
-    /// metre belongs to neither.)
+    /// Returns several regions as a single place whose error is measured from `center`. (If two regions overlap at a door, the
+    /// strip of a third of a metre belongs to neither.)
     pub fn union(&self, regions: &[usize], center: [f64; 2]) -> Place {
         place(regions.iter().map(|&region| self.region[region].polygon.clone()).collect(), center)
     }
 }
 
-/// Polygons as one. They are joined by cuts from the first corner of the first polygon to each other polygon and back, which the
-/// even-odd rule does not see.
+/// Joins polygons into one. Cuts lead from the first corner of the first polygon to each other polygon and back. The
+/// even-odd rule ignores them, since they have no area.
 fn place(polygons: Vec<Vec<[f64; 2]>>, center: [f64; 2]) -> Place {
     let mut corners: Vec<[f64; 2]> = Vec::new();
     let anchor = polygons[0][0];

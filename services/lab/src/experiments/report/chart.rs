@@ -1,4 +1,4 @@
-//! Plots as inline SVG: intervals, endings, curves.
+//! Plots as inline SVG: intervals, endings and curves.
 
 use maud::{Markup, html};
 
@@ -8,10 +8,10 @@ use crate::experiments::statistics::Tally;
 use crate::experiments::suite::Curve;
 use crate::experiments::table::percent;
 
-/// Style of published figures; methods have 0 and up.
+/// Style of published figures. Methods have styles from 0 up.
 pub const PAPER: usize = 9;
 
-/// A rate with its interval.
+/// A success rate with its interval.
 pub struct Dot {
     name: String,
     style: usize,
@@ -19,21 +19,21 @@ pub struct Dot {
 }
 
 impl Dot {
-    /// The rate of a method, in its style.
+    /// Creates a dot for the success rate of a method, in the method's style.
     pub fn of(name: &str, style: usize, tally: Tally) -> Self {
         Self { name: name.to_owned(), style, tally }
     }
 }
 
-/// The endings of one group of tasks.
+/// The ways in which a group of tasks ended.
 pub struct Bar {
-    /// The group.
+    /// Name of the group.
     pub name: String,
-    /// The group's tally.
+    /// Tally of the group.
     pub tally: Tally,
 }
 
-/// The colours of the methods.
+/// Draws the legend of the methods' colours.
 pub fn legend(names: &[String]) -> Markup {
     html! {
         p.legend {
@@ -42,7 +42,7 @@ pub fn legend(names: &[String]) -> Markup {
     }
 }
 
-/// A row for each group's dots, at the same scale, so that rows can be compared down the page.
+/// Draws a row for each dot of a group. All rows have the same scale, so that they can be compared down the page.
 pub fn intervals(groups: &[(String, Vec<Dot>)]) -> Markup {
     html! {
         div.plot {
@@ -74,7 +74,7 @@ fn interval(dot: &Dot) -> Markup {
     }
 }
 
-/// How the tasks ended: one bar for each group, the kinds in order.
+/// Draws a bar for each group that shows how its tasks ended, with the kinds in order.
 pub fn endings(bars: &[Bar]) -> Markup {
     html! {
         p.legend {
@@ -118,7 +118,7 @@ fn ending(tally: &Tally) -> Markup {
     }
 }
 
-/// A kind's word without spaces.
+/// Returns the CSS class of a kind, which is its word without spaces.
 fn class(kind: Kind) -> String {
     kind.word().replace(' ', "-")
 }
@@ -127,11 +127,11 @@ fn share(share: f64) -> String {
     format!("{:.2}%", 100.0 * share)
 }
 
-/// Size of a curve's picture, and the space around its plot: left, top, right, below.
+/// Width and height of a curve's picture. `RIM` is the space around its plot: left, top, right and bottom.
 const SIZE: [f64; 2] = [340.0, 230.0];
 const RIM: [f64; 4] = [38.0, 12.0, 14.0, 40.0];
 
-/// Shares against a condition, one curve for each method.
+/// Draws success rates against a condition, as one curve for each method.
 pub fn curve(curve: &Curve, methods: &[Vec<(f64, Tally)>]) -> Markup {
     let xs: Vec<f64> = curve.points.iter().map(|(x, _)| *x).collect();
     let (low, high) = xs.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
@@ -169,7 +169,7 @@ pub fn curve(curve: &Curve, methods: &[Vec<(f64, Tally)>]) -> Markup {
     }
 }
 
-/// Successes and failures, as dots or bars above the numbers of a suite's parts.
+/// Draws successes and failures as dots or bars above the numbers of the parts of a suite.
 pub fn marks(plot: &Plot) -> Markup {
     let [left, top, right, below] = RIM;
     let count = plot.marks.iter().map(|mark| mark.x).fold(1.0, f64::max);
@@ -178,7 +178,7 @@ pub fn marks(plot: &Plot) -> Markup {
     let x = |at: f64| left + (at - 0.5) * width;
     let y = |value: f64| top + (1.0 - value / highest) * (SIZE[1] - top - below);
     let base = SIZE[1] - below;
-    // No more numbers than there is room for.
+    // Show no more numbers than there is room for.
     let each = (count / 8.0).ceil().max(1.0);
     let numbers = (1..=count as usize).filter(|number| (*number as f64 - 1.0) % each == 0.0);
     let class = |mark: &Mark| if mark.is_success { "m0" } else { "wrong-arrival" };
@@ -210,7 +210,7 @@ pub fn marks(plot: &Plot) -> Markup {
     }
 }
 
-/// The least round number that is not smaller: a quarter of it has few digits, too.
+/// Returns the least round number that is not below `value`. A quarter of it also has few digits.
 fn round_up(value: f64) -> f64 {
     let unit = 10_f64.powf(value.max(1e-6).log10().floor());
     [1.0, 2.0, 4.0, 6.0, 8.0, 10.0].into_iter().map(|n| n * unit).find(|top| *top >= value).unwrap_or(value)
@@ -220,7 +220,7 @@ fn rates(points: &[(f64, Tally)]) -> impl Iterator<Item = (f64, f64)> {
     points.iter().filter_map(|(at, tally)| Some((*at, tally.rate()?)))
 }
 
-/// Along the lower ends of the intervals, and back along the upper ones.
+/// Returns the outline of the band between the intervals' ends: along the lower ends, and back along the upper ones.
 fn band(points: &[(f64, Tally)]) -> impl Iterator<Item = (f64, f64)> {
     let ends = |k: usize| points.iter().map(move |(at, tally)| (*at, tally.interval()[k]));
     ends(0).chain(ends(1).rev())

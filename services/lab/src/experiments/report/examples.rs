@@ -1,4 +1,4 @@
-//! Which tasks a report shows as pictures.
+//! Chooses the tasks that a report shows as pictures.
 
 use crate::error::EvalError;
 use crate::experiments::jobs::Job;
@@ -7,22 +7,22 @@ use crate::experiments::run::drive;
 use crate::experiments::suite::Suite;
 use crate::experiments::trial_picture;
 
-/// Most successes, and most failures, that are shown.
+/// Maximum number of successes, and of failures, that are shown.
 const SHOWN: usize = 4;
 
 /// A task that was driven and drawn.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Example {
-    /// What it was and how it ended.
+    /// Name of the task and how it ended.
     pub title: String,
-    /// What the robot reported, and the figures.
+    /// The robot's report and the figures.
     pub text: String,
-    /// The drawing with the path that it believed it took, and the floor with the path that it took: SVG.
+    /// SVG of the drawing with the path that the robot believed it took, and of the floor with its true path.
     pub pictures: Vec<String>,
 }
 
-/// Drives some failures and some successes of the first method again and draws them. They are identical to the bit, so the logs of
-/// thousands of tasks need not be kept.
+/// Drives some failures and some successes of the first method again and draws them. The repeated drives are identical to
+/// the bit, so this avoids keeping the logs of thousands of tasks.
 ///
 /// # Errors
 /// [`EvalError`] if a floor or a drawing cannot be drawn.
@@ -39,7 +39,7 @@ pub fn examples(
     chosen.filter_map(|ended| example(jobs, ended).transpose()).collect()
 }
 
-/// Some of them, as different as possible: each in turn has the least in common with those before it.
+/// Chooses a few outcomes that are as different as possible. Each choice has the least in common with those before it.
 fn various<'a>(outcomes: &[&'a TaskOutcome]) -> Vec<&'a TaskOutcome> {
     let mut chosen: Vec<&TaskOutcome> = Vec::new();
     while chosen.len() < SHOWN.min(outcomes.len()) {
@@ -52,7 +52,7 @@ fn various<'a>(outcomes: &[&'a TaskOutcome]) -> Vec<&'a TaskOutcome> {
             };
             chosen.iter().map(alike).sum()
         };
-        // Starts from the middle, since trials are in the order of their drawings.
+        // Start from the middle, since trials are in the order of their drawings.
         let turned = outcomes.iter().cycle().skip(outcomes.len() / 2).take(outcomes.len());
         chosen.extend(turned.min_by_key(|ended| alike(ended)));
     }

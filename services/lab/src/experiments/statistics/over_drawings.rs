@@ -1,9 +1,9 @@
-//! The interval of a share over drawings. Drives by one drawing mostly end alike, so they are no independent trials: the sample is
-//! one of drawings, each with some drives.
+//! The interval of a success rate over drawings. Drives with the same drawing mostly end alike and are not independent
+//! trials, so the sample is one of drawings, each with several drives.
 //!
-//! The drawings are drawn again with replacement, each with all of its drives, and the interval contains the middle 95 % of the
-//! shares that result (A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application, 1997, section 3.8; the percentile
-//! interval of B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap, 1993, section 13.3).
+//! The drawings are resampled with replacement, each with all of its drives, and the interval contains the middle 95 % of
+//! the resulting success rates (A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application, 1997, section
+//! 3.8; the percentile interval of B. Efron and R. J. Tibshirani, An Introduction to the Bootstrap, 1993, section 13.3).
 
 use std::collections::BTreeMap;
 
@@ -12,26 +12,27 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::seed;
 use sketchnav_schemas::statistics::wilson;
 
-/// How often the drawings are drawn again.
+/// Number of times the drawings are resampled.
 const RESAMPLES: usize = 2_000;
-/// The share of the resamples that lies beyond either end.
+/// Share of resamples beyond each end of the interval.
 const TAIL: f64 = 0.025;
-/// The same counts give the same interval, whatever the suite's seed.
+/// Seed of the resampling. It is fixed, so that the same counts yield the same interval whatever the seed of the suite.
 const SEED: u64 = 1;
 
 /// A 95 % interval over drawings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct OverDrawings {
-    /// The number of drawings. For one alone the interval is Wilson's of its drives, and says nothing of other drawings.
+    /// Number of drawings. With only one, this is Wilson's interval of its drives and says nothing about other drawings.
     pub drawings: usize,
-    /// From 0 to 1.
+    /// Lower end, from 0 to 1.
     pub low: f64,
-    /// From 0 to 1.
+    /// Upper end, from 0 to 1.
     pub high: f64,
 }
 
 impl OverDrawings {
-    /// From each drive's drawing and whether it reached its goal; `None` without drives, or if one has no drawing.
+    /// Computes the interval from the drawing of each drive and whether it reached its goal. Returns `None` if there are no
+    /// drives, or if one has no drawing.
     pub fn of(drives: &[(Option<&str>, bool)]) -> Option<Self> {
         let mut counts: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
         for (drawing, is_reached) in drives {
@@ -45,10 +46,10 @@ impl OverDrawings {
     }
 }
 
-/// The interval from successes and attempts of each drawing; `None` without drawings.
+/// Computes the interval from the successes and attempts of each drawing, or returns `None` if there are no drawings.
 ///
-/// Where all drives end alike every resample is the same, though other drawings might differ. Each drawing then counts as one trial
-/// of Wilson's.
+/// If all drives end alike, every resample is the same, although other drawings might differ. Each drawing then counts as
+/// one trial for Wilson's interval.
 fn interval(counts: &[[usize; 2]]) -> Option<[f64; 2]> {
     let [reached, attempts] = counts.iter().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
     match counts.len() {
@@ -76,15 +77,16 @@ mod tests {
 
     use super::*;
 
-    /// Two drawings, one always reached, one never: a resample has the first twice, once or never, in a quarter, half and a quarter
-    /// of all cases. Four drives each are no eight trials, for which Wilson says 22 to 78 %.
+    /// One drawing is always reached and the other one never. A resample has the first twice, once or never, in a quarter, half
+    /// and a quarter of all cases. The four drives of each are not eight independent trials, for which Wilson's interval is 22
+    /// to 78 %.
     #[test]
     fn two_drawings_that_end_differently_say_nothing() {
         assert_eq!(interval(&[[4, 4], [0, 4]]), Some([0.0, 1.0]));
     }
 
-    /// 25 drawings of four drives each, 13 of which are always reached: a resample reaches a binomial share of 25, of which the
-    /// middle 95 % are 8 to 18 by the tables. As 100 independent trials it would be 42 to 62 %.
+    /// Of 25 drawings with four drives each, 13 are always reached. A resample reaches a binomial share of 25, whose middle 95
+    /// % are 8 to 18 according to tables. As 100 independent trials, it would be 42 to 62 %.
     #[test]
     fn drawings_that_always_end_alike_count_once_each() {
         let counts: Vec<_> = (0..25).map(|i| if i < 13 { [4, 4] } else { [0, 4] }).collect();
@@ -117,13 +119,13 @@ mod tests {
             let [low, high] = interval(&counts).unwrap();
             let [reached, attempts] = counts.iter().fold([0, 0], |[a, b], [c, d]| [a + c, b + d]);
             let share = reached as f64 / attempts as f64;
-            // Wilson's ends are exact but for rounding.
+            // Wilson's ends are exact except for rounding.
             let contains = low <= share + 1e-12 && share <= high + 1e-12;
             prop_assert!(0.0 <= low && contains && high <= 1.0, "{low} {share} {high}");
             prop_assert_eq!(interval(&counts), Some([low, high]));
         }
 
-        /// Driving each drawing twice says no more about other drawings.
+        /// Driving each drawing twice says nothing more about other drawings.
         #[test]
         fn more_drives_by_the_same_drawings_do_not_narrow_it(counts in drives()) {
             prop_assume!(counts.len() > 1);

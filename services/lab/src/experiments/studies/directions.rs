@@ -1,5 +1,5 @@
-//! The experiments of Park and Kender 1995, and those that they leave out: directions from landmark to landmark over random
-//! planes of dots.
+//! The experiments of Park and Kender 1995, including those that the authors leave out: directions from landmark to
+//! landmark over random planes of dots.
 
 use sketchnav_directions::arrival::Effort;
 use sketchnav_directions::experiments::{self, Goal, PUBLISHED_WAY, Setting, Table};
@@ -8,18 +8,18 @@ use sketchnav_directions::fit;
 use super::{Drawn, Figure, Size, Study};
 use crate::error::EvalError;
 
-/// Errors of position, millimetres: those of figure 26, and one in between.
+/// Standard deviations of position errors, in millimetres: those of figure 26, and one in between.
 const SIGMAS: [f64; 3] = [1.0, 3.0, 5.0];
-/// Journeys over each world.
+/// Number of journeys over each world.
 const JOURNEYS: u64 = 5;
-/// Seeds of the fits of equations 1 and 2; the coefficients in use are those of the first one.
+/// Seeds for fitting equations 1 and 2. The coefficients in use are those of the first one.
 const FITS: [u64; 3] = [1995, 1, 2];
-/// The columns of success and its interval in a table of kinds.
+/// Columns of the success rate and its interval in a table of kinds.
 const SUCCESS: [usize; 3] = [1, 2, 3];
-/// Worlds of the calibration have seeds that fitted nothing.
+/// Offset of the calibration's seeds, which keeps its worlds apart from those used for fitting.
 const UNSEEN: u64 = 1000;
 
-/// The studies of this module.
+/// All studies of this module.
 pub const STUDIES: [Study; 8] = [
     Study {
         name: "directions-parkways",
@@ -127,7 +127,7 @@ fn success(size: Size) -> Result<Vec<Figure>, EvalError> {
 fn calibration(size: Size) -> Result<Vec<Figure>, EvalError> {
     let settings = [1.0, 2.0, 3.0, 5.0, 8.0].map(Setting::of_sigma);
     let settings = settings.into_iter().collect::<Result<Vec<_>, _>>()?;
-    // One journey over each world: several would not be independent.
+    // Use one journey over each world, since several would not be independent.
     let calibrated = |settings: &[Setting]| {
         Ok::<_, EvalError>(experiments::calibration(settings, Effort::USUAL, size.seeds(UNSEEN), 1)?.table())
     };
@@ -149,7 +149,7 @@ mod tests {
         assert_ne!(run(1), run(2));
     }
 
-    /// Figure 7: few dots have few parkways, and many are joined into one.
+    /// In figure 7, few dots have few parkways, while with many dots most parkways are joined into one.
     #[test]
     fn general_parkways_have_their_peak_between() {
         let figures = (find("directions-parkways").unwrap().run)(Size { worlds: 2, seed: 1 }).unwrap();

@@ -1,4 +1,4 @@
-//! The page of a study: tables, curves, and shares with their intervals.
+//! The page of a study, with tables, curves, and shares with their intervals.
 
 use maud::{Markup, html};
 
@@ -6,7 +6,7 @@ use super::{Drawn, Figure, Study, Table};
 use crate::experiments::table;
 use crate::page::{self, Chart, Series};
 
-/// The page of a study.
+/// Renders the page of a study.
 pub fn page(study: &Study, figures: &[Figure], command: &str) -> String {
     let body = html! {
         h1 { (study.name) }
@@ -22,7 +22,7 @@ pub fn page(study: &Study, figures: &[Figure], command: &str) -> String {
     page::document(&format!("{} · sketchnav eval", study.name), &body)
 }
 
-/// A table with its numbers as text.
+/// Returns a table with its numbers as text.
 pub fn words(table: &Table) -> table::Table {
     let row = |(name, values): &(String, Vec<f64>)| {
         std::iter::once(name.clone()).chain(values.iter().map(|value| number(*value))).collect()
@@ -30,7 +30,7 @@ pub fn words(table: &Table) -> table::Table {
     table::Table { header: table.head.clone(), rows: table.rows.iter().map(row).collect() }
 }
 
-/// The number with as many digits as are meaningful.
+/// Formats a number with as many digits as are meaningful.
 pub fn number(value: f64) -> String {
     match value.abs() {
         size if value.fract() == 0.0 && size < 1e9 => format!("{value:.0}"),

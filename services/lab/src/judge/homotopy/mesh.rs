@@ -1,14 +1,14 @@
-//! A triangulation on the same corners in two planes.
+//! A triangulation of the same corners in two planes.
 
 use sketchnav_schemas::geometry::Point;
 
 use super::word::Word;
 
-/// How far outside the anchors the frame lies, in multiples of their extent.
+/// Distance of the frame from the anchors, in multiples of their extent.
 const FRAME: f64 = 2.0;
-/// Corners of the frame.
+/// Number of corners of the frame.
 const FRAME_CORNERS: usize = 4;
-/// A corner that is nearer to an edge than this share of the edge's length lies on it.
+/// Maximum distance between a corner and an edge that it is on, as a share of the edge's length.
 const ON_EDGE: f64 = 1e-9;
 
 /// The corners in one plane.
@@ -17,14 +17,14 @@ pub(super) struct Plane<F> {
     corners: Vec<Point<F>>,
 }
 
-/// Edges and triangles by the indices of their corners, the same in both planes.
+/// Edges and triangles as indices of their corners, which are the same in both planes.
 #[derive(Debug, Clone)]
 pub(super) struct Mesh {
     edges: Vec<[usize; 2]>,
     triangles: Vec<[usize; 3]>,
 }
 
-/// Twice the signed area of a triangle; positive if it is counter-clockwise.
+/// Returns twice the signed area of a triangle, which is positive for counter-clockwise corners.
 fn area<F>(a: Point<F>, b: Point<F>, c: Point<F>) -> f64 {
     (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)
 }
@@ -38,13 +38,13 @@ impl<F: Copy> Plane<F> {
         self.corners.len()
     }
 
-    /// Whether two edges cut each other between their ends.
+    /// Returns true if two edges cross between their ends.
     fn cross(&self, [a, b]: [usize; 2], [c, d]: [usize; 2]) -> bool {
         let [a, b, c, d] = [a, b, c, d].map(|i| self.corners[i]);
         area(a, b, c) * area(a, b, d) < 0.0 && area(c, d, a) * area(c, d, b) < 0.0
     }
 
-    /// Whether a third corner lies on the edge.
+    /// Returns true if a third corner is on the edge.
     fn is_occupied(&self, edge: [usize; 2]) -> bool {
         let [a, b] = edge.map(|i| self.corners[i]);
         let length = a.distance(&b);
@@ -60,28 +60,29 @@ impl<F: Copy> Plane<F> {
         area(a, b, c)
     }
 
-    /// Whether a fourth corner lies in the triangle.
+    /// Returns true if a fourth corner is inside the triangle.
     fn holds_corner(&self, triangle: [usize; 3]) -> bool {
         (0..self.len()).any(|i| {
             !triangle.contains(&i) && self.weights(triangle, self.corners[i]).iter().all(|&w| w > 0.0)
         })
     }
 
-    /// Barycentric coordinates of a place in the triangle.
+    /// Returns the barycentric coordinates of a point in the triangle.
     fn weights(&self, triangle: [usize; 3], place: Point<F>) -> [f64; 3] {
         let [a, b, c] = triangle.map(|i| self.corners[i]);
         let whole = area(a, b, c);
         [area(place, b, c) / whole, area(a, place, c) / whole, area(a, b, place) / whole]
     }
 
-    /// Squared length of an edge as a share of the frame's squared diagonal.
+    /// Returns the squared length of an edge as a share of the frame's squared diagonal.
     fn relative_length(&self, [a, b]: [usize; 2]) -> f64 {
         let corner = |i| self.corners[self.len() - FRAME_CORNERS + i];
         (self.corners[a].distance(&self.corners[b]) / corner(0).distance(&corner(2))).powi(2)
     }
 
-    /// Where between `from` (0) and `to` (1) the straight line crosses the edge. Half open: a place on an edge's line counts to its
-    /// right side, so that no line crosses there twice or never.
+    /// Returns the position of the crossing of a straight line with the edge, from 0 at `from` to 1 at `to`. The test is half
+    /// open: a point on an edge's line counts as being on its right, so a line
+    /// through it crosses exactly once.
     fn crossing(&self, from: Point<F>, to: Point<F>, edge: [usize; 2]) -> Option<f64> {
         let [a, b] = edge.map(|i| self.corners[i]);
         let (before, after) = (area(a, b, from), area(a, b, to));
@@ -91,7 +92,7 @@ impl<F: Copy> Plane<F> {
 }
 
 impl Mesh {
-    /// The greedy triangulation: shortest edges first, as long as they cross nothing in either plane.
+    /// Builds a greedy triangulation. It takes the shortest edges first, provided that they cross nothing in either plane.
     pub(super) fn common<F: Copy, G: Copy>(floor: &Plane<F>, drawing: &Plane<G>) -> Self {
         let n = floor.len();
         let mut candidates: Vec<_> = (0..n).flat_map(|i| (i + 1..n).map(move |j| [i, j])).collect();
@@ -112,7 +113,7 @@ impl Mesh {
         self.triangles.len()
     }
 
-    /// Carries a place from one plane to the other by the triangle that it lies in.
+    /// Carries a point from one plane to the other by the triangle that contains it.
     pub(super) fn carry<F: Copy, G: Copy>(
         &self,
         from: &Plane<F>,
@@ -128,7 +129,7 @@ impl Mesh {
             .then(|| Point::new(u * a.x + v * b.x + w * c.x, u * a.y + v * b.y + w * c.y))
     }
 
-    /// Appends the edges that a line crosses, in order.
+    /// Appends the edges that a line crosses to the word, in order.
     pub(super) fn write<F: Copy>(&self, plane: &Plane<F>, line: &[Point<F>], word: &mut Word) {
         for pair in line.windows(2) {
             let crossing = |edge: &[usize; 2]| Some((plane.crossing(pair[0], pair[1], *edge)?, *edge));
@@ -139,7 +140,7 @@ impl Mesh {
     }
 }
 
-/// The triangles between the edges that have the same orientation in both planes and hold no corner.
+/// Returns the triangles between the edges that have the same orientation in both planes and contain no corner.
 fn triangles<F: Copy, G: Copy>(
     edges: &[[usize; 2]],
     floor: &Plane<F>,
@@ -159,7 +160,7 @@ fn triangles<F: Copy, G: Copy>(
     found
 }
 
-/// Four places far around `places`, counter-clockwise.
+/// Returns four points far around `places`, counter-clockwise.
 pub(super) fn frame<F: Copy>(places: &[Point<F>]) -> [Point<F>; FRAME_CORNERS] {
     let fold = |of: fn(&Point<F>) -> f64, choose: fn(f64, f64) -> f64| {
         places.iter().map(of).reduce(choose).unwrap_or(0.0)
@@ -180,7 +181,7 @@ pub(super) struct Affine<F, G> {
 }
 
 impl<F: Copy, G: Copy> Affine<F, G> {
-    /// The best map in the least-squares sense; `None` if the places lie on a line.
+    /// Returns the best map in the least-squares sense, or `None` if the points are on a line.
     pub(super) fn fit(from: &[Point<F>], to: &[Point<G>]) -> Option<Self> {
         let (center, image) = (mean(from)?, mean(to)?);
         let (mut square, mut mixed) = ([[0.0; 2]; 2], [[0.0; 2]; 2]);

@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// The corners of a room of 10 × 8 m and four things in it, drawn at 50 pixels per metre.
+/// Returns the corners of a room of 10 × 8 m and four things in it, drawn at 50 pixels per metre.
 fn room() -> Vec<Anchor> {
     let places =
         [[0.0, 0.0], [10.0, 0.0], [10.0, 8.0], [0.0, 8.0], [3.0, 2.5], [7.0, 3.0], [3.5, 5.5], [6.5, 6.0]];
@@ -17,12 +17,12 @@ fn way(points: &[[f64; 2]]) -> Vec<Point<World>> {
     points.iter().map(|p| Point::new(p[0], p[1])).collect()
 }
 
-/// A route at 50 pixels per metre.
+/// Returns a route drawn at 50 pixels per metre.
 fn route(points: &[[f64; 2]]) -> Vec<Point<Sketch>> {
     points.iter().map(|p| Point::new(50.0 * p[0], 50.0 * p[1])).collect()
 }
 
-/// A round trip about `center`, `turns` times counter-clockwise, from the south and back to it.
+/// Returns a path that makes `turns` counter-clockwise turns around `center`, starting and ending to the south of it.
 fn round(center: [f64; 2], radius: f64, turns: i32) -> Vec<[f64; 2]> {
     let at = |k: i32| {
         let angle =
@@ -53,7 +53,8 @@ fn the_other_side_of_one_thing_is_another_way() {
     }
 }
 
-/// Boniardi et al. 2016, V-B: the path on the sketch and the drawn one, with respect to the topology induced by the sketch.
+/// Boniardi et al. 2016, V-B, compare the path on the sketch with the drawn one with respect to the topology induced by the
+/// sketch.
 #[test]
 fn a_way_on_the_sketch_passes_the_same_things_on_the_same_sides() {
     let room = Correspondence::new(&room()).unwrap();
@@ -75,8 +76,8 @@ fn rounds_are_counted() {
     }
 }
 
-/// About the first thing, about the second, back about the first, back about the second. Every winding number is 0, yet the line
-/// cannot be contracted.
+/// The line goes around the first thing, around the second, back around the first, and back around the second. Every
+/// winding number is 0, yet the line cannot be contracted.
 #[test]
 fn order_counts_where_winding_numbers_see_nothing() {
     let room = Correspondence::new(&room()).unwrap();
@@ -92,7 +93,7 @@ fn order_counts_where_winding_numbers_see_nothing() {
     assert!(room.is_homotopic(&way(&undone), &stay));
 }
 
-/// What the drawing does not show does not count.
+/// Things that the drawing does not show do not count.
 #[test]
 fn a_thing_that_nobody_drew_may_be_passed_on_any_side() {
     let anchors: Vec<_> = room().into_iter().filter(|anchor| anchor.world != Point::new(7.0, 3.0)).collect();
@@ -103,7 +104,7 @@ fn a_thing_that_nobody_drew_may_be_passed_on_any_side() {
     }
 }
 
-/// A drawing in which a thing lies elsewhere in the room: the sides count, not the positions.
+/// One thing is drawn in a different part of the room. What counts is the side, not the position.
 #[test]
 fn a_thing_drawn_in_the_wrong_place_is_still_that_thing() {
     let mut anchors = room();
@@ -146,7 +147,7 @@ fn inside() -> impl Strategy<Value = [f64; 2]> {
     (0.2..9.8, 0.2..7.8).prop_map(|(x, y)| [x, y])
 }
 
-/// The room drawn differently: turned, stretched, bent, and with every thing shifted by up to 0.7 m.
+/// Generates drawings of the room: turned, stretched, bent, and with every thing shifted by up to 0.7 m.
 fn drawings() -> impl Strategy<Value = Vec<Anchor>> {
     let shifts = prop::collection::vec((-0.7..0.7, -0.7..0.7), 8);
     (-3.0..3.0_f64, 0.6..1.8, -0.06..0.06, shifts).prop_map(|(turn, stretch, bend, shifts)| {
@@ -160,7 +161,7 @@ fn drawings() -> impl Strategy<Value = Vec<Anchor>> {
     })
 }
 
-/// The path, finely cut and carried into the drawing.
+/// Returns the path, finely cut and carried into the drawing.
 fn carried(room: &Correspondence, way: &[Point<World>]) -> Vec<Point<Sketch>> {
     let cut = |pair: &[Point<World>]| {
         let [a, b] = [pair[0], pair[1]];
@@ -185,7 +186,7 @@ fn distance_to_anchors(way: &[Point<World>]) -> f64 {
     room().into_iter().map(nearest).fold(f64::INFINITY, f64::min)
 }
 
-/// How often a closed line winds around a place.
+/// Returns the number of times that a closed line winds around a point.
 fn winding(line: &[Point<Sketch>], about: Point<Sketch>) -> i64 {
     let angle = |p: &Point<Sketch>| (p.y - about.y).atan2(p.x - about.x);
     let turn = |(a, b): (&Point<Sketch>, &Point<Sketch>)| {
@@ -207,7 +208,7 @@ proptest! {
         prop_assert!(room.is_homotopic(&way, &carried(&room, &way)));
     }
 
-    /// Equal winding numbers around every anchor are necessary.
+    /// Homotopic lines must have equal winding numbers around every anchor.
     #[test]
     fn homotopic_lines_wind_alike(
         anchors in drawings(), mut a in prop::collection::vec(inside(), 2..7), b in prop::collection::vec(inside(), 2..7),
@@ -222,7 +223,7 @@ proptest! {
         prop_assert!(unwound || !room.is_homotopic(&a, &drawn));
     }
 
-    /// A corner of the path may slide wherever it sweeps over no anchor, and only there.
+    /// A corner of the path may slide as long as it sweeps over no anchor.
     #[test]
     fn a_corner_may_slide_but_not_over_an_anchor(
         points in prop::collection::vec(inside(), 3..8), which in 0_usize..6, to in inside(),
@@ -238,7 +239,7 @@ proptest! {
         prop_assert_eq!(room.is_homotopic(&way(&slid), &route(&points)), !passed);
     }
 
-    /// The answer stays the same if path and route are driven and drawn backwards, and with a detour there and back.
+    /// The answer stays the same if path and route are both reversed, or if a detour there and back is added.
     #[test]
     fn neither_direction_nor_detours_there_and_back_matter(
         a in prop::collection::vec(inside(), 2..7), b in prop::collection::vec(inside(), 2..7), detour in prop::collection::vec(inside(), 1..5),

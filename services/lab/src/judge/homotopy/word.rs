@@ -1,22 +1,23 @@
-//! Reduced words: the edges that a line crosses, without crossings there and back.
+//! Reduced words: the sequence of edges that a line crosses, without crossings that undo each other.
 
-/// A reduced word: the edges that a line crosses, without the crossings that undo each other. An edge is given by the indices of
-/// its anchors; the four indices after the last anchor are the frame's corners.
+/// The sequence of edges that a line crosses, without crossings that undo each other. An edge is given by the indices of
+/// its anchors. The four indices after that of the last anchor are the corners of the frame.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Word(Vec<[usize; 2]>);
 
 impl Word {
-    /// The letters.
+    /// Returns the letters of the word.
     pub fn letters(&self) -> &[[usize; 2]] {
         &self.0
     }
 
-    /// Whether nothing is left.
+    /// Returns true if no letters are left.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Appends a letter. An edge crossed twice in a row was crossed there and back.
+    /// Appends a letter. If it equals the last one, both are dropped, since an edge crossed twice in a row is crossed there and
+    /// back.
     pub(super) fn push(&mut self, edge: [usize; 2]) {
         if self.0.last() == Some(&edge) {
             self.0.pop();

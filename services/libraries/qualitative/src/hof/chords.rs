@@ -1,11 +1,12 @@
-//! Constant forces of two objects that a line separates: the product of their chords, integrated.
+//! Constant forces between two objects that a line separates, computed by integrating the product of their chords.
 //!
-//! If all of the argument is after the referent, F_0(θ) = ∫ X(u) Z(u) du, with X and Z the lengths of the two objects on the
-//! parallel u. The length in a simple ring follows from the edges that the parallel meets: it is the sum of the heights of
-//! those that go one way, less those that go back. It is linear between corners, so nothing has to be sorted along the
-//! direction.
+//! If the whole argument is after the referent, F_0(θ) = ∫ X(u) Z(u) du, where X and Z are the lengths of the two objects
+//! on the parallel u. For a simple ring, the length follows from the edges that the parallel meets: it is the sum of the
+//! heights of those that run one way, less the heights of those that run back. Between neighbouring corners this length is
+//! linear in u, so nothing has to be sorted along the direction.
 
-/// An edge across the direction: where it begins and ends, and its line's height at 0 and slope, signed by its direction.
+/// An edge that runs across the direction: where it begins and ends, and the height at 0 and slope of its line. Height and
+/// slope are negated for edges that run backwards.
 #[derive(Debug, Clone, Copy)]
 struct Edge {
     low: f64,
@@ -14,15 +15,16 @@ struct Edge {
     slope: f64,
 }
 
-/// The edges of two objects between two parallels, kept so that memory is reused.
+/// The edges of two objects between two parallels. Keeping this value between calls reuses its memory.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Chords {
     edges: [Vec<Edge>; 2],
 }
 
 impl Chords {
-    /// What F_0 needs: the edges of both objects, and their corners across and along the direction. These determine the
-    /// parallels that both objects meet, and the corners between them in their order across.
+    /// Computes F_0 from the edges of both objects and their corners across and along the direction. `low` and `high` are the
+    /// outermost parallels that both objects meet, and `strips` are the corners between them in ascending order across the
+    /// direction.
     pub(super) fn constant_force(
         &mut self,
         edges: [&[[usize; 2]]; 2],
@@ -49,7 +51,7 @@ impl Chords {
     }
 }
 
-/// Takes an edge that goes across the direction between two parallels.
+/// Appends an edge if it runs across the direction between two parallels.
 fn take(edges: &mut Vec<Edge>, from: [f64; 2], to: [f64; 2], [low, high]: [f64; 2]) {
     let (sign, from, to) = if from[0] < to[0] { (1.0, from, to) } else { (-1.0, to, from) };
     if from[0] < to[0] && from[0] < high && to[0] > low {
@@ -59,7 +61,7 @@ fn take(edges: &mut Vec<Edge>, from: [f64; 2], to: [f64; 2], [low, high]: [f64; 
     }
 }
 
-/// The lengths of an object on both sides of a strip between neighbouring corners.
+/// Returns the lengths of an object on both sides of a strip between neighbouring corners.
 fn lengths(edges: &[Edge], [from, to]: [f64; 2]) -> [f64; 2] {
     let middle = from + (to - from) / 2.0;
     let (mut height, mut slope) = (0.0, 0.0);

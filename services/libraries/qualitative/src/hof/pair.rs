@@ -1,5 +1,5 @@
-//! Two objects and the forces between them. The parallels through all vertices and crossings of edges cut the plane
-//! into strips; [`super::power`] has the force of a strip.
+//! A pair of objects and the forces between them. The parallels through all vertices and edge crossings cut the plane into
+//! strips; [`super::power`] computes the force of a strip.
 
 use std::f64::consts::TAU;
 
@@ -9,68 +9,70 @@ use super::{Force, Polygon, polygon};
 use crate::error::Error;
 use crate::geometry::{MAX_COORDINATE, Point};
 
-/// Lengths below this part of the objects' size are rounding errors: objects this near to each other touch.
+/// Ratio of a length to the size of the objects below which it is a rounding error. Objects this near to each other touch.
 const ROUNDING: f64 = 1e-12;
 
 /// Two objects, prepared for any exponent and direction.
 #[derive(Debug, Clone, Default)]
 pub struct Pair {
-    /// The corners of the argument, those of the referent, and where edges cross.
+    /// The corners of the argument, then those of the referent, then the crossings of edges.
     knots: Vec<Point>,
-    /// How many corners the argument has, and how many both have.
+    /// Number of corners of the argument, and of both objects.
     corners: [usize; 2],
-    /// Edges of the argument, then those of the referent, by the indices of their ends.
+    /// The edges of the argument, then those of the referent, as indices of their ends.
     edges: Vec<[usize; 2]>,
     /// The two edges at each corner.
     edges_at: Vec<[usize; 2]>,
-    /// A circle around each object: its centre and radius.
+    /// The centre and radius of a circle around each object.
     circles: [([f64; 2], f64); 2],
-    /// Lengths up to this are rounding errors.
+    /// Lengths up to this one are rounding errors.
     rounding: f64,
-    /// If each is one ring that does not cross itself, and a line separates them: the line's normal, towards the argument.
+    /// The normal, towards the argument, of a line that separates the objects. Only set if each object is a single ring that
+    /// does not cross itself.
     normal: Option<[f64; 2]>,
 }
 
-/// Working memory for a direction, kept so that it is reused.
+/// Working memory for computing forces, kept so that it can be reused.
 #[derive(Debug, Clone, Default)]
 pub struct Workspace {
-    /// Sine and cosine of the directions that were last asked for.
+    /// Sine and cosine of the directions of the last histogram.
     turns: Vec<(f64, f64)>,
-    /// The knots across and along the direction.
+    /// The coordinates of the knots across and along the direction.
     turned: Vec<[f64; 2]>,
-    /// The knots in their order across the direction; that of one direction is nearly that of the next.
+    /// The indices of the knots in order across the direction. The order for one direction is nearly that for the next, so it
+    /// is kept.
     order: Vec<usize>,
     argument: Cut,
     referent: Cut,
     chords: Chords,
 }
 
-/// An object cut by a parallel that sweeps over it: its edges there, in their order along the direction.
+/// An object cut by a parallel that sweeps over it. Holds the edges being cut, in order along the direction.
 #[derive(Debug, Clone, Default)]
 struct Cut {
     lines: Vec<Line>,
 }
 
-/// An edge that the parallel cuts.
+/// An edge that the sweeping parallel cuts.
 #[derive(Debug, Clone, Copy)]
 struct Line {
     edge: usize,
-    /// Where it begins, across and along, and its slope.
+    /// The start of the edge, across and along the direction. `slope` is the slope of its line.
     begin: [f64; 2],
     slope: f64,
-    /// Where it is cut at both sides of the strip.
+    /// The position along the direction of the cut at each side of the strip.
     cut: [f64; 2],
 }
 
 impl Pair {
-    /// The pair of argument A and referent B: the forces are large in the direction in which A is, seen from B.
+    /// Prepares the pair of argument A and referent B. Forces are large in the direction of A as seen from B.
     pub fn new(argument: &Polygon, referent: &Polygon) -> Self {
         let mut pair = Self::default();
         pair.prepare(argument, referent);
         pair
     }
 
-    /// Turns into another pair, reusing its memory.
+    /// Replaces this pair by another, reusing its memory.
     pub fn prepare(&mut self, argument: &Polygon, referent: &Polygon) {
         let (a, b) = (argument.corners(), referent.corners());
         self.knots.clear();
@@ -82,7 +84,7 @@ impl Pair {
         self.edges_at.clear();
         self.edges_at.resize(self.knots.len(), [0; 2]);
         for (i, [from, to]) in self.edges.iter().enumerate() {
-            // Each corner begins one edge and ends another one.
+            // Each corner begins one edge and ends another.
             self.edges_at[*from][0] = i;
             self.edges_at[*to][1] = i;
         }
@@ -102,7 +104,8 @@ impl Pair {
         self.normal = if are_simple && are_rings { self.parting_normal() } else { None };
     }
 
-    /// Whether a ring does not even touch itself: if a corner is on an edge, the ring may cross itself there.
+    /// Returns true if a ring neither crosses nor touches itself. Touching is excluded because a ring with a corner on one of
+    /// its edges may cross itself there.
     fn is_simple(&self, edges: &[[usize; 2]]) -> bool {
         let neighbours = |i: usize, j: usize| j == i + 1 || i + j + 1 == edges.len() && i == 0;
         let pairs = (0..edges.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
@@ -112,7 +115,8 @@ impl Pair {
             .all(|(i, j)| !polygon::touch(ends(i), ends(j), self.rounding))
     }
 
-    /// The normal of a line that separates the objects; the direction between their circles and the axes are tried.
+    /// Returns the normal of a line that separates the objects, if one is found. The direction between the circles and the axes
+    /// are tried.
     fn parting_normal(&self) -> Option<[f64; 2]> {
         let [(a, _), (b, _)] = self.circles;
         let between = [a[0] - b[0], a[1] - b[1]];
@@ -126,10 +130,10 @@ impl Pair {
         })
     }
 
-    /// The force F_r(θ), with r the exponent of the distance.
+    /// Returns the force F_r(θ), where r is the exponent of the distance.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if r is not from 0 to 16 or the angle is not finite.
+    /// [`Error::Parameter`] if r is not between 0 and 16, or if the angle is not finite.
     pub fn force(&self, exponent: f64, angle_rad: f64, workspace: &mut Workspace) -> Result<Force, Error> {
         let power = Power::new(exponent)?;
         if angle_rad.abs() > MAX_COORDINATE || angle_rad.is_nan() {
@@ -142,21 +146,21 @@ impl Pair {
         Ok(self.force_along(power, angle_rad.sin_cos(), workspace))
     }
 
-    /// The forces in `directions` directions, from 0 on, evenly spaced.
+    /// Returns the forces in `directions` evenly spaced directions, starting from 0.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if r is not from 0 to 16.
+    /// [`Error::Parameter`] if r is not between 0 and 16.
     pub fn histogram(&self, exponent: f64, directions: usize) -> Result<Vec<Force>, Error> {
         let mut forces = vec![Force::ZERO; directions];
         self.histogram_into(exponent, &mut forces, &mut Workspace::default())?;
         Ok(forces)
     }
 
-    /// The same into a slice, with one direction per element. Nothing is allocated once the workspace has been used for objects
-    /// of that many corners.
+    /// Like [`Self::histogram`], but writes the forces into a slice, with one direction per element. Once the workspace has
+    /// been used for objects with as many corners, this does not allocate.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if r is not from 0 to 16.
+    /// [`Error::Parameter`] if r is not between 0 and 16.
     pub fn histogram_into(
         &self,
         exponent: f64,
@@ -232,7 +236,7 @@ impl Pair {
         force
     }
 
-    /// The mean force in a strip.
+    /// Returns the mean force in a strip.
     fn strip(&self, power: Power, argument: &Cut, referent: &Cut) -> Force {
         let mut force = Force::ZERO;
         for a in argument.sections() {
@@ -243,7 +247,7 @@ impl Pair {
         force
     }
 
-    /// Whether the circles around the objects show that no parallel meets the argument after the referent.
+    /// Returns true if the circles around the objects show that no parallel meets the argument after the referent.
     fn is_elsewhere(&self, (sin, cos): (f64, f64)) -> bool {
         let [(a, a_radius), (b, b_radius)] = self.circles;
         let [x, y] = [a[0] - b[0], a[1] - b[1]];
@@ -261,7 +265,7 @@ impl Force {
     }
 }
 
-/// The extent of points across a direction and along it.
+/// The extent of a set of points across and along a direction.
 struct Extent {
     across: [f64; 2],
     along: [f64; 2],
@@ -277,7 +281,7 @@ fn extent(turned: &[[f64; 2]]) -> Extent {
     extent
 }
 
-/// A circle around points, with the middle of their extent as its centre.
+/// Returns the centre and radius of a circle around points. The centre is the middle of their bounding box.
 fn circle(corners: &[Point]) -> ([f64; 2], f64) {
     let middle = |of: fn(Point) -> f64| {
         let values = || corners.iter().map(|at| of(*at));
@@ -288,7 +292,7 @@ fn circle(corners: &[Point]) -> ([f64; 2], f64) {
     (centre, radius)
 }
 
-/// Sorts the indices of points by their position across the direction; quick if they are nearly sorted.
+/// Sorts the indices of points by their position across the direction. This is quick if they are nearly sorted already.
 fn sort(order: &mut Vec<usize>, turned: &[[f64; 2]]) {
     if order.len() != turned.len() {
         order.clear();
@@ -313,28 +317,28 @@ fn sort(order: &mut Vec<usize>, turned: &[[f64; 2]]) {
 }
 
 impl Cut {
-    /// An edge begins or ends at a knot.
+    /// Adds or removes an edge that begins or ends at a knot.
     fn toggle(&mut self, edge: usize, knot: usize, ends: [usize; 2], turned: &[[f64; 2]]) {
         if let Some(place) = self.lines.iter().position(|line| line.edge == edge) {
-            // The order is made again before it is used.
+            // This breaks the order of the lines, but `move_to` restores it before it is used.
             self.lines.swap_remove(place);
             return;
         }
         let end = turned[if ends[0] == knot { ends[1] } else { ends[0] }];
         let begin = turned[knot];
-        // An edge along the direction ends before the next strip.
+        // The slope is not finite for an edge along the direction, but such an edge ends before the next strip.
         let slope = (end[1] - begin[1]) / (end[0] - begin[0]);
         self.lines.push(Line { edge, begin, slope, cut: [begin[1]; 2] });
     }
 
-    /// Begins a strip where the last one ended.
+    /// Begins a strip at the end of the previous one.
     fn begin_at(&mut self, across: f64) {
         for line in &mut self.lines {
             line.cut[0] = line.begin[1] + (across - line.begin[0]) * line.slope;
         }
     }
 
-    /// Extends the strip to here: cuts the edges and sorts them along the direction.
+    /// Extends the strip to `across`, which cuts the edges there and sorts them along the direction.
     fn move_to(&mut self, across: f64) {
         let mut is_sorted = true;
         let mut before = f64::NEG_INFINITY;
@@ -349,7 +353,7 @@ impl Cut {
         }
     }
 
-    /// The sections in the strip, along the direction.
+    /// Returns the sections of the object in the strip, in order along the direction.
     fn sections(&self) -> impl Iterator<Item = Section> {
         self.lines.chunks_exact(2).map(|ends| [ends[0].cut, ends[1].cut])
     }

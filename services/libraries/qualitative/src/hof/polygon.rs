@@ -1,30 +1,30 @@
-//! Objects: polygons of one or more rings. The even-odd rule says what is inside.
+//! Objects as polygons of one or more rings, with the even-odd rule for what is inside.
 
 use crate::error::Error;
 use crate::geometry::Point;
 
-/// A polygon of one or more rings. A point is inside if an odd number of rings surrounds it: a ring inside another one is a
-/// hole, and rings next to each other are parts. The same rule applies where the edges of a ring cross.
+/// A polygon of one or more rings. A point is inside if it is surrounded by an odd number of rings, so a ring inside
+/// another is a hole and rings next to each other are separate parts. The same rule applies to a ring whose edges cross.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polygon {
     corners: Vec<Point>,
-    /// Where each ring ends in `corners`.
+    /// The end of each ring in `corners`.
     ends: Vec<usize>,
 }
 
 impl Polygon {
-    /// A polygon of one ring by its corners, in either order.
+    /// Creates a polygon of one ring from its corners, in either orientation.
     ///
     /// # Errors
-    /// [`Error::Extent`] if there are fewer than three corners, or all in one line.
+    /// [`Error::Extent`] if there are fewer than three corners, or if all corners are on one line.
     pub fn new(corners: impl IntoIterator<Item = Point>) -> Result<Self, Error> {
         Self::from_rings([corners])
     }
 
-    /// A polygon of several rings.
+    /// Creates a polygon of several rings.
     ///
     /// # Errors
-    /// [`Error::Extent`] if there is no ring, or one of fewer than three corners, or one with all in one line.
+    /// [`Error::Extent`] if there are no rings, or if a ring has fewer than three corners or has all its corners on one line.
     pub fn from_rings(
         rings: impl IntoIterator<Item = impl IntoIterator<Item = Point>>,
     ) -> Result<Self, Error> {
@@ -38,10 +38,10 @@ impl Polygon {
         if polygon.ends.is_empty() { Err(no_extent()) } else { Ok(polygon) }
     }
 
-    /// Turns into a polygon of one ring, reusing its memory.
+    /// Replaces the polygon by one with a single ring, reusing its memory.
     ///
     /// # Errors
-    /// As [`Self::new`]; the polygon stays as it was.
+    /// Same as [`Self::new`]. On error, the polygon is left unchanged.
     pub fn replace(
         &mut self,
         corners: impl IntoIterator<IntoIter = impl Iterator<Item = Point> + Clone>,
@@ -55,12 +55,12 @@ impl Polygon {
         Ok(())
     }
 
-    /// The corners of all rings, one ring after another.
+    /// Returns the corners of all rings, one ring after another.
     pub fn corners(&self) -> &[Point] {
         &self.corners
     }
 
-    /// The rings.
+    /// Returns the corners of each ring.
     pub fn rings(&self) -> impl Iterator<Item = &[Point]> {
         self.ranges().map(|[begin, end]| &self.corners[begin..end])
     }
@@ -70,18 +70,18 @@ impl Polygon {
         begins.zip(&self.ends).map(|(begin, end)| [begin, *end])
     }
 
-    /// The edges by the indices of their ends in [`Self::corners`].
+    /// Returns the edges as pairs of indices into [`Self::corners`].
     pub(super) fn edge_places(&self) -> impl Iterator<Item = [usize; 2]> {
         self.ranges()
             .flat_map(|[begin, end]| (begin..end).map(move |i| [i, if i + 1 == end { begin } else { i + 1 }]))
     }
 
-    /// The edges of all rings.
+    /// Returns the edges of all rings.
     pub fn edges(&self) -> impl Iterator<Item = [Point; 2]> {
         self.edge_places().map(|edge| edge.map(|i| self.corners[i]))
     }
 
-    /// Whether a point is inside.
+    /// Returns true if a point is inside.
     pub fn contains(&self, at: Point) -> bool {
         let crossed = self.edges().filter(|[from, to]| {
             (from.y() > at.y()) != (to.y() > at.y()) && {
@@ -92,7 +92,7 @@ impl Polygon {
         crossed.count() % 2 == 1
     }
 
-    /// The proximity: the least distance between a point of this object and one of the other, 0 if they overlap.
+    /// Returns the proximity: the least distance between a point of this object and one of the other, or 0 if they overlap.
     pub fn distance(&self, other: &Self) -> f64 {
         let is_inside = |of: &Self, ring: &[Point]| of.contains(ring[0]);
         if other.rings().any(|ring| is_inside(self, ring)) || self.rings().any(|ring| is_inside(other, ring))
@@ -103,7 +103,7 @@ impl Polygon {
         pairs.fold(f64::INFINITY, f64::min)
     }
 
-    /// The least distance of a point to this object, 0 inside.
+    /// Returns the least distance from a point to this object, or 0 if the point is inside.
     pub fn distance_to(&self, at: Point) -> f64 {
         if self.contains(at) {
             return 0.0;
@@ -116,7 +116,7 @@ const fn no_extent() -> Error {
     Error::Extent { what: "polygon", found: 0.0 }
 }
 
-/// A ring needs three corners that are not in one line.
+/// Checks that a ring has three corners that are not on one line.
 fn check(mut corners: impl Iterator<Item = Point> + Clone) -> Result<(), Error> {
     let Some(first) = corners.next() else { return Err(no_extent()) };
     let pairs = corners.clone().zip(corners.skip(1));
@@ -131,7 +131,7 @@ fn to_edge(at: Point, [from, to]: [Point; 2]) -> f64 {
     (off.x - part * along.x).hypot(off.y - part * along.y)
 }
 
-/// The distance between two edges, 0 if they cross.
+/// Returns the distance between two edges, or 0 if they cross.
 fn between_edges(a: [Point; 2], b: [Point; 2]) -> f64 {
     if crossing(a, b).is_some() {
         return 0.0;
@@ -140,7 +140,7 @@ fn between_edges(a: [Point; 2], b: [Point; 2]) -> f64 {
     ends.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-/// Where two edges, ends excluded, cross.
+/// Returns the crossing of two edges, excluding their ends, or `None` if they do not cross.
 pub(super) fn crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Point> {
     let apart = |[a, b]: [f64; 2], [c, d]: [f64; 2]| a.max(b) < c.min(d) || c.max(d) < a.min(b);
     if apart([a.x(), b.x()], [c.x(), d.x()]) || apart([a.y(), b.y()], [c.y(), d.y()]) {
@@ -153,14 +153,14 @@ pub(super) fn crossing([a, b]: [Point; 2], [c, d]: [Point; 2]) -> Option<Point> 
     if is_inside { Point::new(a.x() + s * ab.x, a.y() + s * ab.y).ok() } else { None }
 }
 
-/// Whether two edges, ends included, meet or nearly do.
+/// Returns true if two edges, including their ends, meet or come within about `rounding` of each other.
 pub(super) fn touch([a, b]: [Point; 2], [c, d]: [Point; 2], rounding: f64) -> bool {
     let apart =
         |[a, b]: [f64; 2], [c, d]: [f64; 2]| a.max(b) + rounding < c.min(d) || c.max(d) + rounding < a.min(b);
     if apart([a.x(), b.x()], [c.x(), d.x()]) || apart([a.y(), b.y()], [c.y(), d.y()]) {
         return false;
     }
-    // Whether both ends of one edge are on one side of the other's line.
+    // True if both ends of one edge are on the same side of the line through the other.
     let is_beside = |from: Point, to: Point, ends: [Point; 2]| {
         let along = to - from;
         let sides = ends.map(|end| along.cross(end - from));
@@ -202,7 +202,7 @@ mod tests {
         let unit = Polygon::new(square(0.0, 0.0, 1.0)).unwrap();
         assert_eq!(unit.distance(&Polygon::new(square(3.0, 0.2, 1.0)).unwrap()), 2.0);
         assert_eq!(unit.distance(&Polygon::new(square(4.0, 5.0, 1.0)).unwrap()), 5.0);
-        // A corner before an edge; a bar across, no corner of which is inside.
+        // A triangle with a corner in front of an edge, and a bar right across the square that has no corner inside it.
         assert!((unit.distance(&polygon(&[[1.5, 0.5], [3.0, 0.0], [3.0, 1.0]])) - 0.5).abs() < 1e-15);
         assert_eq!(unit.distance(&polygon(&[[-1.0, 0.4], [2.0, 0.4], [2.0, 0.6], [-1.0, 0.6]])), 0.0);
         assert_eq!(unit.distance(&Polygon::new(square(-1.0, -1.0, 3.0)).unwrap()), 0.0);

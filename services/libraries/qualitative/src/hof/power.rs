@@ -1,22 +1,22 @@
-//! The force of one section of an object on another along parallels, in closed form.
+//! The force that one section of an object exerts on another along parallels, in closed form.
 //!
-//! Within a strip each end of a section is linear across the parallels, so the double integral of a power of a distance is a
-//! difference of four powers, and its integral over the strip is a difference quotient. If the objects are far apart for their
-//! size, these differences would cancel, and Gauss's quadrature is used instead.
+//! Within a strip, each end of a section is linear across the parallels. The double integral of a power of the distance is
+//! therefore a difference of four powers, and its integral over the strip is a difference quotient. If the objects are far
+//! apart compared to their size, these differences would cancel, so Gaussian quadrature is used instead.
 
 use super::Force;
 use crate::error::Error;
 use crate::geometry::not_negative;
 
-/// Sections that are farther apart than this many of their lengths are integrated by quadrature.
+/// Ratio of distance to section length above which sections are integrated by quadrature.
 const FAR: f64 = 4.0;
-/// Distances that change by less than this factor in a strip: five points give their logarithms to 1e-10.
+/// Ratio below which a distance that changes within a strip counts as steady. Five points then give its logarithm to 1e-10.
 const STEADY: f64 = 1.4;
 
-/// A section of an object by a parallel, at both sides of a strip: its low and its high end.
+/// The section of an object by a parallel, at both sides of a strip. The low end is first, then the high end.
 pub(super) type Section = [[f64; 2]; 2];
 
-/// The exponent r of a force, with what follows from it.
+/// The exponent r of a force, and the integrals of its law.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Power {
     r: f64,
@@ -33,17 +33,17 @@ impl Power {
         }
     }
 
-    /// Whether forces do not depend on distances.
+    /// Returns true if forces do not depend on distance.
     pub(super) fn is_constant(self) -> bool {
         self.r == 0.0
     }
 
-    /// t^−r.
+    /// Returns t^−r.
     fn law(self, t: f64) -> f64 {
         t.powf(-self.r)
     }
 
-    /// A second integral of t^−r, the one that is 0 at 0 if there is one.
+    /// Returns the second integral of t^−r, choosing the one that is 0 at 0 if there is one.
     fn second(self, t: f64) -> f64 {
         if t <= 0.0 {
             0.0
@@ -56,7 +56,7 @@ impl Power {
         }
     }
 
-    /// A third integral, the one that is 0 at 0 if there is one.
+    /// Returns the third integral of t^−r, choosing the one that is 0 at 0 if there is one.
     fn third(self, t: f64) -> f64 {
         if t <= 0.0 {
             0.0
@@ -71,7 +71,7 @@ impl Power {
         }
     }
 
-    /// The mean of the second integral over a strip in which t goes from one number to another, both of one sign.
+    /// Returns the mean of the second integral over a strip in which t changes linearly between two numbers of the same sign.
     fn mean(self, [from, to]: [f64; 2]) -> f64 {
         let (from, to) = (from.max(0.0), to.max(0.0));
         let difference = to - from;
@@ -85,7 +85,7 @@ impl Power {
     }
 }
 
-/// Gauss's quadrature on [0, 1] with five points, each with its weight.
+/// Points and weights of five-point Gaussian quadrature on [0, 1].
 const GAUSS: [(f64, f64); 5] = [
     (0.046_910_077_030_668_02, 0.118_463_442_528_094_54),
     (0.230_765_344_947_158_45, 0.239_314_335_249_683_23),
@@ -94,7 +94,7 @@ const GAUSS: [(f64, f64); 5] = [
     (0.953_089_922_969_332, 0.118_463_442_528_094_54),
 ];
 
-/// The mean over a strip of the force between a section of the argument and one of the referent.
+/// Returns the mean, over a strip, of the force between a section of the argument and one of the referent.
 pub(super) fn mean_force(
     power: Power,
     [a_low, a_high]: Section,
@@ -106,7 +106,7 @@ pub(super) fn mean_force(
         return Force::Finite(constant([a_low, a_high], [b_low, b_high]));
     }
     let apart = |a: [f64; 2], b: [f64; 2]| [0, 1].map(|i| a[i] - b[i]);
-    // What is 0 up to rounding at both sides is 0, so that the two have the same sign.
+    // Values that are 0 up to rounding are set to 0, so that both sides of the strip have the same sign.
     let rounded = |t: [f64; 2]| t.map(|t| if t.abs() <= rounding { 0.0 } else { t });
     let whole = rounded(apart(a_high, b_low));
     let gap = rounded(apart(a_low, b_high));
@@ -135,20 +135,21 @@ pub(super) fn mean_force(
     Force::Finite((power.mean(whole) - power.mean(a_begin) - power.mean(b_end) + power.mean(gap)).max(0.0))
 }
 
-/// The longest of sections at both sides of a strip.
+/// Returns the length of the longest of two sections at both sides of a strip.
 fn longest(a: Section, b: Section) -> f64 {
     [a, b].iter().flat_map(|[low, high]| [high[0] - low[0], high[1] - low[1]]).fold(0.0, f64::max)
 }
 
-/// F_0 of sections with a gap between them: the product of their lengths x and z, which are linear in the strip.
+/// Returns F_0 of sections with a gap between them. It is the product of their lengths x and z, which are linear in the
+/// strip.
 fn constant(a: Section, b: Section) -> f64 {
     let [x, z] = [a, b].map(|[low, high]| [0, 1].map(|i| high[i] - low[i]));
-    // A section that is a rounding error may have a length below 0.
+    // If a section is only a rounding error, its length may be negative.
     ((2.0 * (x[0] * z[0] + x[1] * z[1]) + x[0] * z[1] + x[1] * z[0]) / 6.0).max(0.0)
 }
 
-/// F_2 of sections with a gap y between them that changes little in the strip: ln[(x + y)(y + z) / (y(x + y + z))].
-/// The form ln(1 + xz / (y(x + y + z))) loses no digits, however far apart they are.
+/// Returns F_2 of sections with a gap y between them that changes little in the strip: ln[(x + y)(y + z) / (y(x + y + z))].
+/// The equivalent form ln(1 + xz / (y(x + y + z))) loses no digits, however far apart the sections are.
 fn gravitational([a_low, a_high]: Section, [b_low, b_high]: Section) -> f64 {
     let between = |[from, to]: [f64; 2], at: f64| from + (to - from) * at;
     let part = |(at, weight)| {
@@ -159,12 +160,13 @@ fn gravitational([a_low, a_high]: Section, [b_low, b_high]: Section) -> f64 {
     GAUSS.into_iter().map(part).sum()
 }
 
-/// ln(1 + q), to 1e-13 of itself.
+/// Returns ln(1 + q) to a relative accuracy of 1e-13.
 fn ln_of_one_and(q: f64) -> f64 {
     if q > 1e-3 { (1.0 + q).ln() } else { q * (1.0 - q * (0.5 - q * (1.0 / 3.0 - q * (0.25 - q * 0.2)))) }
 }
 
-/// The same for sections that are far from each other; the strip is halved until the distance is about one.
+/// Returns the force between sections that are far from each other, by quadrature. The strip is halved until the gaps at
+/// its two sides differ by at most a factor of two.
 fn by_quadrature(power: Power, a: Section, b: Section, depth: u32) -> f64 {
     let gap = [0, 1].map(|i| a[0][i] - b[1][i]);
     if gap[0].max(gap[1]) > 2.0 * gap[0].min(gap[1]) && depth < 40 {

@@ -1,8 +1,8 @@
-//! Interpreting a histogram of forces. How true is it that the argument is in a direction? Does one direction describe it at
-//! all? How wide is it, and does it surround the referent?
+//! Interpretation of a histogram of forces: how true it is that the argument is in a direction, whether a single direction
+//! describes its position at all, how wide the argument appears, and whether it surrounds the referent.
 //!
-//! Sources: Matsakis et al. 2001 (degree of truth); Chronis 2007, 3.2.2 (sixteen directions, surround relations).
-//! Nothing here allocates.
+//! Sources: Matsakis et al. 2001 for the degree of truth, and Chronis 2007, 3.2.2, for the sixteen directions and the
+//! surround relations. Nothing in this module allocates.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_3, PI, TAU};
 
@@ -10,48 +10,49 @@ use serde::{Deserialize, Serialize};
 
 use super::Force;
 
-/// A histogram as seen with a heading. The histogram is turned, not the objects. Its directions are those of the plane, evenly
-/// spaced from 0. Directions passed to and returned by its methods are counter-clockwise from the heading.
+/// A histogram seen relative to a heading. The directions of the histogram itself are those of the plane, evenly spaced
+/// from 0. Since the view turns the histogram rather than the objects, a new heading needs no new histogram. Directions
+/// passed to and returned by the methods are counter-clockwise from the heading.
 #[derive(Debug, Clone, Copy)]
 pub struct View<'a> {
     forces: &'a [Force],
     heading_rad: f64,
 }
 
-/// The direction that best describes where the argument is.
+/// The direction that best describes the position of the argument.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Assessment {
     /// The index of the direction, counter-clockwise from 0 at the heading.
     pub direction: usize,
-    /// How true it is that the argument is there, from 0 to 1.
+    /// Degree of truth, from 0 to 1, of the statement that the argument is in this direction.
     pub degree: f64,
 }
 
-/// How well a direction describes where the argument is.
+/// Says how well a single direction describes the position of the argument.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Grade {
-    /// No single direction describes it: ask for [`Surround`].
+    /// No single direction describes the position: use [`Surround`] instead.
     Unsatisfactory,
-    /// It extends to other directions.
+    /// The argument is in this direction, but extends to others.
     RatherSatisfactory,
-    /// It is there.
+    /// The argument is in this direction.
     Satisfactory,
 }
 
-/// How the argument is around the referent (Chronis 2007, 3.2.2), by the number of a direction.
+/// Describes how the argument surrounds the referent (Chronis 2007, 3.2.2). The values are indices of directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Surround {
-    /// On the side of the main direction.
+    /// The argument surrounds the referent from the side of the main direction.
     From(usize),
-    /// Except for an opening in this direction, which is opposite to the main one.
+    /// The argument surrounds the referent except for an opening in this direction, which is opposite the main one.
     OpeningAt(usize),
-    /// On all sides.
+    /// The argument surrounds the referent on all sides.
     Completely,
 }
 
 impl Assessment {
-    /// The grade. Neither Matsakis et al. 2001 nor Chronis 2007 gives the thresholds; these are ours. A ring of constant forces
-    /// has a degree of 0.5 if it is closed over 240°.
+    /// Returns the grade of the assessment. Neither Matsakis et al. 2001 nor Chronis 2007 gives thresholds, so these are our
+    /// own. With constant forces, a ring that covers 240° around the referent has a degree of 0.5.
     pub fn grade(self) -> Grade {
         match self.degree {
             degree if degree >= 0.75 => Grade::Satisfactory,
@@ -62,8 +63,9 @@ impl Assessment {
 }
 
 impl Surround {
-    /// The relation by the width of the histogram of constant forces. From π/3 to 2π/3 the referent is surrounded from the main
-    /// direction. Above, it is surrounded, with an opening if it can escape. `None` below π/3.
+    /// Returns the surround relation for the width of a histogram of constant forces, or `None` if the width is below π/3. From
+    /// π/3 to 2π/3, the referent is surrounded from the main direction. Above 2π/3, it is surrounded except for an opening if
+    /// it can escape, and completely if it cannot.
     pub fn by_width(width_rad: f64, main: usize, directions: usize, can_escape: bool) -> Option<Self> {
         if width_rad < FRAC_PI_3 {
             None
@@ -78,23 +80,24 @@ impl Surround {
 }
 
 impl<'a> View<'a> {
-    /// A histogram as seen with a heading.
+    /// Creates a view of a histogram relative to a heading.
     pub const fn new(forces: &'a [Force], heading_rad: f64) -> Self {
         Self { forces, heading_rad }
     }
 
-    /// How true it is that the argument is in a direction: [`degree_of_truth`].
+    /// Returns how true it is that the argument is in a direction. See [`degree_of_truth`].
     pub fn degree(&self, direction_rad: f64) -> Option<f64> {
         degree_of_truth(self.forces, self.heading_rad + direction_rad)
     }
 
-    /// The best of `directions` directions; the first of equally good ones. `None` if no degree is known.
+    /// Returns the best of `directions` directions, and the first of them if several are equally good. Returns `None` if no
+    /// degree is known.
     pub fn assess(&self, directions: usize) -> Option<Assessment> {
         best(directions, |direction_rad| self.degree(direction_rad))
     }
 
-    /// The best by two histograms, of constant and of gravitational forces; the degree is the lesser of the two. If
-    /// gravitational forces are infinite, constant ones decide.
+    /// Like [`Self::assess`], but takes the lesser of the degrees by two histograms: `self`, of constant forces, and
+    /// `gravitational`. If gravitational forces are infinite, constant forces decide.
     pub fn assess_with(&self, gravitational: &Self, directions: usize) -> Option<Assessment> {
         best(directions, |direction_rad| {
             let constant = self.degree(direction_rad)?;
@@ -102,14 +105,14 @@ impl<'a> View<'a> {
         })
     }
 
-    /// The width: the part of a full turn over which there are forces, from 0 to 2π.
+    /// Returns the width of the histogram, which is the part of a full turn over which there are forces, from 0 to 2π.
     pub fn width_rad(&self) -> f64 {
         let some = self.forces.iter().filter(|force| force.is_some()).count();
         some as f64 * TAU / self.forces.len() as f64
     }
 
-    /// The widest opening: the middle of the directions without forces, from −π to π, and their width. `None` if there
-    /// are forces all around.
+    /// Returns the middle of the widest opening, from −π to π, and its width, in radians. An opening is a range of directions
+    /// without forces. Returns `None` if there are forces all around.
     pub fn opening(&self) -> Option<(f64, f64)> {
         let count = self.forces.len();
         let step = TAU / count as f64;
@@ -131,7 +134,7 @@ fn best(directions: usize, degree: impl Fn(f64) -> Option<f64>) -> Option<Assess
     let mut best: Option<Assessment> = None;
     for direction in 0..directions {
         let degree = degree(direction as f64 / directions as f64 * TAU)?;
-        // Mirror images differ by rounding.
+        // Mirror images differ by rounding errors, which must not decide between equally good directions.
         if best.is_none_or(|best| degree > best.degree + 1e-12) {
             best = Some(Assessment { direction, degree });
         }
@@ -139,19 +142,22 @@ fn best(directions: usize, degree: impl Fn(f64) -> Option<f64>) -> Option<Assess
     best
 }
 
-/// How true it is that the argument is in a direction of the referent, from 0 to 1 (after Matsakis et al. 2001). The
-/// histogram has directions from 0 on that are evenly spaced. `None` if a force is infinite or none is above 0.
+/// Returns how true it is that the argument is in a direction of the referent, from 0 to 1 (after Matsakis et al. 2001).
+/// The directions of the histogram are evenly spaced from 0. Returns `None` if a force is infinite or if no force is above
+/// 0.
 ///
-/// - Forces more than a right angle off `direction_rad` contradict it. Their moments about the right angle on their side cancel
-///   as much of the moments of the forces within, from that right angle inwards. What is left is effective.
-/// - A threshold separates the optimal parts of the effective forces from the others. The threshold is their mean with weights
-///   of 1 up to a quarter of a right angle off the direction, falling to 0 at a half. The part of a force up to the threshold
-///   is optimal and counts as if it were in the direction; the part above keeps its angle.
-/// - The degree is 1 − |mean angle| / (π/2), times the share of the effective forces in all.
+/// - Forces more than a right angle off `direction_rad` contradict it. On each side, the moments of these forces about the
+///   right angle cancel the same amount of moments of the forces within, starting at the right angle and moving inwards.
+///   The forces that remain are called effective.
+/// - A threshold separates the optimal part of each effective force from the rest. The threshold is the weighted mean of
+///   the effective forces, with weights of 1 up to a quarter of a right angle off the direction, falling to 0 at a half.
+///   The part of a force up to the threshold is optimal and counts as if it were in the direction; the part above the
+///   threshold keeps its angle.
+/// - The degree is 1 − |mean angle| / (π/2), multiplied by the share of effective forces in all forces.
 pub fn degree_of_truth(histogram: &[Force], direction_rad: f64) -> Option<f64> {
     let bins = Bins::new(histogram, direction_rad);
     let mut all = 0.0;
-    // Moments of the contradicting forces, left and right; which bins are within.
+    // Moments of the contradicting forces on the left and right, and the range of bins within a right angle.
     let mut moments = [0.0; 2];
     let mut within = [usize::MAX, 0];
     for k in 0..histogram.len() {
@@ -181,7 +187,7 @@ pub fn degree_of_truth(histogram: &[Force], direction_rad: f64) -> Option<f64> {
     Some((1.0 - mean.abs() / FRAC_PI_2).max(0.0) * sum / all)
 }
 
-/// A histogram, all the way around from the opposite of a direction.
+/// The bins of a histogram in order, going all the way around from the direction opposite `direction_rad`.
 #[derive(Debug, Clone, Copy)]
 struct Bins<'a> {
     histogram: &'a [Force],
@@ -197,7 +203,7 @@ impl<'a> Bins<'a> {
         Self { histogram, direction_rad, begin, first: begin.rem_euclid(count) as usize }
     }
 
-    /// How far a bin is off the direction, from −π to π, and its force.
+    /// Returns the angle between a bin and the direction, from −π to π, and the force of the bin.
     fn get(&self, k: usize) -> Option<(f64, f64)> {
         let count = self.histogram.len();
         let off = (self.begin + k as f64) / count as f64 * TAU - self.direction_rad;
@@ -206,14 +212,15 @@ impl<'a> Bins<'a> {
     }
 }
 
-/// The effective forces: those within a right angle of the direction, less what moments cancel from either side.
+/// The effective forces: those within a right angle of the direction, less what contradicting moments cancel from either
+/// side.
 #[derive(Debug, Clone)]
 struct Effective<'a> {
     bins: &'a Bins<'a>,
     places: std::ops::Range<usize>,
-    /// The first bin with forces, and how much of it is cancelled.
+    /// The first bin with effective forces, and how much of its force is cancelled.
     low: (usize, f64),
-    /// The last one.
+    /// The last bin with effective forces, and how much of its force is cancelled.
     high: (usize, f64),
 }
 
@@ -235,7 +242,8 @@ impl<'a> Effective<'a> {
         found
     }
 
-    /// Where a moment about the right angle of a side is used up, and how much of the force there is cancelled.
+    /// Returns the bin at which a moment about the right angle of a side is used up, and how much of the force there is
+    /// cancelled.
     fn cancelled(
         &self,
         places: impl Iterator<Item = usize>,
@@ -290,8 +298,8 @@ mod tests {
 
     #[test]
     fn the_part_up_to_the_threshold_counts_as_straight() {
-        // The same force over 45° on one side: the weights have an integral of 0.75 × 45° over both sides, so that the
-        // threshold is half of the force and half of the mean angle of 22.5° remains.
+        // The same force at every degree over 45° on one side. The weights have an integral of 0.75 × 45° over both sides, so the
+        // threshold is half of the force, and half of the mean angle of 22.5° remains.
         let side = histogram(|degrees| f64::from(degrees <= 45));
         let weight = |off: usize| ((0.5 - off as f64 / 90.0) / 0.25).clamp(0.0, 1.0);
         let [one, both] = [(0..=45).map(weight).sum::<f64>(), (1..=45).map(weight).sum::<f64>() * 2.0 + 1.0];
@@ -305,7 +313,7 @@ mod tests {
         let two = histogram(|degrees| f64::from(degrees == 0 || degrees == 120));
         let threshold_has_it_straight = (1.0 - 1.0 / 3.0) / 2.0;
         is_near(degree_of_truth(&two, 0.0), threshold_has_it_straight);
-        // Both sides: two thirds. Three on either side: more than there is.
+        // One force on each side cancels two thirds. Three on each side would cancel more than there is.
         let three = histogram(|degrees| f64::from([0, 120, 240].contains(&degrees)));
         is_near(degree_of_truth(&three, 0.0), (1.0 / 3.0) / 3.0);
         let many = histogram(|degrees| match degrees {
@@ -345,7 +353,7 @@ mod tests {
         assert!((middle.to_degrees() - 100.0).abs() < 1e-9 && (width.to_degrees() - 41.0).abs() < 1e-9);
         let (middle, _) = View::new(&gap, 190_f64.to_radians()).opening().unwrap();
         assert!((middle.to_degrees() + 90.0).abs() < 1e-9);
-        // Across the first direction; all around; none.
+        // An opening across the first direction, no opening, and no forces at all.
         let across = histogram(|degrees| f64::from((10..350).contains(&degrees)));
         assert!(View::new(&across, 0.0).opening().unwrap().0.to_degrees().abs() < 1.0);
         assert_eq!(View::new(&histogram(|_| 1.0), 0.0).opening(), None);

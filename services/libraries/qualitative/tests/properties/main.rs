@@ -1,4 +1,4 @@
-//! Properties of all relations, and of all scenes.
+//! Property tests for all relations and all scenes.
 
 mod motion;
 mod scenes;

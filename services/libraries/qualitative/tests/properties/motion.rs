@@ -1,4 +1,4 @@
-//! Continuous motion passes neighbours only.
+//! Checks that continuous motion only passes from neighbour to neighbour.
 
 use std::f64::consts::TAU;
 use std::fmt::Debug;
@@ -19,7 +19,7 @@ use sketchnav_qualitative::{Oriented, Point, Rect};
 use crate::point;
 use crate::scenes::anywhere;
 
-/// A smooth curve: two circles.
+/// A smooth curve that is the sum of two circular motions.
 #[derive(Debug, Clone, Copy)]
 struct Curve([f64; 8]);
 
@@ -44,7 +44,8 @@ fn curve() -> impl Strategy<Value = Curve> {
         .prop_map(|([x, y], [r1, w1, p1], [r2, w2, p2])| Curve([x / 4.0, y / 4.0, r1, w1, p1, r2, w2, p2]))
 }
 
-/// Follows a motion from 0 to 3. A difference between successive times is refined until each change is one between neighbours.
+/// Follows a motion from time 0 to 3. An interval between successive times is refined until the change over it is one
+/// between neighbours.
 fn passes_neighbours_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<usize, TestCaseError> {
     fn refined<R: Relation>(
         f: &impl Fn(f64) -> R,
@@ -76,7 +77,7 @@ fn passes_neighbours_only<R: Relation>(relation: impl Fn(f64) -> R) -> Result<us
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// Here a relation that holds for an instant only, such as a sign of 0, lasts a while, because of a tolerance.
+    /// A tolerance lets relations that would only hold for an instant, such as a sign of 0, last for a while.
     #[test]
     fn continuous_motion_passes_neighbours_only(k in curve(), l in curve(), m in curve(), sizes in [0.5..4.0, 0.5..4.0, 0.5..4.0, 0.5..4.0]) {
         let step = 1e-3;

@@ -1,4 +1,4 @@
-//! Relations of any scene: converses, turns, mirrors, series.
+//! Properties that hold for the relations of any scene: converses, rotations, mirror images and series.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +18,7 @@ use sketchnav_qualitative::{Calculus, Interval, Oriented, Point, Quantisation, R
 
 use crate::point;
 
-/// Points on a small grid: many coincide, touch or lie in line.
+/// Generates points on a small grid, many of which coincide, touch or are in line.
 fn on_grid() -> impl Strategy<Value = [f64; 2]> {
     [-3_i8..=3, -3_i8..=3].prop_map(|xy| xy.map(f64::from))
 }
@@ -43,7 +43,7 @@ pub fn oriented() -> impl Strategy<Value = Oriented> {
         .prop_map(|(at, heading)| Oriented::new(at, heading).unwrap())
 }
 
-/// A quarter turn and a shift by whole numbers, exact on the grid.
+/// Applies a quarter turn and a shift by whole numbers, both of which are exact on the grid.
 fn turned(at: Point, quarters: u8, shift: [f64; 2]) -> Point {
     let [x, y] = (0..quarters).fold([at.x(), at.y()], |[x, y], _| [-y, x]);
     point([x + shift[0], y + shift[1]])
@@ -62,7 +62,7 @@ fn mirrored_rect(rect: Rect) -> Rect {
     Rect::new([-rect.x().high(), rect.y().low()], [-rect.x().low(), rect.y().high()]).unwrap()
 }
 
-/// Every calculus of two objects with a converse.
+/// Checks a calculus of two objects that has a converse.
 fn converses_agree<C>(calculus: &C, before: [C::Scene; 2], now: [C::Scene; 2])
 where
     C: Calculus,
@@ -166,7 +166,7 @@ proptest! {
         let points = points.map(point);
         let moved = points.map(|at| rotated(at, angle, shift));
         let qtc = |[a, b, c, d]: [Point; 4], q: f64| QtcC::of([a, b], [c, d], q);
-        // Motions as long as the quantisation may fall on either side of it.
+        // Motions that are exactly as long as the quantisation may fall on either side of it.
         if qtc(points, q - 1e-9) == qtc(points, q + 1e-9) {
             prop_assert_eq!(qtc(points, q), qtc(moved, q));
         }
@@ -230,7 +230,7 @@ proptest! {
         is_continuous(series(Basic::default(), Options::default(), samples.clone()).unwrap())?;
         is_continuous(series(DoubleCross::default(), Options::default(), samples.clone()).unwrap())?;
         is_continuous(series(Switching::new(Quantisation::NONE, 4.0).unwrap(), Options::default(), samples.clone()).unwrap())?;
-        // The whole series is QSRlib's, except for points that coincide.
+        // The whole series equals QSRlib's, except for points that coincide.
         if samples.iter().all(|(_, scene)| scene.is_some_and(|[k, l]| k != l)) {
             let ours = series(DoubleCross::default(), Options::default(), samples.clone()).unwrap();
             let points: Vec<_> = samples.iter().filter_map(|(_, scene)| *scene).collect();

@@ -1,4 +1,4 @@
-//! What once went wrong, here or in QSRlib, and what the literature says about particular scenes.
+//! Stories of what once went wrong, here or in QSRlib, and of what the literature says about particular scenes.
 
 use std::fmt::Debug;
 
@@ -33,7 +33,7 @@ fn on_line(places: &[(f64, f64)]) -> Vec<(f64, [Point; 2])> {
 
 #[test]
 fn a_relation_of_motion_has_the_times_of_both_poses() {
-    // QSRlib numbers the relations (its issue 82 asks which pose they belong to).
+    // QSRlib numbers the relations instead, and its issue 82 asks which pose they belong to.
     let samples = on_line(&[(0.0, 0.0), (0.1, 1.0), (0.4, 2.0), (0.5, 1.0)])
         .into_iter()
         .map(|(t, scene)| (t, Some(scene)));
@@ -43,7 +43,7 @@ fn a_relation_of_motion_has_the_times_of_both_poses() {
 
 #[test]
 fn an_object_that_is_not_seen_leaves_a_gap() {
-    // QSRlib stops with an error, or relates what is before with what is after (its issues 27, 88 and 237).
+    // QSRlib stops with an error, or relates positions before the gap to positions after it (its issues 27, 88 and 237).
     let seen = |time_s, x: f64| (time_s, Some([point([x, 0.0]), point([10.0, 0.0])]));
     let samples =
         [seen(0.0, 0.0), seen(1.0, 1.0), (2.0, None), seen(3.0, 0.5), seen(4.0, 0.0), seen(5.0, -1.0)];
@@ -82,7 +82,7 @@ fn what_was_missed_between_two_samples_is_inserted_or_marked() {
         |x: f64| [Rect::new([x, 0.0], [x + 2.0, 2.0]).unwrap(), Rect::new([5.0, -1.0], [9.0, 3.0]).unwrap()];
     let samples = [(0.0, 0.0), (1.0, 4.0), (2.0, 6.0)].map(|(time_s, x)| (time_s, Some(boxes(x))));
     let found = series(Regions::<Rcc8>::default(), Options::default(), samples).unwrap();
-    // Between partial overlap and inside, regions may have been a tangential part, or equal; this is left open.
+    // Between partial overlap and inside, the regions may have been a tangential part or equal, so nothing is inserted.
     let expected = ["dc 0..0 First", "ec 0..1 Inserted", "po 1..1 Neighbour", "ntpp 2..2 Jump"];
     assert_eq!(words(found), expected);
     let samples = [(0.0, 0.0), (1.0, 6.0)].map(|(time_s, x)| (time_s, Some(boxes(x))));
@@ -96,7 +96,7 @@ fn what_was_missed_between_two_samples_is_inserted_or_marked() {
 
 #[test]
 fn whoever_leaves_a_common_place_moves_away() {
-    // QSRlib divides by the distance of 0 and reports that nothing moves.
+    // QSRlib divides by the distance of 0 and then reports that nothing moves.
     let [here, there] = [point([1.0, 1.0]), point([2.0, 1.0])];
     assert_eq!(QtcC::of([here, there], [here, here], 0.0).to_string(), "+,0,0,0");
     assert_eq!(QtcC::of([here, there], [here, here], 1.5).to_string(), "0,0,0,0");
@@ -106,7 +106,7 @@ fn whoever_leaves_a_common_place_moves_away() {
 
 #[test]
 fn touching_boxes_touch_within_a_tolerance() {
-    // QSRlib, with a quantisation of 1, says that they overlap, and that a gap of 1.5 is a touch.
+    // With a quantisation of 1, QSRlib says that the regions overlap, and that regions with a gap of 1.5 touch.
     let bounds = |gap: f64| ([0.0, 0.0, 4.0, 4.0], [4.0 + gap, 0.0, 8.0 + gap, 4.0]);
     let rect = |[x0, y0, x1, y1]: [f64; 4]| Rect::new([x0, y0], [x1, y1]).unwrap();
     let ours = |gap: f64| {
@@ -126,7 +126,7 @@ fn touching_boxes_touch_within_a_tolerance() {
 
 #[test]
 fn points_straight_ahead_have_a_relation_whatever_is_rounded() {
-    // QSRlib: IndexError, when an angle of −1e-16 becomes a full turn.
+    // QSRlib raises an IndexError if an angle of −1e-16 becomes a full turn.
     for i in 0..2000 {
         let angle = f64::from(i) * 0.0123;
         let along = |r: f64| rotated(point([r, 0.0]), angle, [0.3, -0.7]);
@@ -142,7 +142,7 @@ fn an_origin_at_the_relatum_sees_in_no_direction() {
     assert_eq!(Tpcc::of(a, a, b, 0.0), Tpcc::Dou);
     assert_eq!(Tpcc::of(a, a, a, 0.0), Tpcc::Tri);
     assert_eq!(Tpcc::of(b, a, a, 0.0), Tpcc::Sam);
-    // QSRlib takes east for the line of sight.
+    // QSRlib takes east as the line of sight.
     assert_eq!(qsrlib::tpcc(a, a, b), Tpcc::Dlb);
 }
 
@@ -151,15 +151,15 @@ fn a_border_of_two_sectors_has_a_mirror_image() {
     let [o, r] = [point([-2.0, 0.0]), point([0.0, 0.0])];
     let left = Tpcc::of(o, r, point([1.0, 1.0]), 1e-9);
     assert_eq!([left, Tpcc::of(o, r, point([1.0, -1.0]), 1e-9)], [Tpcc::Clb, Tpcc::Crb]);
-    // QSRlib: the border is in the next sector, counter-clockwise.
+    // QSRlib puts the border into the next sector counter-clockwise.
     assert_eq!(qsrlib::tpcc(o, r, point([1.0, 1.0])), Tpcc::Cbl);
     assert_eq!(qsrlib::tpcc(o, r, point([1.0, -1.0])), Tpcc::Crb);
 }
 
 #[test]
 fn passing_the_threshold_of_qtc_bc_inserts_what_holds_at_it() {
-    // Far and −, then near and +: at the threshold near holds, and QSRlib agrees. The other way around it inserts (0 0), which
-    // cannot be reached from (- 0 + 0): − and near cannot become 0 and far at the same time.
+    // From far and − to near and +, near holds at the threshold, and QSRlib agrees. In the opposite case QSRlib inserts (0 0),
+    // which cannot be reached from (- 0 + 0), because − and near cannot become 0 and far at the same time.
     let relation = |word: &str| word.parse::<QtcBc>().unwrap();
     assert_eq!(relation("-,0").between(relation("+,0,+,0")), Some(relation("0,0,+,0")));
     assert_eq!(relation("-,0,+,0").between(relation("+,0")), Some(relation("0,0,+,0")));
@@ -169,7 +169,7 @@ fn passing_the_threshold_of_qtc_bc_inserts_what_holds_at_it() {
 
 #[test]
 fn thresholds_of_distance_are_upper_or_lower_bounds() {
-    // Patil 2019, 3.1.2: 3.7 m is Medium; QSRlib, with the same thresholds, says Far.
+    // In Patil 2019, 3.1.2, a distance of 3.7 m is Medium. With the same thresholds, QSRlib says Far.
     let labels = [("Far", 4.0), ("Near", 3.0), ("Medium", 3.5)];
     let [upper, lower] = [Bound::Upper, Bound::Lower].map(|bound| Scale::new(labels, bound).unwrap());
     let label = |scale: &Scale, distance: f64| scale.label(scale.rank(distance)).unwrap().to_owned();
@@ -204,12 +204,12 @@ fn a_distance_of_three_ranks_composes_by_the_triangle() {
 
 #[test]
 fn signs_are_as_the_literature_has_them() {
-    // Left −, right +: k walks east to l and to the north of the line, l stands.
+    // Left is − and right is +. Here k walks east towards l and to the north of the line, while l stands still.
     let at = |x: f64, y: f64| point([x, y]);
     let l = [at(10.0, 0.0); 2];
     assert_eq!(QtcC::of([at(0.0, 0.0), at(1.0, 1.0)], l, 0.0).to_string(), "-,0,-,0");
     assert_eq!(QtcC::of([at(0.0, 0.0), at(-1.0, -1.0)], l, 0.0).to_string(), "+,0,+,0");
-    // The line of l is directed to k: for l, left is south.
+    // The line from l is directed towards k, so left is south for l.
     assert_eq!(QtcC::of([at(0.0, 0.0); 2], [at(10.0, 0.0), at(9.0, -1.0)], 0.0).to_string(), "0,-,0,-");
     assert_eq!(QtcB::of([at(0.0, 0.0), at(1.0, 1.0)], l, 0.0).inverted().to_string(), "+,0");
 }
@@ -268,7 +268,7 @@ const PERMUTATIONS: [Permutation; 5] = [
 fn a_permutation_of_three_points_is_undone_by_its_inverse() {
     let sets =
         PERMUTATIONS.map(|permutation| Tpcc::all().map(|of| of.permuted(permutation)).collect::<Vec<_>>());
-    // The short cut's inverse is here the other cyclic order, which homing undoes.
+    // The inverse of the short cut is the other cyclic order here, which homing undoes.
     let undone_by = [0, 1, 3, 2, 4];
     for (sets_there, back) in sets.iter().zip(undone_by) {
         for a in Tpcc::all() {
@@ -279,7 +279,7 @@ fn a_permutation_of_three_points_is_undone_by_its_inverse() {
             }
         }
     }
-    // Between the two, or at the origin.
+    // Between the two points, or at the origin.
     assert_eq!(Tpcc::Csf.permuted(Permutation::Inverse).to_string(), "{csf sam}");
     assert_eq!(Tpcc::Sam.permuted(Permutation::ShortCut).to_string(), "{sam}");
     assert_eq!(Tpcc::Dsb.permuted(Permutation::Inverse).to_string(), "{dsf}");
@@ -296,7 +296,7 @@ fn three_points_have_one_of_the_permuted_relations() {
         (state >> 40) as f64
     };
     for i in 0..100_000 {
-        // Half of them on a grid: on lines, at right angles, at the same distance.
+        // Half of the points are on a grid, which yields many on lines, at right angles and at equal distances.
         let mut at = || if i % 2 == 0 { next() % 7.0 } else { next() / 1e4 };
         let points = [0; 3].map(|_| point([at(), at()]));
         let own = relate(points);

@@ -1,4 +1,4 @@
-//! Relations without scenes: words, neighbours, converses, compositions.
+//! Properties of relations without scenes: words, neighbours, converses and compositions.
 
 use std::f64::consts::TAU;
 
@@ -64,7 +64,7 @@ fn edges<R: Relation>() -> usize {
 
 #[test]
 fn neighbourhoods_have_as_many_pairs_as_the_literature_says() {
-    // Van de Weghe 2004: QTC_B 16, QTC_C 544. Randell et al. 1992: RCC8 11.
+    // Van de Weghe 2004 has 16 for QTC_B and 544 for QTC_C. Randell et al. 1992 have 11 for RCC8.
     assert_eq!([edges::<QtcB>(), edges::<QtcC>(), edges::<QtcBc>()], [16, 544, 16 + 544 + 225]);
     assert_eq!([edges::<Rcc8>(), edges::<Rcc5>(), edges::<Rcc2>()], [11, 6, 1]);
     assert_eq!(Rcc5::Po.neighbours().to_string(), "{dr pp ppi eq}");
@@ -113,7 +113,7 @@ fn composition_is_an_algebra<R: Compose + Converse>(identity: Option<R>) {
             let composed = a.compose(b);
             assert_eq!(composed.converse(), b.converse().compose(a.converse()), "{a}, {b}");
             for c in composed.iter() {
-                // A triangle is one from each of its corners (Peirce's law).
+                // A triangle can be read from each of its corners (Peirce's law).
                 assert!(c.compose(b.converse()).contains(a), "{a}, {b}, {c}");
                 assert!(a.converse().compose(c).contains(b), "{a}, {b}, {c}");
             }
@@ -134,7 +134,7 @@ fn compositions_are_algebras() {
 
 #[test]
 fn the_interval_algebra_has_409_compositions() {
-    // Allen 1983, figure 4: the number of entries in the whole table.
+    // The number of entries in the whole table of Allen 1983, figure 4.
     let entries = |a: Allen| Allen::all().map(|b| a.compose(b).len()).sum::<usize>();
     assert_eq!(Allen::all().map(entries).sum::<usize>(), 409);
     assert_eq!(Allen::Overlaps.compose(Allen::Overlaps).to_string(), "{< m o}");
@@ -145,8 +145,8 @@ fn the_interval_algebra_has_409_compositions() {
     assert_eq!(all.compose(ra("=,=").into()), all);
 }
 
-/// Regions made of cells on a line, as bits: enough for RCC8, whose consistent networks can be drawn in any dimension
-/// (Renz 2002).
+/// Returns the relation of regions made of cells on a line, given as bits. A line is enough for RCC8, whose consistent
+/// networks can be drawn in any dimension (Renz 2002).
 fn of_cells(a: u32, b: u32) -> Rcc8 {
     let grown = |cells: u32| cells | cells << 1 | cells >> 1;
     match (a == b, a & b, a & !b, b & !a) {
@@ -197,7 +197,7 @@ fn directions_compose_to_what_vectors_show() {
     let mut shown = vec![vec![RelationSet::<Direction>::EMPTY; 9]; 9];
     for a in places().map(place) {
         for c in places().map(place) {
-            // The middle one is at the origin.
+            // The middle point is at the origin.
             let (first, next) = (Direction::of(a, origin), Direction::of(origin, c));
             shown[first.index()][next.index()].insert(Direction::of(a, c));
         }
@@ -222,6 +222,6 @@ fn relations_are_read_in_the_notations_of_the_literature() {
     }
     assert_eq!("NTPP".parse(), Ok(Rcc8::Ntpp));
     assert_eq!("[X - (+,-) +]".parse::<Qrpc>().unwrap().disposition(), Disposition::Crossed);
-    // Behind the crossing on both sides, and yet in front of it: that does not exist.
+    // C cannot be behind both and yet leave i in front of j.
     assert!("[X - (-,-) +]".parse::<Qrpc>().is_err());
 }

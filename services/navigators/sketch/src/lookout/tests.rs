@@ -72,7 +72,8 @@ fn what_is_asked_has_places_of_the_drawing() {
     assert_eq!(lookout.question(), None, "it asks no more");
 }
 
-/// The two estimates that were under way when another sketch arrived refer to the previous one.
+/// Two estimates are already in flight when another sketch arrives. They refer to the previous sketch and must not be shown in
+/// the new one.
 #[test]
 fn another_sketch_forgets_the_place_in_the_one_before() {
     let mut lookout = Lookout::new(&robotino());

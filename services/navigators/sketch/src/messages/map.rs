@@ -1,4 +1,4 @@
-//! The drawing's ROS 2 form, mapped by hand: it holds a `nav_msgs/OccupancyGrid`.
+//! The ROS 2 form of the drawing. It is mapped by hand because it contains a `nav_msgs/OccupancyGrid`.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::PosePx;
@@ -13,7 +13,7 @@ use sketchnav_schemas::ros2::{Definition, Field, Ros2, Ros2Error, pose};
 
 use super::SketchMap;
 
-/// `sketchnav_msgs/msg/SketchMap`.
+/// The ROS 2 message `sketchnav_msgs/msg/SketchMap`.
 #[derive(Default, Serialize, Deserialize)]
 pub struct SketchMapForm {
     header: HeaderForm,
@@ -26,14 +26,14 @@ pub struct SketchMapForm {
     start_spread_rad: f64,
 }
 
-/// Field for field [`SketchMapForm`].
+/// The `.msg` text. Its fields match those of [`SketchMapForm`].
 const SKETCH_MAP: &str = include_str!("SketchMap.msg");
 
 impl SketchMap {
-    /// The cells alone.
+    /// Returns the cells as an occupancy grid, reusing the memory of `spare`.
     ///
     /// # Errors
-    /// [`Ros2Error`] where there are not as many as the size says.
+    /// [`Ros2Error`] if the number of cells is not width × height, or if the header cannot be converted.
     pub fn grid(&self, cells: &[u8], spare: OccupancyGrid) -> Result<OccupancyGrid, Ros2Error> {
         let size = u64::from(self.width_px) * u64::from(self.height_px);
         let count = cells.len() as u64;

@@ -1,26 +1,26 @@
-//! A mask with a bit a pixel: a disc is rolled over 64 pixels at once.
+//! A mask with one bit per pixel, so that a disc can be rolled over 64 pixels at once.
 
 use image::GrayImage;
 
-/// Pixels a word.
+/// Pixels per word.
 const WORD: usize = u64::BITS as usize;
 
-/// Rows of bits, each from a word's first bit on; what lies behind a row's last pixel says nothing.
+/// A mask stored as rows of bits. Each row begins at the first bit of a word; the bits after its last pixel are meaningless.
 pub(crate) struct Bits {
     width: usize,
-    /// Words a row.
+    /// Words per row.
     stride: usize,
     words: Vec<u64>,
 }
 
-/// How far a disc reaches to either side, in each row from its middle outwards, pixels.
+/// Returns how far a disc reaches to either side in each row, from its middle outwards, in pixels.
 pub(crate) fn disc(radius: f64) -> Vec<usize> {
     let is_within = |dx: usize, dy: usize| (dx * dx + dy * dy) as f64 <= radius * radius;
     (0..).map_while(|dy| (0..).take_while(|&dx| is_within(dx, dy)).last()).collect()
 }
 
 impl Bits {
-    /// Which pixels of a mask are not zero.
+    /// Creates a mask of the pixels that are not zero.
     pub fn of(mask: &GrayImage) -> Self {
         let width = mask.width() as usize;
         let word = |pixels: &[u8]| pixels.iter().rev().fold(0, |word, &v| word << 1 | u64::from(v > 0));
@@ -28,7 +28,7 @@ impl Bits {
         Self { width, stride: width.div_ceil(WORD), words }
     }
 
-    /// As a mask of 0 and 255.
+    /// Converts the mask to a picture of 0 and 255.
     pub fn into_mask(self) -> GrayImage {
         let height = self.words.len() / self.stride;
         let mut mask = GrayImage::new(self.width as u32, height as u32);
@@ -39,7 +39,7 @@ impl Bits {
         mask
     }
 
-    /// What was outside, within the page.
+    /// Inverts the mask within the page.
     pub fn inverted(mut self) -> Self {
         let behind = self.stride * WORD - self.width;
         for row in self.words.chunks_exact_mut(self.stride) {
@@ -49,7 +49,7 @@ impl Bits {
         self
     }
 
-    /// Every pixel that a [`disc`] around some pixel of the mask covers.
+    /// Returns a mask of all pixels covered by a [`disc`] around any pixel of this mask.
     pub fn dilated(&self, disc: &[usize]) -> Self {
         let mut grown = vec![0; self.words.len()];
         let height = self.words.len() / self.stride;
@@ -60,7 +60,8 @@ impl Bits {
             }
             spread.copy_from_slice(row);
             let mut reach = 0;
-            // The disc's rows grow from its edge to its middle.
+            // From the edge of the disc to its middle, rows only get longer, so `spread` can be widened further instead of
+            // starting over.
             for (dy, &half) in disc.iter().enumerate().rev() {
                 (reach..half).for_each(|_| widen(&mut spread));
                 reach = half;

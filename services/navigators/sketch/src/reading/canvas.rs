@@ -1,5 +1,5 @@
-//! Drawings for the tests: a small building in lines, at any angle. The hand is steady or not, on clean paper or on a
-//! photographed sheet.
+//! Drawings for tests: a small line-drawn building at any angle, drawn with a steady or an unsteady hand, on clean paper or on
+//! a photographed sheet.
 
 use std::io::Cursor;
 
@@ -7,7 +7,7 @@ use image::{DynamicImage, GrayImage, ImageFormat, Luma};
 use rand::RngExt;
 use sketchnav_schemas::seed;
 
-/// Walls of a corridor with three rooms, in a square of 100 units; doors are the gaps.
+/// Walls of a corridor with three rooms, in a square of 100 units. The gaps are doors.
 pub const BUILDING: [[f64; 4]; 12] = [
     [0.0, 0.0, 100.0, 0.0],
     [100.0, 0.0, 100.0, 60.0],
@@ -23,7 +23,7 @@ pub const BUILDING: [[f64; 4]; 12] = [
     [40.0, 22.0, 100.0, 22.0],
 ];
 
-/// From one place to another, image pixels.
+/// The two ends of a line, in image pixels.
 pub type Line = ((f64, f64), (f64, f64));
 
 /// A page of ink and paper.
@@ -33,7 +33,7 @@ pub struct Sheet {
     pub pen: f64,
     pub paper: u8,
     pub ink: u8,
-    /// How far the hand strays from the line, pixels.
+    /// Maximum distance by which the hand strays from a line, in pixels.
     pub wobble: f64,
 }
 
@@ -44,7 +44,7 @@ impl Default for Sheet {
 }
 
 impl Sheet {
-    /// The building, turned counter-clockwise (as one looks at it) about the middle of the page.
+    /// Draws the building, turned counter-clockwise (as one looks at it) about the middle of the page.
     pub fn building(&self, angle_rad: f64) -> GrayImage {
         let unit = f64::from(self.width.min(self.height)) / 140.0;
         let (sin, cos) = angle_rad.sin_cos();
@@ -57,7 +57,7 @@ impl Sheet {
         self.lines(&lines)
     }
 
-    /// Lines from place to place, image pixels.
+    /// Draws lines, in image pixels.
     pub fn lines(&self, lines: &[Line]) -> GrayImage {
         let mut page = GrayImage::from_pixel(self.width, self.height, Luma([self.paper]));
         let mut rng = seed::stream(7, "hand");
@@ -93,7 +93,7 @@ impl Sheet {
     }
 }
 
-/// As a phone would take it: light from one corner, darker towards the edges, grain.
+/// Makes the page look photographed by a phone: lit from one corner, darker towards the edges, and grainy.
 pub fn photographed(page: &GrayImage, seed: u64) -> GrayImage {
     let mut rng = seed::stream(seed, "grain");
     let (width, height) = (f64::from(page.width()), f64::from(page.height()));
@@ -107,7 +107,7 @@ pub fn photographed(page: &GrayImage, seed: u64) -> GrayImage {
     })
 }
 
-/// The page as a file.
+/// Encodes the page as a file.
 pub fn encoded(page: &GrayImage, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     DynamicImage::from(page.clone()).to_rgb8().write_to(&mut bytes, format).expect("a picture in memory");

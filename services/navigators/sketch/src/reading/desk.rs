@@ -1,10 +1,10 @@
-//! Drawings as they come from the pad, one after the other: what holds, and what is refused.
+//! Accepts or refuses the drawings that arrive from the pad one after another.
 //!
-//! A drawing is a sketch or what is marked in it. The first marks after a sketch place the robot: it starts where the
-//! route starts and looks along it (Boniardi et al. 2016, IV). Later marks leave it where it is, unless they have a
-//! start. What is refused leaves everything as it was.
+//! A drawing is either a sketch or a set of marks in the sketch. The first marks after a sketch place the robot: it starts
+//! where the route starts and faces along it (Boniardi et al. 2016, IV). Later marks leave the robot where it is, unless they
+//! contain a start. A drawing that is refused changes nothing.
 //!
-//! The same parsing and the same checks as for files; nothing here opens a channel or a file.
+//! Drawings are parsed and checked just like files. Nothing here opens a channel or a file.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::DrawingKind;
@@ -18,50 +18,51 @@ use super::file::read;
 use super::places::{Intent, Places};
 use super::settings::Options;
 
-/// What errors call a drawing that is in no file.
+/// Name that error messages use for a drawing that is not in a file.
 pub const NAME: &str = "the drawing";
-/// Time for a task from the pad, seconds of simulation. A person watches and can abort it.
+/// Time limit for a task from the pad, in seconds of simulation time. It is generous because a person is watching and can abort
+/// the task.
 const TIME_LIMIT_S: f64 = 1800.0;
 
-/// What was taken over, as it came: a [`Desk`] comes to the same by it.
+/// The accepted drawings, byte for byte, from which another [`Desk`] can be restored.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct State {
     sketch: Vec<u8>,
     /// The marks that placed the robot.
     placing: Vec<u8>,
-    /// The marks that hold now.
+    /// The marks in force.
     marks: Vec<u8>,
 }
 
-/// What a drawing changes.
+/// The change that a drawing makes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Change {
     /// There is a new sketch, in which nothing is marked yet.
     Sketch,
-    /// There are new tasks, and the robot is placed anew.
+    /// There are new tasks, and the robot is placed again.
     Start,
     /// There are new tasks for the robot where it is.
     Tasks,
 }
 
-/// The drawing that holds, and what is marked in it.
+/// The sketch and the marks in force.
 #[derive(Debug)]
 pub struct Desk {
     options: Options,
     drawing: Option<DrawnMap>,
     places: Option<Places>,
     state: State,
-    /// How far the robot's laser sees, where it has one.
+    /// Range of the robot's laser in metres, if it has one.
     range_max_m: Option<f64>,
-    /// What is doubted about the drawing and what is marked in it, in words.
+    /// The doubts about the drawing and its marks, in words.
     doubts: String,
 }
 
 impl Desk {
-    /// Empty.
+    /// Creates an empty desk.
     ///
     /// # Errors
-    /// [`SketchError::Setting`] with the invalid key of the run's parameters.
+    /// [`SketchError`] that names the invalid key of the run's mission or parameters.
     pub fn new(run: &RunConfig) -> Result<Self, SketchError> {
         let options = Options::of_mission(&run.mission, run.seed)?;
         let range_max_m = run.robot.laser.as_ref().map(|laser| laser.range_max_m);
@@ -69,10 +70,10 @@ impl Desk {
         Ok(Self { options, drawing: None, places: None, state, range_max_m, doubts })
     }
 
-    /// Goes on with what another desk has taken over.
+    /// Restores the state of another desk by taking its drawings again, in order.
     ///
     /// # Errors
-    /// [`SketchError`], which what was taken over once does not cause.
+    /// [`SketchError`] if a drawing is refused. This does not happen with drawings that were accepted before.
     pub fn restore(&mut self, state: &State) -> Result<(), SketchError> {
         let parts = [
             (DrawingKind::Sketch, &state.sketch),
@@ -85,10 +86,10 @@ impl Desk {
         Ok(())
     }
 
-    /// Takes over a drawing.
+    /// Takes a drawing and returns what it changes.
     ///
     /// # Errors
-    /// [`SketchError`] with what was expected and found; then nothing has changed.
+    /// [`SketchError`] that says what was expected and what was found. In this case, nothing has changed.
     pub fn take(&mut self, kind: DrawingKind, bytes: &[u8]) -> Result<Change, SketchError> {
         match kind {
             DrawingKind::Sketch => self.take_sketch(bytes),
@@ -96,22 +97,22 @@ impl Desk {
         }
     }
 
-    /// The drawing that holds.
+    /// Returns the sketch in force.
     pub fn drawing(&self) -> Option<&DrawnMap> {
         self.drawing.as_ref()
     }
 
-    /// The drawing, and the start and the tasks in it, where there are any.
+    /// Returns the sketch in force with the start and the tasks in it, or `None` if there are none yet.
     pub fn placed(&self) -> Option<(&DrawnMap, &Places)> {
         self.drawing.as_ref().zip(self.places.as_ref())
     }
 
-    /// What is doubted about the drawing and what is marked in it, in words; empty where nothing is.
+    /// Returns the doubts about the drawing and its marks in words, or an empty string if there are none.
     pub fn doubts(&self) -> &str {
         &self.doubts
     }
 
-    /// What was taken over, for a checkpoint.
+    /// Returns the accepted drawings, for a checkpoint.
     pub fn state(&self) -> &State {
         &self.state
     }
@@ -141,7 +142,8 @@ impl Desk {
         doubts::hopeless(drawing, &places, &found)?;
         self.doubts = words(&found);
         let change = if stays.is_some() { Change::Tasks } else { Change::Start };
-        // What places the robot says where it stands to the last bit.
+        // A robot that stays keeps its start bit for bit. Converting the start to image pixels and back would change the last
+        // bits.
         let start = stays.map_or(places.start, |before| before.start);
         self.places = Some(Places { start, ..places });
         self.state.marks = bytes.to_vec();
@@ -232,7 +234,7 @@ mod tests {
         }
     }
 
-    /// Two walls of a corner of the sheet: the first way leads past them, the second through one of them.
+    /// Only a corner of two walls is drawn. The first route stays far away from it, and the second crosses one of the walls.
     #[test]
     fn what_is_doubted_is_said_and_what_is_hopeless_is_refused() {
         const CORNER: &[u8] =

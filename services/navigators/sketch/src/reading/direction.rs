@@ -1,6 +1,6 @@
-//! The direction of the walls, along which the drawing may be stretched (Boniardi et al. 2015, III-B). It takes
-//! Canny's edges and the segments of the progressive probabilistic Hough transform. k-means clusters their directions
-//! modulo a right angle; the centroid of the biggest cluster is the direction.
+//! Finds the direction of the walls, along which the drawing may be stretched (Boniardi et al. 2015, III-B). The progressive
+//! probabilistic Hough transform finds segments in Canny's edges, and k-means clusters their directions modulo a right angle.
+//! The centroid of the heaviest cluster is the direction.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -11,15 +11,15 @@ use super::edges::edges;
 use super::hough::{Lines, Segment, segments};
 use super::settings::Settings;
 
-/// Longest side of the picture in which lines are sought: a direction needs no finer one.
+/// Maximum side length of the picture that is searched for lines, in pixels. A finer picture would not improve the direction.
 const LONGEST_SIDE: u32 = 1600;
-/// Clusters to begin with.
+/// Initial number of clusters.
 const CLUSTERS: usize = 4;
-/// Clusters whose centroids are closer are one: k-means cuts a single broad one to pieces.
+/// Clusters whose centroids are closer than this are merged, because k-means cuts a single broad cluster to pieces.
 const SAME_CLUSTER_RAD: f64 = 12.0 * PI / 180.0;
 
-/// Direction of the walls in (−π/4, π/4], from the picture's x axis towards its y axis; 0 where the
-/// drawing has no straight line. `walls` is 255 where a wall is.
+/// Returns the direction of the walls in (−π/4, π/4], from the picture's x axis towards its y axis, or 0 if the drawing has no
+/// straight line. `walls` is 255 where there is a wall.
 pub(crate) fn walls(walls: &GrayImage, settings: &Settings, rng: &mut impl Rng) -> f64 {
     let small = reduced(walls);
     let diagonal = f64::from(small.width()).hypot(small.height().into());
@@ -29,7 +29,7 @@ pub(crate) fn walls(walls: &GrayImage, settings: &Settings, rng: &mut impl Rng) 
     dominant(&found.iter().map(Line::of).collect::<Vec<_>>())
 }
 
-/// Smaller by a whole factor; a wall anywhere in a block is a wall.
+/// Shrinks a picture by a whole factor. A wall anywhere in a block of pixels makes the whole block a wall.
 fn reduced(walls: &GrayImage) -> GrayImage {
     let (width, height) = walls.dimensions();
     let factor = width.max(height).div_ceil(LONGEST_SIDE);
@@ -51,10 +51,10 @@ fn reduced(walls: &GrayImage) -> GrayImage {
     small
 }
 
-/// A line's direction on the circle whose turn is a right angle, and its weight.
+/// The weight and direction of a line, with directions scaled so that a right angle is a full turn.
 #[derive(Debug, Clone, Copy)]
 struct Line {
-    /// Four times the direction, so that a right angle is a turn.
+    /// Four times the direction, so that a right angle becomes a full turn.
     turn_rad: f64,
     weight: f64,
 }
@@ -65,7 +65,7 @@ impl Line {
     }
 }
 
-/// The centroid of the heaviest cluster, in (−π/4, π/4].
+/// Returns the centroid of the heaviest cluster, in (−π/4, π/4], or 0 if there are no lines.
 fn dominant(lines: &[Line]) -> f64 {
     let clusters = merged(k_means(lines));
     let heaviest = clusters.into_iter().max_by(|a, b| a.weight.total_cmp(&b.weight));
@@ -82,7 +82,7 @@ fn apart(a: f64, b: f64) -> f64 {
     turn.min(2.0 * PI - turn)
 }
 
-/// The circular mean of weighted directions.
+/// Returns the circular mean of weighted directions, or `None` if the weights add up to nothing.
 fn centroid<'a>(lines: impl Iterator<Item = &'a Line>) -> Option<Line> {
     let (mut x, mut y, mut weight) = (0.0, 0.0, 0.0);
     for line in lines {
@@ -93,7 +93,8 @@ fn centroid<'a>(lines: impl Iterator<Item = &'a Line>) -> Option<Line> {
     (weight > 0.0).then(|| Line { turn_rad: y.atan2(x), weight })
 }
 
-/// Lloyd's algorithm, begun from the heaviest direction and those farthest from what is chosen.
+/// Clusters lines by Lloyd's algorithm. The first initial centre is the heaviest line; each further one is the line farthest
+/// from the centres chosen so far.
 fn k_means(lines: &[Line]) -> Vec<Line> {
     let mut centers = first_centers(lines);
     for _ in 0..50 {
@@ -126,7 +127,7 @@ fn first_centers(lines: &[Line]) -> Vec<Line> {
     centers
 }
 
-/// Joins the closest pair of clusters until all lie well apart.
+/// Merges the closest clusters, pair by pair, until all of them are well apart.
 fn merged(mut clusters: Vec<Line>) -> Vec<Line> {
     while let Some((i, k)) = closest_pair(&clusters) {
         let last = clusters.swap_remove(k);

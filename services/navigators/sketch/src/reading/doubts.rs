@@ -1,8 +1,9 @@
-//! Whether a drawing can lead anywhere: what to doubt before a robot is driven by it, with the place in image pixels.
+//! Checks whether a drawing can lead a robot anywhere, and reports what is doubtful about it, with positions in image pixels.
 //!
-//! Nobody knows how large a drawing is. As for the localizer, what is drawn is 25 m long; where walls are all around, it
-//! may be a single room, and 6 m are enough. So a doubt is about drawings in which the laser would see nothing by any
-//! likely scale. A doubt is a warning; [`hopeless`] says where nothing could be right.
+//! Nothing says how large a drawing is. Like the localizer, these checks assume that what is drawn is 25 m long. With walls all
+//! around the start, it may just as well be a single room, and 6 m are enough. What the laser would see is therefore doubted
+//! only if it would see nothing at any likely scale. A doubt is a warning; [`hopeless`] refuses drawings in which nothing could
+//! be right.
 
 use std::fmt;
 
@@ -16,64 +17,65 @@ use super::left_out::LeftOut;
 use super::places::{Places, flood};
 use super::walls::Kind;
 
-/// How long what is drawn is taken to be, and a single room.
+/// Assumed length of what is drawn, in metres: for a building, and for a single room.
 const BUILDING_M: f64 = 25.0;
 const ROOM_M: f64 = 6.0;
-/// Walls are all around where at least this share of the directions has one.
+/// Walls count as all around a position if at least this share of the directions leads to one.
 const ENCLOSED_SHARE: f64 = 0.5;
-/// Directions that are looked in.
+/// Number of directions in which to look for walls.
 const DIRECTIONS: u32 = 72;
-/// Strokes that cover a smaller share of the page are hardly a drawing.
+/// Minimum share of the page that strokes must cover. Less is hardly a drawing.
 const LEAST_INK_SHARE: f64 = 0.002;
-/// Free space that is smaller leads nowhere.
+/// Minimum area of the free space around the start, in square metres. Less leads nowhere.
 const LEAST_ROOM_M2: f64 = 1.0;
-/// An opening that is no wider, in a building as small as a room, is a door.
+/// Maximum width of a door, in metres, in a building as small as a room.
 const DOOR_M: f64 = 1.0;
-/// Walls no farther than this share of the page's diagonal from its edge are a frame.
+/// Walls within this share of the page's diagonal from its edge count as a frame.
 const FRAME_SHARE: f64 = 0.02;
-/// A route that runs along a wall may touch it: what is joined within so many pen widths is one side of the wall.
+/// Radius, in pen widths, within which free cells must be joined to count as being on the same side of a wall. A route that
+/// runs along a wall may touch it.
 const BRUSH_PENS: f64 = 4.0;
 
-/// Why a drawing may not lead anywhere. Places and lengths are image pixels.
+/// A reason to doubt that a drawing leads anywhere. Positions and lengths are in image pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Doubt {
     /// The laser sees no wall at the start.
     NoWallNear {
         /// The start.
         at: [f64; 2],
-        /// How far the laser sees.
+        /// Estimated range of the laser.
         reach_px: f64,
     },
-    /// Nor anywhere on the way of a task.
+    /// The laser sees no wall anywhere along a task.
     OpenField {
         /// The task.
         task: String,
-        /// Where its way begins.
+        /// Start of the path.
         from: [f64; 2],
-        /// Where it leads.
+        /// End of the path.
         to: [f64; 2],
-        /// How far the laser sees.
+        /// Estimated range of the laser.
         reach_px: f64,
     },
-    /// The free space around the start is no room.
+    /// The free space around the start is too small for a room.
     ShutIn {
         /// The start.
         at: [f64; 2],
-        /// How large it is.
+        /// Area of the free space.
         area_px2: f64,
     },
     /// A drawn route crosses a wall.
     ThroughWall {
         /// The task.
         task: String,
-        /// Where.
+        /// Position of the crossing.
         at: [f64; 2],
     },
-    /// The walls do not enclose the start: they hardly tell one place from another.
+    /// The walls do not enclose the start, so they hardly tell one position from another.
     Unenclosed {
         /// The start.
         at: [f64; 2],
-        /// How wide an opening still counts as a door.
+        /// Maximum width of an opening that counts as a door.
         opening_px: f64,
     },
     /// Hardly anything is drawn.
@@ -81,9 +83,9 @@ pub enum Doubt {
         /// Share of the page that is wall.
         share: f64,
     },
-    /// Nothing but a frame of the page is drawn.
+    /// Nothing is drawn except a frame around the page.
     OnlyFrame,
-    /// Walls may be missing.
+    /// Something was left out of the drawing, which may have been walls.
     LeftOut(LeftOut),
 }
 
@@ -132,8 +134,8 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// What to doubt about a drawing by which a robot with a laser of that range is to be driven. Without a range nothing is
-/// said of what the laser sees.
+/// Returns the doubts about driving a robot by a drawing. `range_max_m` is the range of the robot's laser, in metres; if it is
+/// `None`, whatever depends on the laser is not checked.
 pub fn doubts(drawing: &DrawnMap, places: &Places, range_max_m: Option<f64>) -> Vec<Doubt> {
     let mut doubts = of_drawing(drawing);
     let walls = Walls::new(drawing);
@@ -153,7 +155,7 @@ pub fn doubts(drawing: &DrawnMap, places: &Places, range_max_m: Option<f64>) -> 
     doubts
 }
 
-/// What to doubt about a drawing in which nothing is marked yet.
+/// Returns the doubts about a drawing in which nothing is marked yet.
 pub fn of_drawing(drawing: &DrawnMap) -> Vec<Doubt> {
     let walls = drawing.cells.iter().filter(|&&cell| cell == WALL).count();
     let share = walls as f64 / drawing.cells.len() as f64;
@@ -165,10 +167,10 @@ pub fn of_drawing(drawing: &DrawnMap) -> Vec<Doubt> {
     is_bare.into_iter().chain(is_frame).chain(left_out).collect()
 }
 
-/// Where nothing could be right: no wall near the start, nor on the way of any task.
+/// Refuses a drawing in which nothing could be right, because there is no wall near the start, nor along any task.
 ///
 /// # Errors
-/// [`SketchError::OpenField`].
+/// [`SketchError::OpenField`] if `doubts` contains a [`Doubt::NoWallNear`], and a [`Doubt::OpenField`] for each task.
 pub fn hopeless(drawing: &DrawnMap, places: &Places, doubts: &[Doubt]) -> Result<(), SketchError> {
     let open = doubts.iter().filter(|doubt| matches!(doubt, Doubt::OpenField { .. })).count();
     let near = doubts.iter().find_map(|doubt| match doubt {
@@ -191,14 +193,15 @@ fn shut_in(drawing: &DrawnMap, walls: &Walls, start: &Point<Sketch>) -> Option<D
     is_small.then(|| Doubt::ShutIn { at: drawing.to_image(start), area_px2 })
 }
 
-/// A filled drawing is solid beyond its page.
+/// Returns a doubt if the walls do not enclose the start. A filled drawing always does, since it is solid beyond the page.
 fn unenclosed(drawing: &DrawnMap, walls: &Walls, start: &Point<Sketch>) -> Option<Doubt> {
     let opening_px = walls.length_px() * DOOR_M / ROOM_M;
     let is_open = drawing.kind != Kind::Filled && !encloses(drawing, start, opening_px);
     is_open.then(|| Doubt::Unenclosed { at: drawing.to_image(start), opening_px: opening_px / drawing.scale })
 }
 
-/// Whether all walls lie along the page's edge; a frame that touches it is taken for a filled drawing.
+/// Returns true if all walls lie along the page's edge. This does not exclude filled drawings, because a frame that touches the
+/// edge is taken for one.
 fn is_frame(drawing: &DrawnMap) -> bool {
     let width = drawing.width_px as usize;
     let most = [width - 1, drawing.height_px as usize - 1];
@@ -212,7 +215,7 @@ fn is_frame(drawing: &DrawnMap) -> bool {
     walls.all(|(i, _)| is_near(i))
 }
 
-/// The tasks whose ways have no wall within reach.
+/// Returns a doubt for each task along whose path the laser sees no wall.
 fn open_fields<'a>(
     drawing: &'a DrawnMap,
     walls: &'a Walls,
@@ -237,7 +240,7 @@ fn open_fields<'a>(
     })
 }
 
-/// Where routes cross walls: the first place of each.
+/// Returns a doubt for each route that crosses a wall, with the position of the first crossing.
 fn crossings<'a>(drawing: &'a DrawnMap, places: &'a Places) -> impl Iterator<Item = Doubt> + 'a {
     let routes = places.tasks.iter().filter(|task| task.points.len() > 1);
     routes.filter_map(|task| {
@@ -246,7 +249,7 @@ fn crossings<'a>(drawing: &'a DrawnMap, places: &'a Places) -> impl Iterator<Ite
     })
 }
 
-/// The first place where a line goes from one side of a wall to the other.
+/// Returns the first position at which a line goes from one side of a wall to the other.
 fn crossing(drawing: &DrawnMap, line: &[Point<Sketch>]) -> Option<Point<Sketch>> {
     let steps = line.windows(2).flat_map(|ends| along(&ends[0], &ends[1], 0.5));
     let (mut free, mut wall): (Option<Point<Sketch>>, Option<Point<Sketch>>) = (None, None);
@@ -265,7 +268,7 @@ fn crossing(drawing: &DrawnMap, line: &[Point<Sketch>]) -> Option<Point<Sketch>>
     None
 }
 
-/// Whether a way over free cells near two places joins them.
+/// Returns true if free cells nearby join the two positions.
 fn are_joined(drawing: &DrawnMap, from: &Point<Sketch>, to: &Point<Sketch>) -> bool {
     let reach_px = BRUSH_PENS * drawing.pen_width_px + 2.0 * from.distance(to);
     let cell = |point: &Point<Sketch>| [point.x.floor() as i64, point.y.floor() as i64];
@@ -285,7 +288,7 @@ fn are_joined(drawing: &DrawnMap, from: &Point<Sketch>, to: &Point<Sketch>) -> b
     false
 }
 
-/// Places from one to another, at most a step apart, both ends included.
+/// Returns the positions from one point to another, both included, at most `step_px` apart.
 fn along(from: &Point<Sketch>, to: &Point<Sketch>, step_px: f64) -> impl Iterator<Item = Point<Sketch>> {
     let count = (from.distance(to) / step_px).ceil().max(1.0) as usize;
     let (from, to) = (*from, *to);
@@ -295,12 +298,12 @@ fn along(from: &Point<Sketch>, to: &Point<Sketch>, step_px: f64) -> impl Iterato
     })
 }
 
-/// How many walls there are in a box, whatever its size.
+/// A summed-area table of the walls, which can tell in constant time whether a box of any size contains any.
 struct Walls<'a> {
     drawing: &'a DrawnMap,
-    /// Of each corner of a cell: the walls below and to the left of it.
+    /// For each corner of a cell, the number of wall cells below and to the left of it.
     sums: Vec<u32>,
-    /// Columns and rows that hold walls.
+    /// The first and last column and the first and last row that contain walls.
     extent: [[usize; 2]; 2],
 }
 
@@ -323,19 +326,20 @@ impl<'a> Walls<'a> {
         Self { drawing, sums, extent }
     }
 
-    /// The longer side of what is drawn; of a filled drawing, which is solid outside, that of the page.
+    /// Returns the longer side of what is drawn, in sketch pixels. For a filled drawing, which is solid outside, this is the
+    /// longer side of the page.
     fn length_px(&self) -> f64 {
         let sides = self.extent.map(|[low, high]| high.saturating_sub(low) + 1);
         sides.into_iter().max().unwrap_or(1) as f64
     }
 
-    /// How far a laser sees, by the smallest building that this is likely to be.
+    /// Returns the laser's range in sketch pixels, assuming the smallest building that this is likely to be.
     fn reach_px(&self, start: &Point<Sketch>, range_max_m: f64) -> f64 {
         let length_m = if self.are_around(start) { ROOM_M } else { BUILDING_M };
         range_max_m * self.length_px() / length_m
     }
 
-    /// Whether a wall lies within a square around a place, of half that side.
+    /// Returns true if there is a wall within the square around a position that extends `half_px` to each side.
     fn are_within(&self, place: &Point<Sketch>, half_px: f64) -> bool {
         let (width, height) = (self.drawing.width_px as usize, self.drawing.height_px as usize);
         let cells = |at: f64, most: usize| {
@@ -348,7 +352,7 @@ impl<'a> Walls<'a> {
         sum(right, high) + sum(left, low) > sum(left, high) + sum(right, low)
     }
 
-    /// Whether most of the directions from a place lead to a wall.
+    /// Returns true if there are walls all around a position.
     fn are_around(&self, place: &Point<Sketch>) -> bool {
         let hits = (0..DIRECTIONS).filter(|&k| {
             let (sin, cos) = (f64::from(k) / f64::from(DIRECTIONS) * std::f64::consts::TAU).sin_cos();
@@ -366,7 +370,7 @@ mod tests {
     use super::*;
     use crate::reading::{Intent, Options, Settings, read};
 
-    /// A drawing of strokes on 1000 x 800 px, with what is marked in it.
+    /// Reads a drawing of strokes on 1000 x 800 px with these marks and returns it with its doubts.
     fn doubted(strokes: &[&[[f64; 2]]], marks: serde_json::Value) -> (DrawnMap, Places, Vec<Doubt>) {
         let strokes: Vec<_> = strokes.iter().map(|points| json!({ "points": points })).collect();
         let mut page = json!({ "canvas": [1000, 800], "strokes": strokes });
@@ -390,7 +394,7 @@ mod tests {
         assert_eq!(found, []);
         // A hall, and the start in its middle.
         assert_eq!(doubted(&[ROOM], goal([500.0, 400.0], [600.0, 400.0])).2, []);
-        // A route past the end of the wall, which it touches, and along a wall.
+        // A route that touches the end of a wall in passing, and then runs along another wall.
         let route = json!({ "route": [[200, 200], [480, 501], [499, 502], [520, 501], [800, 200], [948, 300], [940, 500]] });
         assert_eq!(doubted(&[ROOM, WALL], route).2, []);
     }
@@ -408,7 +412,7 @@ mod tests {
         assert!((5.0..15.0).contains(reach_px), "{reach_px}");
         let error = hopeless(&drawing, &places, &found).unwrap_err().to_string();
         assert!(error.starts_with("navigator.start at (200, 600) of pad.json: expected walls"), "{error}");
-        // One task leads to walls.
+        // With a task that leads to walls, the drawing is not hopeless.
         let mut marks = goal([200.0, 600.0], [400.0, 700.0]);
         marks["goals"].as_array_mut().unwrap().push(json!({ "name": "h", "at": [954.0, 60.0] }));
         let (drawing, places, found) = doubted(&[corner], marks);
@@ -421,7 +425,8 @@ mod tests {
         );
     }
 
-    /// A robot was driven by a single line without a word: it has more ink than 0.2 % of the page, and the start lay near it.
+    /// A robot was driven by a single line without a warning: the line covered more than 0.2 % of the page, and the start was
+    /// near it.
     #[test]
     fn walls_that_do_not_enclose_the_start_are_doubted() {
         let line: &[[f64; 2]] = &[[50.0, 700.0], [950.0, 700.0]];
@@ -446,7 +451,7 @@ mod tests {
         let frame: &[[f64; 2]] = &[[4.0, 4.0], [996.0, 4.0], [996.0, 796.0], [4.0, 796.0], [4.0, 4.0]];
         assert_eq!(doubted(&[frame], goal([200.0, 200.0], [800.0, 200.0])).2, [Doubt::OnlyFrame]);
         assert_eq!(doubted(&[frame, WALL], goal([200.0, 200.0], [800.0, 200.0])).2, []);
-        // One that touches the page's edge.
+        // A frame that touches the page's edge.
         let page = |inside: &str| {
             let svg = format!(
                 "<svg xmlns='http://www.w3.org/2000/svg' width='960' height='640'>\

@@ -1,4 +1,4 @@
-//! What was read from a drawing: its cells, its frame, the direction of its walls.
+//! The result of reading a drawing, with its cells, its frame, and the direction of its walls.
 
 use sketchnav_schemas::codes::{FREE, WALL};
 use sketchnav_schemas::geometry::{Point, Sketch};
@@ -11,28 +11,29 @@ use super::settings::Options;
 use super::walls::{Kind, Walls, diagonal};
 use super::{direction, pen};
 
-/// A drawing as a grid, with what else was drawn into it.
+/// A drawing as a grid, with whatever else was found in the file.
 #[derive(Clone, PartialEq)]
 pub struct DrawnMap {
-    /// Name of the file, for errors.
+    /// Name of the file, for error messages.
     pub file: String,
-    /// What kind of drawing it is.
+    /// Kind of drawing.
     pub kind: Kind,
-    /// Width of the grid.
+    /// Width of the grid, in sketch pixels.
     pub width_px: u32,
-    /// Height of the grid.
+    /// Height of the grid, in sketch pixels.
     pub height_px: u32,
-    /// [`FREE`] or [`WALL`], row 0 at the bottom; `width_px * height_px` of them.
+    /// The `width_px * height_px` cells, each [`FREE`] or [`WALL`], with row 0 at the bottom.
     pub cells: Vec<u8>,
-    /// Sketch pixels an image pixel: below 1 where the file is larger than the canvas.
+    /// Sketch pixels per image pixel. This is below 1 if the picture is larger than the canvas.
     pub scale: f64,
-    /// Width of the pen's strokes, sketch pixels (of a filled drawing: how fine its edges are).
+    /// Width of the pen's strokes, in sketch pixels. For a filled drawing, which has no strokes, this is how fine its edges
+    /// are.
     pub pen_width_px: f64,
-    /// Direction of the walls in (−π/4, π/4], counter-clockwise as one looks at the drawing.
+    /// Direction of the walls in (−π/4, π/4], in radians counter-clockwise as one looks at the drawing.
     pub wall_direction_rad: f64,
-    /// What a strokes file marks beside walls, image pixels.
+    /// The start, goals and route that a strokes file marks, in image pixels.
     pub marks: Marks,
-    /// What is in the file and was not read as walls.
+    /// Content of the file that was not read as walls.
     pub left_out: Vec<LeftOut>,
 }
 
@@ -68,27 +69,27 @@ impl DrawnMap {
         })
     }
 
-    /// A place in image pixels (column, row; row 0 at the top) in the drawing's frame.
+    /// Converts a position in image pixels (column, row; row 0 at the top) to the drawing's frame.
     pub fn from_image(&self, place: [f64; 2]) -> Point<Sketch> {
         Point::new(place[0] * self.scale, f64::from(self.height_px) - place[1] * self.scale)
     }
 
-    /// A place of the drawing's frame in image pixels (column, row; row 0 at the top).
+    /// Converts a position in the drawing's frame to image pixels (column, row; row 0 at the top).
     pub fn to_image(&self, point: &Point<Sketch>) -> [f64; 2] {
         [point.x / self.scale, (f64::from(self.height_px) - point.y) / self.scale]
     }
 
-    /// Length of the diagonal, sketch pixels.
+    /// Returns the length of the diagonal, in sketch pixels.
     pub fn diagonal_px(&self) -> f64 {
         diagonal(self.width_px, self.height_px)
     }
 
-    /// The cell at a point, `None` outside the drawing.
+    /// Returns the cell at a point, or `None` outside the drawing.
     pub fn cell(&self, point: &Point<Sketch>) -> Option<u8> {
         self.index(point).map(|i| self.cells[i])
     }
 
-    /// Index of the cell at a point.
+    /// Returns the index of the cell at a point, or `None` outside the drawing.
     pub(crate) fn index(&self, point: &Point<Sketch>) -> Option<usize> {
         let (width, height) = (f64::from(self.width_px), f64::from(self.height_px));
         let within = (0.0..width).contains(&point.x) && (0.0..height).contains(&point.y);
@@ -96,7 +97,7 @@ impl DrawnMap {
     }
 }
 
-/// Without the cells, of which there are millions.
+/// Leaves out the cells, of which there may be millions.
 impl std::fmt::Debug for DrawnMap {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("DrawnMap")

@@ -1,5 +1,6 @@
-//! Whether walls enclose a place. A wide disc rolls in from beyond the page, as water does: what it reaches is open, what
-//! lies behind an opening that is too narrow for it is not. The grid is coarse, for an opening is as wide as a door.
+//! Checks whether walls enclose a position. A wide disc rolls in from beyond the page, as water would: whatever it reaches is
+//! open, and whatever lies beyond openings too narrow for it is enclosed. A coarse grid is enough, since openings are as wide
+//! as a door.
 
 use image::{GrayImage, Luma};
 use imageproc::region_labelling::{Connectivity, connected_components};
@@ -9,10 +10,11 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 use super::drawn_map::DrawnMap;
 use super::pen;
 
-/// The disc is at most about so many cells wide.
+/// Minimum width of the disc in cells of the coarse grid. A disc that is narrower than this in pixels keeps the grid of the
+/// drawing.
 const DISC_CELLS: f64 = 32.0;
 
-/// Whether a disc as wide as `opening_px` that comes from beyond the page is kept from a place by the walls.
+/// Returns true if the walls keep a disc of diameter `opening_px` that comes from beyond the page away from a position.
 pub(super) fn encloses(drawing: &DrawnMap, place: &Point<Sketch>, opening_px: f64) -> bool {
     let cell_px = (opening_px / DISC_CELLS).floor().max(1.0) as u32;
     let radius = opening_px / f64::from(2 * cell_px);
@@ -32,7 +34,7 @@ pub(super) fn encloses(drawing: &DrawnMap, place: &Point<Sketch>, opening_px: f6
     })
 }
 
-/// 255 where a cell of the grid holds no wall, with a rim of free cells around the page.
+/// Returns the coarse grid with a rim of free cells around the page. Cells that contain no wall are 255.
 fn free_page(drawing: &DrawnMap, cell_px: u32, rim: u32) -> GrayImage {
     let [width, height] = [drawing.width_px, drawing.height_px].map(|side| side.div_ceil(cell_px) + 2 * rim);
     let mut page = GrayImage::from_pixel(width, height, Luma([255]));

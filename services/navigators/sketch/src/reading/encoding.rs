@@ -1,4 +1,4 @@
-//! The bytes of a text in whatever encoding, and files that are packed.
+//! Unpacks compressed files and decodes text in whatever encoding it has.
 
 use std::borrow::Cow;
 use std::io::Read;
@@ -8,12 +8,12 @@ use flate2::read::MultiGzDecoder;
 
 use super::error::{Broken, SketchError};
 
-/// Largest file that is unpacked.
+/// Maximum size of a file after unpacking, in bytes.
 const MAX_UNPACKED: usize = 32 << 20;
-/// Where the declaration of an XML file ends at the latest.
+/// Number of bytes within which the declaration of an XML file must end.
 const MOST_DECLARATION: usize = 256;
 
-/// What is in a packed file (`.svgz`, `.json.gz`); every other file as it is.
+/// Unpacks a gzip file (`.svgz`, `.json.gz`). Any other file is returned as it is.
 pub(crate) fn unpacked<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, [u8]>, SketchError> {
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(bytes.into());
@@ -28,7 +28,8 @@ pub(crate) fn unpacked<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, [
     Ok(inside.into())
 }
 
-/// The text in a file: by its byte order mark, by what its declaration says, else UTF-8.
+/// Decodes the text in a file. Its encoding follows from the byte order mark, from a first character of two bytes, or from the
+/// XML declaration; otherwise UTF-8 is assumed.
 pub(crate) fn text<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, str>, SketchError> {
     let encoding = match (Encoding::for_bom(bytes), wide(bytes), declared(bytes)) {
         (Some((encoding, _)), ..) => encoding,
@@ -38,7 +39,7 @@ pub(crate) fn text<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, str>,
         })?,
         (None, None, None) => UTF_8,
     };
-    // A declaration that can be read as ASCII is not in UTF-16: programs say so before they write UTF-8.
+    // A declaration that reads as ASCII is not UTF-16, whatever it says: some programs declare UTF-16 and then write UTF-8.
     let is_ascii = [UTF_16LE, UTF_16BE].contains(&encoding) && bytes.starts_with(b"<?xml");
     let encoding = if is_ascii { UTF_8 } else { encoding };
     let (text, encoding, is_garbled) = encoding.decode(bytes);
@@ -51,7 +52,7 @@ pub(crate) fn text<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, str>,
     Ok(text)
 }
 
-/// Whether the first character takes two bytes: UTF-16 without a mark.
+/// Recognizes UTF-16 without a byte order mark by its first character, which takes two bytes.
 pub(crate) fn wide(bytes: &[u8]) -> Option<&'static Encoding> {
     match bytes {
         [b'<' | b'{', 0, ..] => Some(UTF_16LE),
@@ -60,7 +61,7 @@ pub(crate) fn wide(bytes: &[u8]) -> Option<&'static Encoding> {
     }
 }
 
-/// The encoding that an XML declaration says.
+/// Returns the encoding that an XML declaration names, if any.
 fn declared(bytes: &[u8]) -> Option<String> {
     let head = &bytes[..bytes.len().min(MOST_DECLARATION)];
     let head: String = head.iter().map(|&byte| char::from(byte)).collect();

@@ -1,103 +1,103 @@
-//! What can be wrong with a drawing: what was expected, what was found and where.
+//! Errors that drawings cause. Each says what was expected, what was found, and where.
 
 use sketchnav_schemas::mission::MissionError;
 
-/// What is wrong with a drawing, its marks, or the sketcher's parameters. Places are image pixels
-/// (column, row) of the file as the person sees it.
+/// An error in a drawing, its marks, or the sketcher's parameters. Positions are in image pixels (column, row) of the file as
+/// the person sees it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SketchError {
-    /// The mission's part for this navigator.
+    /// The mission's keys for this navigator are invalid.
     #[error(transparent)]
     Mission(#[from] MissionError),
-    /// The file holds nothing.
+    /// The file is empty.
     #[error("{file}: expected a drawing, found an empty file")]
     Empty {
         /// The file.
         file: String,
     },
-    /// No type that is known.
+    /// The file is of an unsupported type.
     #[error("{file}: expected PNG, JPEG, GIF, WebP, BMP, PNM, SVG or strokes in JSON, found {found}")]
     Unsupported {
         /// The file.
         file: String,
-        /// What its first bytes look like.
+        /// The type that the first bytes suggest.
         found: String,
     },
-    /// A known type, truncated or garbled.
+    /// The file is of a supported type but truncated or garbled.
     #[error("{file}: expected a whole {kind} file: {reason}")]
     Broken {
         /// The file.
         file: String,
-        /// Its type.
+        /// The type.
         kind: &'static str,
-        /// What the decoder says.
+        /// The decoder's message.
         reason: String,
     },
-    /// More than the sketcher is willing to decode.
+    /// The drawing is larger than the sketcher is willing to decode.
     #[error("{file}: expected at most {limit}, found {found}")]
     TooLarge {
         /// The file.
         file: String,
-        /// What is allowed.
+        /// The limit.
         limit: String,
-        /// What it is.
+        /// The actual size.
         found: String,
     },
-    /// An invalid value in a strokes file.
+    /// A value in a strokes file is invalid.
     #[error("{file}: {key}: expected {expected}, found {found}")]
     Strokes {
         /// The file.
         file: String,
-        /// Where in the file.
+        /// The key of the value.
         key: String,
-        /// What would be right.
+        /// The expected value.
         expected: &'static str,
-        /// What stands there.
+        /// The value that was found.
         found: String,
     },
-    /// A blank page.
+    /// The page is blank.
     #[error("{file}: expected walls, found {found}")]
     NoWalls {
         /// The file.
         file: String,
-        /// What is there instead, and what to do.
+        /// Description of what the page shows, with advice on what to do.
         found: String,
     },
-    /// A value of a style that cannot be read: what it paints would be missing.
+    /// A value in a style cannot be read, so what it paints would be missing.
     #[error(
         "{file}: {element}: {property}: {value:?} cannot be read: {reason}; write colours as #rrggbb, lengths as numbers"
     )]
     Unreadable {
         /// The file.
         file: String,
-        /// Which element, and its line.
+        /// The element and its line.
         element: String,
-        /// Which property.
+        /// The property.
         property: String,
-        /// What is said there.
+        /// The value of the property.
         value: String,
-        /// Why it cannot be read.
+        /// The reason that it cannot be read.
         reason: String,
     },
-    /// Walls everywhere.
+    /// There is no free space.
     #[error("{file}: expected free space between the walls, found none")]
     NoFreeSpace {
         /// The file.
         file: String,
     },
-    /// Something is marked where nothing is drawn.
+    /// Marks arrived before there was a drawing.
     #[error("expected a drawing before what is marked in it, found none")]
     NoSketch,
-    /// A drawing that is neither a sketch nor a route.
+    /// The drawing is neither a sketch nor a route.
     #[error("kind: expected 1 (sketch) or 2 (route), found {found}")]
     Kind {
         /// The number in the message.
         found: u32,
     },
-    /// A drawing that ends the sketcher.
+    /// The drawing has repeatedly crashed the sketcher.
     #[error("expected a drawing that can be read, found one by which the sketcher ended {attempts} times")]
     Fatal {
-        /// How often it was read.
+        /// Number of attempts to read the drawing.
         attempts: u32,
     },
     /// Neither the mission nor the drawing says where the robot starts.
@@ -108,75 +108,76 @@ pub enum SketchError {
         /// The drawing.
         file: String,
     },
-    /// Nothing says which way the robot looks at the start.
+    /// Nothing gives the robot's heading at the start.
     #[error(
         "navigator.start_heading_deg: expected degrees, or a drawn route as first task that leads more than {threshold_px:.0} px away; found neither"
     )]
     NoHeading {
-        /// How far a route must lead to tell the heading, image pixels.
+        /// Distance from its start that a route must reach to give the heading, in image pixels.
         threshold_px: f64,
     },
-    /// A place beyond the drawing's edge.
+    /// A position is outside the drawing.
     #[error("{what} at ({:.0}, {:.0}): expected a place in {file}, {width} x {height} px", place[0], place[1])]
     Outside {
-        /// The start, or the task.
+        /// The start or the task.
         what: String,
-        /// Where.
+        /// The position.
         place: [f64; 2],
         /// The drawing.
         file: String,
-        /// Its width.
+        /// Width of the drawing, in image pixels.
         width: u32,
-        /// Its height.
+        /// Height of the drawing, in image pixels.
         height: u32,
     },
-    /// A place inside a wall.
+    /// A position is inside a wall.
     #[error("{what} at ({:.0}, {:.0}) of {file}: expected free space, found a wall; the nearest free place is ({:.0}, {:.0})", place[0], place[1], nearest[0], nearest[1])]
     InWall {
-        /// The start, or the task.
+        /// The start or the task.
         what: String,
-        /// Where.
+        /// The position.
         place: [f64; 2],
         /// The drawing.
         file: String,
-        /// The free place that is nearest.
+        /// The nearest free position.
         nearest: [f64; 2],
     },
-    /// A place that no free way leads to.
+    /// A position cannot be reached over free cells.
     #[error("{what} at ({:.0}, {:.0}) of {file}: expected a free way from the start at ({:.0}, {:.0}), found walls all around; the nearest place with a way is ({:.0}, {:.0}): move it there, or draw a door", place[0], place[1], start[0], start[1], nearest[0], nearest[1])]
     Unreachable {
         /// The task.
         what: String,
-        /// Where.
+        /// The position.
         place: [f64; 2],
         /// The drawing.
         file: String,
-        /// Where the way begins.
+        /// The start.
         start: [f64; 2],
-        /// The place with a way that is nearest.
+        /// The nearest position that can be reached.
         nearest: [f64; 2],
     },
-    /// Start and goals in a field without walls: nothing says how large it is or where in it the robot is.
+    /// Neither the start nor the tasks are near any walls, so nothing shows how large the drawing is, or where in it the robot
+    /// is.
     #[error("navigator.start at ({:.0}, {:.0}) of {file}: expected walls around the start or on the way, found none within the laser's reach (about {reach_px:.0} px). Draw the walls around them", start[0], start[1])]
     OpenField {
         /// The start.
         start: [f64; 2],
         /// The drawing.
         file: String,
-        /// How far the laser sees.
+        /// Estimated range of the laser, in image pixels.
         reach_px: f64,
     },
-    /// More tasks or points than a route message holds, or none.
+    /// There are no tasks or points, or more than a route message holds.
     #[error("{key}: expected {expected}, found {found}")]
     Count {
-        /// Tasks or points.
+        /// What was counted: tasks or points.
         key: &'static str,
-        /// What would be right.
+        /// The expected value.
         expected: String,
-        /// How many there are.
+        /// The number that was found.
         found: usize,
     },
-    /// A parameter with an invalid value.
+    /// A parameter has an invalid value.
     #[error("parameters.sketcher.{key}: {reason}")]
     Setting {
         /// The key.
@@ -189,12 +190,12 @@ pub enum SketchError {
     File {
         /// The file.
         file: String,
-        /// Why not.
+        /// The reason that it cannot be opened.
         reason: String,
     },
 }
 
-/// Types that people draw in and that are not read: where their mark stands, the mark, and their name.
+/// Unsupported file types that people draw in: the offset of their magic bytes, the magic bytes, and a name.
 const OTHERS: [((usize, &[u8]), &str); 11] = [
     ((0, b"%PDF"), "a PDF"),
     ((0, b"%!PS"), "PostScript"),
@@ -209,7 +210,7 @@ const OTHERS: [((usize, &[u8]), &str); 11] = [
     ((0, b"PK\x03\x04"), "a ZIP archive, as many drawing programs save in"),
 ];
 
-/// Roots of XML that is no SVG, and what it is.
+/// Root elements of XML files other than SVG, with a name for each kind of file.
 const ROOTS: [(&str, &str); 5] = [
     ("xournal", "a note of Xournal++"),
     ("mxfile", "a drawing of draw.io"),
@@ -218,16 +219,16 @@ const ROOTS: [(&str, &str); 5] = [
     ("diagram", "a drawing of Dia"),
 ];
 
-/// What JSON that holds no strokes has, and what it is.
+/// Strings that identify JSON from other programs, with a name for each kind of file.
 const OTHER_JSON: [(&str, &str); 3] = [
     ("\"excalidraw\"", "a drawing of Excalidraw"),
     ("\"tldrawFileFormatVersion\"", "a drawing of tldraw"),
     ("\"FeatureCollection\"", "GeoJSON"),
 ];
-/// Where in such a file that stands at the latest.
+/// Number of bytes at the beginning of a file that are searched for signs of another program.
 const MOST_HEAD: usize = 1024;
 
-/// The picture that the YAML of a map names, where the bytes are one.
+/// Returns the picture that a map's YAML file names, or `None` if the bytes are not such a file.
 fn map_picture(bytes: &[u8]) -> Option<String> {
     let head = String::from_utf8_lossy(bytes.get(..MOST_HEAD).unwrap_or(bytes));
     let value = |key: &str| head.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix(':'));
@@ -235,7 +236,7 @@ fn map_picture(bytes: &[u8]) -> Option<String> {
     Some(value("image")?.trim().trim_matches(['"', '\'']).to_owned())
 }
 
-/// Makes the errors of one file.
+/// Makes the errors about one file.
 pub(crate) struct Broken<'a> {
     /// Name of the file.
     pub file: &'a str,
@@ -258,7 +259,7 @@ impl Broken<'_> {
         SketchError::NoWalls { file: self.file(), found: found.into() }
     }
 
-    /// XML with another root than SVG's.
+    /// Returns the error for XML whose root element is not `svg`.
     pub(crate) fn other_xml(&self, root: &str) -> SketchError {
         let known = ROOTS.iter().find(|(known, _)| *known == root);
         let kind =
@@ -266,7 +267,7 @@ impl Broken<'_> {
         SketchError::Unsupported { file: self.file(), found: format!("{kind}; export it as SVG or PNG") }
     }
 
-    /// JSON in which no strokes can be read: of another program, or broken.
+    /// Returns the error for JSON without readable strokes, which comes from another program or is broken.
     pub(crate) fn other_json(&self, text: &str, reason: impl std::fmt::Display) -> SketchError {
         let head = &text.as_bytes()[..text.len().min(MOST_HEAD)];
         let has = |mark: &str| head.windows(mark.len()).any(|found| found == mark.as_bytes());

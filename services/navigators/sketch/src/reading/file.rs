@@ -1,4 +1,4 @@
-//! A drawing in a file, whatever its format.
+//! Reads a drawing from a file in any supported format.
 
 use image::ImageFormat;
 
@@ -11,19 +11,20 @@ use super::settings::Options;
 use super::walls::Walls;
 use super::{encoding, ink, raster, strokes, vector};
 
-/// Ink of a second tone is more than what people erase with white.
+/// Maximum share of ink that may be lost without a warning. People who erase with white paint leave some ink in a second tone.
 const MOST_LOST: f64 = 0.1;
 
-/// Reads a drawing: PNG, JPEG, GIF, WebP, BMP, PNM, SVG or [`strokes`](super::strokes) in JSON, recognized by their content; packed
-/// with gzip (`.svgz`) or not. Text may be in UTF-8, UTF-16, or the encoding that its XML declaration says.
+/// Reads a drawing. The file may be PNG, JPEG, GIF, WebP, BMP, PNM, SVG or [`strokes`](super::strokes) in JSON, optionally
+/// packed with gzip (`.svgz`); its content decides which. Text may be in UTF-8, UTF-16, or the encoding that its XML
+/// declaration names.
 ///
-/// `file` is the file's name, for the errors. A drawing of more than
-/// [`MAX_SKETCH_CELLS`](crate::messages::MAX_SKETCH_CELLS) pixels is scaled down; points
-/// in image pixels scale along, see [`DrawnMap::scale`].
+/// `file` is the file's name, which error messages mention. A drawing of more than
+/// [`MAX_SKETCH_CELLS`](crate::messages::MAX_SKETCH_CELLS) pixels is scaled down, and points in image pixels along with it; see
+/// [`DrawnMap::scale`].
 ///
 /// # Errors
-/// [`SketchError`]: no drawing, truncated, a type that is not supported, too large to decode, a style that cannot be read,
-/// no walls or no free space in it.
+/// [`SketchError`] if the file is empty, truncated, of an unsupported type or too large to decode, if a style in it cannot be
+/// read, or if the drawing has no walls or no free space.
 pub fn read(bytes: &[u8], file: &str, options: &Options) -> Result<DrawnMap, SketchError> {
     let broken = Broken { file };
     let bytes = &*encoding::unpacked(bytes, &broken)?;
@@ -61,7 +62,7 @@ fn walls(ink: ink::Ink, tones: &Tones, options: &Options, mut left_out: Vec<Left
     Walls { mask: ink.walls, scale: tones.scale, pen_width_px: None, kind: ink.kind, marks, left_out }
 }
 
-/// What a picture is in which no walls are found.
+/// Describes a picture in which no walls were found.
 fn blank(tones: &Tones) -> String {
     let is_bare = tones.cover.as_ref().is_some_and(|cover| cover.iter().all(|&cover| cover == 0));
     match ink::contrast(&tones.on_white()) {
@@ -73,7 +74,7 @@ fn blank(tones: &Tones) -> String {
     }
 }
 
-/// The file types that hold drawings.
+/// The types of files that can contain drawings.
 enum Type {
     Picture(ImageFormat),
     Svg,
@@ -81,7 +82,7 @@ enum Type {
 }
 
 impl Type {
-    /// By the first bytes; a name may lie.
+    /// Recognizes the type by the first bytes, because a file's name may be wrong.
     fn of(bytes: &[u8]) -> Option<Self> {
         if let Some(format) = raster::format_of(bytes) {
             return Some(Self::Picture(format));

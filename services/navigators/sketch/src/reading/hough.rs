@@ -1,26 +1,25 @@
-//! The progressive probabilistic Hough transform: line segments in an edge picture.
+//! Finds line segments in an edge picture by the progressive probabilistic Hough transform.
 //!
-//! Source: Matas, Galambos and Kittler, *Robust detection of lines using the progressive probabilistic Hough
-//! transform*, Computer Vision and Image Understanding 78 (2000). Edge pixels vote in random order. As soon as a line
-//! has votes enough, the picture is searched along it. The longest stretch without a wide gap is taken, and its pixels
-//! vote no more.
+//! Source: Matas, Galambos and Kittler, *Robust detection of lines using the progressive probabilistic Hough transform*,
+//! Computer Vision and Image Understanding 78 (2000). Edge pixels vote in random order. As soon as a line has enough votes, the
+//! picture is searched along the line. The longest stretch without a wide gap becomes a segment, and its pixels no longer vote.
 
 use std::f64::consts::PI;
 
 use image::GrayImage;
 use rand::{Rng, RngExt};
 
-/// Directions of lines over half a turn: half a degree each.
+/// Number of line directions in half a turn. They are half a degree apart.
 const DIRECTIONS: usize = 360;
 
-/// What counts as a line.
+/// Criteria for a line.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lines {
-    /// Votes that start the search along a line.
+    /// Number of votes that start the search along a line.
     pub votes: u32,
-    /// Shortest segment, pixels.
+    /// Minimum length of a segment, in pixels.
     pub length_px: f64,
-    /// Widest gap within a segment, pixels.
+    /// Maximum gap within a segment, in pixels.
     pub gap_px: u32,
 }
 
@@ -36,13 +35,13 @@ impl Segment {
         (f64::from(self.to.0 - self.from.0), f64::from(self.to.1 - self.from.1))
     }
 
-    /// Length, pixels.
+    /// Returns the length in pixels.
     pub fn length(&self) -> f64 {
         let (dx, dy) = self.vector();
         dx.hypot(dy)
     }
 
-    /// Direction from the picture's x axis towards its y axis, radians, either way along the line.
+    /// Returns the direction from the picture's x axis towards its y axis, in radians. It may point either way along the line.
     pub fn direction(&self) -> f64 {
         let (dx, dy) = self.vector();
         dy.atan2(dx)
@@ -71,18 +70,19 @@ pub(crate) fn segments(edges: &GrayImage, lines: Lines, rng: &mut impl Rng) -> V
     found
 }
 
-/// The nearest whole number, halves away from zero, for |x| below 2³¹. (Older processors have no instruction for it.)
+/// Rounds to the nearest integer, with halves away from zero, for |x| below 2³¹. This avoids `f64::round`, for which older
+/// processors have no instruction.
 fn rounded(x: f64) -> i32 {
-    // The number before one half: one half would round up what is just below it.
+    // The greatest number below one half. Adding one half itself would round this very number up to one.
     (x + 0.499_999_999_999_999_94_f64.copysign(x)) as i32
 }
 
-/// What became of a pixel.
+/// The state of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// No edge, or part of a line that was found.
+    /// Not an edge, or part of a line that was already found.
     Gone,
-    /// An edge that has not voted.
+    /// An edge that has not voted yet.
     Waiting,
     /// An edge that has voted.
     Voted,
@@ -94,7 +94,7 @@ struct Table {
     states: Vec<State>,
     /// Cosine and sine of each direction's normal.
     normals: Vec<(f64, f64)>,
-    /// Lines of one direction: distances from the origin, of both signs.
+    /// Number of bins per direction, one for each signed distance of a line from the origin.
     distances: usize,
     votes: Vec<u16>,
 }
@@ -129,14 +129,15 @@ impl Table {
         self.index(pixel).map(|i| self.states[i])
     }
 
-    /// The bin of the line through `pixel` in direction `i`.
+    /// Returns the bin of the line through `pixel` in direction `i`.
     fn bin(&self, pixel: (i32, i32), i: usize) -> usize {
         let (cos, sin) = self.normals[i];
         let distance = f64::from(pixel.0) * cos + f64::from(pixel.1) * sin;
         i * self.distances + (rounded(distance) as isize + self.distances as isize / 2) as usize
     }
 
-    /// The pixel votes for every line through it; the direction with the most votes now, and how many.
+    /// Casts the pixel's votes, one for every line through it. Returns the direction with the most votes so far, and how many
+    /// it has.
     fn vote(&mut self, pixel: (i32, i32)) -> (usize, u32) {
         let (mut best, mut most) = (0, 0);
         for i in 0..DIRECTIONS {
@@ -152,7 +153,7 @@ impl Table {
         (best, u32::from(most))
     }
 
-    /// Takes the pixel out, with its votes.
+    /// Removes a pixel along with its votes.
     fn take(&mut self, pixel: (i32, i32)) {
         let Some(index) = self.index(pixel) else { return };
         if self.states[index] == State::Voted {
@@ -164,7 +165,7 @@ impl Table {
         self.states[index] = State::Gone;
     }
 
-    /// The stretch of edge pixels through `pixel` in the direction, whose pixels are taken out.
+    /// Returns the stretch of edge pixels through `pixel` in this direction and removes its pixels.
     fn longest(&mut self, pixel: (i32, i32), direction: usize, gap_px: u32) -> Segment {
         let (cos, sin) = self.normals[direction];
         let to = self.follow(pixel, (-sin, cos), gap_px);
@@ -173,7 +174,8 @@ impl Table {
         Segment { from, to }
     }
 
-    /// The last edge pixel before a wide gap, in a corridor three pixels wide; takes what it passes.
+    /// Returns the last edge pixel before a wide gap, within a corridor three pixels wide. Removes the edge pixels that it
+    /// passes.
     fn follow(&mut self, start: (i32, i32), along: (f64, f64), gap_px: u32) -> (i32, i32) {
         let longer = along.0.abs().max(along.1.abs());
         let step = (along.0 / longer, along.1 / longer);

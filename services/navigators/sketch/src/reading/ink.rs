@@ -1,15 +1,16 @@
-//! Separates ink from paper: which pixels of a picture are walls.
+//! Separates ink from paper, which decides which pixels of a picture are walls.
 //!
-//! Three kinds of pictures come in. A *clean* picture has two tones, far apart, and little else: its threshold is
-//! Otsu's. Everything else is taken for a *photograph* of strokes on paper under uneven light. Each pixel is divided
-//! by the brightness of the paper around it (a box mean over an integral image, the strokes left out). Otsu's
-//! threshold then finds the strokes of the levelled picture.
+//! Pictures come in three kinds. A *clean* picture has two tones that are far apart and little else, and is separated by Otsu's
+//! threshold. Anything else is taken for a *photograph* of strokes on paper under uneven light. Each of its pixels is divided
+//! by the brightness of the paper around it (a box mean over an integral image, leaving out the strokes), and Otsu's threshold
+//! then finds the strokes in the levelled picture.
 //!
-//! A clean picture is either a *line drawing*, whose strokes are walls, or *filled*. The filled one has free space in
-//! one tone, the outside and everything solid in the other. The tone along the border is paper in the one and solid in
-//! the other. How much of the other tone lies deep inside it decides which.
+//! A clean picture is either a *line drawing*, whose strokes are walls, or *filled*, with free space in one tone, and the
+//! outside and everything solid in the other. The tone along the border is paper in a line drawing and solid in a filled one.
+//! To find out which it is, look at the other tone: strokes are thin, whereas much of the free space in a filled drawing lies
+//! deep inside.
 //!
-//! Where paper is transparent it is white, as on a screen; but black where the ink would vanish on white.
+//! Transparent paper counts as white, as on a screen, or as black if the ink would vanish on white.
 //!
 //! Sources: Otsu 1979 (threshold); Bradley and Roth 2007 (adaptive threshold by integral image).
 
@@ -23,56 +24,56 @@ use super::walls::Kind;
 
 /// Half the width, in levels, of the band around a tone of a clean picture.
 const TONE_BAND: usize = 8;
-/// Share of a clean picture's pixels that lie in the bands of its two tones.
+/// Minimum share of a clean picture's pixels that lie in the bands of its two tones.
 const CLEAN_SHARE: f64 = 0.9;
-/// Fewest levels between the two tones of a clean picture, and between ink and paper at all.
+/// Minimum number of levels between the two tones of a clean picture, and between ink and paper in any picture.
 const CLEAN_CONTRAST: usize = 64;
 const LEAST_CONTRAST: f64 = 24.0;
-/// What is farther from its edge than this share of the diagonal is no stroke,
+/// Depth, as a share of the diagonal, beyond which a pixel lies too far from the edge of its area to be part of a stroke.
 const DEEP_SHARE: f64 = 0.02;
-/// and where more than this share of a tone's area is so, the tone is free space. Some pillars and tables may be
-/// filled, but not most of a drawing.
+/// Maximum share of a tone's area that may be deeper than [`DEEP_SHARE`] if the tone is strokes; with more, it is free space.
+/// Some pillars and tables may be filled in, but not most of a drawing.
 const DEEP_AREA_SHARE: f64 = 0.3;
-/// The window whose mean is the paper's brightness, a share of the longer side.
+/// Width of the window whose mean is the paper's brightness, as a share of the longer side.
 const PAPER_WINDOW_SHARE: f64 = 0.125;
 /// The level of bare paper in a levelled picture.
 const PAPER_LEVEL: f64 = 200.0;
-/// So far from a wall the tones of its edge reach, pixels.
+/// Distance from a wall, in pixels, within which the tones of its edge reach.
 const EDGE_PX: f64 = 2.0;
 /// Strokes differ from the mean around them by at least this share.
 const STROKE_SHARE: f64 = 0.08;
 
 /// The walls that were found.
 pub(crate) struct Ink {
-    /// 255 where a wall is, 0 elsewhere.
+    /// 255 where there is a wall, 0 elsewhere.
     pub walls: GrayImage,
-    /// What kind of picture it was.
+    /// Kind of the picture.
     pub kind: Kind,
-    /// The share of the strokes of a line drawing that are too faint beside the walls.
+    /// Share of a line drawing's strokes that are too faint compared with the walls.
     pub faint: f64,
 }
 
-/// Finds the walls of a picture on its paper; `None` where the page is of one tone.
+/// Finds the walls of a picture, or returns `None` if the page is of one tone.
 pub(crate) fn find(tones: &Tones, tone: WallTone) -> Option<Ink> {
     let on_black = || find_on(&tones.ink, tone);
     let on_white = || find_on(&tones.on_white(), tone);
     match &tones.cover {
         None => on_black(),
         Some(cover) if !is_light_pen(&tones.ink, cover) => on_white().or_else(on_black),
-        // Someone says that walls are dark.
+        // The mission says that walls are dark, so they are drawn on light paper.
         Some(_) if tone == WallTone::Dark => on_white(),
         Some(_) => on_black(),
     }
 }
 
-/// Whether the ink is of strokes most of which would vanish on white paper.
+/// Returns true if the ink consists of strokes and most of it would vanish on white paper.
 fn is_light_pen(ink: &GrayImage, cover: &GrayImage) -> bool {
     let [on_white, ..] = vanishing(ink, cover);
     on_white > 0.5 && is_strokes(&covered(cover))
 }
 
-/// How much of the strokes on transparent paper vanishes on the paper that [`find`] takes and would be seen on the other; 0
-/// where the ink is no strokes, as of white rooms between black walls.
+/// Returns the share of the strokes on transparent paper that vanish on the paper chosen by [`find`] but would be visible on
+/// the other. This is 0 if the ink does not consist of strokes, as with white rooms between black walls.
 pub(crate) fn lost_share(tones: &Tones, tone: WallTone) -> f64 {
     let Some(cover) = &tones.cover else { return 0.0 };
     let [on_white, on_black, on_both] = vanishing(&tones.ink, cover);
@@ -81,12 +82,13 @@ pub(crate) fn lost_share(tones: &Tones, tone: WallTone) -> f64 {
     if lost > 0.0 && is_strokes(&covered(cover)) { lost } else { 0.0 }
 }
 
-/// Which shares of the ink vanish on white paper, on black, and on both: what is as thin as haze.
+/// Returns the shares of the ink that vanish on white paper, on black paper, and on both. Ink that vanishes on both is as thin
+/// as haze.
 fn vanishing(ink: &GrayImage, cover: &GrayImage) -> [f64; 3] {
     let (mut lost, mut all) = ([0_u64; 3], 0_u64);
     for (&ink, &cover) in ink.iter().zip(cover.iter()) {
         all += u64::from(cover);
-        // The tone on white is that on black and what shows of the paper.
+        // On white paper, a pixel has its tone on black paper plus whatever shows of the paper.
         let [on_white, on_black] = [cover - ink.min(cover), ink];
         for (lost, contrast) in lost.iter_mut().zip([on_white, on_black, on_white.max(on_black)]) {
             *lost += if f64::from(contrast) < LEAST_CONTRAST { u64::from(cover) } else { 0 };
@@ -99,7 +101,7 @@ fn covered(cover: &GrayImage) -> GrayImage {
     map(cover, |cover| if cover < 128 { 0 } else { 255 })
 }
 
-/// The largest difference between two tones of the picture, levels of 255.
+/// Returns the largest difference between two tones of the picture, in levels of 255.
 pub(crate) fn contrast(picture: &GrayImage) -> u8 {
     let (low, high) = picture.iter().fold((255, 0), |(low, high), &tone| (tone.min(low), tone.max(high)));
     high.saturating_sub(low)
@@ -110,7 +112,7 @@ fn find_on(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
     if is_clean(&counts) { clean(picture, &counts, tone) } else { photograph(picture, tone) }
 }
 
-/// 255 where the picture is darker than `threshold`, 0 elsewhere.
+/// Returns a mask that is 255 where the picture is darker than `threshold`, and 0 elsewhere.
 pub(crate) fn below(picture: &GrayImage, threshold: u8) -> GrayImage {
     map(picture, |tone| if tone < threshold { 255 } else { 0 })
 }
@@ -121,7 +123,7 @@ fn map(picture: &GrayImage, f: impl Fn(u8) -> u8) -> GrayImage {
     mapped
 }
 
-/// How many pixels have each tone. (Most are bare paper: eight that are alike are counted at once.)
+/// Counts the pixels of each tone. Most pixels are bare paper, so eight equal ones are counted at once.
 fn histogram(picture: &GrayImage) -> [u64; 256] {
     let mut counts = [0; 256];
     let (eights, rest) = picture.as_raw().as_chunks::<8>();
@@ -136,7 +138,7 @@ fn histogram(picture: &GrayImage) -> [u64; 256] {
     counts
 }
 
-/// Whether two tones, far apart, hold nearly all pixels.
+/// Returns true if nearly all pixels are of two tones that are far apart.
 fn is_clean(counts: &[u64; 256]) -> bool {
     let band = |tone: usize| -> u64 {
         counts[tone.saturating_sub(TONE_BAND)..=(tone + TONE_BAND).min(255)].iter().sum()
@@ -147,9 +149,10 @@ fn is_clean(counts: &[u64; 256]) -> bool {
     (band(first) + second) as f64 >= CLEAN_SHARE * counts.iter().sum::<u64>() as f64
 }
 
-/// Otsu's threshold: the one that divides the pixels into two classes whose means lie farthest apart,
-/// weighed by the classes' sizes. Where a range of thresholds divides alike, its middle.
-/// `None` where the means are closer than the least contrast.
+/// Returns Otsu's threshold, or `None` if the means of the classes are closer than [`LEAST_CONTRAST`].
+///
+/// The threshold divides the pixels into two classes whose means lie farthest apart, weighted by the sizes of the classes. If a
+/// range of thresholds divides them equally well, its middle is taken.
 fn otsu(counts: &[u64; 256]) -> Option<u8> {
     let total: u64 = counts.iter().sum();
     let moment: u64 = counts.iter().zip(0..).map(|(n, tone)| n * tone).sum();
@@ -189,7 +192,8 @@ fn clean(picture: &GrayImage, counts: &[u64; 256], tone: WallTone) -> Option<Ink
     Some(Ink { walls, kind, faint })
 }
 
-/// How much of the strokes stands out from the paper and is no wall; 0 where it is areas, as of tinted rooms.
+/// Returns the share of the strokes that stand out from the paper but are not walls. This is 0 if they are areas rather than
+/// strokes, such as tinted rooms.
 fn faint_share(picture: &GrayImage, counts: &[u64; 256], walls: &GrayImage) -> f64 {
     let paper = (0..=255_u8).max_by_key(|&tone| counts[usize::from(tone)]).unwrap_or(255);
     // A wall's edge has all tones between the wall's and the paper's.
@@ -208,7 +212,7 @@ fn inverted(mask: &GrayImage) -> GrayImage {
     map(mask, |v| 255 - v)
 }
 
-/// Whether most of the border belongs to the mask.
+/// Returns true if most of the border belongs to the mask.
 fn border_is(mask: &GrayImage) -> bool {
     let (width, height) = mask.dimensions();
     let rows = (0..width).flat_map(|x| [(x, 0), (x, height - 1)]);
@@ -221,7 +225,7 @@ fn border_is(mask: &GrayImage) -> bool {
     2 * inside > all
 }
 
-/// Whether little of the mask lies deep inside it.
+/// Returns true if the mask consists of strokes, that is, if little of it lies deep inside.
 fn is_strokes(mask: &GrayImage) -> bool {
     let diagonal = f64::from(mask.width()).hypot(mask.height().into());
     pen::share_deeper(mask, (DEEP_SHARE * diagonal).max(2.0)) < DEEP_AREA_SHARE
@@ -243,14 +247,14 @@ fn photograph(picture: &GrayImage, tone: WallTone) -> Option<Ink> {
     Some(Ink { walls, kind: Kind::Photograph, faint: 0.0 })
 }
 
-/// Strokes are few and stand out far from their surroundings; paper is plenty and near them. So the skew of the
-/// differences shows on which side the strokes are.
+/// Returns true if the strokes are darker than the paper. Strokes are few and stand out from their surroundings, whereas paper
+/// is plentiful and hardly does. The skew of the differences therefore tells on which side the strokes are.
 fn strokes_are_dark(picture: &GrayImage, around: &GrayImage) -> bool {
     let pairs = picture.iter().zip(around.iter()).map(|(&v, &m)| (f64::from(v), f64::from(m).max(1.0)));
     pairs.map(|(v, m)| ((v - m) / m).powi(3)).sum::<f64>() <= 0.0
 }
 
-/// The picture with the paper at one level everywhere and the strokes below it.
+/// Returns the picture with the paper at the same level everywhere and the strokes below it.
 fn levelled(picture: &GrayImage, around: &GrayImage, radius: u32, dark: bool) -> GrayImage {
     let bare = |i: usize| {
         let (tone, mean) = (f64::from(picture.as_raw()[i]), f64::from(around.as_raw()[i]));
@@ -266,8 +270,8 @@ fn levelled(picture: &GrayImage, around: &GrayImage, radius: u32, dark: bool) ->
     level
 }
 
-/// The mean of the pixels that `counts` (by index) within `radius` of each pixel, by integral images;
-/// the pixel itself where none counts.
+/// Returns, for each pixel, the mean of those pixels within `radius` for whose index `counts` is true. If there are none, the
+/// pixel stays as it is. The means are computed from integral images.
 fn box_mean(picture: &GrayImage, radius: u32, counts: impl Fn(usize) -> bool) -> GrayImage {
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let stride = width + 1;

@@ -1,71 +1,72 @@
-//! What stands in a drawing and is not read as walls, and a person may miss.
+//! Content of a drawing that is not read as walls but that a person may miss.
 
 use std::fmt;
 
-/// Something that is not drawn.
+/// Something that is left out of a drawing, or drawn differently from what the file says.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LeftOut {
-    /// Texts, and HTML inside of SVG: labels are no walls.
+    /// Texts, including HTML inside SVG. Labels are not walls.
     Labels(usize),
-    /// A picture that is not in the drawing, or of a type that is not read.
+    /// A picture that is not embedded in the drawing, or is of an unsupported type.
     Picture {
         /// The element that refers to it.
         element: String,
-        /// What it refers to.
+        /// The target of the reference.
         found: String,
     },
-    /// A reference to what the drawing does not have.
+    /// A reference to something that the drawing does not have.
     Reference {
         /// The element that refers to it.
         element: String,
         /// The reference.
         found: String,
     },
-    /// Ink on transparent paper that has the tone of the paper on which the rest is read.
+    /// Ink on transparent paper that has the same tone as the paper on which the rest is read.
     Tone {
-        /// How much of the ink.
+        /// Share of the ink.
         share: f64,
     },
-    /// Strokes that are too faint beside the walls.
+    /// Strokes that are too faint compared with the walls.
     Faint {
-        /// How much of all strokes.
+        /// Share of all strokes.
         share: f64,
     },
-    /// A stroke whose paint draws nothing there.
+    /// A stroke whose gradient or pattern paints nothing.
     Paint(String),
     /// An element of which a filter, a mask, a clip path or a gradient leaves nothing.
     Effect(String),
-    /// A clip path or a mask that hides nothing, for it is not one in the drawing.
+    /// A clip path or a mask that is not defined in the drawing and therefore hides nothing.
     Clip {
         /// The element.
         element: String,
         /// The property and its value.
         found: String,
     },
-    /// A stroke that should have kept its width whatever the drawing's scale is.
+    /// A stroke that should have kept its width at every scale of the drawing.
     Width {
         /// The element.
         element: String,
-        /// How many times it is as wide.
+        /// Drawn width, as a multiple of the width that it should have.
         times: f64,
     },
     /// Shapes in a part of the drawing that is another document.
     Foreign(String),
-    /// Path data, or points, from where on they cannot be read.
+    /// Path data or points that become unreadable at some character.
     Points {
         /// The element.
         element: String,
-        /// What stands there.
+        /// The beginning of the unreadable text.
         found: String,
     },
-    /// Custom properties of an element that refers to another one: that one is drawn with those of its own place.
+    /// Custom properties of an element that refers to another one. The other element does not see them: it is drawn with those
+    /// of its own position in the file.
     Variables(String),
-    /// Rules of a style sheet that hold on some screens only, or stand in another file.
+    /// Rules of a style sheet that apply only on some screens or are in another file.
     Rules(String),
 }
 
 impl LeftOut {
-    /// Whether walls may be missing for it.
+    /// Returns true if walls may be missing because this was left out.
     pub fn is_doubtful(&self) -> bool {
         !matches!(self, Self::Labels(_))
     }

@@ -1,7 +1,7 @@
-//! The pen: how wide its strokes are, and what a person with that pen did not mean to draw.
+//! Measures the width of the pen and repairs what a person with that pen did not mean to draw.
 //!
-//! A gap narrower than the stroke is a slip of the hand, not a door. A morphological closing with a disc as wide as
-//! the stroke fills it. Distances are exact and Euclidean.
+//! A gap narrower than the stroke is a slip of the hand rather than a door, so a morphological closing with a disc as wide as
+//! the stroke fills it. Distances are Euclidean and exact.
 
 use std::ops::Range;
 
@@ -11,11 +11,11 @@ use imageproc::region_labelling::{Connectivity, connected_components};
 
 use super::bits::{Bits, disc};
 
-/// The depth of a pixel above (or below) which nothing is outside.
+/// The depth of a pixel whose column has no pixel outside the mask.
 const FAR: u16 = u16::MAX;
 
-/// Width of the strokes in a mask, pixels: twice the median distance from a ridge of the distance
-/// transform to the paper, within a pixel. `None` where the mask is empty or full.
+/// Returns the width of the strokes in a mask, in pixels, or `None` if the mask is empty or full. This is twice the median
+/// distance from a ridge of the distance transform to the paper, which is accurate to within a pixel.
 pub(crate) fn stroke_width(mask: &GrayImage) -> Option<f64> {
     let depth = squared_depths(mask)?;
     let mut ridges = ridge_depths(mask, &depth);
@@ -27,7 +27,7 @@ pub(crate) fn stroke_width(mask: &GrayImage) -> Option<f64> {
     Some(2.0 * f64::from(*median).sqrt() - 1.0)
 }
 
-/// The share of a mask's pixels that are farther than `depth_px` from its edge; 0 for an empty one, 1 for one that covers all.
+/// Returns the share of a mask's pixels that are farther than `depth_px` from its edge: 0 for an empty mask, 1 for a full one.
 pub(crate) fn share_deeper(mask: &GrayImage, depth_px: f64) -> f64 {
     let Some(depths) = squared_depths(mask) else { return 1.0 };
     let (mut inside, mut deeper) = (0_u64, 0_u64);
@@ -38,9 +38,12 @@ pub(crate) fn share_deeper(mask: &GrayImage, depth_px: f64) -> f64 {
     deeper as f64 / inside.max(1) as f64
 }
 
-/// Squared distance of each pixel of a mask to the nearest outside it, pixels², 0 outside; `None` where nothing is outside.
-/// Exact: distances in the columns, then row by row the lower envelope of parabolas (Meijster, Roerdink and Hesselink
-/// 2000). Each stretch of the mask is worked out by itself: nothing nearer lies beyond its ends.
+/// Returns the squared distance, in pixels², from each pixel of a mask to the nearest pixel outside it, or `None` if no pixel
+/// is outside. For pixels outside, the distance is 0.
+///
+/// The result is exact. Distances are first found within columns and then combined row by row, by the lower envelope of
+/// parabolas (Meijster, Roerdink and Hesselink 2000). Each stretch of the mask in a row can be handled separately, since no
+/// pixel beyond its ends is nearer.
 pub(crate) fn squared_depths(mask: &GrayImage) -> Option<Vec<u32>> {
     if mask.iter().all(|&v| v > 0) {
         return None;
@@ -59,7 +62,7 @@ pub(crate) fn squared_depths(mask: &GrayImage) -> Option<Vec<u32>> {
     Some(depths)
 }
 
-/// The stretches of a row that belong to the mask.
+/// Returns the stretches of a row that belong to the mask.
 fn stretches(row: &[u8]) -> impl Iterator<Item = Range<usize>> {
     let mut end = 0;
     std::iter::from_fn(move || {
@@ -69,7 +72,8 @@ fn stretches(row: &[u8]) -> impl Iterator<Item = Range<usize>> {
     })
 }
 
-/// How far the nearest pixel outside is, up or down, pixels; [`FAR`] where there is none.
+/// Returns the distance, in pixels, from each pixel to the nearest one outside the mask in its column, or [`FAR`] if there is
+/// none.
 fn column_depths(mask: &GrayImage) -> Vec<u16> {
     let width = mask.width() as usize;
     let mut depths = vec![0; mask.len()];
@@ -90,8 +94,8 @@ fn column_depths(mask: &GrayImage) -> Vec<u16> {
     depths
 }
 
-/// The lower envelope of the parabolas over one stretch: each with its apex, its height there, and from where on it is the
-/// lowest.
+/// The lower envelope of the parabolas over one stretch. For each parabola it holds the apex, the height there, and the
+/// position from which the parabola is the lowest.
 #[derive(Default)]
 struct Envelope {
     parabolas: Vec<[i32; 3]>,
@@ -130,7 +134,7 @@ impl Envelope {
     }
 }
 
-/// Squared depths of the pixels that are as deep as their eight neighbours.
+/// Returns the squared depths of the pixels that are at least as deep as their eight neighbours.
 fn ridge_depths(mask: &GrayImage, depth: &[u32]) -> Vec<u32> {
     let width = mask.width() as isize;
     let around = [-1, 1, -width - 1, -width, 1 - width, width - 1, width, width + 1];
@@ -142,13 +146,13 @@ fn ridge_depths(mask: &GrayImage, depth: &[u32]) -> Vec<u32> {
     inside.filter(|&i| deepest(i)).map(|i| depth[i]).collect()
 }
 
-/// Fills what a disc of diameter `width_px` cannot enter between the walls. `beyond`: whether there are
-/// walls beyond the page's edge.
+/// Fills the gaps between walls that a disc of diameter `width_px` cannot enter. If `beyond` is true, everything beyond the
+/// page's edge counts as wall.
 pub(crate) fn close_gaps(walls: &GrayImage, width_px: f64, beyond: bool) -> GrayImage {
     if width_px < 1.0 {
         return walls.clone();
     }
-    // A quarter of a pixel more: the middle of an even stroke lies between two rows of cells.
+    // The extra quarter of a pixel is needed because the middle of an even stroke lies between two rows of cells.
     let reach = width_px / 2.0 + 0.25;
     if !beyond {
         return closed(walls, reach);
@@ -159,16 +163,16 @@ pub(crate) fn close_gaps(walls: &GrayImage, width_px: f64, beyond: bool) -> Gray
     crop_imm(&closed(&page, reach), rim, rim, width, height).to_image()
 }
 
-/// The morphological closing with a disc of radius `reach`.
+/// Returns the morphological closing with a disc of radius `reach`.
 fn closed(walls: &GrayImage, reach: f64) -> GrayImage {
     let disc = disc(reach);
     let open = Bits::of(walls).dilated(&disc).inverted();
     open.dilated(&disc).inverted().into_mask()
 }
 
-/// Drops specks: connected ink of less than four strokes' widths squared.
+/// Removes specks, that is, connected pieces of ink with an area below four times the squared stroke width.
 pub(crate) fn without_speckles(mut walls: GrayImage) -> GrayImage {
-    // The grain of the paper is everywhere and would be taken for the pen: the finest goes first.
+    // The grain of the paper is everywhere and would be mistaken for the pen, so the finest specks have to go first.
     drop_smaller(&mut walls, 8);
     if let Some(width) = stroke_width(&walls) {
         drop_smaller(&mut walls, (4.0 * width * width) as u32);

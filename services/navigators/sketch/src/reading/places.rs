@@ -1,8 +1,9 @@
-//! Where the robot starts and where it shall go. The mission or the drawing gives it in image pixels; it is checked
-//! against the drawing and turned into its frame.
+//! Places the robot's start and tasks in the drawing. The mission or the drawing gives them in image pixels; here they are
+//! checked against the drawing and converted to its frame.
 //!
-//! Every such place lies in the drawing and in free space. It can be reached from the start over free cells, as far as
-//! the drawing shows. A drawn route alone may brush a wall by a pen's width: its ends may not.
+//! Every position must lie in the drawing, in free space, and within reach of the start over free cells, as far as the drawing
+//! shows. The inner points of a drawn route are the exception: they may brush a wall by a pen's width and are not checked for
+//! reach.
 
 use std::ops::Range;
 
@@ -18,41 +19,41 @@ use super::error::SketchError;
 use super::settings::Settings;
 use crate::task::{ImageTask, Task};
 
-/// Time for a task that only the drawing names, seconds of simulation.
+/// Time limit for a task that only the drawing names, in seconds of simulation time.
 const MARKED_TIME_LIMIT_S: f64 = 180.0;
 
-/// What a person wants, in image pixels.
+/// The start and tasks that a person asked for, in image pixels.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Intent {
-    /// Where the robot starts.
+    /// Position at which the robot starts.
     pub start: Option<[f64; 2]>,
-    /// Which way it looks there, degrees counter-clockwise from "to the right".
+    /// Heading at the start, in degrees counter-clockwise from "to the right".
     pub heading_deg: Option<f64>,
-    /// Where it shall go, in order.
+    /// The tasks, in order.
     pub tasks: Vec<ImageTask>,
 }
 
-/// A start and tasks that hold in the drawing.
+/// A start and tasks that are valid in the drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Places {
-    /// Where the robot starts.
+    /// Pose at which the robot starts.
     pub start: Pose<Sketch>,
-    /// Standard deviation of the start mark.
+    /// Standard deviation of the start position, in pixels.
     pub start_spread_px: f64,
-    /// Standard deviation of the start heading.
+    /// Standard deviation of the start heading, in radians.
     pub start_spread_rad: f64,
-    /// Where it shall go, in order.
+    /// The tasks, in order.
     pub tasks: Vec<Task>,
 }
 
 impl Intent {
-    /// What a mission says.
+    /// Takes the intent from a mission.
     pub fn of_mission(mission: &SketchMission) -> Self {
         let tasks = mission.tasks.iter().map(image_task).collect();
         Self { start: mission.start, heading_deg: mission.start_heading_deg, tasks }
     }
 
-    /// What a strokes file marks: its goals in order, then its route.
+    /// Takes the intent from the marks in a strokes file: the goals in order, then the route.
     pub fn of_marks(marks: &Marks) -> Self {
         let goals = marks.goals.iter().enumerate().map(|(i, goal)| {
             let unnamed = goal.name.is_empty();
@@ -72,9 +73,9 @@ impl Intent {
         }
     }
 
-    /// What `self` leaves open is taken from `other`: the start, its heading, the tasks.
+    /// Fills in whatever `self` leaves open from `other`: the start, its heading, or the tasks.
     pub fn or(self, other: Self) -> Self {
-        // A heading belongs to its start: that of another place would be wrong here.
+        // A heading belongs to its start. The heading of another start would be wrong here.
         let (start, heading_deg) = match (self.start, other.start) {
             (None, Some(start)) => (Some(start), self.heading_deg.or(other.heading_deg)),
             (start, _) => (start, self.heading_deg),
@@ -83,14 +84,15 @@ impl Intent {
         Self { start, heading_deg, tasks }
     }
 
-    /// Checks everything against the drawing and turns it into the drawing's frame.
+    /// Checks everything against the drawing and converts it to the drawing's frame.
     ///
-    /// A start that is not said is the first point of a route that is the first task (Boniardi et al. 2016, IV).
+    /// If no start is given and the first task is a route, the robot starts at the route's first point (Boniardi et al. 2016,
+    /// IV).
     ///
     /// # Errors
-    /// [`SketchError`] that names the start or the task, the place in image pixels and what was expected. The place
-    /// may be outside the drawing, inside a wall, or unreachable. Start or heading may be missing; tasks or points may
-    /// be none or too many.
+    /// [`SketchError`] if a position is outside the drawing, inside a wall or unreachable, if the start or its heading is
+    /// missing, or if there are too many tasks or points, or none. The error names the start or the task, the position in image
+    /// pixels, and what was expected.
     pub fn place(&self, drawing: &DrawnMap, settings: &Settings) -> Result<Places, SketchError> {
         self.check_counts()?;
         let route = self.tasks.first().filter(|task| task.is_route());
@@ -152,7 +154,7 @@ fn no_start(drawing: &DrawnMap) -> SketchError {
     SketchError::NoStart { file: drawing.file.clone() }
 }
 
-/// A place within the drawing.
+/// Converts a position that must be in the drawing. Returns it with the index of its cell.
 fn inside(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<(Point<Sketch>, usize), SketchError> {
     let point = drawing.from_image(at);
     let index = drawing.index(&point).ok_or_else(|| SketchError::Outside {
@@ -165,13 +167,13 @@ fn inside(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<(Point<Sketch>
     Ok((point, index))
 }
 
-/// A place in free space.
+/// Converts a position that must be in free space.
 fn free(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
     let (point, index) = inside(drawing, what, at)?;
     if drawing.cells[index] == FREE { Ok(point) } else { Err(in_wall(drawing, what, at)) }
 }
 
-/// A place in free space, or in a wall but no farther than a pen's width from free space.
+/// Converts a position that must be in free space, or in a wall but within a pen's width of free space.
 fn brushing(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> Result<Point<Sketch>, SketchError> {
     let (point, index) = inside(drawing, what, at)?;
     let near = |point: &Point<Sketch>| {
@@ -191,12 +193,12 @@ fn in_wall(drawing: &DrawnMap, what: &str, at: [f64; 2]) -> SketchError {
     }
 }
 
-/// The middle of the nearest free cell.
+/// Returns the centre of the nearest free cell.
 fn nearest_free(drawing: &DrawnMap, point: &Point<Sketch>) -> Option<Point<Sketch>> {
     nearest(drawing, point, |cell| drawing.cell(cell) == Some(FREE))
 }
 
-/// The middle of the nearest cell of those that are meant, by rings of growing squares.
+/// Returns the centre of the nearest cell for which `is_meant` holds, searching growing square rings around the point.
 fn nearest(
     drawing: &DrawnMap,
     point: &Point<Sketch>,
@@ -222,9 +224,12 @@ fn nearest(
     best
 }
 
-/// The heading of a robot that starts where a drawn route begins. It is the direction from the route's first point to the
-/// first one that is farther away than [`Settings::heading_distance_share`] of the drawing's diagonal. So a squiggle
-/// at the beginning does not count (Boniardi et al. 2016, IV). `None` where the route never gets as far.
+/// Returns the heading, in radians, of a robot that starts where a drawn route begins, or `None` if the route never gets far
+/// enough.
+///
+/// The heading is the direction from the route's first point to the first one that is farther away than
+/// [`Settings::heading_distance_share`] of the drawing's diagonal, so that a squiggle at the beginning does not count (Boniardi
+/// et al. 2016, IV).
 pub fn route_heading_rad(
     route: impl IntoIterator<Item = Point<Sketch>>,
     diagonal_px: f64,
@@ -248,8 +253,8 @@ fn route_heading(
     route_heading_rad(route, diagonal_px, settings).ok_or(SketchError::NoHeading { threshold_px })
 }
 
-/// The free cells that a way over sides of free cells joins to the start. Ways over corners do not
-/// count: a line that climbs pixel by pixel is a wall.
+/// The free cells that are connected to the start through cell sides. Corners do not connect cells, because a wall may be a
+/// line that climbs pixel by pixel.
 struct Reachable<'a> {
     drawing: &'a DrawnMap,
     start: Point<Sketch>,
@@ -281,7 +286,7 @@ impl<'a> Reachable<'a> {
     }
 }
 
-/// Which cells are reached, whole stretches of free cells of a row at once.
+/// Returns which cells can be reached from `start`. Whole stretches of free cells are visited at a time.
 pub(crate) fn flood(drawing: &DrawnMap, start: &Point<Sketch>) -> Vec<bool> {
     let width = drawing.width_px as usize;
     let rows: Vec<Vec<Range<usize>>> = drawing.cells.chunks_exact(width).map(free_stretches).collect();
@@ -308,7 +313,7 @@ pub(crate) fn flood(drawing: &DrawnMap, start: &Point<Sketch>) -> Vec<bool> {
     reached
 }
 
-/// The stretches of free cells of a row.
+/// Returns the stretches of free cells of a row.
 fn free_stretches(row: &[u8]) -> Vec<Range<usize>> {
     let mut end = 0;
     let next = || {

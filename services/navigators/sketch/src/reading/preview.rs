@@ -1,4 +1,4 @@
-//! A picture of what was understood, for people: walls, their direction, start, goals and routes.
+//! A picture that shows people how their drawing was understood, with the wall direction, the start, goals and routes.
 
 use std::io::Cursor;
 
@@ -19,11 +19,12 @@ const ACROSS: Rgb<u8> = Rgb([40, 110, 200]);
 const START: Rgb<u8> = Rgb([20, 140, 60]);
 const GOAL: Rgb<u8> = Rgb([170, 60, 170]);
 
-/// Paints the drawing as PNG. Walls are dark, free space is white (grey where the start does not reach). From the
-/// middle the wall direction is red, the direction across it blue. The start is green, goals and routes purple.
+/// Paints the drawing as PNG. Walls are dark; free space is white, or grey if it cannot be reached from the start. A red line
+/// in the middle shows the wall direction, a blue one the direction across it. The start is green, and goals and routes are
+/// purple.
 ///
 /// # Errors
-/// [`SketchError::Broken`] where the picture cannot be encoded.
+/// [`SketchError::Broken`] if the picture cannot be encoded.
 pub fn preview(drawing: &DrawnMap, places: Option<&Places>) -> Result<Vec<u8>, SketchError> {
     let mut page = Page { picture: paper(drawing, places), height: drawing.height_px as f32 };
     let mark = (0.012 * drawing.diagonal_px()) as f32;
@@ -54,7 +55,7 @@ fn paper(drawing: &DrawnMap, places: Option<&Places>) -> RgbImage {
     })
 }
 
-/// A picture with row 0 at the top, painted on in the drawing's frame.
+/// A picture with row 0 at the top, painted in the coordinates of the drawing's frame.
 struct Page {
     picture: RgbImage,
     height: f32,

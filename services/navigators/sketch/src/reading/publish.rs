@@ -1,4 +1,4 @@
-//! Fills the messages in the memory they are sent from; their headers are the sender's.
+//! Fills messages in the memory they are sent from. Their headers are left to the sender.
 
 use sketchnav_schemas::message::{PosePx, Text, Understood};
 
@@ -6,7 +6,7 @@ use super::drawn_map::DrawnMap;
 use super::places::Places;
 use crate::messages::SketchMap;
 
-/// Fills a sketch message; its cells follow by [`fill_cells`].
+/// Fills a sketch message. Its cells are filled by [`fill_cells`].
 pub fn fill_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap) {
     map.width_px = drawing.width_px;
     map.height_px = drawing.height_px;
@@ -17,8 +17,8 @@ pub fn fill_sketch(drawing: &DrawnMap, places: &Places, map: &mut SketchMap) {
     map.start_spread_rad = places.start_spread_rad;
 }
 
-/// Fills what is said to a drawing: what holds now, and what is doubted about it, or why it was refused. The numbers of
-/// what was sent are the sender's.
+/// Fills the answer to a drawing: the drawing now in force, and either the doubts about it (`Ok`) or the reason that it was
+/// refused (`Err`). The sequence numbers of the messages sent are left to the sender.
 pub fn fill_understood(drawing: Option<&DrawnMap>, words: Result<&str, &str>, answer: &mut Understood) {
     answer.accepted = words.is_ok().into();
     if let Some(drawing) = drawing {
@@ -30,7 +30,7 @@ pub fn fill_understood(drawing: Option<&DrawnMap>, words: Result<&str, &str>, an
     answer.words = Text::new(words.unwrap_or_else(|refusal| refusal));
 }
 
-/// Fills the cells of a sketch message, row 0 at the bottom; there are as many as the drawing has.
+/// Fills the cells of a sketch message, row 0 at the bottom. `cells` must have as many entries as the drawing.
 pub fn fill_cells(drawing: &DrawnMap, cells: &mut [u8]) {
     cells.copy_from_slice(&drawing.cells);
 }

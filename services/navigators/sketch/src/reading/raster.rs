@@ -1,8 +1,8 @@
-//! Pictures of pixels: PNG, JPEG, GIF, WebP, BMP and PNM, decoded within bounds and scaled to the canvas. Of a picture that moves
-//! the first frame counts.
+//! Decodes raster pictures (PNG, JPEG, GIF, WebP, BMP and PNM) within bounds and scales them to the canvas. Of an animation,
+//! only the first frame is read.
 //!
-//! The output's rows run from the bottom up. This and the other decoders are the only places where row 0 is at the
-//! top.
+//! The rows of the output run from the bottom up. Only the decoders, here and elsewhere, deal with pictures whose row 0 is at
+//! the top.
 
 use std::borrow::Cow;
 use std::io::Cursor;
@@ -13,35 +13,35 @@ use image::{DynamicImage, GrayImage, ImageDecoder, ImageFormat, ImageReader, Lim
 use super::error::{Broken, SketchError};
 use crate::messages::MAX_SKETCH_CELLS;
 
-/// Most pixels that are decoded: a 50-megapixel photograph.
+/// Maximum number of pixels that are decoded, enough for a 50-megapixel photograph.
 pub(crate) const MAX_PIXELS: u64 = 50_000_000;
-/// Longest side that is decoded.
+/// Maximum side length that is decoded, in pixels.
 const MAX_SIDE: u32 = 30_000;
-/// Most memory that a decoder may take at once.
+/// Maximum memory that a decoder may take at once, in bytes.
 const MAX_DECODER_BYTES: u64 = 512 << 20;
-/// Most pixels of all passes of a JPEG: each pass of a progressive one goes through the whole picture.
+/// Maximum number of pixels in all passes of a JPEG. Each pass of a progressive JPEG goes through the whole picture.
 const MAX_PASSED_PIXELS: u64 = 2_000_000_000;
-/// Longest side of a sketch: bounds the Hough transform's table for a drawing like a ribbon.
+/// Maximum side length of a sketch, in pixels. This bounds the table of the Hough transform for ribbon-like drawings.
 const MAX_CANVAS_SIDE: u32 = 10_000;
 
-/// A decoded picture; rows from the bottom up.
+/// A decoded picture, with rows from the bottom up.
 pub(crate) struct Tones {
-    /// How bright the ink is, times how much of it there is: the picture on black paper.
+    /// Brightness of the ink times its coverage. This is how the picture looks on black paper.
     pub ink: GrayImage,
-    /// How much ink there is, where paper shows anywhere.
+    /// Coverage of the ink, or `None` if no paper shows anywhere.
     pub cover: Option<GrayImage>,
-    /// Sketch pixels an image pixel.
+    /// Sketch pixels per image pixel.
     pub scale: f64,
 }
 
 impl Tones {
-    /// Of pixels with the ink and its cover; paper shows where the cover is below 255.
+    /// Creates a picture from the ink and its coverage. Paper shows where the coverage is below 255.
     pub fn new(ink: GrayImage, cover: GrayImage, scale: f64) -> Self {
         let is_opaque = cover.iter().all(|&cover| cover == 255);
         Self { ink, cover: (!is_opaque).then_some(cover), scale }
     }
 
-    /// The picture on white paper.
+    /// Returns the picture as it looks on white paper.
     pub fn on_white(&self) -> Cow<'_, GrayImage> {
         let Some(cover) = &self.cover else { return Cow::Borrowed(&self.ink) };
         let mut picture = self.ink.clone();
@@ -53,8 +53,7 @@ impl Tones {
     }
 }
 
-/// The size on the canvas of a drawing of `width` x `height`, and the scale that leads to it (at
-/// most `scale_max`).
+/// Returns the size on the canvas of a drawing of `width` x `height`, and the scale that leads to it, at most `scale_max`.
 pub(crate) fn fit(width: f64, height: f64, scale_max: f64) -> (u32, u32, f64) {
     let by_cells = (MAX_SKETCH_CELLS as f64 / (width * height)).sqrt();
     let by_side = f64::from(MAX_CANVAS_SIDE) / width.max(height);
@@ -68,14 +67,15 @@ pub(crate) fn fit(width: f64, height: f64, scale_max: f64) -> (u32, u32, f64) {
     }
 }
 
-/// The format of a picture by its first bytes, where it is one that is decoded here: names and types that are said may lie.
+/// Returns the format of a picture, judging by its first bytes, or `None` if it is not decoded here. File names and declared
+/// types are ignored because they may be wrong.
 pub(crate) fn format_of(bytes: &[u8]) -> Option<ImageFormat> {
     match bytes {
         [0x89, b'P', b'N', b'G', ..] => Some(ImageFormat::Png),
         [0xff, 0xd8, 0xff, ..] => Some(ImageFormat::Jpeg),
         [b'G', b'I', b'F', b'8', b'7' | b'9', b'a', ..] => Some(ImageFormat::Gif),
         [b'R', b'I', b'F', b'F', _, _, _, _, b'W', b'E', b'B', b'P', ..] => Some(ImageFormat::WebP),
-        // After the length of the file four bytes are reserved.
+        // The length of the file is followed by four reserved bytes.
         [b'B', b'M', _, _, _, _, 0, 0, 0, 0, ..] => Some(ImageFormat::Bmp),
         // PBM, PGM and PPM, as text and as bytes, and PAM.
         [b'P', b'1'..=b'7', b' ' | b'\t' | b'\r' | b'\n' | b'#', ..] => Some(ImageFormat::Pnm),
@@ -99,7 +99,7 @@ pub(crate) fn tones(bytes: &[u8], format: ImageFormat, broken: &Broken) -> Resul
     Ok(shrink(upright(bytes, format, broken)?))
 }
 
-/// Decodes a picture, the right way up.
+/// Decodes a picture and turns it the right way up.
 pub(crate) fn upright(
     bytes: &[u8],
     format: ImageFormat,
@@ -140,13 +140,14 @@ fn decode(
     Ok((image, orientation))
 }
 
-/// Whether a JPEG's last scan has an end: the decoder would fill the rest of a cut picture with grey.
+/// Returns true if the last scan of a JPEG is complete. This has to be checked because the decoder silently fills the rest of a
+/// truncated picture with grey.
 fn jpeg_ends(bytes: &[u8]) -> bool {
     let scan = bytes.windows(2).rposition(|pair| pair == [0xff, 0xda]);
     scan.is_some_and(|start| bytes[start..].windows(2).any(|pair| pair == [0xff, 0xd9]))
 }
 
-/// Scans of a JPEG, and a preview's.
+/// Counts the scans of a JPEG, including those of an embedded preview.
 fn jpeg_passes(bytes: &[u8]) -> u64 {
     bytes.windows(2).filter(|pair| *pair == [0xff, 0xda]).count() as u64
 }
@@ -159,7 +160,7 @@ fn limits() -> Limits {
     limits
 }
 
-/// Each cell takes the mean of the pixels that fall into it.
+/// Scales a picture to the canvas. Each cell takes the mean of the pixels that fall into it.
 fn shrink(image: DynamicImage) -> Tones {
     let (width, height) = (image.width(), image.height());
     let (cells_x, cells_y, scale) = fit(width.into(), height.into(), 1.0);

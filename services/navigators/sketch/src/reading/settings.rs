@@ -1,4 +1,4 @@
-//! What can be set: the mission's `parameters.sketcher` table, and what else a reading depends on.
+//! Settings of the sketcher: the mission's `parameters.sketcher` table, and the other options for reading a drawing.
 
 use crate::mission::{SketchMission, WallTone};
 use serde::{Deserialize, Serialize};
@@ -7,14 +7,14 @@ use sketchnav_schemas::mission::{Mission, Parameters};
 
 use super::error::SketchError;
 
-/// How to read one drawing.
+/// Options for reading a drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
-    /// Which tone is a wall.
+    /// Tone of the walls.
     pub walls: WallTone,
-    /// Seed of the mission; the Hough transform draws its votes by it.
+    /// Seed of the run. The Hough transform draws its votes at random.
     pub seed: u64,
-    /// The tunable rest.
+    /// The parameters that can be tuned.
     pub settings: Settings,
 }
 
@@ -25,33 +25,33 @@ impl Default for Options {
 }
 
 impl Options {
-    /// As a mission says.
+    /// Takes the options from a mission.
     ///
     /// # Errors
-    /// [`SketchError::Setting`] with the invalid key of `parameters.sketcher`; [`SketchError::Mission`].
+    /// [`SketchError::Setting`] that names the invalid key of `parameters.sketcher`, or [`SketchError::Mission`].
     pub fn of_mission(mission: &Mission, seed: u64) -> Result<Self, SketchError> {
         let settings = Settings::of(&mission.parameters)?;
         Ok(Self { walls: SketchMission::of(mission)?.walls, seed, settings })
     }
 }
 
-/// Parameters of the sketcher: the table `parameters.sketcher` of a mission. Shares are parts of the
-/// drawing's diagonal, so that they mean the same in a small drawing and in a large one.
+/// Parameters of the sketcher: the table `parameters.sketcher` of a mission. Shares are relative to the drawing's diagonal, so
+/// that they mean the same in a small drawing as in a large one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// Gaps narrower than so many pen widths are closed; 0 leaves all open.
+    /// Maximum width of a gap that is closed, in pen widths. 0 leaves all gaps open.
     pub close_gaps_pen_widths: f64,
-    /// Standard deviation of the start mark, a share of the diagonal.
+    /// Standard deviation of the start position, as a share of the diagonal.
     pub start_spread_share: f64,
-    /// Standard deviation of the start heading, degrees.
+    /// Standard deviation of the start heading, in degrees.
     pub start_spread_deg: f64,
-    /// How far a drawn route must lead until it gives the start heading, a share of the diagonal. People begin with a
-    /// squiggle (Boniardi et al. 2016, IV).
+    /// Distance from its start that a drawn route must reach to give the start heading, as a share of the diagonal. People
+    /// begin with a squiggle, which should not count (Boniardi et al. 2016, IV).
     pub heading_distance_share: f64,
-    /// Shortest line that counts for the wall direction, a share of the diagonal.
+    /// Minimum length of a line that counts for the wall direction, as a share of the diagonal.
     pub line_length_share: f64,
-    /// Widest gap within such a line, pixels.
+    /// Maximum gap within a line that counts for the wall direction, in pixels.
     pub line_gap_px: u32,
 }
 
@@ -69,10 +69,11 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Those of a mission, checked; what is left out keeps its default.
+    /// Takes the settings from a mission's parameters and checks them. Keys that are left out keep their defaults.
     ///
     /// # Errors
-    /// [`SketchError::Mission`], or [`SketchError::Setting`] with the key and what was expected.
+    /// [`SketchError::Mission`] if a key is unknown or a value of the wrong type, or [`SketchError::Setting`] if a value is out
+    /// of range.
     pub fn of(parameters: &Parameters) -> Result<Self, SketchError> {
         let settings = parameters.over(Process::Sketcher, &Self::default())?;
         settings.check()?;

@@ -1,5 +1,5 @@
-//! Strokes in JSON, as a drawing pad writes them (the canvas and the obstacle polygons of Boniardi et al. 2016,
-//! IV). All coordinates are image pixels: column, row, row 0 at the top.
+//! Strokes in JSON, as a drawing pad writes them (the canvas and the obstacle polygons of Boniardi et al. 2016, IV). All
+//! coordinates are in image pixels (column, row; row 0 at the top).
 //!
 //! ```json
 //! { "canvas": [2540, 1252],
@@ -9,9 +9,9 @@
 //!   "goals": [ { "name": "kitchen", "at": [800, 400] } ],
 //!   "route": [[150, 200], [400, 220], [800, 400]] }
 //! ```
-//! Under the key `pad` a page may keep what only it needs. `canvas` and `strokes` are required. A stroke is 5 px wide
-//! unless it says so, and an obstacle is solid. A heading is in degrees, counter-clockwise from "to the right" as one
-//! looks at it.
+//! Only `canvas` and `strokes` are required. A page may keep its own data under the key `pad`. A stroke is 5 px wide unless it
+//! has a `width_px`, and an obstacle is solid. Headings are in degrees, counter-clockwise from "to the right" as one looks at
+//! the drawing.
 
 use resvg::tiny_skia::{
     Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke as Pen, Transform,
@@ -27,11 +27,11 @@ use super::vector::gray;
 use super::walls::{Kind, Walls};
 use super::{GoalMark, Marks, StartMark};
 
-/// Largest file that is parsed.
+/// Maximum size of a file that is parsed, in bytes.
 const MAX_BYTES: usize = 32 << 20;
-/// Longest side of a canvas.
+/// Maximum side length of a canvas, in pixels.
 const MAX_CANVAS_PX: u32 = 30_000;
-/// Farthest coordinate: a pen may slip off the canvas, but not out of the room.
+/// Maximum absolute value of a coordinate, in pixels. A pen may slip off the canvas, but not out of the room.
 const MAX_COORDINATE_PX: f64 = 100_000.0;
 
 #[derive(Deserialize)]
@@ -47,7 +47,7 @@ struct Page {
     goals: Vec<GoalMark>,
     #[serde(default)]
     route: Option<Vec<[f64; 2]>>,
-    /// For the page; nothing here reads it.
+    /// The page's own data, ignored here.
     #[serde(default, rename = "pad")]
     _pad: serde::de::IgnoredAny,
 }
@@ -68,7 +68,7 @@ fn width_px() -> f64 {
 #[serde(deny_unknown_fields)]
 struct Obstacle {
     polygon: Vec<[f64; 2]>,
-    /// For people; nothing reads it.
+    /// Human-readable label, ignored here.
     #[serde(default, rename = "label")]
     _label: String,
 }
@@ -136,7 +136,7 @@ impl Page {
         })
     }
 
-    /// Counts what the drawing takes to paint.
+    /// Checks that the drawing does not take too many steps to paint.
     fn check_work(&self, scale: f64, page: [u32; 2], broken: &Broken) -> Result<(), SketchError> {
         let page = page.map(f64::from);
         let (mut steps, area) = (Steps::default(), page[0] * page[1]);
@@ -164,7 +164,7 @@ impl Page {
         heavy.map_or(Ok(()), |i| Err(too_much("obstacles", i)))
     }
 
-    /// Every point of the walls with its list and its place there.
+    /// Returns every point of the walls, with the name of its list and the index of its stroke or obstacle in it.
     fn points(&self) -> impl Iterator<Item = (&'static str, usize, &[f64; 2])> {
         let strokes = self.strokes.iter().map(|s| &s.points).enumerate().map(|(i, p)| ("strokes", i, p));
         let polygons = self.obstacles.iter().map(|o| &o.polygon).enumerate();
@@ -191,7 +191,7 @@ impl Page {
         paper
     }
 
-    /// The median stroke's width, weighed by length.
+    /// Returns the median width of the strokes, weighted by their lengths.
     fn pen_width_px(&self) -> Option<f64> {
         let mut widths: Vec<_> = self.strokes.iter().map(|s| (s.width_px, s.length_px())).collect();
         widths.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -209,7 +209,8 @@ impl Stroke {
         length_px(&self.points)
     }
 
-    /// The stroke in pieces, each of which begins where the one before it ends: with round caps they come to the same.
+    /// Splits the stroke into pieces, each of which begins where the previous one ends. Thanks to their round caps, the pieces
+    /// look like the whole stroke.
     fn pieces(&self) -> impl Iterator<Item = &[[f64; 2]]> {
         let count = self.points.len();
         let starts = (0..count.saturating_sub(1).max(1)).step_by(PIECE_CORNERS - 1);
@@ -227,7 +228,7 @@ fn path(points: &[[f64; 2]], closed: bool) -> Option<Path> {
     builder.move_to(first[0] as f32, first[1] as f32);
     rest.iter().for_each(|p| builder.line_to(p[0] as f32, p[1] as f32));
     if rest.iter().all(|p| p == first) {
-        // A tap of the pen: a line of a hair's length gets its round caps.
+        // A tap of the pen becomes a very short line, because only a line gets round caps.
         builder.line_to(first[0] as f32 + 0.1, first[1] as f32);
     }
     if closed {

@@ -1,4 +1,4 @@
-//! The whole way from bytes to messages. What belongs to one kind of drawing is tested beside its decoder.
+//! Tests the whole path from bytes to messages. Tests of a single kind of drawing are next to its decoder.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -20,13 +20,13 @@ pub(super) fn refusal(bytes: &[u8]) -> SketchError {
     read(bytes, "page", &Options::default()).expect_err("no drawing")
 }
 
-/// How far two directions are apart, a right angle counting as none.
+/// Returns the angle between two directions in degrees, modulo a right angle.
 pub(super) fn degrees_apart(a: f64, b: f64) -> f64 {
     let apart = (a - b) - FRAC_PI_2 * ((a - b) / FRAC_PI_2).round();
     apart.abs().to_degrees()
 }
 
-/// The share of cells in which a drawing differs from the page that it was read from.
+/// Returns the share of cells in which a drawing differs from the page that it was read from.
 pub(super) fn wrong_share(drawing: &DrawnMap, page: &GrayImage) -> f64 {
     let wrong = page.enumerate_pixels().filter(|(x, row, pixel)| {
         let y = drawing.height_px - 1 - row;
@@ -55,7 +55,7 @@ pub(super) fn crc32(bytes: &[u8]) -> u32 {
     })
 }
 
-/// A page of black ink on white paper as PNG with ink of another tone and paper that is transparent.
+/// Encodes a page of black ink on white paper as PNG, replacing the ink by another tone and making the paper transparent.
 pub(super) fn transparent(page: &GrayImage, ink: u8) -> Vec<u8> {
     let pixels = image::GrayAlphaImage::from_fn(page.width(), page.height(), |x, y| {
         image::LumaA([ink, 255 - page.get_pixel(x, y).0[0]])
@@ -65,7 +65,7 @@ pub(super) fn transparent(page: &GrayImage, ink: u8) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// A picture inside an SVG.
+/// Returns a picture as an element of an SVG.
 pub(super) fn picture(bytes: &[u8]) -> String {
     format!("<image width='2000' height='1200' href='data:image/png;base64,{}'/>", base64(bytes))
 }
@@ -97,7 +97,7 @@ pub(super) fn too_large(bytes: &[u8]) -> String {
 pub(super) const ROOMS: [&str; 4] =
     ["M100 100 H1900", "M1900 100 V1100 H100", "M100 1100 V100", "M1000 100 V700 M1000 900 V1100"];
 
-/// The rooms with all that makes a stroke in `paint`, what else the page holds before it.
+/// Returns an SVG of the rooms. `paint` holds the attributes of the strokes, and `before` is drawn before the rooms.
 pub(super) fn rooms(before: &str, paint: &str) -> Vec<u8> {
     let walls: String =
         ROOMS.iter().map(|d| format!("<path d='{d}' fill='none' stroke-width='9' {paint}/>")).collect();
@@ -142,7 +142,7 @@ fn hairline_gaps_close_and_doors_stay() {
         let sheet = Sheet { pen: 5.0, ..Sheet::default() };
         let box_of = [(50.0, 50.0), (550.0, 50.0), (550.0, 450.0), (50.0, 450.0)];
         let mut lines: Vec<_> = (0..4).map(|i| (box_of[i], box_of[(i + 1) % 4])).collect();
-        // Round pens end half a width beyond the line.
+        // A round pen draws half its width beyond the end of a line.
         lines.push(((50.0, 250.0), (300.0 - gap / 2.0 - 2.5, 250.0)));
         lines.push(((300.0 + gap / 2.0 + 2.5, 250.0), (550.0, 250.0)));
         sheet.lines(&lines)
@@ -187,7 +187,7 @@ fn placed(start: Option<[f64; 2]>, tasks: Vec<ImageTask>) -> Result<Places, Sket
     Intent { start, heading_deg: None, tasks }.place(&drawing, &Settings::default())
 }
 
-/// People begin a route with a squiggle (Boniardi et al. 2016, IV): here it goes backwards and down first.
+/// People begin a route with a squiggle (Boniardi et al. 2016, IV). This one goes backwards and down first.
 #[test]
 fn a_squiggle_does_not_turn_the_start() {
     let route = [[100.0, 300.0], [97.0, 303.0], [95.0, 300.0], [100.0, 280.0], [100.0, 200.0]];

@@ -1,6 +1,8 @@
-//! Drawings in SVG, rendered as a browser would show them on white paper. Text is not drawn, for labels are no walls, and no
-//! other file is opened. What that leaves out is named. Styles are worked out first, by [`styles`]; then what it would
-//! cost is counted: its references before they are followed, its painting before it is painted.
+//! Renders drawings in SVG as a browser would show them on white paper. Text is not drawn, because labels are not walls, and no
+//! other file is opened. Whatever this leaves out is reported.
+//!
+//! First, [`styles`] works out the styles. Then the cost is counted before it is incurred: that of references before any is
+//! followed, and that of painting before anything is painted.
 
 mod pictures;
 mod references;
@@ -19,36 +21,37 @@ use super::error::{Broken, SketchError};
 use super::left_out::LeftOut;
 use super::raster::{Tones, fit};
 
-/// Largest file that is parsed.
+/// Maximum size of a file that is parsed, in bytes.
 const MAX_BYTES: usize = 16 << 20;
-/// Most nodes of XML that are parsed: elements, texts and comments.
+/// Maximum number of XML nodes (elements, texts and comments) that are parsed.
 const MAX_NODES: u32 = 1_000_000;
-/// Most languages that a drawing asks for.
+/// Maximum number of languages taken from a drawing.
 const MOST_LANGUAGES: usize = 64;
-/// A smaller drawing is rendered with its longer side that long: units may be metres.
+/// Minimum length of the longer side of the rendered drawing, in pixels. Smaller drawings are enlarged, because their units may
+/// be metres.
 const MIN_SIDE_PX: f64 = 1024.0;
 
-/// A stroke whose width differs by no more than this share has the width that it should have.
+/// Relative deviation that the width of a stroke may have without being reported.
 const OFF_WIDTH: f64 = 0.05;
 
 /// A rendered SVG.
 pub(crate) struct Page {
-    /// The scale joins its user units to sketch pixels.
+    /// The rendered picture. Its scale is in sketch pixels per user unit.
     pub tones: Tones,
-    /// What is not drawn.
+    /// Content that was left out.
     pub left_out: Vec<LeftOut>,
-    /// What is drawn.
+    /// Content that was drawn.
     pub content: Content,
 }
 
-/// How much of what there is to paint.
+/// Amount of content to paint.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Content {
-    /// Shapes with a fill or a stroke.
+    /// Number of shapes with a fill or a stroke.
     pub shapes: usize,
-    /// Pictures.
+    /// Number of pictures.
     pub pictures: usize,
-    /// Pixels of the finest picture for a user unit.
+    /// Pixels of the finest picture per user unit.
     fineness: f64,
 }
 
@@ -79,7 +82,8 @@ pub(crate) fn page(text: &str, broken: &Broken) -> Result<Page, SketchError> {
     Ok(Page { tones: Tones::new(gray(&page), cover(&page), scale), left_out, content })
 }
 
-/// Other XML is named, and so are web pages, which need not be XML.
+/// Parses an SVG. If the file is other XML, the error says which kind. Web pages are recognized even though they need not be
+/// XML.
 fn parse_svg<'a>(text: &'a str, broken: &Broken) -> Result<Document<'a>, SketchError> {
     let begin = text.trim_start().get(..14).unwrap_or("").to_ascii_lowercase();
     if begin.starts_with("<!doctype html") || begin.starts_with("<html") {
@@ -95,7 +99,7 @@ fn parse<'a>(text: &'a str, broken: &Broken) -> Result<Document<'a>, SketchError
     Document::parse_with_options(text, options).map_err(|error| broken.decode("SVG", error))
 }
 
-/// Opens no file: pictures are those that were decoded.
+/// Returns options with which the renderer opens no files and finds only pictures that are already decoded.
 fn closed(files: Vec<Arc<Vec<u8>>>, languages: Vec<String>) -> Options<'static> {
     let resolver = ImageHrefResolver {
         resolve_data: Box::new(|_, _, _| None),
@@ -104,22 +108,22 @@ fn closed(files: Vec<Arc<Vec<u8>>>, languages: Vec<String>) -> Options<'static> 
     Options { image_href_resolver: resolver, languages, ..Options::default() }
 }
 
-/// All languages that a drawing asks for: walls are walls in each of them.
+/// Returns all languages that a drawing asks for, because walls are walls in any language.
 fn languages(document: &Document) -> Vec<String> {
     let lists = document.descendants().filter_map(|node| node.attribute("systemLanguage"));
     let all: BTreeSet<_> = lists.flat_map(|list| list.split(',')).map(|one| one.trim().to_owned()).collect();
     all.into_iter().take(MOST_LANGUAGES).chain(["en".to_owned()]).collect()
 }
 
-/// What the renderer has made of the elements that were watched. It says nothing of what it drops: of straight lines along an
-/// axis there is no box that a gradient, a filter, a mask or a clip path could be fitted to.
+/// Records what the renderer has made of the watched elements. The renderer silently drops what it cannot paint: a straight
+/// line along an axis, for example, has no box to which a gradient, a filter, a mask or a clip path could be fitted.
 struct Seen<'a> {
     served: &'a BTreeMap<String, String>,
     unscaled: &'a BTreeMap<String, String>,
     ids: BTreeSet<&'a str>,
-    /// The shapes whose strokes were to be painted by a gradient or a pattern and are not.
+    /// The shapes whose strokes should have been painted by a gradient or a pattern, but were not.
     unpainted: BTreeSet<&'a str>,
-    /// The strokes that should have kept their width, and how many times as wide they are.
+    /// The strokes that should have kept their width, and how many times as wide they are drawn.
     widened: BTreeMap<&'a str, f64>,
 }
 
@@ -129,9 +133,9 @@ impl<'a> Seen<'a> {
         Self { served, unscaled, ids, unpainted, widened }
     }
 
-    /// Whether the group shows anything.
+    /// Inspects a group and everything in it. Returns true if it shows anything.
     fn look(&mut self, group: &'a Group) -> bool {
-        // A mask in which nothing is masks all.
+        // An empty mask hides everything.
         if group.mask().is_some_and(|mask| !mask.root().has_children()) {
             return false;
         }
@@ -168,7 +172,7 @@ impl<'a> Seen<'a> {
         path.stroke().is_some() || path.fill().is_some() && has_area
     }
 
-    /// What is not drawn as it should be.
+    /// Returns everything that is not drawn as it should be.
     fn lost(self, affected: &BTreeMap<String, String>) -> Vec<LeftOut> {
         let Self { served, ids, mut unpainted, widened, .. } = self;
         let is_lost = |(id, _): &(&String, &String)| !ids.contains(id.as_str());
@@ -181,8 +185,8 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// A page that ends within a pixel covers its last column or row in part, as if there were paper beyond its edge: they become
-/// as those before them.
+/// Repairs the last column and row of a page that ends within a pixel. They are only partly covered, as if there were paper
+/// beyond the page's edge, so each is replaced by its neighbour.
 fn complete(page: &mut Pixmap, ends: [f64; 2]) {
     let [width, height] = [page.width(), page.height()].map(|side| side as usize);
     let is_partial = |side: usize, end: f64| side > 1 && 255.0 * (side as f64 - end) > 0.5;
@@ -221,7 +225,7 @@ impl Content {
 }
 
 impl Page {
-    /// What there is instead of walls.
+    /// Describes what the page shows instead of walls.
     pub fn blank(&self) -> String {
         let is_bare = self.tones.cover.as_ref().is_some_and(|cover| cover.iter().all(|&cover| cover == 0));
         let Content { shapes, pictures, .. } = self.content;
@@ -238,7 +242,7 @@ impl Page {
     }
 }
 
-/// Brightness (Rec. 601) of a page on black paper, rows from the bottom up.
+/// Returns the brightness (Rec. 601) of a page on black paper, in rows from the bottom up.
 pub(crate) fn gray(page: &Pixmap) -> GrayImage {
     upright(page, |pixel| {
         let (r, g, b) = (u32::from(pixel.red()), u32::from(pixel.green()), u32::from(pixel.blue()));
@@ -246,7 +250,7 @@ pub(crate) fn gray(page: &Pixmap) -> GrayImage {
     })
 }
 
-/// How much of each pixel is painted.
+/// Returns how much of each pixel is painted, in rows from the bottom up.
 fn cover(page: &Pixmap) -> GrayImage {
     upright(page, |pixel| pixel.alpha())
 }

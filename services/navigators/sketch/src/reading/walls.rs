@@ -6,10 +6,10 @@ use super::Marks;
 use super::left_out::LeftOut;
 use super::pen;
 
-/// A filled drawing shows no pen; a slip of the brush is this share of the diagonal.
+/// Assumed brush width of a filled drawing, which shows no pen, as a share of the diagonal.
 const BRUSH_SHARE: f64 = 0.004;
 
-/// What kind of drawing it is.
+/// The kind of a drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Walls are lines on clean paper.
@@ -24,20 +24,20 @@ pub enum Kind {
 
 /// The walls as they were drawn, before gaps are closed.
 pub(crate) struct Walls {
-    /// 255 where a wall is; rows from the bottom up.
+    /// 255 where there is a wall, in rows from the bottom up.
     pub mask: GrayImage,
-    /// Sketch pixels an image pixel.
+    /// Sketch pixels per image pixel.
     pub scale: f64,
-    /// The pen's width where the file has it, sketch pixels.
+    /// Width of the pen in sketch pixels, if the file states it.
     pub pen_width_px: Option<f64>,
     pub kind: Kind,
     pub marks: Marks,
-    /// What is in the file and not in the mask.
+    /// Content of the file that is not in the mask.
     pub left_out: Vec<LeftOut>,
 }
 
 impl Walls {
-    /// Width of the strokes, sketch pixels; of a filled drawing how fine its edges are.
+    /// Returns the width of the strokes, in sketch pixels. For a filled drawing, this is how fine its edges are.
     pub fn pen_width(&self) -> f64 {
         let brush = (BRUSH_SHARE * diagonal(self.mask.width(), self.mask.height())).max(1.0);
         match self.kind {
@@ -47,7 +47,7 @@ impl Walls {
     }
 }
 
-/// Length of the diagonal, pixels.
+/// Returns the length of the diagonal, in pixels.
 pub(crate) fn diagonal(width: u32, height: u32) -> f64 {
     f64::from(width).hypot(height.into())
 }

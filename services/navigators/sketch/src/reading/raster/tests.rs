@@ -1,4 +1,4 @@
-//! Pictures: drawings made here and, where they lie beside the project, drawings by people.
+//! Tests with pictures made here and, if they are available, with drawings by people.
 
 #![expect(clippy::disallowed_methods, reason = "tests read drawings by people")]
 
@@ -30,8 +30,8 @@ fn tones_are_told_apart() {
     }
 }
 
-/// Free space in white, all else black, as some people's drawings are. Black is solid although there is more of it,
-/// and although it is no line.
+/// Some people draw free space in white and everything else in black. The black is solid then, even though there is more of it
+/// and it is not a line.
 #[test]
 fn a_filled_drawing_is_solid_outside() {
     let page = GrayImage::from_fn(300, 200, |x, y| {
@@ -80,14 +80,14 @@ fn a_large_picture_is_scaled_and_its_points_along() {
     assert!((place.y - f64::from(drawing.height_px) + 600.0 * drawing.scale).abs() < 1e-9);
     let back = drawing.to_image(&place);
     assert!((back[0] - 1800.0).abs() < 1e-9 && (back[1] - 600.0).abs() < 1e-9);
-    // The same wall lies at the same place, scaled.
+    // The wall is where it was, but scaled.
     let small = |x: f64, y: f64| drawing.cell(&drawing.from_image([x, y]));
     let unit = 2400.0 / 140.0;
     assert_eq!(small(1800.0, 1200.0 + 30.0 * unit), Some(WALL));
     assert_eq!(small(1800.0, 1200.0 + 20.0 * unit), Some(FREE));
 }
 
-/// What map_server saves was refused, and had to be converted.
+/// Maps saved by map_server used to be refused and had to be converted first.
 #[test]
 fn the_picture_of_a_map_is_read() {
     let page = Sheet::default().building(0.0);
@@ -102,7 +102,7 @@ fn the_picture_of_a_map_is_read() {
     }
 }
 
-/// Each pass of a progressive JPEG goes through all of its pixels, and takes a few bytes of the file.
+/// Each pass of a progressive JPEG goes through all of its pixels but takes only a few bytes of the file.
 #[test]
 fn a_jpeg_of_passes_without_end_is_refused_before_it_is_decoded() {
     let page = encoded(&Sheet::default().building(0.0), ImageFormat::Jpeg);
@@ -112,7 +112,7 @@ fn a_jpeg_of_passes_without_end_is_refused_before_it_is_decoded() {
     assert!(error.ends_with("2000 megapixels in all passes, found 10001 passes of 600 x 500"), "{error}");
 }
 
-/// A picture of 30000 x 30000 in a few bytes: its header alone must be enough to refuse it.
+/// A few bytes can announce a picture of 30000 x 30000 pixels. The header must be enough to refuse it.
 #[test]
 fn a_picture_bomb_is_refused_before_it_is_decoded() {
     let mut png = encoded(&GrayImage::new(3, 3), ImageFormat::Png);
@@ -122,7 +122,7 @@ fn a_picture_bomb_is_refused_before_it_is_decoded() {
     assert!(matches!(refusal(&png), SketchError::TooLarge { .. } | SketchError::Broken { .. }));
 }
 
-/// Drawings by people that lie beside the project, where they do.
+/// Returns the paths of drawings by people, or none if they are not available.
 fn drawings(folder: &str, extension: &str) -> Vec<PathBuf> {
     let root = needs::data().join("sketches").join(folder);
     let Ok(entries) = std::fs::read_dir(&root) else {
@@ -179,12 +179,12 @@ fn ink_on_transparent_paper_is_read_whatever_its_tone() {
     ] {
         assert!(cells(&rooms(before, paint)).cells == black.cells, "{before} {paint}");
     }
-    // White rooms without lines: what is not white is solid.
+    // White rooms without lines: everything that is not white is solid.
     let rooms = cells(&svg("<path d='M100 100H1900V1100H100z' fill='white'/>"));
     assert_eq!(rooms.kind, Kind::Filled);
     assert_eq!(rooms.cell(&rooms.from_image([1000.0, 600.0])), Some(FREE));
     assert_eq!(rooms.cell(&rooms.from_image([50.0, 600.0])), Some(WALL));
-    // A white card with black lines is a card.
+    // A white card with black lines is a line drawing, not a white room.
     let card = "<rect x='50' y='50' width='1900' height='1100' fill='white'/>";
     let lines =
         format!("{card}<path d='M100 100H1900V1100H100z' fill='none' stroke='black' stroke-width='9'/>");

@@ -1,4 +1,4 @@
-//! Strokes, from the file to the drawing.
+//! Tests strokes, from the file to the drawing.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -60,7 +60,8 @@ fn strokes_of(count: usize, points: &str, width: f64) -> Vec<u8> {
     format!("{{\"canvas\":[2540,1252],\"strokes\":[{}]}}", vec![stroke; count].join(",")).into_bytes()
 }
 
-/// 600,000 strokes, strokes of 500,000 corners, and strokes that the pad took and that took 91 s to paint.
+/// Nobody draws 600,000 strokes, or a stroke with 500,000 corners. Some smaller drawings got past the pad but took 91 s to
+/// paint.
 #[test]
 fn more_strokes_than_people_draw_are_refused() {
     let error = too_large(&strokes_of(600_000, "[1,1],[9,9]", 5.0));
@@ -80,13 +81,13 @@ fn more_strokes_than_people_draw_are_refused() {
     assert!(
         too_large(polygon.as_bytes()).contains("4096 corners of an obstacle, found 5000 of obstacles[0]")
     );
-    // As much as the pad takes, drawn by a pen that moves five pixels between two points.
+    // The most points that the pad accepts, drawn by a pen that moves five pixels at a time.
     let pen = |i: usize| format!("[{},{}]", 20 + (i * 5) % 2500, 20 + (i / 500) % 1200);
     let long = (0..262_144).map(pen).collect::<Vec<_>>().join(",");
     assert!(read(&strokes_of(1, &long, 3.0), "d", &Options::default()).is_ok());
 }
 
-/// A long stroke is painted in pieces, and looks as one.
+/// A long stroke is painted in pieces but must look like one.
 #[test]
 fn pieces_of_a_stroke_are_the_stroke() {
     let around = |i: usize| {

@@ -1,5 +1,6 @@
-//! Pictures inside an SVG: those of all formats that drawings have, in `data:` URLs. They are decoded here, within the bounds of all pictures, and
-//! handed to the renderer as PNG: its own decoders have no bounds, and what they cannot read they leave out without a word.
+//! Pictures embedded in an SVG by `data:` URLs, in any format that a drawing may have. They are decoded here, within the same
+//! bounds as other pictures, and handed to the renderer as PNG, because the renderer's own decoders have no bounds and silently
+//! leave out whatever they cannot read.
 
 use std::io::Cursor;
 use std::sync::Arc;
@@ -11,23 +12,23 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use crate::reading::error::{Broken, SketchError};
 use crate::reading::raster::{MAX_PIXELS, format_of, upright};
 
-/// What an `<image>` refers to a picture by.
+/// URL scheme by which an `<image>` refers to a decoded picture.
 const SCHEME: &str = "picture:";
 
 /// The pictures of a drawing.
 #[derive(Default)]
 pub(super) struct Pictures {
-    /// As PNG.
+    /// The pictures as PNG files.
     pub files: Vec<Arc<Vec<u8>>>,
     pixels: u64,
 }
 
 impl Pictures {
-    /// Takes in what a reference leads to and gives the reference that the renderer is to have; or else what it leads to,
-    /// where that is no picture in the drawing.
+    /// Decodes the picture that `link` refers to, and returns the reference that the renderer should use instead. If `link` is
+    /// not a picture embedded in the drawing, returns a description of it as the inner `Err`.
     ///
     /// # Errors
-    /// [`SketchError`]: a picture that is broken or too large.
+    /// [`SketchError`] if the picture is broken or too large.
     pub fn add(&mut self, link: &str, broken: &Broken) -> Result<Result<String, String>, SketchError> {
         let Ok(url) = DataUrl::process(link.trim()) else {
             return Ok(Err(format!("the file {:?}", link.chars().take(80).collect::<String>())));
@@ -52,7 +53,7 @@ impl Pictures {
     }
 }
 
-/// The picture that a reference of ours leads to.
+/// Returns the picture that a reference returned by [`Pictures::add`] stands for.
 pub(super) fn find<'a>(files: &'a [Arc<Vec<u8>>], reference: &str) -> Option<&'a Arc<Vec<u8>>> {
     files.get(reference.strip_prefix(SCHEME)?.parse::<usize>().ok()?)
 }

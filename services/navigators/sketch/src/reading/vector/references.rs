@@ -1,5 +1,6 @@
-//! How many elements an SVG has where each reference counts as what it refers to. It is found before anything follows
-//! the references: ten lines of `<use>` can stand for a billion elements. The SVG has no style sheets any more.
+//! Counts the elements of an SVG, with each reference counted as what it refers to. This has to happen before anything follows
+//! the references, since ten lines of `<use>` can stand for a billion elements. Style sheets have already been removed at this
+//! point.
 
 use std::collections::BTreeMap;
 
@@ -7,16 +8,16 @@ use resvg::usvg::roxmltree::{Document, Node};
 
 use super::super::budget::{MOST_DEPTH, MOST_ELEMENTS};
 
-/// What there is too much of, and where.
+/// A limit that a drawing exceeds.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct TooMuch {
-    /// What is allowed.
+    /// The limit, in words.
     pub limit: String,
-    /// What was found.
+    /// The excess that was found, and where.
     pub found: String,
 }
 
-/// Checks the whole document.
+/// Checks that a document neither has too many elements nor nests them too deeply.
 pub(crate) fn check(document: &Document) -> Result<(), TooMuch> {
     let mut ids = BTreeMap::new();
     for node in document.descendants() {
@@ -29,7 +30,7 @@ pub(crate) fn check(document: &Document) -> Result<(), TooMuch> {
     count.of(document.root_element(), 0).map(drop)
 }
 
-/// The name of an element for errors.
+/// Returns the name of an element, for error messages.
 pub(super) fn name(node: Node) -> String {
     let tag = node.tag_name().name();
     node.attribute("id").map_or_else(|| format!("<{tag}>"), |id| format!("<{tag} id={id:?}>"))
@@ -37,7 +38,8 @@ pub(super) fn name(node: Node) -> String {
 
 struct Count<'a, 'input> {
     ids: BTreeMap<&'a str, Node<'a, 'input>>,
-    /// By node: what it comes to; 0 while that is being found, for a reference to an element around itself is ignored.
+    /// The count of each node, once known. It is 0 while it is being computed, so that a reference to an enclosing element is
+    /// ignored.
     counts: Vec<Option<f64>>,
 }
 
@@ -68,7 +70,7 @@ impl<'a, 'input> Count<'a, 'input> {
         Ok(sum)
     }
 
-    /// Which elements this one refers to, and how often each is drawn for it.
+    /// Returns the elements that this one refers to, and how many times each is drawn for it.
     fn references(&self, node: Node<'a, 'input>) -> Vec<(Node<'a, 'input>, f64)> {
         let attributes = node.attributes().flat_map(|attribute| {
             let link =
@@ -84,18 +86,18 @@ impl<'a, 'input> Count<'a, 'input> {
     }
 }
 
-/// At how many places of a shape a marker may stand, at most.
+/// Returns an upper bound for the number of markers drawn on a shape.
 fn places(node: Node) -> f64 {
     let shape =
         ["d", "points"].into_iter().filter_map(|key| node.attribute(key)).map(str::len).sum::<usize>();
-    // Markers are inherited: a group's are drawn for the shapes inside.
+    // Markers are inherited, so those of a group are drawn for the shapes inside.
     let inside =
         || node.descendants().skip(1).filter_map(|inner| inner.attribute("d").or(inner.attribute("points")));
     let all = if node.has_children() { inside().map(str::len).sum::<usize>() } else { shape };
     3.0 + all as f64 / 2.0
 }
 
-/// The ids in `url(#id)`.
+/// Returns the ids in `url(#id)`.
 fn urls(text: &str) -> impl Iterator<Item = &str> {
     text.split("url(").skip(1).filter_map(|after| {
         let inside = after.split(')').next()?.trim().trim_matches(['"', '\'']);
@@ -116,7 +118,7 @@ mod tests {
         checked(inside).unwrap_err().found
     }
 
-    /// Each of the levels stands for ten of the one before it.
+    /// Builds `levels` elements, each of which stands for ten of the previous one.
     fn tenfold(
         levels: usize,
         element: impl Fn(usize, &str) -> String,

@@ -1,13 +1,14 @@
-//! Works out the styles of an SVG before it is rendered: the renderer knows the colours of CSS 3 and drops, without a word,
-//! each line whose colour it cannot read. What comes out is the same drawing with plain attributes alone, without style
-//! sheets, `var()` and functions of colours.
+//! Works out the styles of an SVG before it is rendered. This is necessary because the renderer only knows the colours of CSS
+//! 3, and silently drops every line whose colour it cannot read. The result is the same drawing with plain attributes only: no
+//! style sheets, no `var()`, and no colour functions.
 //!
-//! As CSS has it: of several declarations the weightiest that holds counts; an invalid one is dropped, and the one before
-//! it or the attribute holds. One that may be valid but cannot be worked out is dropped in the same way, as by a browser
-//! that does not know it yet. Where none is left, the drawing is refused by the element, the property and the value.
+//! As in CSS, the valid declaration with the highest precedence wins; an invalid declaration is dropped in favour of the next
+//! one or the attribute. A declaration that may be valid but cannot be worked out is dropped as well, as in a browser that does
+//! not support it yet. If none is left, the drawing is refused with an error that names the element, the property and the
+//! value.
 //!
-//! Text, scripts, animations and descriptions are left out. What a person would miss is named. Sources: CSS Cascading and
-//! Inheritance Level 4; SVG 2, 6.
+//! Text, scripts, animations and descriptions are left out, and anything a person would miss is reported. Sources: CSS
+//! Cascading and Inheritance Level 4; SVG 2, 6.
 
 mod colours;
 mod missed;
@@ -38,44 +39,44 @@ use crate::reading::left_out::LeftOut;
 
 const SVG: &str = "http://www.w3.org/2000/svg";
 const XLINK: &str = "http://www.w3.org/1999/xlink";
-/// Most bytes of values, and steps from element to element, that all styles of a drawing take.
+/// Maximum number of steps for all styles of a drawing. A step is a byte of a value, or a move from one element to another.
 const MOST_STEPS: u64 = 100_000_000;
-/// Most bytes of the drawing with plain attributes.
+/// Maximum size of the drawing with plain attributes, in bytes.
 const MOST_BYTES: usize = 64 << 20;
-/// A value in an error is cut after so many characters.
+/// Maximum number of characters of a value in an error message.
 const SHOWN: usize = 80;
 
-/// Properties that make attributes of elements other than `svg`.
+/// CSS properties that become geometry attributes, except on `svg` elements.
 const GEOMETRY: [&str; 9] = ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "height"];
-/// Lengths of shapes, and the shapes.
+/// Length attributes of shapes, and the shapes that have them.
 const LENGTHS: [&str; 13] =
     ["x", "y", "cx", "cy", "r", "rx", "ry", "width", "height", "x1", "y1", "x2", "y2"];
 const SHAPES: [&str; 6] = ["circle", "ellipse", "image", "line", "rect", "use"];
-/// Elements that are drawn by strokes.
+/// Shapes, which can be drawn by a stroke.
 const STROKED: [&str; 7] = ["circle", "ellipse", "line", "path", "polygon", "polyline", "rect"];
-/// Properties that the renderer takes from a style alone.
+/// Properties that the renderer honours only in a `style` attribute.
 const STYLE_ONLY: [&str; 3] = ["mix-blend-mode", "isolation", "image-rendering"];
 
-/// A drawing with plain attributes alone.
+/// A drawing with plain attributes only.
 pub(crate) struct Flat {
     /// The SVG.
     pub text: String,
-    /// The pictures in it, as PNG; an `<image>` refers to them by [`Pictures::reference`].
+    /// The pictures in the drawing, as PNG. [`Pictures::add`] returned the references by which an `<image>` refers to them.
     pub pictures: Vec<Arc<Vec<u8>>>,
-    /// What is not drawn and a person may miss.
+    /// Content that is left out and that a person may miss.
     pub left_out: Vec<LeftOut>,
-    /// The ids of shapes whose strokes are painted by a gradient or a pattern, and what to call them.
+    /// The ids of shapes whose strokes are painted by a gradient or a pattern, with their names for error messages.
     pub served: BTreeMap<String, String>,
-    /// The ids of what is seen through a filter, a mask or a clip path, and what to call it.
+    /// The ids of elements seen through a filter, a mask or a clip path, with their names for error messages.
     pub affected: BTreeMap<String, String>,
-    /// The ids of shapes whose strokes should keep their width at every scale, and what to call them.
+    /// The ids of shapes whose strokes should keep their width at every scale, with their names for error messages.
     pub unscaled: BTreeMap<String, String>,
 }
 
-/// Works out all styles.
+/// Works out all styles of a drawing.
 ///
 /// # Errors
-/// [`SketchError`]: a colour or another value that cannot be read; too much of everything; an embedded picture that is
+/// [`SketchError`] if a colour or another value cannot be read, if there is too much of anything, or if an embedded picture is
 /// broken.
 pub(crate) fn flatten(document: &Document, broken: &Broken) -> Result<Flat, SketchError> {
     let mut written = Written::default();
@@ -111,31 +112,31 @@ fn is_svg(node: Node) -> bool {
     node.is_element() && matches!(node.tag_name().namespace(), None | Some(SVG))
 }
 
-/// What an element inherits.
+/// Everything that an element inherits.
 #[derive(Clone, Default)]
 struct Scope {
     variables: Variables,
-    /// Properties that an element around it declares.
+    /// Colour properties that an enclosing element declares.
     declared: BTreeSet<String>,
-    /// The stroke.
+    /// The value of the property `stroke`.
     stroke: Option<String>,
-    /// Whether its colour scheme is dark and nothing else.
+    /// True if the colour scheme is dark, with no other allowed.
     is_dark: bool,
-    /// Whether nothing of it is shown: then nothing is missed.
+    /// True if the element is not shown, in which case nothing in it can be missed.
     is_hidden: bool,
-    /// Whether it is drawn elsewhere, or not at all.
+    /// True if the element is drawn elsewhere, or not at all.
     is_template: bool,
-    /// Whether strokes keep their width at every scale.
+    /// True if strokes keep their width at every scale.
     keeps_width: bool,
 }
 
-/// What is declared for a property of an element.
+/// A value that is declared for a property of an element.
 struct Candidate<'a> {
     value: &'a str,
     is_attribute: bool,
 }
 
-/// The properties of an element with what is declared for each, the weightiest last; and its custom properties.
+/// The properties of an element, each with its declared values in order of increasing precedence, and its custom properties.
 #[derive(Default)]
 struct Declared<'a> {
     properties: BTreeMap<String, Vec<Candidate<'a>>>,
@@ -161,7 +162,7 @@ impl<'a> Declared<'a> {
         longhands.iter().for_each(|name| self.add(name, value, false));
     }
 
-    /// Whether the colour scheme is dark, where one is declared.
+    /// Returns whether the colour scheme is dark with no other allowed, or `None` if no colour scheme is declared.
     fn is_dark(&self, variables: &Variables) -> Option<bool> {
         let value = self.properties.get("color-scheme")?.last()?.value;
         let value = variables.resolve(value).ok()?.to_ascii_lowercase();
@@ -173,7 +174,7 @@ impl<'a> Declared<'a> {
 /// The style sheets of a drawing.
 struct Styles<'a> {
     rules: Vec<Rule<'a>>,
-    /// How many steps are left.
+    /// Number of steps left.
     steps: Cell<u64>,
     broken: &'a Broken<'a>,
 }
@@ -186,7 +187,8 @@ impl<'a> Styles<'a> {
         left.map(drop).ok_or_else(|| self.broken.too_large(limit(), "more".into()))
     }
 
-    /// A rule whose selector cannot be read may be the one by which the walls are seen.
+    /// Refuses rules whose selectors cannot be read. If such a rule affects what is seen, it may be the one that makes the
+    /// walls visible.
     fn check_selectors(&self) -> Result<(), SketchError> {
         for Rule { selector, declarations, .. } in &self.rules {
             let Err(text) = selector else { continue };
@@ -205,7 +207,7 @@ impl<'a> Styles<'a> {
         Ok(())
     }
 
-    /// A shape whose length cannot be read is not drawn.
+    /// Refuses a length that cannot be read, because the renderer would not draw its shape.
     fn check_length(&self, node: Node, key: &str, value: &str, scope: &Scope) -> Result<(), SketchError> {
         if scope.is_hidden || !LENGTHS.contains(&key) || !SHAPES.contains(&node.tag_name().name()) {
             return Ok(());
@@ -226,7 +228,7 @@ impl<'a> Styles<'a> {
         }
     }
 
-    /// All that is declared for an element; `style` is its attribute without comments.
+    /// Returns all declarations for an element. `style` is the element's `style` attribute without comments.
     fn declared<'n>(&self, node: Node<'n, '_>, style: &'n str) -> Result<Declared<'n>, SketchError>
     where
         'a: 'n,
@@ -250,7 +252,7 @@ impl<'a> Styles<'a> {
         Ok(declared)
     }
 
-    /// The value of a property; `None` where the element has none of its own.
+    /// Returns the value of a property, or `None` if the element does not set it.
     fn settled(
         &self,
         node: Node,
@@ -271,7 +273,7 @@ impl<'a> Styles<'a> {
                     "inherit" => return Ok((!is_inherited(property)).then(|| "inherit".to_owned())),
                     "initial" => return Ok(initial(property).map(str::to_owned)),
                     "unset" | "revert" | "revert-layer" => return Ok(None),
-                    // The attribute has a syntax of its own, which the renderer knows.
+                    // The attribute `transform` has its own syntax, which the renderer understands.
                     _ if *is_attribute && kind == Kind::Transform => Checked::Valid(text.clone()),
                     _ if scope.is_dark => check(kind, in_dark(text.trim()).trim()),
                     _ => check(kind, text.trim()),
@@ -301,25 +303,25 @@ impl Rule<'_> {
     }
 }
 
-/// Whether an invalid value may make a line vanish: nothing around the element says another colour.
+/// Returns true if an invalid value may make a line vanish, because nothing around the element sets another colour.
 fn is_missed(kind: Kind, property: &str, scope: &Scope) -> bool {
     matches!(kind, Kind::Paint | Kind::Colour)
         && property != "background-color"
         && !(is_inherited(property) && scope.declared.contains(property))
 }
 
-/// Whether a property decides what is seen.
+/// Returns true if a property affects what is seen.
 fn is_visible(property: &str) -> bool {
     let property = property.to_ascii_lowercase();
     property == "display" || kind(&property).is_some_and(|kind| kind != Kind::Any)
 }
 
-/// Whether a property of CSS is an attribute in SVG, too.
+/// Returns true if a CSS property is also an attribute in SVG.
 fn is_presentation(property: &str) -> bool {
     kind(property).is_some_and(|kind| kind != Kind::Undrawable)
 }
 
-/// An element, and where it stands in the file.
+/// Returns the name of an element and its line in the file.
 fn located(node: Node) -> String {
     let place = node.document().text_pos_at(node.range().start);
     format!("{} in line {}", name(node), place.row)
@@ -380,7 +382,7 @@ impl Walk<'_, '_> {
         self.write(format_args!("</{tag}>"))
     }
 
-    /// All attributes but those of styles.
+    /// Writes all attributes of an element except those that are styles.
     fn attributes(&mut self, node: Node, declared: &Declared, scope: &Scope) -> Result<(), SketchError> {
         let is_root = node.parent_element().is_none();
         let mut links = Vec::new();
@@ -399,12 +401,12 @@ impl Walk<'_, '_> {
                 _ => {}
             }
         }
-        // The plain one goes before that of XLink.
+        // A plain `href` takes precedence over `xlink:href`.
         links.sort_unstable();
         links.first().map_or(Ok(()), |(_, link)| self.link(node, link, scope))
     }
 
-    /// A reference to an element or a picture.
+    /// Writes a reference to an element or a picture.
     fn link(&mut self, node: Node, link: &str, scope: &Scope) -> Result<(), SketchError> {
         match node.tag_name().name() {
             "image" | "feImage" if !link.trim_start().starts_with('#') => {
@@ -438,7 +440,7 @@ impl Walk<'_, '_> {
         self.left_out.push(what);
     }
 
-    /// The properties that hold, as attributes; all that are declared and hold.
+    /// Writes the properties in force as attributes, and returns them.
     fn properties(
         &mut self,
         node: Node,
@@ -481,13 +483,13 @@ impl Walk<'_, '_> {
     }
 }
 
-/// Whether a property of CSS is an attribute of that element.
+/// Returns true if a CSS property sets the geometry of this element.
 fn is_geometry(node: Node, property: &str) -> bool {
     let is_svg_element = node.tag_name().name() == "svg";
     !is_svg_element && (GEOMETRY.contains(&property) || property == "d" && node.tag_name().name() == "path")
 }
 
-/// The data in `path("…")`; every other value as it is.
+/// Returns the data in `path("…")`, or any other value unchanged.
 fn path_of<'v>(property: &str, value: &'v str) -> &'v str {
     let inside = (property == "d").then(|| function(value)).flatten();
     match inside {

@@ -1,4 +1,4 @@
-//! SVG, from the file to the drawing.
+//! Tests SVG, from the file to the drawing.
 
 use image::{GrayImage, ImageFormat};
 use sketchnav_schemas::codes::{FREE, WALL};
@@ -19,8 +19,8 @@ fn an_svg_in_metres_is_read() {
     assert!(drawing.wall_direction_rad.abs() < 0.01);
 }
 
-/// A filter of one line kept the sketcher busy for hours. Each octave of noise, and each neighbour of a pixel, is
-/// computed for every pixel.
+/// A filter of one line kept the sketcher busy for hours, because every octave of noise and every neighbour is computed for
+/// each pixel.
 #[test]
 fn a_filter_that_takes_hours_is_refused_by_its_name() {
     let filtered = |part: &str| {
@@ -44,7 +44,7 @@ fn a_filter_that_takes_hours_is_refused_by_its_name() {
     assert!(read(&svg(blurred), "d", &Options::default()).is_ok(), "a shadow is no crime");
 }
 
-/// Nested masks took 1.8 to 3 GB, since each has a page of its own; nested patterns are painted again for every tile.
+/// Nested masks took 1.8 to 3 GB, since each has a page of its own. Nested patterns are painted again for every tile.
 #[test]
 fn masks_and_patterns_inside_each_other_are_few() {
     let masks: String = (0..24)
@@ -78,7 +78,8 @@ fn masks_and_patterns_inside_each_other_are_few() {
     assert!(error.contains("held at the same time") && error.contains("pattern \"h\""), "{error}");
 }
 
-/// Half a million corners of one path cross each row of pixels, and are sorted there; a dash is two corners.
+/// A path with half a million corners may cross every row of pixels that many times, and the crossings in each row have to be
+/// sorted. A dash counts as two corners.
 #[test]
 fn a_path_that_crosses_itself_without_end_is_refused() {
     let zigzag = |count: usize| -> String {
@@ -136,7 +137,7 @@ fn walls_are_drawn_however_their_colour_is_written() {
     }
 }
 
-/// A wall whose colour cannot be read is named, whatever else is drawn.
+/// A wall whose colour cannot be read is named in the error, whatever else is drawn.
 #[test]
 fn a_wall_of_a_colour_that_cannot_be_read_is_named() {
     for paint in ["stroke='oklch(from red l c h)'", "style='stroke: var(--ink)'", "stroke='bananas'"] {
@@ -197,7 +198,7 @@ fn pictures_inside_an_svg_are_drawn() {
         let drawing = cells(&svg(&inside));
         let wrong = wrong_share(&drawing, &page);
         assert!(wrong < 0.01, "{format:?}: {:.2} %", 100.0 * wrong);
-        // One stroke over it.
+        // The same drawing with a stroke over the picture.
         let both = cells(&svg(&format!("{inside}<path d='M0 1150 H2000' stroke='black' stroke-width='9'/>")));
         let more = both.cells.iter().filter(|&&cell| cell == WALL).count();
         assert!(more > expected.cells.iter().filter(|&&cell| cell == WALL).count() + 15_000);
@@ -223,8 +224,8 @@ fn pictures_inside_an_svg_are_drawn() {
     assert!(too_large(&svg(&many)).contains("steps of painting"));
 }
 
-/// The last row of a page that ends within a pixel was half covered: a line along the edge, and the only wall of a page whose
-/// walls have the colour of its ground.
+/// If a page ended within a pixel, its last row was only half covered and was read as a wall along the edge. On a page whose
+/// walls have the colour of the background, it was the only wall.
 #[test]
 fn a_page_that_ends_within_a_pixel_has_no_wall_along_its_edge() {
     for colour in ["white", "black", "#404040"] {
@@ -256,7 +257,8 @@ fn xml_of_other_programs_is_named() {
     }
 }
 
-/// Half of the walls were white and half of them black, on transparent paper: one half was read, and no word of the other.
+/// With half of the walls white and half of them black on transparent paper, one half was read and the other was dropped
+/// without a warning.
 #[test]
 fn ink_of_two_tones_on_transparent_paper_is_doubted() {
     let half = |walls: &[&str], paint: &str| -> String {
@@ -275,15 +277,15 @@ fn ink_of_two_tones_on_transparent_paper_is_doubted() {
     }
     assert_eq!(left_out("white", "#eee"), []);
     assert_eq!(left_out("black", "#777"), []);
-    // A page that is painted all over is a picture, as soon as one of its pixels is not quite opaque. It was taken for ink.
+    // A page that is painted all over is a picture, even if one of its pixels is not quite opaque. It used to be taken for ink.
     let page = "<path d='M0 0H9999V9999H0z' fill='white' fill-opacity='.99'/>";
     assert_eq!(cells(&svg(&(page.to_owned() + &half(&ROOMS, "black")))).left_out, []);
-    // Haze is seen on no paper.
+    // Haze is invisible on any paper.
     assert_eq!(left_out("white", "rgb(255 255 255 / 5%)"), []);
 }
 
-/// A gradient is fitted to the box of what it paints, and a straight line along an axis has none: it was not drawn, and
-/// nobody was told. Neither were walls for readers of another language.
+/// A gradient is fitted to the box of what it paints, and a straight line along an axis has none. Such lines used to vanish
+/// silently, and so did walls for readers of another language.
 #[test]
 fn walls_that_would_vanish_are_drawn_or_named() {
     let gradient =
@@ -305,8 +307,7 @@ fn walls_that_would_vanish_are_drawn_or_named() {
     }
 }
 
-/// A straight line along an axis under a filter, a mask or a clip path in units of its own box was not drawn, and nobody was
-/// told.
+/// A straight line along an axis vanished silently under a filter, a mask or a clip path in units of its own box.
 #[test]
 fn lines_that_an_effect_leaves_nothing_of_are_named() {
     let effects = "<filter id='f'><feGaussianBlur stdDeviation='2'/></filter>\
@@ -330,7 +331,7 @@ fn lines_that_an_effect_leaves_nothing_of_are_named() {
         assert_eq!(both.matches("leaves nothing").count(), 1, "{effect}: {both}");
         let group = left_out(&format!("<g id='b' {effect}><path d='M100 900H1900'/></g>"));
         assert!(group.starts_with("<g id=\"b\"> in line 1: its filter"), "{effect}: {group}");
-        // Two lines have a box together.
+        // Two lines together have a box.
         assert_eq!(
             left_out(&format!("<g {effect}><path d='M100 900H1900'/><path d='M100 950H1900'/></g>")),
             ""
@@ -342,7 +343,7 @@ fn lines_that_an_effect_leaves_nothing_of_are_named() {
     assert_eq!(left_out("<path d='M100 900H1900' filter='url(#u)' clip-path='none'/>"), "");
 }
 
-/// A wall that was drawn once and referred to twice was lost twice, with its gradient; one without a fill was not even named.
+/// A wall with a gradient that was drawn once and referred to twice was lost twice. One without a fill was not even reported.
 #[test]
 fn lines_that_a_gradient_cannot_paint_are_named_wherever_they_are_drawn() {
     let gradient = "<linearGradient id='g'><stop/><stop offset='1'/></linearGradient>";
@@ -360,7 +361,8 @@ fn lines_that_a_gradient_cannot_paint_are_named_wherever_they_are_drawn() {
     assert_eq!(left_out(&format!("{slanted}<use href='#l' x='100' y='900'/>")), "");
 }
 
-/// Illustrator keeps its own data in the first part of a switch: the drawing in the second was left out as a label.
+/// Illustrator keeps its own data in the first part of a `<switch>`. The drawing in the second part was mistaken for a label
+/// and left out.
 #[test]
 fn a_switch_shows_its_first_part_that_needs_no_extension() {
     let walls = String::from_utf8(rooms("", "stroke='black'")).unwrap();
@@ -373,7 +375,8 @@ fn a_switch_shows_its_first_part_that_needs_no_extension() {
     assert_eq!(drawing.left_out, []);
 }
 
-/// Programs for plans keep pens at one width at every scale: in a drawing in metres they were 40 times as wide, without a word.
+/// CAD programs keep their pens at the same width at every scale. In a drawing in metres, they were silently drawn 40 times as
+/// wide.
 #[test]
 fn what_is_drawn_otherwise_than_it_says_is_named() {
     let left_out = |text: &str| {
@@ -396,7 +399,7 @@ fn what_is_drawn_otherwise_than_it_says_is_named() {
     );
 }
 
-/// Walls of a colour that is light, as yellow is, were left out beside dark ones, and nobody was told.
+/// Walls in a light colour, such as yellow, were silently left out if there were dark walls as well.
 #[test]
 fn strokes_that_are_fainter_than_the_walls_are_named() {
     let left_out = |second: &str| {
@@ -416,7 +419,7 @@ fn strokes_that_are_fainter_than_the_walls_are_named() {
     for read in ["black", "#555", "blue"] {
         assert_eq!(left_out(read), [], "{read}");
     }
-    // Tinted rooms are no walls.
+    // Tinted rooms are not walls.
     let rooms = String::from_utf8(rooms("", "stroke='black'")).unwrap();
     let tinted = rooms.replacen("<path", "<path d='M200 200h500v400h-500z' fill='#ffc9c9'/><path", 1);
     assert_eq!(cells(tinted.as_bytes()).left_out, []);

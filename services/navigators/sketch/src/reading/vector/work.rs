@@ -1,5 +1,5 @@
-//! How much work it is to render an SVG, counted on its tree in the order in which resvg goes through it. What a
-//! mask, a pattern or a filter costs depends on the pixels that it covers where it is used.
+//! Counts the work of rendering an SVG by walking through its tree in the same order as resvg. What a mask, a pattern or a
+//! filter costs depends on how many pixels it covers in the place where it is used.
 
 use resvg::tiny_skia::{PathSegment, Point, Rect, Transform};
 use resvg::usvg::{ClipPath, Group, Image, Mask, Node, Paint, Path, Pattern, filter};
@@ -7,22 +7,22 @@ use resvg::usvg::{ClipPath, Group, Image, Mask, Node, Paint, Path, Pattern, filt
 use super::super::budget::{MOST_ELEMENTS, MOST_HELD_PX, MOST_NESTED, Outline, Steps, steps_words};
 use super::references::TooMuch;
 
-/// Steps for a pixel that is painted in one colour, in a gradient, by a pattern.
+/// Steps per pixel that is painted in one colour, by a gradient, or by a pattern.
 const PLAIN: f64 = 1.0;
 const GRADIENT: f64 = 8.0;
 const PATTERN: f64 = 30.0;
-/// Steps for a pixel of a page of its own: it is made, painted, and laid over the other one.
+/// Steps per pixel of an intermediate page, which has to be created, painted, and composited with the page below.
 const LAYER: f64 = 35.0;
-/// Steps for a pixel of a picture, decoded or painted.
+/// Steps per pixel of a picture, both for decoding and for painting it.
 const PICTURE: f64 = 30.0;
-/// Steps for a pixel that a simple part of a filter computes; one that looks at many neighbours takes more.
+/// Steps per pixel for a simple filter primitive. Those that look at many neighbours take more.
 const FILTER: f64 = 30.0;
-/// resvg's largest page of its own: five canvases long and wide.
+/// Size of the largest intermediate page that resvg creates, in canvases in either direction.
 const WIDEST: f64 = 5.0;
-/// A curve is painted as so many lines, at most.
+/// Maximum number of lines that a curve is painted as.
 const LINES_OF_CURVE: f64 = 8.0;
 
-/// Counts what rendering `root` on a page of `width` x `height` takes.
+/// Checks that rendering `root` on a page of `width` x `height` does not take too much work.
 pub(crate) fn check(root: &Group, transform: Transform, width: u32, height: u32) -> Result<(), TooMuch> {
     let page = [f64::from(width), f64::from(height)];
     let mut work = Work { steps: Steps::default(), elements: 0.0, canvas: page };
@@ -35,20 +35,20 @@ struct Work {
     canvas: [f64; 2],
 }
 
-/// Where something is painted.
+/// The context in which something is painted.
 #[derive(Clone, Copy)]
 struct Place {
     transform: Transform,
-    /// Width and height of the page.
+    /// Width and height of the page, in pixels.
     page: [f64; 2],
-    /// Pixels of all pages that are held.
+    /// Number of pixels in all pages that are held.
     held_px: f64,
-    /// Masks, patterns and clip paths around it.
+    /// Number of masks, patterns and clip paths around it.
     nested: usize,
 }
 
 impl Place {
-    /// Sketch pixels for a unit, the longer of the axes.
+    /// Returns the number of sketch pixels per unit, along the axis where it is greater.
     fn scale(&self) -> f64 {
         let Transform { sx, kx, ky, sy, .. } = self.transform;
         f64::from(sx.hypot(ky)).max(f64::from(kx.hypot(sy)))
@@ -58,7 +58,7 @@ impl Place {
         Self { transform: self.transform.pre_concat(transform), ..*self }
     }
 
-    /// Inside another mask, pattern or clip path, which is called `name`.
+    /// Enters another mask, pattern or clip path, called `name`. Fails if they are nested too deeply.
     fn inside(&self, name: &str) -> Result<Self, TooMuch> {
         if self.nested == MOST_NESTED {
             let limit = format!("{MOST_NESTED} masks, patterns and clip paths of SVG inside each other");
@@ -67,7 +67,8 @@ impl Place {
         Ok(Self { nested: self.nested + 1, ..*self })
     }
 
-    /// With one more page.
+    /// Moves to a new page of the given size, for which `pages` pages of that size have to be held. Fails if too many pixels
+    /// would be held.
     fn with_page(&self, page: [f64; 2], pages: f64, name: &str) -> Result<Self, TooMuch> {
         let held_px = self.held_px + pages * page[0] * page[1];
         if held_px <= MOST_HELD_PX {
@@ -77,7 +78,7 @@ impl Place {
         Err(TooMuch { limit, found: format!("{:.0} million at {name}", held_px / 1e6) })
     }
 
-    /// The size of a box on the page; of one that is none, the page's.
+    /// Returns the size of a box on the page, at most `most`. If the box cannot be transformed, returns `most`.
     fn size(&self, area: Rect, most: [f64; 2]) -> [f64; 2] {
         let area = area.transform(self.transform);
         area.map_or(most, |area| {
@@ -112,7 +113,7 @@ impl Work {
         }
     }
 
-    /// A picture is decoded each time that it is painted.
+    /// Counts a picture. It is decoded each time it is painted.
     fn image(&mut self, image: &Image, place: Place) -> Result<(), TooMuch> {
         let size = image.size();
         let own = [f64::from(size.width()), f64::from(size.height())];
@@ -140,7 +141,7 @@ impl Work {
 
     fn mask(&mut self, mask: &Mask, place: Place) -> Result<(), TooMuch> {
         let name = named("mask", mask.id());
-        // The mask itself, its region, and what becomes of both.
+        // The mask itself, its region, and the combination of the two are held at the same time.
         let place = place.inside(&name)?.with_page(place.page, 1.5, &name)?;
         self.take(LAYER * place.page[0] * place.page[1], || name)?;
         self.nodes(mask.root(), place)?;
@@ -155,7 +156,8 @@ impl Work {
         clip.clip_path().map_or(Ok(()), |clip| self.clip(clip, place))
     }
 
-    /// What a clip path shows: its groups have no pages except for clip paths of their own.
+    /// Counts the content of a clip path. Unlike elsewhere, its groups have no intermediate pages, except for clip paths of
+    /// their own.
     fn clipped(&mut self, group: &Group, place: Place) -> Result<(), TooMuch> {
         for node in group.children() {
             match node {
@@ -187,7 +189,7 @@ impl Work {
         self.take(outline.stroke_steps(width_px) + pixels, name)
     }
 
-    /// Steps for a pixel that is painted so.
+    /// Returns the steps per pixel for painting with `paint`.
     fn paint(&mut self, paint: &Paint, place: Place) -> Result<f64, TooMuch> {
         match paint {
             Paint::Color(_) => Ok(PLAIN),
@@ -212,7 +214,7 @@ impl Work {
         for primitive in filter.primitives() {
             let (kind, weight) = weight(primitive.kind(), scale, place.page);
             let name = format!("{}, {kind}", named("filter", filter.id()));
-            // What it computes is held until the filter is done.
+            // The result of each primitive is held until the filter is done.
             place = place.with_page(place.page, 1.0, &name)?;
             self.take(FILTER * weight * pixels, || name.clone())?;
             if let filter::Kind::Image(image) = primitive.kind() {
@@ -223,7 +225,7 @@ impl Work {
     }
 }
 
-/// The name of a filter's part, and how many times as much as a simple one it takes for a pixel.
+/// Returns the name of a filter primitive, and its cost per pixel relative to a simple one.
 fn weight(kind: &filter::Kind, scale: f64, page: [f64; 2]) -> (&'static str, f64) {
     match kind {
         filter::Kind::Turbulence(turbulence) => ("feTurbulence", 4.0 * f64::from(turbulence.num_octaves())),
@@ -249,7 +251,7 @@ fn named(what: &str, id: &str) -> String {
     if id.is_empty() { format!("a {what} without id") } else { format!("{what} {id:?}") }
 }
 
-/// A path as it is painted: no line of it is longer than the page.
+/// Returns the outline of a path as it is painted. No line counts as longer than the page's width plus its height.
 fn outline(path: &Path, place: &Place) -> Outline {
     let (scale, most) = (place.scale(), place.page[0] + place.page[1]);
     let mut outline = Outline { page_height_px: place.page[1], ..Outline::default() };
@@ -274,7 +276,7 @@ fn outline(path: &Path, place: &Place) -> Outline {
     outline
 }
 
-/// The same in dashes; the renderer leaves a line whole that has more than a million.
+/// Returns the outline of a dashed path. The renderer does not dash a line that would have more than a million dashes.
 fn dashed(outline: Outline, dashes: &[f32], scale: f64) -> Outline {
     let round_px = dashes.iter().map(|dash| f64::from(*dash)).sum::<f64>() * scale;
     let count = outline.length_px / round_px.max(1e-9) * dashes.len() as f64;

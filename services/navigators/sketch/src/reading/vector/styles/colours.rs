@@ -1,16 +1,16 @@
-//! Colours as CSS writes them, in sRGB. (CSS Color Module Level 4; `light-dark()` and `color-mix()` of Level 5.)
+//! Converts CSS colours to sRGB. (CSS Color Module Level 4; `light-dark()` and `color-mix()` of Level 5.)
 //!
-//! A drawing is read on white paper: of `light-dark()` the light one counts, unless the drawing's scheme is dark ([`in_dark`]),
-//! and system colours are those of a light page. Colours that no screen shows are clipped, as browsers do.
+//! A drawing is read on white paper. This means that `light-dark()` stands for its light colour, unless the drawing's scheme is
+//! dark ([`in_dark`]), and that system colours are those of a light page. Out-of-gamut colours are clipped, as browsers do.
 
 use color::{ColorSpaceTag, DynamicColor, HueDirection, Srgb, parse_color};
 
 use super::syntax::{find, function, split, words};
 
-/// How deep functions are looked into.
+/// Maximum nesting depth of functions.
 const MOST_DEPTH: usize = 8;
 
-/// Functions that are a colour in CSS.
+/// CSS functions that return a colour.
 const FUNCTIONS: [&str; 17] = [
     "rgb",
     "rgba",
@@ -56,16 +56,16 @@ const SYSTEM: [(&str, [u8; 3]); 21] = [
     ("windowtext", [0, 0, 0]),
 ];
 
-/// What a text is as a colour.
+/// A text read as a colour.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Colour {
-    /// In sRGB: `#rrggbb`, or `#rrggbbaa` where it is translucent.
+    /// A colour in sRGB: `#rrggbb`, or `#rrggbbaa` if it is translucent.
     Srgb(String),
     /// The value of the property `color`.
     Current,
-    /// A colour in CSS, but none that can be worked out here: why.
+    /// A CSS colour that cannot be worked out here, with the reason.
     Unreadable(String),
-    /// No colour in CSS.
+    /// Not a CSS colour.
     Invalid,
 }
 
@@ -83,7 +83,7 @@ pub(super) fn read(text: &str) -> Colour {
     }
 }
 
-/// A value in a drawing whose colour scheme is dark: the second colour stands for each `light-dark()`.
+/// Replaces each `light-dark()` in a value by its second colour, as a dark colour scheme demands.
 pub(super) fn in_dark(value: &str) -> String {
     const NAME: &str = "light-dark(";
     let (small, mut text, mut end) = (value.to_ascii_lowercase(), String::new(), 0);
@@ -123,7 +123,7 @@ fn resolved(text: &str, depth: usize) -> Result<DynamicColor, Trouble> {
     }
 }
 
-/// What parsers do not read of a function that is a colour: arguments that have to be computed are no mistake.
+/// Explains why a colour function could not be parsed. Arguments that would have to be computed are not mistakes.
 fn trouble(name: &str, arguments: &str) -> Result<DynamicColor, Trouble> {
     let first = words(arguments).next().unwrap_or("");
     if first.eq_ignore_ascii_case("from") {
@@ -150,12 +150,12 @@ fn light(arguments: &str, depth: usize) -> Result<DynamicColor, Trouble> {
     resolved(light, depth + 1)
 }
 
-/// `in <space> [<way> hue], <colour> [<share>], <colour> [<share>]`.
+/// Mixes two colours, given as `in <space> [<way> hue], <colour> [<share>], <colour> [<share>]`.
 fn mixed(arguments: &str, depth: usize) -> Result<DynamicColor, Trouble> {
     let parts: Vec<_> = split(arguments, b',').collect();
     let (space, first, second) = match parts[..] {
         [space, first, second] => (space, first, second),
-        // Level 5 mixes in Oklab where no space is said.
+        // Level 5 mixes in Oklab if no colour space is given.
         [first, second] => ("in oklab", first, second),
         _ => return Err(Trouble::Invalid),
     };
@@ -199,7 +199,7 @@ fn way(text: &str) -> Result<(ColorSpaceTag, HueDirection), Trouble> {
     Ok((space, way))
 }
 
-/// A colour of a mix, and its share where it is said.
+/// Reads one of the colours of a mix, with its share if one is given.
 fn part(text: &str, depth: usize) -> Result<(DynamicColor, Option<f32>), Trouble> {
     let (mut color, mut share) = (None, None);
     for word in words(text) {
@@ -228,7 +228,7 @@ mod tests {
         }
     }
 
-    /// The reference values are those of CSS Color Module Level 4 and of its tests.
+    /// The expected values are from CSS Color Module Level 4 and its tests.
     #[test]
     fn every_way_to_write_a_colour_is_read() {
         for (text, expected) in [

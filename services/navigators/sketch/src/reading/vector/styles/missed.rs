@@ -1,4 +1,5 @@
-//! What of a drawing a person may miss: it is left out, refers to nothing, or the renderer may drop it without a word.
+//! Finds what a person may miss in a drawing: anything that is left out, refers to nothing, or may be silently dropped by the
+//! renderer.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,7 @@ use crate::reading::error::SketchError;
 use crate::reading::left_out::LeftOut;
 use crate::reading::vector::references::name;
 
-/// Elements that paint nothing: what they hold is left out without a word.
+/// Elements that paint nothing. Their content is left out without a report.
 const SILENT: [&str; 13] = [
     "animate",
     "animateColor",
@@ -27,20 +28,21 @@ const SILENT: [&str; 13] = [
     "title",
     "view",
 ];
-/// Elements whose effects are watched, beside those that are drawn by strokes.
+/// Elements whose effects are watched, in addition to [`STROKED`].
 const AFFECTED: [&str; 3] = ["g", "image", "use"];
-/// Properties by which an element may vanish.
+/// Properties that can make an element vanish.
 const EFFECTS: [&str; 3] = ["clip-path", "filter", "mask"];
 /// Elements whose content is drawn elsewhere, or not at all.
 pub(super) const TEMPLATES: [&str; 7] = ["clipPath", "defs", "filter", "marker", "mask", "pattern", "symbol"];
-/// What cannot be read of a shape is cut after so many characters in a warning.
+/// Maximum number of characters of unreadable shape data in a warning.
 const SHOWN_POINTS: usize = 16;
 
 impl Walk<'_, '_> {
-    /// Whether nothing of an element is drawn; what a person may miss is counted.
+    /// Returns true if an element is not drawn at all, and records it if a person may miss it.
     pub(super) fn is_left_out(&mut self, node: Node, tag: &str, scope: &Scope) -> bool {
         let is_label = |node: Node| matches!(node.tag_name().name(), "text" | "foreignObject");
-        // A browser shows the first part of a switch that it can, and HTML is one. Extensions are programs' own: none is known.
+        // A browser shows the first part of a `<switch>` that it supports, and HTML is supported. Extensions are private to
+        // programs, and none is supported here.
         let is_extended = |child: &Node| child.attribute("requiredExtensions").is_some();
         if node.parent_element().is_some_and(|parent| parent.tag_name().name() == "switch")
             && is_extended(&node)
@@ -59,7 +61,7 @@ impl Walk<'_, '_> {
         true
     }
 
-    /// Remembers what the renderer may draw in another way without a word; it gets an id where it has none.
+    /// Remembers an element that the renderer may silently draw differently, and gives it an id if it has none.
     pub(super) fn watch(
         &mut self,
         node: Node,
@@ -91,7 +93,7 @@ impl Walk<'_, '_> {
         Ok(())
     }
 
-    /// Whether a shape's stroke is painted by a gradient or a pattern, and by nothing where that does not work.
+    /// Returns true if a shape's stroke is painted by a gradient or a pattern and has no fallback.
     fn is_served(&self, node: Node, scope: &Scope) -> bool {
         let mut parts = words(scope.stroke.as_deref().unwrap_or(""));
         let (server, fallback) = (parts.next().and_then(url), parts.next());
@@ -99,8 +101,8 @@ impl Walk<'_, '_> {
         is_known && fallback.is_none() && STROKED.contains(&node.tag_name().name())
     }
 
-    /// Whether an element that shows something is seen through a filter, a mask or a clip path of its own, or refers to one
-    /// that is, or that is painted by a gradient.
+    /// Returns true if an element shows something and has a filter, a mask or a clip path. A `<use>` counts, too, if it refers
+    /// to an element with one of these or a gradient.
     fn is_affected(&self, node: Node, settled: &BTreeMap<String, String>) -> Result<bool, SketchError> {
         let mut values = EFFECTS.iter().filter_map(|property| settled.get(*property));
         if values.any(|value| words(value).any(|word| url(word).is_some_and(|link| self.is_known(link)))) {
@@ -117,7 +119,7 @@ impl Walk<'_, '_> {
         Ok(self.has(*target, has_url)? && self.has(*target, is_shown)?)
     }
 
-    /// Whether an element, or one inside it, is of that kind.
+    /// Returns true if `is_such` holds for an element or for one inside it.
     fn has(&self, node: Node, is_such: impl Fn(Node) -> bool) -> Result<bool, SketchError> {
         let mut looked = 0;
         let found = node.descendants().inspect(|_| looked += 1).any(is_such);
@@ -125,7 +127,8 @@ impl Walk<'_, '_> {
         Ok(found)
     }
 
-    /// A paint or a filter that nothing in the drawing has leaves nothing to be seen.
+    /// Records references that do not work. A paint or filter that is not in the drawing leaves nothing to be seen, and a clip
+    /// path or mask that cannot be worked out hides nothing.
     pub(super) fn check_reference(&mut self, node: Node, property: &str, value: &str, scope: &Scope) {
         let all: Vec<_> = words(value).collect();
         let is_own = |word: &&str| url(word).is_some() || ["none", "inherit"].contains(word);
@@ -145,7 +148,7 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// A shape ends where its data cannot be read.
+    /// Records shape data that becomes unreadable, because the renderer ends the shape there.
     pub(super) fn check_points(&mut self, node: Node, key: &str, value: &str, scope: &Scope) {
         let commands = match (node.tag_name().name(), key) {
             ("path", "d") if value.trim() != "none" => "MmZzLlHhVvCcSsQqTtAa",
@@ -169,12 +172,12 @@ fn is_one_of(node: Node, tags: &[&str]) -> bool {
     is_svg(node) && tags.contains(&node.tag_name().name())
 }
 
-/// Whether an element shows something by itself.
+/// Returns true if an element shows something by itself.
 fn is_shown(node: Node) -> bool {
     is_one_of(node, &STROKED) || is_one_of(node, &["image", "use"])
 }
 
-/// Whether an attribute of an element, its style among them, refers to a gradient, a filter or the like.
+/// Returns true if any attribute of an element, including `style`, refers to a gradient, a filter or the like.
 fn has_url(node: Node) -> bool {
     node.attributes().any(|attribute| attribute.value().to_ascii_lowercase().contains("url("))
 }

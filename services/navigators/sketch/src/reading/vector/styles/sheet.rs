@@ -1,4 +1,5 @@
-//! Style sheets: which rules hold for a drawing on a light page, in the order of their weight. Selectors are simplecss's.
+//! Style sheets. Finds the rules that apply to a drawing on a light page, in order of precedence, with selectors parsed by
+//! simplecss.
 
 use std::cell::Cell;
 use std::cmp::Reverse;
@@ -8,11 +9,11 @@ use simplecss::{AttributeOperator, Element, PseudoClass, Selector};
 
 use super::syntax::{Block, Declaration, blocks, declarations, find, function, split, without_comments};
 
-/// How deep blocks of rules stand in each other.
+/// Maximum nesting depth of blocks of rules.
 const MOST_DEPTH: usize = 8;
-/// Stands for `:root`, which simplecss does not know.
+/// Attribute that replaces `:root`, which simplecss does not support.
 const ROOT: &str = "sketchnav-root";
-/// What an element of a picture that stands still never is.
+/// States that an element of a still picture is never in.
 const DYNAMIC: [&str; 14] = [
     ":hover",
     ":active",
@@ -34,7 +35,7 @@ const DYNAMIC: [&str; 14] = [
 #[derive(Debug, Default)]
 pub(super) struct Written {
     rules: Vec<WrittenRule>,
-    /// Rules that are not looked into: which, and why.
+    /// Rules that are left out because it is not known whether they apply.
     pub left_out: Vec<String>,
 }
 
@@ -42,12 +43,12 @@ pub(super) struct Written {
 struct WrittenRule {
     selector: String,
     body: String,
-    /// Rules in layers weigh less than all others.
+    /// True if the rule is in a layer. It then has lower precedence than all rules outside layers.
     in_layer: bool,
 }
 
 impl Written {
-    /// Takes in one more sheet; `media` is the attribute of the element that holds it.
+    /// Adds a style sheet. `media` is the attribute of the element that contains it.
     pub fn add(&mut self, sheet: &str, media: &str) {
         if media.trim().is_empty() || self.is_shown(media) {
             self.blocks(&without_comments(sheet), false, 0);
@@ -85,7 +86,7 @@ impl Written {
                 self.left_out.push(format!("@{name} {condition}"));
                 return;
             }
-            // Fonts, animations, pages of print.
+            // Fonts, animations and printed pages do not affect the drawing.
             _ => return,
         };
         match body {
@@ -95,7 +96,7 @@ impl Written {
         }
     }
 
-    /// The initial value of a registered custom property, as a rule that weighs less than all others.
+    /// Adds the initial value of a registered custom property, as a rule of the lowest precedence.
     fn initial(&mut self, name: &str, body: &str) {
         let value = declarations(body).find(|one| one.name.eq_ignore_ascii_case("initial-value"));
         if let Some(value) = value {
@@ -104,7 +105,8 @@ impl Written {
         }
     }
 
-    /// Whether a list of media queries holds on a light screen of any size.
+    /// Returns true if a list of media queries matches a light screen of any size. If that depends on the screen, the list is
+    /// recorded as left out.
     fn is_shown(&mut self, queries: &str) -> bool {
         let shown: Vec<_> = split(queries, b',').map(is_shown).collect();
         let known = shown.contains(&Some(true));
@@ -114,7 +116,7 @@ impl Written {
         known
     }
 
-    /// The rules with their selectors, those that weigh most last.
+    /// Returns the rules with their selectors, in order of increasing precedence.
     pub fn rules(&self) -> Vec<Rule<'_>> {
         let mut rules: Vec<_> = self.rules.iter().filter_map(WrittenRule::rule).collect();
         rules.sort_by_key(|rule| {
@@ -124,7 +126,7 @@ impl Written {
     }
 }
 
-/// Whether one media query holds; `None` where that depends on the screen.
+/// Returns whether a media query matches, or `None` if that depends on the screen.
 fn is_shown(query: &str) -> Option<bool> {
     let query = query.to_ascii_lowercase();
     let (inverted, query) = query.strip_prefix("not ").map_or((false, query.as_str()), |rest| (true, rest));
@@ -147,7 +149,7 @@ fn is_shown(query: &str) -> Option<bool> {
     all.map(|holds| holds != inverted)
 }
 
-/// A rule: a selector, or what it says where that cannot be read.
+/// A rule with its selector, or with the selector's text if it cannot be read.
 pub(super) struct Rule<'a> {
     pub selector: Result<Selector<'a>, &'a str>,
     pub declarations: Vec<Declaration<'a>>,
@@ -157,11 +159,11 @@ pub(super) struct Rule<'a> {
 impl WrittenRule {
     fn rule(&self) -> Option<Rule<'_>> {
         let text = self.selector.as_str();
-        // Parts of text, and states that a picture is never in.
+        // Skips pseudo-elements, and states that a picture is never in.
         if text.contains("::") || DYNAMIC.iter().any(|state| holds_state(text, state)) {
             return None;
         }
-        // What stands in blocks of its own is for other elements.
+        // Nested blocks are for other elements, so the selector of such a rule counts as unreadable.
         let is_nested = find(&self.body, b"{") < self.body.len();
         let selector = if is_nested { None } else { Selector::parse(text) };
         let blocks = self.body.split(['{', '}']).filter(|_| is_nested);
@@ -170,14 +172,15 @@ impl WrittenRule {
     }
 }
 
-/// Whether a compound selector asks for a state, outside of `:not()` and its like.
+/// Returns true if a compound selector asks for a state, other than inside `:not()` and the like.
 fn holds_state(selector: &str, state: &str) -> bool {
     let end = find(selector, b"(");
     let plain = &selector[..end];
     plain.contains(state) && function(selector).is_none()
 }
 
-/// An element as selectors see it. Its steps are counted: a chain of ten ancestors can be looked for in many ways.
+/// An element as selectors see it. Steps from element to element are counted, because a chain of ten ancestors can be matched
+/// in many ways.
 pub(super) struct Seen<'a, 'input, 'count> {
     pub node: Node<'a, 'input>,
     pub steps: &'count Cell<u64>,

@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-/// `name: value` of a rule or of a `style` attribute.
+/// A declaration `name: value` of a rule or of a `style` attribute.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Declaration<'a> {
     pub name: &'a str,
@@ -11,14 +11,14 @@ pub(super) struct Declaration<'a> {
     pub important: bool,
 }
 
-/// A part of a style sheet: what comes before a block, and the block; without one where it ends with a semicolon.
+/// A part of a style sheet: the prelude, and the body of its block. There is no body if the part ends with a semicolon.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Block<'a> {
     pub prelude: &'a str,
     pub body: Option<&'a str>,
 }
 
-/// Where the first of `stops` stands outside of strings, brackets and escapes; the text's length where none does.
+/// Returns the index of the first of `stops` outside strings, brackets and escapes, or the text's length if there is none.
 pub(super) fn find(text: &str, stops: &[u8]) -> usize {
     let (mut closers, mut quote, mut escaped) = (Vec::new(), None, false);
     for (at, byte) in text.bytes().enumerate() {
@@ -39,7 +39,7 @@ pub(super) fn find(text: &str, stops: &[u8]) -> usize {
     text.len()
 }
 
-/// The pieces between the separators that stand outside of strings and brackets.
+/// Splits a text at the separators outside strings and brackets, and trims the pieces.
 pub(super) fn split(text: &str, separator: u8) -> impl Iterator<Item = &str> {
     let mut rest = Some(text);
     std::iter::from_fn(move || {
@@ -50,7 +50,7 @@ pub(super) fn split(text: &str, separator: u8) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The words of a value: what white space separates outside of brackets.
+/// Splits a value into words at the white space outside brackets.
 pub(super) fn words(text: &str) -> impl Iterator<Item = &str> {
     let mut rest = text.trim();
     std::iter::from_fn(move || {
@@ -61,7 +61,7 @@ pub(super) fn words(text: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// The declarations of a block; what is none is left out, as CSS says.
+/// Returns the declarations of a block. Anything else in it is ignored, as CSS requires.
 pub(super) fn declarations(block: &str) -> impl Iterator<Item = Declaration<'_>> {
     split(block, b';').filter_map(|text| {
         let (name, value) = text.split_once(':')?;
@@ -80,7 +80,7 @@ pub(super) fn declarations(block: &str) -> impl Iterator<Item = Declaration<'_>>
     })
 }
 
-/// The rules and at-rules of a style sheet.
+/// Returns the rules and at-rules of a style sheet.
 pub(super) fn blocks(sheet: &str) -> impl Iterator<Item = Block<'_>> {
     let mut rest = sheet;
     std::iter::from_fn(move || {
@@ -102,7 +102,7 @@ pub(super) fn blocks(sheet: &str) -> impl Iterator<Item = Block<'_>> {
     })
 }
 
-/// Past white space, and past the marks that hid style sheets from browsers of the nineties.
+/// Skips white space, stray semicolons and braces, and the marks that used to hide style sheets from browsers of the nineties.
 fn skip(text: &str) -> &str {
     let mut rest = text.trim_start();
     while let Some(after) = ["<!--", "-->", ";", "}"].into_iter().find_map(|mark| rest.strip_prefix(mark)) {
@@ -111,7 +111,7 @@ fn skip(text: &str) -> &str {
     rest
 }
 
-/// The name, in small letters, and the arguments of a value that is one call of a function.
+/// Returns the name, in lower case, and the arguments of a value that is a single function call.
 pub(super) fn function(value: &str) -> Option<(String, &str)> {
     let value = value.trim();
     let open = value.find('(')?;
@@ -120,11 +120,11 @@ pub(super) fn function(value: &str) -> Option<(String, &str)> {
         return None;
     }
     let close = find(inside, b")");
-    // CSS closes what is open at the end.
+    // CSS implicitly closes whatever is still open at the end.
     (close + 1 >= inside.len()).then(|| (name.to_ascii_lowercase(), inside[..close].trim()))
 }
 
-/// The text without its comments: a space where one separates two names.
+/// Returns the text without its comments. A comment between two names becomes a space.
 pub(super) fn without_comments(text: &str) -> Cow<'_, str> {
     if !text.contains("/*") {
         return text.into();
@@ -143,7 +143,7 @@ pub(super) fn without_comments(text: &str) -> Cow<'_, str> {
     kept.into()
 }
 
-/// Where the first comment begins, outside of strings.
+/// Returns the index at which the first comment outside strings begins.
 fn comment(text: &str) -> Option<usize> {
     let (bytes, mut quote) = (text.as_bytes(), None);
     let mut at = 0;

@@ -14,7 +14,7 @@ fn flat(inside: &str) -> Result<Flat, SketchError> {
     flatten(&document, &Broken { file: "d.svg" })
 }
 
-/// The attributes of the element with the id `w`.
+/// Returns the attributes of the element with the id `w`.
 fn attributes(inside: &str) -> BTreeMap<String, String> {
     let flat = flat(inside).unwrap_or_else(|error| panic!("{inside}: {error}"));
     let document = Document::parse(&flat.text).expect("XML");
@@ -37,7 +37,7 @@ fn refusal(inside: &str) -> String {
 fn the_weightiest_declaration_that_holds_counts() {
     for (inside, expected) in [
         ("<path id='w' stroke='#111'/>", "#111111"),
-        // An invalid declaration is dropped: the attribute or the earlier one holds.
+        // An invalid declaration is dropped, and the attribute or the earlier declaration applies.
         ("<path id='w' stroke='#111' style='stroke: blac'/>", "#111111"),
         ("<path id='w' style='stroke:#111;stroke:color(display-p3 1)'/>", "#111111"),
         ("<path id='w' stroke='#111' style='stroke: oklch(from red l c h)'/>", "#111111"),
@@ -49,7 +49,7 @@ fn the_weightiest_declaration_that_holds_counts() {
         ("<style>:root{--a:#111} path{stroke:var(--a)}</style><path id='w'/>", "#111111"),
         ("<g style='--a: light-dark(#111, white)'><path id='w' stroke='var(--a, red)'/></g>", "#111111"),
         ("<path id='w' stroke='var(--a, rgb(17 17 17 / 100%))'/>", "#111111"),
-        // A fixed dark scheme takes the second colour; one that leaves the choice is shown on white paper.
+        // A scheme that allows only dark takes the second colour. One that leaves the choice is read on white paper.
         ("<g style='color-scheme: dark'><path id='w' stroke='light-dark(red, #111)'/></g>", "#111111"),
         (
             "<style>:root{color-scheme:only dark}</style><path id='w' stroke='light-dark(red, #111)'/>",
@@ -120,7 +120,7 @@ fn what_cannot_be_read_is_refused_by_element_property_and_value() {
         let error = refusal(inside);
         assert!(error.contains(words), "{error}\nexpected {words}");
     }
-    // What is not shown is not missed; and what decides nothing that is seen.
+    // Bad values don't matter in elements that are not shown, or in properties that do not affect what is seen.
     for inside in [
         "<g display='none'><path stroke='blac'/></g>",
         "<text stroke='blac'>a</text>",
@@ -150,7 +150,7 @@ fn properties_become_attributes() {
         assert_eq!(all.get(key).map(String::as_str), Some(value), "{key}: {all:?}");
     }
     assert_eq!(attributes("<path id='w' style='d: path(\"M0 0h9\")'/>").get("d").unwrap(), "M0 0h9");
-    // The size of the whole drawing is its own.
+    // The root element has the namespace of SVG.
     assert!(flat("").unwrap().text.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""));
 }
 
@@ -194,8 +194,8 @@ fn what_is_left_out_is_named() {
     assert!(names("<style>@media (min-width: 9px) {path{stroke:red}}</style>").contains("min-width"));
 }
 
-/// A selector of descendants can be matched in as many ways as there are choices of ancestors, and a rule holds for
-/// every element.
+/// A descendant selector can be matched in as many ways as there are choices of ancestors, and a rule is tried on every
+/// element.
 #[test]
 fn style_sheets_that_take_hours_are_refused() {
     let deep = format!("{}<b/>{}", "<a>".repeat(90), "</a>".repeat(90));
@@ -246,7 +246,7 @@ proptest! {
         let text = escaped(&parts.concat()).into_owned();
         let text: String = text.chars().filter(|c| !c.is_control() && !matches!(*c, '\u{fffe}' | '\u{ffff}' | '\'')).collect();
         let inside = format!("<style>{text}</style><g style='{text}'><path stroke='{text}' style='stroke:{text}'/></g>");
-        // What comes out is XML, and worked out again it stays the same.
+        // The result is XML, and working out its styles again changes nothing.
         if let Ok(flat) = flat(&inside) {
             let document = Document::parse(&flat.text).expect("XML");
             let again = flatten(&document, &Broken { file: "d" }).expect("plain attributes");

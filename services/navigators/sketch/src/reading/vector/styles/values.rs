@@ -1,9 +1,9 @@
-//! Which properties of CSS a drawing is drawn by, and which of their values hold.
+//! The CSS properties that affect how a drawing looks, and checks of their values.
 
 use super::colours::{self, Colour};
 use super::syntax::{function, split, words};
 
-/// What a property takes.
+/// The kind of value that a property takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// `fill`, `stroke`: a colour, a paint server, or none.
@@ -20,13 +20,13 @@ pub(super) enum Kind {
     Visibility,
     /// A list of transformations.
     Transform,
-    /// A list of transformations that only CSS has beside `transform`.
+    /// A transformation by a property that exists only in CSS, such as `rotate`. It is not drawn.
     Undrawable,
-    /// Whatever the renderer makes of it.
+    /// Any value; the renderer decides what to make of it.
     Any,
 }
 
-/// Properties that the renderer takes as they are.
+/// Properties whose values are passed to the renderer unchanged.
 const ANY: [&str; 45] = [
     "alignment-baseline",
     "baseline-shift",
@@ -75,7 +75,7 @@ const ANY: [&str; 45] = [
     "writing-mode",
 ];
 
-/// The kind of a property; `None` where no drawing is drawn by it.
+/// Returns the kind of a property, or `None` if it does not affect how a drawing looks.
 pub(super) fn kind(property: &str) -> Option<Kind> {
     Some(match property {
         "fill" | "stroke" => Kind::Paint,
@@ -90,7 +90,7 @@ pub(super) fn kind(property: &str) -> Option<Kind> {
     })
 }
 
-/// Whether an element takes the value of its parent where it has none.
+/// Returns true if elements without a value for this property inherit their parent's.
 pub(super) fn is_inherited(property: &str) -> bool {
     !matches!(
         property,
@@ -118,7 +118,8 @@ pub(super) fn is_inherited(property: &str) -> bool {
     )
 }
 
-/// The value that an inherited property has at first; those that are not inherited have it where nothing is said.
+/// Returns the initial value of an inherited property. Other properties don't need it here: they have it whenever they are not
+/// set.
 pub(super) fn initial(property: &str) -> Option<&'static str> {
     Some(match property {
         "fill" | "color" => "black",
@@ -134,18 +135,18 @@ pub(super) fn initial(property: &str) -> Option<&'static str> {
     })
 }
 
-/// What a value comes to.
+/// The result of checking a value.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Checked {
     /// The value as the renderer reads it.
     Valid(String),
-    /// The value is none of the property, as CSS says.
+    /// The value is not valid for the property.
     Invalid,
-    /// The value may hold in CSS, and cannot be drawn: why.
+    /// The value may be valid in CSS but cannot be drawn, for the given reason.
     Unreadable(String),
 }
 
-/// Checks a value that has no `var()` any more and is none of the words that all properties take.
+/// Checks a value whose `var()` have been replaced and that is not one of the keywords all properties take.
 pub(super) fn check(kind: Kind, value: &str) -> Checked {
     match kind {
         Kind::Paint => paint(value),
@@ -166,7 +167,7 @@ pub(super) fn check(kind: Kind, value: &str) -> Checked {
 
 /// The units that the renderer knows.
 const UNITS: [&str; 10] = ["", "px", "%", "em", "ex", "in", "cm", "mm", "pt", "pc"];
-/// The units of CSS that depend on a page around the drawing.
+/// CSS units that the renderer does not know. Most of them depend on a page around the drawing.
 const FOREIGN_UNITS: [&str; 14] =
     ["rem", "ch", "rch", "lh", "rlh", "cap", "ic", "vw", "vh", "vi", "vb", "vmin", "vmax", "q"];
 
@@ -196,7 +197,7 @@ fn paint(value: &str) -> Checked {
     }
 }
 
-/// What `url()` leads to; `None` for other words.
+/// Returns the target of `url()`, or `None` for any other word.
 pub(super) fn url(value: &str) -> Option<&str> {
     let is_url = value.get(..4)?.eq_ignore_ascii_case("url(");
     let inside = value.get(4..).filter(|_| is_url)?.strip_suffix(')')?;
@@ -212,7 +213,7 @@ fn colour(value: &str) -> Checked {
     }
 }
 
-/// SVG 1.1 lets the colour of a profile follow the one in sRGB.
+/// Reads an sRGB colour that is followed by a colour in a profile, as SVG 1.1 allows.
 fn before_profile(value: &str) -> Checked {
     let mut parts = words(value);
     let (first, second, rest) = (parts.next(), parts.next(), parts.next());
@@ -246,7 +247,7 @@ fn number(value: &str, units: &[&str], shares: bool) -> Checked {
     }
 }
 
-/// Where the number ends that a text begins with.
+/// Returns the index at which the number at the beginning of a text ends.
 fn number_end(text: &str) -> usize {
     let bytes = text.as_bytes();
     let digits = |from: usize| from + bytes[from..].iter().take_while(|byte| byte.is_ascii_digit()).count();
@@ -265,7 +266,7 @@ fn number_end(text: &str) -> usize {
     end
 }
 
-/// The transformations of CSS as SVG writes them: in user units and degrees.
+/// Converts CSS transformations to the syntax of SVG, in user units and degrees.
 fn transform(value: &str) -> Checked {
     if value.eq_ignore_ascii_case("none") {
         return Checked::Valid(String::new());
@@ -299,7 +300,7 @@ fn transformation(name: &str, arguments: &str) -> Option<String> {
         ("scalex", 1) => numbers().map(|list| call("scale", &[list[0], 1.0])),
         ("scaley", 1) => numbers().map(|list| call("scale", &[1.0, list[0]])),
         ("rotate", 1) => angles().map(|list| call("rotate", &list)),
-        // The form with a centre is SVG's own.
+        // Rotation about a centre exists only in SVG.
         ("rotate", 3) => numbers().map(|list| call("rotate", &list)),
         ("skewx", 1) => angles().map(|list| call("skewX", &list)),
         ("skewy", 1) => angles().map(|list| call("skewY", &list)),

@@ -5,15 +5,15 @@ use std::rc::Rc;
 
 use super::syntax::{find, function};
 
-/// Longest value that comes of substitution: ten lines of `var()` can stand for a billion words.
+/// Maximum length of a value after substitution, in bytes, since ten lines of `var()` can stand for a billion words.
 const MOST_BYTES: usize = 16 << 10;
-/// How deep properties refer to each other.
+/// Maximum depth of properties that refer to each other.
 const MOST_DEPTH: usize = 32;
 
-/// Why a value with `var()` has none.
+/// The reason that a value with `var()` cannot be resolved.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Unresolved {
-    /// The custom property has no value here, and the reference no fallback.
+    /// The custom property has no value here, and the reference has no fallback.
     Missing(String),
     /// The custom property refers to itself, or the value grows without end.
     Endless(String),
@@ -28,12 +28,12 @@ impl Unresolved {
     }
 }
 
-/// The custom properties of an element, those that it inherits included.
+/// The custom properties of an element, inherited ones included.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Variables(Rc<BTreeMap<String, Result<String, Unresolved>>>);
 
 impl Variables {
-    /// With the declarations of one more element; a name in them counts once.
+    /// Returns the custom properties of a child element with the declarations `own`.
     pub fn with(&self, own: &BTreeMap<&str, &str>) -> Self {
         if own.is_empty() {
             return self.clone();
@@ -49,7 +49,7 @@ impl Variables {
         Self(all.into())
     }
 
-    /// How many there are.
+    /// Returns the number of custom properties.
     pub fn len(&self) -> usize {
         self.0.len()
     }
@@ -58,22 +58,22 @@ impl Variables {
         self.0.get(name).cloned().unwrap_or_else(|| Err(Unresolved::Missing(name.to_owned())))
     }
 
-    /// A value with each `var()` replaced.
+    /// Returns a value with each `var()` replaced.
     pub fn resolve(&self, value: &str) -> Result<String, Unresolved> {
         substituted(value, 0, &mut |name| self.get(name))
     }
 }
 
-/// The custom properties of one element while they are worked out; each is worked out once.
+/// The custom properties of one element while they are being worked out. Each is worked out only once.
 struct Element<'a> {
     own: &'a BTreeMap<&'a str, &'a str>,
     inherited: &'a Variables,
-    /// What is known of the element's own; `None` where one is unset.
+    /// The element's own properties worked out so far, with `None` for those that are unset.
     known: BTreeMap<String, Option<Result<String, Unresolved>>>,
 }
 
 impl Element<'_> {
-    /// The value of a property, `None` where it has none.
+    /// Returns the value of a property, or `None` if it has none.
     fn value(&mut self, name: &str, depth: usize) -> Option<Result<String, Unresolved>> {
         let Some(&declared) = self.own.get(name) else { return self.inherited.0.get(name).cloned() };
         if let Some(known) = self.known.get(name) {
@@ -83,7 +83,7 @@ impl Element<'_> {
         if depth > MOST_DEPTH {
             return endless();
         }
-        // Whoever asks for it while it is worked out goes in a circle.
+        // If this is looked up again before the value is known, the property refers to itself.
         self.known.insert(name.to_owned(), endless());
         let value = match declared.to_ascii_lowercase().as_str() {
             "inherit" | "unset" | "revert" | "revert-layer" => self.inherited.0.get(name).cloned(),
@@ -97,12 +97,12 @@ impl Element<'_> {
     }
 }
 
-/// Whether a value refers to a custom property.
+/// Returns true if a value refers to a custom property.
 pub(super) fn refers(value: &str) -> bool {
     reference(value).is_some()
 }
 
-/// Where the first `var(` begins.
+/// Returns the index at which the first `var(` begins.
 fn reference(value: &str) -> Option<usize> {
     let bytes = value.as_bytes();
     bytes.windows(4).enumerate().map(|(at, four)| (at, four.eq_ignore_ascii_case(b"var("))).find_map(
@@ -173,7 +173,7 @@ mod tests {
     fn an_element_inherits_and_overrides() {
         let outer = variables(&[("--a", "1"), ("--b", "2"), ("--c", "var(--a)")]);
         let inner = outer.with(&BTreeMap::from([("--a", "9"), ("--b", "initial")]));
-        // What was computed outside stays as it is.
+        // Values computed for the outer element do not change.
         assert_eq!(inner.resolve("var(--a) var(--c)").as_deref(), Ok("9 1"));
         assert!(inner.resolve("var(--b)").is_err());
     }

@@ -1,0 +1,332 @@
+// What can be selected on the sheet: strokes, obstacles, route, goals, start, all handled alike. Pure functions on drawings.
+//
+// A key names an item: its kind and its place among those of its kind, as in `strokes:3`. Keys hold until items are added before
+// it or removed. Strokes and obstacles with the same `group`, a number from 1, are selected together.
+
+import { boxOf, distance, distanceToLine, inside } from "./geometry.js";
+import { rounded } from "./model.js";
+
+/** Kinds from the bottom of the sheet to the top. */
+const KINDS = ["strokes", "obstacles", "route", "goals", "start"];
+/** Kinds of which a drawing has a list; it has at most one of the others. */
+const LISTS = new Set(["strokes", "obstacles", "goals"]);
+/** Sizes of marks, screen pixels: the radii of a goal and of a start, the length of a start's arrow, the width of a route. */
+export const MARK_PX = { goal: 13, start: 9, arrow: 34, route: 6 };
+/** How far a line by hand may be from the simplified one, as a part of its width. */
+const FLAT = 0.5;
+
+const kindOf = (key) => key.split(":")[0];
+const place = (key) => {
+  const [kind, index] = key.split(":");
+  return [kind, Number(index)];
+};
+
+/** The item of a key, `undefined` or `null` if there is none. */
+export function itemOf(drawing, key) {
+  const [kind, index] = place(key);
+  return LISTS.has(kind) ? drawing[kind][index] : drawing[kind];
+}
+
+/** All keys, from the bottom to the top. */
+export function allKeys(drawing) {
+  return KINDS.flatMap((kind) => {
+    if (LISTS.has(kind)) return drawing[kind].map((_, i) => `${kind}:${i}`);
+    return drawing[kind] ? [`${kind}:0`] : [];
+  });
+}
+
+/** Whether two drawings have as many items of each kind, so that keys mean the same in both. */
+export function sameItems(a, b) {
+  const count = (drawing, kind) => (LISTS.has(kind) ? drawing[kind].length : Number(Boolean(drawing[kind])));
+  return KINDS.every((kind) => count(a, kind) === count(b, kind));
+}
+
+function pointsIn(kind, item) {
+  if (kind === "strokes") return item.points;
+  if (kind === "obstacles") return item.polygon;
+  return kind === "route" ? item : [item.at];
+}
+
+function withPointsIn(kind, item, points) {
+  if (kind === "strokes") return { ...item, points };
+  if (kind === "obstacles") return { ...item, polygon: points };
+  return kind === "route" ? points : { ...item, at: points[0] };
+}
+
+/** The points of an item. */
+export const pointsOf = (drawing, key) => pointsIn(kindOf(key), itemOf(drawing, key));
+
+/** Whether an item's last point is joined with its first. */
+export const isClosed = (key) => kindOf(key) === "obstacles";
+
+/** What an item is, in words. */
+export function nameOf(drawing, key) {
+  const [kind, index] = place(key);
+  if (kind === "obstacles") return drawing.obstacles[index].label || "Obstacle";
+  return { strokes: "Wall", route: "Path", goals: `Goal ${index + 1}`, start: "Start" }[kind];
+}
+
+/** Whether an item has points that can be edited one by one. */
+export const hasPoints = (key) => ["strokes", "obstacles", "route"].includes(kindOf(key));
+
+/** With each of these items changed by `change(item, kind, key)`; one that becomes `null` is removed. */
+export function withItems(drawing, keys, change) {
+  const chosen = new Set(keys);
+  const next = { ...drawing };
+  for (const kind of new Set([...chosen].map(kindOf))) {
+    if (LISTS.has(kind)) {
+      const changed = (item, i) => (chosen.has(`${kind}:${i}`) ? change(item, kind, `${kind}:${i}`) : item);
+      next[kind] = drawing[kind].map(changed).filter((item) => item !== null);
+    } else if (drawing[kind]) next[kind] = change(drawing[kind], kind, `${kind}:0`);
+  }
+  return next;
+}
+
+/** Without these items. */
+export const without = (drawing, keys) => withItems(drawing, keys, () => null);
+
+const wrapped = (degrees) => Math.round((degrees - 360 * Math.round(degrees / 360)) * 10) / 10;
+
+/** With these items moved, turned or scaled: a transform of transform.js. */
+export function transformed(drawing, keys, { map, turn_deg }) {
+  return withItems(drawing, keys, (item, kind) => {
+    const next = withPointsIn(kind, item, pointsIn(kind, item).map((p) => rounded(map(p))));
+    // Headings are counter-clockwise; y points down.
+    return kind === "start" && turn_deg ? { ...next, heading_deg: wrapped(item.heading_deg - turn_deg) } : next;
+  });
+}
+
+// ---------------------------------------------------------------------------- where they are
+
+const union = (a, b) => [Math.min(a[0], b[0]), Math.min(a[1], b[1]), Math.max(a[2], b[2]), Math.max(a[3], b[3])];
+
+/** The box around the points of items, `null` if there are none. */
+export const boxAround = (drawing, keys) => (
+  [...keys].map((key) => boxOf(pointsOf(drawing, key))).reduce((a, b) => (a ? union(a, b) : b), null)
+);
+
+/** The tip of a start's arrow; `px` is a screen pixel in sheet pixels. */
+export function tipOf({ at, heading_deg }, px) {
+  const angle = (-heading_deg * Math.PI) / 180;
+  return [at[0] + MARK_PX.arrow * px * Math.cos(angle), at[1] + MARK_PX.arrow * px * Math.sin(angle)];
+}
+
+/** How far `p` is from what is drawn of an item; 0 on it. */
+function distanceFrom(kind, item, p, px) {
+  if (kind === "obstacles") return inside(p, item.polygon) ? 0 : distanceToLine(p, item.polygon, true);
+  if (kind === "goals") return Math.max(0, distance(item.at, p) - MARK_PX.goal * px);
+  if (kind === "start") {
+    const arrow = distanceToLine(p, [item.at, tipOf(item, px)]);
+    return Math.max(0, Math.min(distance(item.at, p) - MARK_PX.start * px, arrow));
+  }
+  const half = kind === "strokes" ? item.width_px / 2 : (MARK_PX.route / 2) * px;
+  return Math.max(0, distanceToLine(p, pointsIn(kind, item)) - half);
+}
+
+/**
+ * The key of the item at `p`: the topmost that is drawn there, or else the nearest within `reach`; `null` if there is none.
+ * `px` is a screen pixel in sheet pixels.
+ */
+export function itemAt(drawing, p, reach, px) {
+  let [best, least] = [null, reach];
+  for (const key of allKeys(drawing).reverse()) {
+    const kind = kindOf(key);
+    const item = itemOf(drawing, key);
+    const [left, top, right, bottom] = boxOf(pointsIn(kind, item));
+    const far = reach + Math.max(item.width_px ?? 0, MARK_PX.arrow * px);
+    if (p[0] < left - far || p[0] > right + far || p[1] < top - far || p[1] > bottom + far) continue;
+    const off = distanceFrom(kind, item, p, px);
+    if (off === 0) return key;
+    if (off <= least && (best === null || off < least)) [best, least] = [key, off];
+  }
+  return best;
+}
+
+/** The keys of the items that lie within a box whole. */
+export function keysWithin(drawing, [left, top, right, bottom]) {
+  return allKeys(drawing).filter((key) => {
+    const box = boxOf(pointsOf(drawing, key));
+    return box[0] >= left && box[1] >= top && box[2] <= right && box[3] <= bottom;
+  });
+}
+
+// ---------------------------------------------------------------------------- groups
+
+const groupOf = (drawing, key) => itemOf(drawing, key)?.group;
+const isGroupable = (key) => ["strokes", "obstacles"].includes(kindOf(key));
+const newGroup = (drawing) => 1 + Math.max(0, ...[...drawing.strokes, ...drawing.obstacles].map((item) => item.group ?? 0));
+
+/** These keys and those of their groups. */
+export function withGroups(drawing, keys) {
+  const groups = new Set([...keys].map((key) => groupOf(drawing, key)).filter(Boolean));
+  return groups.size ? allKeys(drawing).filter((key) => keys.includes(key) || groups.has(groupOf(drawing, key))) : [...keys];
+}
+
+/** With these strokes and obstacles as a group; marks belong to the path and stay by themselves. */
+export function grouped(drawing, keys) {
+  const group = newGroup(drawing);
+  return withItems(drawing, keys.filter(isGroupable), (item) => ({ ...item, group }));
+}
+
+/** With the groups of these items dissolved. */
+export function ungrouped(drawing, keys) {
+  return withItems(drawing, keys.filter((key) => groupOf(drawing, key)), ({ group, ...item }) => item);
+}
+
+/** What moves as one when items are aligned: lists of keys, one for each group and for each item without one. */
+function units(drawing, keys) {
+  const byGroup = new Map();
+  for (const key of keys) {
+    const name = groupOf(drawing, key) ?? key;
+    byGroup.set(name, [...byGroup.get(name) ?? [], key]);
+  }
+  return [...byGroup.values()];
+}
+
+/** How many groups, and items without one, there are among these. */
+export const unitCount = (drawing, keys) => units(drawing, keys).length;
+
+// ---------------------------------------------------------------------------- copies
+
+/**
+ * With copies of items, moved by `[dx, dy]`: `{ drawing, keys }`, the keys of the copies. A drawing has only one route and one
+ * start, so they are not copied. Copies of a group are a group of their own; the copy of a goal comes last and has no name.
+ */
+export function duplicated(drawing, keys, by) {
+  return withCopies(drawing, [...keys].map((key) => ({ kind: kindOf(key), item: itemOf(drawing, key) })), by);
+}
+
+/** As `duplicated`, of items `{ kind, item }` from whatever drawing. */
+export function withCopies(drawing, items, [dx, dy]) {
+  const next = { ...drawing };
+  const [groups, made] = [new Map(), []];
+  for (const { kind, item } of items) {
+    if (!LISTS.has(kind)) continue;
+    if (kind === "goals") next.route = null;
+    const copy = withPointsIn(kind, item, pointsIn(kind, item).map(([x, y]) => rounded([x + dx, y + dy])));
+    delete copy.name;
+    if (copy.group) {
+      if (!groups.has(copy.group)) groups.set(copy.group, newGroup(next));
+      copy.group = groups.get(copy.group);
+    }
+    made.push(`${kind}:${next[kind].length}`);
+    next[kind] = [...next[kind], copy];
+  }
+  return { drawing: made.length ? next : drawing, keys: made };
+}
+
+/** Items as they are kept to be pasted. */
+export const copied = (drawing, keys) => [...keys].map((key) => ({ kind: kindOf(key), item: itemOf(drawing, key) }));
+
+// ---------------------------------------------------------------------------- order on the sheet
+
+/** What `aligned` does: the axis, and which part of the box, from 0 for the left or top to 1. */
+export const SIDES = { left: [0, 0], center: [0, 0.5], right: [0, 1], top: [1, 0], middle: [1, 0.5], bottom: [1, 1] };
+
+function shifted(drawing, keys, axis, by) {
+  const map = (p) => (axis === 0 ? [p[0] + by, p[1]] : [p[0], p[1] + by]);
+  return transformed(drawing, keys, { map, turn_deg: 0 });
+}
+
+/** With items aligned at a side of the box around them all. */
+export function aligned(drawing, keys, side) {
+  const [axis, part] = SIDES[side];
+  const at = (box) => box[axis] + part * (box[axis + 2] - box[axis]);
+  const line = at(boxAround(drawing, keys));
+  return units(drawing, keys).reduce((next, unit) => shifted(next, unit, axis, line - at(boxAround(drawing, unit))), drawing);
+}
+
+/** With equal gaps between items along an axis, 0 or 1; the first and the last stay. */
+export function distributed(drawing, keys, axis) {
+  const list = units(drawing, keys).map((unit) => ({ unit, box: boxAround(drawing, unit) }));
+  list.sort((a, b) => a.box[axis] - b.box[axis]);
+  if (list.length < 3) return drawing;
+  const total = boxAround(drawing, keys);
+  const filled = list.reduce((sum, { box }) => sum + box[axis + 2] - box[axis], 0);
+  const gap = (total[axis + 2] - total[axis] - filled) / (list.length - 1);
+  let [next, at] = [drawing, total[axis]];
+  for (const { unit, box } of list) {
+    next = shifted(next, unit, axis, at - box[axis]);
+    at += box[axis + 2] - box[axis] + gap;
+  }
+  return next;
+}
+
+// ---------------------------------------------------------------------------- points
+
+/** The fewest points of an item. */
+const least = (key) => ({ obstacles: 3, route: 2 }[kindOf(key)] ?? 1);
+
+/** With one point of an item elsewhere. */
+export const withPointAt = (drawing, key, index, at) => (
+  withItems(drawing, [key], (item, kind) => withPointsIn(kind, item, pointsIn(kind, item).with(index, rounded(at))))
+);
+
+/** With one point more in an item, before the point `index`. */
+export function withPointMore(drawing, key, index, at) {
+  return withItems(drawing, [key], (item, kind) => {
+    const next = withPointsIn(kind, item, pointsIn(kind, item).toSpliced(index, 0, rounded(at)));
+    if (!item.pressure) return next;
+    const [before, after] = [item.pressure[index - 1] ?? item.pressure[index], item.pressure[index] ?? item.pressure[index - 1]];
+    return { ...next, pressure: item.pressure.toSpliced(index, 0, Math.round((before + after) * 50) / 100) };
+  });
+}
+
+/** With one point less in an item; without the item if too few would be left. */
+export function withPointLess(drawing, key, index) {
+  if (pointsOf(drawing, key).length <= least(key)) return without(drawing, [key]);
+  return withItems(drawing, [key], (item, kind) => keepPoints(item, kind, pointsIn(kind, item).map((_, i) => i !== index)));
+}
+
+function keepPoints(item, kind, keeps) {
+  const next = withPointsIn(kind, item, pointsIn(kind, item).filter((_, i) => keeps[i]));
+  return item.pressure ? { ...next, pressure: item.pressure.filter((_, i) => keeps[i]) } : next;
+}
+
+/** With only those points of items that their form needs: a line by hand becomes one of a few points (Douglas and Peucker 1973). */
+export function simplified(drawing, keys) {
+  return withItems(drawing, keys.filter(hasPoints), (item, kind, key) => {
+    const points = pointsIn(kind, item);
+    const keeps = needed(points, FLAT * (item.width_px ?? 5));
+    return keeps.filter(Boolean).length < least(key) ? item : keepPoints(item, kind, keeps);
+  });
+}
+
+/** Which points a line needs to stay within `off` of all of them. */
+function needed(points, off) {
+  const keeps = points.map((_, i) => i === 0 || i === points.length - 1);
+  const spans = [[0, points.length - 1]];
+  while (spans.length) {
+    const [from, to] = spans.pop();
+    let [worst, far] = [-1, off];
+    for (let i = from + 1; i < to; i += 1) {
+      const away = distanceToLine(points[i], [points[from], points[to]]);
+      if (away > far) [worst, far] = [i, away];
+    }
+    if (worst < 0) continue;
+    keeps[worst] = true;
+    spans.push([from, worst], [worst, to]);
+  }
+  return keeps;
+}
+
+/** The point of an item within `reach` of `p`, the nearest; -1 if there is none. */
+export function pointAt(drawing, key, p, reach) {
+  let [best, least_] = [-1, reach];
+  pointsOf(drawing, key).forEach((q, i) => {
+    const off = distance(p, q);
+    if (off <= least_) [best, least_] = [i, off];
+  });
+  return best;
+}
+
+/** Before which point of an item a new one at `p` belongs; -1 if its line is farther than `reach`. */
+export function placeAt(drawing, key, p, reach) {
+  const points = pointsOf(drawing, key);
+  let [best, least_] = [-1, reach];
+  for (let i = isClosed(key) ? 0 : 1; i < points.length; i += 1) {
+    const off = distanceToLine(p, [points.at(i - 1), points[i]]);
+    if (off <= least_) [best, least_] = [i === 0 ? points.length : i, off];
+  }
+  return best;
+}

@@ -1,0 +1,95 @@
+// Moving, turning and scaling what is selected, and the handles that do it. Pure. A transform is `{ map(point), turn_deg }`;
+// it turns clockwise as seen, since y points down.
+
+/** Turns with Shift, degrees: as in Excalidraw. */
+const STEP_DEG = 15;
+/** How far the frame is from what it is around, and the handle that turns from the frame, screen pixels. */
+const [PAD_PX, STEM_PX] = [8, 30];
+/** Shorter sides of a frame, in screen pixels, have no handle in their middle; frames below the second size have one at a corner. */
+const [FEW_PX, ONE_PX] = [72, 28];
+/** Handles: which sides they move, from the left or top, -1, to the right or bottom, 1. */
+const HANDLES = { nw: [-1, -1], n: [0, -1], ne: [1, -1], e: [1, 0], se: [1, 1], s: [0, 1], sw: [-1, 1], w: [-1, 0] };
+
+/** A move. */
+export const move = ([dx, dy]) => ({ map: ([x, y]) => [x + dx, y + dy], turn_deg: 0 });
+
+/** A turn about a point. */
+export function turn([cx, cy], degrees) {
+  const [cos, sin] = [Math.cos((degrees * Math.PI) / 180), Math.sin((degrees * Math.PI) / 180)];
+  return { map: ([x, y]) => [cx + cos * (x - cx) - sin * (y - cy), cy + sin * (x - cx) + cos * (y - cy)], turn_deg: degrees };
+}
+
+/** A scaling about a point. */
+export const scale = ([cx, cy], [sx, sy]) => ({ map: ([x, y]) => [cx + sx * (x - cx), cy + sy * (y - cy)], turn_deg: 0 });
+
+/** The middle of a box. */
+export const center = ([left, top, right, bottom]) => [(left + right) / 2, (top + bottom) / 2];
+
+/** The frame that is drawn around a box; `px` is a screen pixel in sheet pixels. */
+export function frame([left, top, right, bottom], px) {
+  const pad = PAD_PX * px;
+  return [left - pad, top - pad, right + pad, bottom + pad];
+}
+
+/** The handles of a box: name → place. One that cannot be scaled, since it is a point, has only the one that turns. */
+export function handles(box, px, { scales = true, turns = true } = {}) {
+  const [left, top, right, bottom] = frame(box, px);
+  const [width, height] = [(right - left) / px, (bottom - top) / px];
+  const names = Object.entries(HANDLES).filter(([name, [dx, dy]]) => {
+    if (Math.max(width, height) < ONE_PX) return name === "se";
+    if (dx === 0) return width >= FEW_PX;
+    return dy !== 0 || height >= FEW_PX;
+  });
+  const at = ([dx, dy]) => [(left + right + dx * (right - left)) / 2, (top + bottom + dy * (bottom - top)) / 2];
+  const places = scales ? names.map(([name, sides]) => [name, at(sides)]) : [];
+  if (turns) places.push(["turn", [(left + right) / 2, top - STEM_PX * px]]);
+  return Object.fromEntries(places);
+}
+
+/** The handle within `reach` of a point, the nearest; `null` if there is none. The middle of a small `box` stays free. */
+export function handleAt(places, [x, y], reach, box, px) {
+  if (!box) return null;
+  const [[left, top, right, bottom], [cx, cy]] = [frame(box, px), center(box)];
+  const within = x > left && x < right && y > top && y < bottom;
+  let [best, least] = [null, reach];
+  for (const [name, place] of Object.entries(places)) {
+    const off = Math.hypot(place[0] - x, place[1] - y);
+    const free = within ? Math.hypot(place[0] - cx, place[1] - cy) / 2 : Infinity;
+    if (off <= Math.min(least, free)) [best, least] = [name, off];
+  }
+  return best;
+}
+
+/**
+ * What dragging a handle by `[dx, dy]` does to a box. `even`: both sides by the same factor; `middle`: about the middle, not the
+ * opposite side. A side becomes no shorter than a pixel, and one that has no length keeps none.
+ */
+export function resize(box, handle, [dx, dy], { even = false, middle = false } = {}) {
+  const [hx, hy] = HANDLES[handle];
+  const size = [box[2] - box[0], box[3] - box[1]];
+  const grown = [hx * dx, hy * dy].map((by, i) => {
+    if (size[i] <= 0) return 1;
+    return Math.max(1 / size[i], (size[i] + by * (middle ? 2 : 1)) / size[i]);
+  });
+  const both = even ? larger(grown, [hx, hy], size) : null;
+  const [cx, cy] = center(box);
+  const anchor = middle ? [cx, cy] : [cx - (hx * size[0]) / 2, cy - (hy * size[1]) / 2];
+  return scale(anchor, both === null ? grown : [both, both]);
+}
+
+/** The factor for both sides: that of the side which was pulled, or which has changed more. */
+function larger([x, y], [hx, hy], [width, height]) {
+  if (hx === 0 || width <= 0) return y;
+  if (hy === 0 || height <= 0) return x;
+  return Math.abs(x - 1) > Math.abs(y - 1) ? x : y;
+}
+
+/** How far a drag from one point to another turns about a middle, degrees; in steps with `steps`. */
+export function turned([cx, cy], from, to, steps = false) {
+  const angle = ([x, y]) => (Math.atan2(y - cy, x - cx) * 180) / Math.PI;
+  const degrees = angle(to) - angle(from);
+  return steps ? STEP_DEG * Math.round(degrees / STEP_DEG) : degrees;
+}
+
+/** A move along the axis on which it is longer. */
+export const upright = ([dx, dy]) => (Math.abs(dx) >= Math.abs(dy) ? [dx, 0] : [0, dy]);

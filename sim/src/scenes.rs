@@ -2,8 +2,8 @@
 //!
 //! The figures of Chronis 2007 are lost. Scene A is reconstructed from the relations of figure 4.29, and scene B from its six
 //! commands. Both are in the pixels of the PDA, which are 5 inches each. A [`Kind`] and a number determine a random scene:
-//! yards, streets of blocks with crossings, halls of pillars and machines. The scenes with the numbers that results are
-//! reported for were not looked at before robots were driven in them. The walls are beyond the range of sonars.
+//! yards, streets of blocks with crossings, halls of pillars and machines. Nobody looked at the scenes that results are
+//! reported for before robots had been driven in them. The walls are beyond the range of sonars.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 

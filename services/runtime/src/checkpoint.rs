@@ -25,7 +25,7 @@ use crate::node::Node;
 use crate::system::System;
 use crate::{Error, Result};
 
-/// Number of steps after which a process driven by ticks writes a checkpoint.
+/// Number of steps after which a process that is driven by ticks writes a checkpoint.
 pub const CHECKPOINT_EVERY: u32 = 16;
 /// Length of a slot's header, in words.
 const HEAD: usize = 4;

@@ -35,7 +35,7 @@ impl account::Account for Account {
     }
 }
 
-/// Returns `value` while a pair is in view, and NaN otherwise, which leaves a gap in the curve.
+/// Returns `value` while a pair is in view, and otherwise NaN, which means that the curve has no value.
 fn while_seen(said: &Relations, value: f64) -> f64 {
     if said.pair_age_s == 0.0 { value } else { f64::NAN }
 }

@@ -32,7 +32,7 @@ messages! {
     pub struct Rules version 1 in "" with data {
         /// Number of rule sets in the file.
         pub set_count: u32,
-        /// Zero.
+        /// Reserved, always zero.
         pub reserved: u32 as Zero,
     }
 
@@ -50,7 +50,7 @@ messages! {
         pub right: PairedMarker,
         /// Number of valid entries in `markers`.
         pub marker_count: u32 as Count,
-        /// Zero.
+        /// Reserved, always zero.
         pub reserved: u32 as Zero,
         /// The markers that the robot remembers, sorted by number.
         pub markers: [KnownMarker; 64] where marker_count counts,
@@ -88,7 +88,7 @@ parts! {
         pub y_m: f32,
         /// Direction that the marker faces, in radians counter-clockwise from the robot's forward axis.
         pub facing_rad: f32,
-        /// Zero.
+        /// Reserved, always zero.
         pub reserved: u32,
     }
 }

@@ -1,7 +1,7 @@
 //! Rule files: which move to make for which relations of a pair of markers (Patil 2019, 3.1.3).
 //!
 //! A file defines named moves and one or more rule sets. A set has a calculus, and exactly one rule for each combination of
-//! relations. Sets are consulted in order until one calls for a sideways move.
+//! relations. Sets are consulted in order until one calls for a sideways move. If none does, the last answer counts.
 
 use std::collections::BTreeMap;
 

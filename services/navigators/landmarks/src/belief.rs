@@ -7,7 +7,6 @@
 //! draw others too large, so the cost of a relation that fits no outline is bounded.
 //!
 //! An update allocates nothing. The random generator is part of the state.
-//! Nothing is allocated in an update. Randomness arrives with the state.
 
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};

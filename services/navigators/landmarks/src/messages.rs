@@ -98,7 +98,7 @@ messages! {
         pub event: u32 as LandmarkEvent,
         /// Number of valid entries in `met`.
         pub met_count: u32 as Count,
-        /// Zero.
+        /// Reserved, always zero.
         pub reserved: u32 as Zero,
         /// Relations that are met by what is seen, of the state that has just been matched or else of the next one.
         pub met: [MetRelation; 64] where met_count counts,
@@ -115,7 +115,7 @@ parts! {
         pub first: u32,
         /// Number of directions that the object covers.
         pub count: u32,
-        /// Zero.
+        /// Reserved, always zero.
         pub reserved: u32,
         /// Mean distance from the robot's rim, in metres.
         pub proximity_m: f64,

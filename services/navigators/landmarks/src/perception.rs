@@ -2,8 +2,8 @@
 //!
 //! Each return becomes a trapezoid along the axis of its beam, with its small base at the measured range. Adjacent returns that
 //! the robot does not fit between form one object. Each object has a direction or a surround relation, a proximity and a width.
-//! The ring may have any number of sensors at any angles, as long as they go around the robot in order. A laser has too many
-//! beams for this, so [`crate::control::sectors`] reduces them to sixteen. Nothing is allocated once the ring has been seen.
+//! The ring may have any number of sensors at any angles, as long as they go around the robot in order. The many beams of a
+//! laser are first reduced to sixteen by [`crate::control::sectors`]. After the first reading, nothing is allocated.
 
 use std::f64::consts::{FRAC_PI_8, PI, TAU};
 

@@ -573,7 +573,7 @@ mod tests {
             assert!(error.contains(&words), "{error}");
             assert!(victim.try_wait().unwrap().is_none(), "{imposter:?}");
         }
-        // The system is left alone, and a new one with its name fails with the reason, while others can start.
+        // The old system is left as it is. A new one with its name fails with that reason, while others can start.
         system.ownership = None;
         let error = System::create_in(root.path().into(), &run).unwrap_err().to_string();
         assert!(error.contains("processes/planner: expected the process of a dead system to end"), "{error}");

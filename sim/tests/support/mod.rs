@@ -1,4 +1,4 @@
-//! The latest readings of a simulation, sorted by channel.
+//! The latest readings of a simulation, one for each channel.
 
 #![allow(dead_code)] // each test uses a part
 

@@ -39,7 +39,7 @@ impl Outputs {
         }
     }
 
-    /// Like [`Outputs::resume`], but leaves channels alone that are further already.
+    /// Like [`Outputs::resume`], but skips channels that are already beyond the position given for them.
     pub(super) fn resume_no_earlier(&mut self, positions: &Positions) {
         for (writer, &last) in self.writers.iter_mut().zip(&positions.0) {
             writer.resume_after(last.max(writer.last_seq()));

@@ -35,7 +35,7 @@ fn pixels([x, y]: [f64; 2]) -> Point<World> {
     Point::new(x * PIXEL_M, y * PIXEL_M)
 }
 
-/// Returns the point where it is when drawn exactly.
+/// Returns the corresponding point of a drawing without errors.
 pub fn exactly(at: &Point<World>) -> Point<Drawn> {
     Point::new(at.x, at.y)
 }

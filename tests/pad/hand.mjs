@@ -49,10 +49,27 @@ export class Hand {
     return this.draw([point]);
   }
 
-  /** Fingers: `type` is `touchStart`, `touchMove`, `touchEnd` or `touchCancel`. */
+  /** A double click of the mouse, as quick as a hand's however busy the machine is. */
+  async twice(point) {
+    const began = Date.now() / 1000;
+    for (const clickCount of [1, 2]) {
+      for (const [type, buttons] of [["mousePressed", 1], ["mouseReleased", 0]]) {
+        const timestamp = began + 0.1 * (clickCount - 1) + 0.05 * (1 - buttons);
+        await this.cdp.send("Input.dispatchMouseEvent", { type, ...this.at(point), button: "left", buttons, clickCount, timestamp });
+      }
+    }
+  }
+
+  /**
+   * Fingers: `type` is `touchStart`, `touchMove`, `touchEnd` or `touchCancel`. Events of one gesture come 20 ms apart by their own
+   * time, so that a busy machine does not turn two fingers into one that has been down for long.
+   */
   fingers(type, ...points) {
+    this.touched = this.touched === undefined ? Date.now() / 1000 : this.touched + 0.02;
+    const timestamp = this.touched;
+    if (type === "touchEnd" || type === "touchCancel") this.touched = undefined;
     const touchPoints = points.map((point, id) => ({ ...this.at(point), id, force: 0.5 }));
-    return this.cdp.send("Input.dispatchTouchEvent", { type, touchPoints });
+    return this.cdp.send("Input.dispatchTouchEvent", { type, touchPoints, timestamp });
   }
 
   /** Takes a tool. */

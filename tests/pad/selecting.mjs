@@ -44,7 +44,7 @@ const COURT = JSON.parse(readFileSync(new URL("../../sim/missions/routes/court-0
 
 async function opened(context) {
   const page = await context.newPage();
-  page.setDefaultTimeout(60000);
+  page.setDefaultTimeout(150000);
   page.on("pageerror", (error) => faults.push(error.stack));
   page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
   await page.goto(url);
@@ -355,7 +355,7 @@ async function editsPoints(me) {
   await me.keys("Escape");
   await me.selected(0);
   // A double tap on an obstacle edits its corners, and it stays one.
-  await me.page.mouse.dblclick(...Object.values(me.hand.at([950, 650])));
+  await me.hand.twice([950, 650]);
   await me.drag([[1000, 700], [1100, 800]], "Control");
   drawing = await me.drawing();
   me.near(drawing.obstacles[1].polygon, [[900, 600], [1000, 600], [1100, 800], [900, 700]], "a corner");

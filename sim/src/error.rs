@@ -1,4 +1,4 @@
-//! Errors in the making of a world.
+//! Errors in building a world.
 
 use std::path::PathBuf;
 

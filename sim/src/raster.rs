@@ -1,5 +1,5 @@
-//! Turns the solid cells of a grid into few line segments and few rectangles. The unit is the cell, the origin is at the lower
-//! left, and y points up.
+//! Converts the solid cells of a grid to a small number of line segments and rectangles. The unit is the cell, the origin is at
+//! the lower left, and y points up.
 
 /// How deep a solid has to be filled with rectangles below its surface, in cells.
 const DEPTH: i64 = 2;

@@ -233,8 +233,8 @@ impl Scene {
         }
     }
 
-    /// Returns true if there are enough objects, the route is clear and neither too short nor too long, it does not come near
-    /// itself, and the goal stands apart.
+    /// Returns true if there are enough objects, the route is clear and neither too short nor too long, the route does not come
+    /// near itself, and the goal stands apart.
     fn holds(&self) -> bool {
         if self.objects.len() < LEAST_OBJECTS || !WAYS_M.contains(&self.way_m()) {
             return false;

@@ -1,4 +1,4 @@
-//! Finds the way on through free space, by this project's own method.
+//! Finds a way ahead through free space, by this project's own method.
 //!
 //! A rolling grid holds everything that is known about the walls. It is filled from laser scans or, for a robot without a
 //! laser, from remembered markers, each of which stands for a piece of the wall it hangs on. On this grid the robot looks for
@@ -314,7 +314,7 @@ impl Course {
         let guide = &mut self.guide;
         let is_open = sides_m.map(|reach_m| reach_m > guide.half_width_m + OPENING_M);
         let wanted = turns.get(guide.turns).copied();
-        // A bend offers one way on, a junction offers two.
+        // A bend offers one way ahead, a junction offers two.
         let is_choice = is_open == [true; 2] || ahead_m > ON_M;
         let side = match wanted.filter(|_| is_choice) {
             Some(Turn::Left) if is_open[0] => Some(Turn::Left),
@@ -348,7 +348,7 @@ impl Course {
         let is_wanted = wanted.is_none_or(|wanted| wanted == farther.0) || guide.closed_s > PATIENCE_S;
         match farther {
             (side, true) if is_wanted => {
-                // A bend is not a junction, since it offers only one way on.
+                // A bend is not a junction, since it offers only one way ahead.
                 guide.turns += usize::from(wanted == Some(side) && is_open == [true; 2]);
                 guide.turn(side);
                 Reason::Turning(side)

@@ -1,4 +1,4 @@
-//! Errors in missions of this kind.
+//! Errors in missions for the navigator `corridor`.
 
 use sketchnav_schemas::mission::MissionError;
 use sketchnav_schemas::robot::RobotError;
@@ -48,7 +48,7 @@ pub enum RulesError {
     Empty,
 }
 
-/// Reasons why a mission of this kind cannot be driven.
+/// Reasons why a corridor mission cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum CorridorError {
     /// A key of the mission is invalid.

@@ -1,13 +1,13 @@
 //! Navigation along corridors: the stages of the navigator `corridor`, and the parts they are built from.
 //!
-//! - [`mission`]: the keys of a mission of this kind;
+//! - [`mission`]: the mission keys of this navigator;
 //! - [`sketcher`], [`localizer`], [`planner`]: the stages;
 //! - [`messages`]: their messages and channels;
 //! - [`lookout`]: how a page shows them; [`account`]: the summary of a run;
 //! - [`rules`]: rule files; the methods `qtc-b` and `argd` of Patil 2019 and `combined` drive by them;
 //! - [`perception`]: markers in memory, pairs, relations, and trends from two sightings or from many;
-//! - [`course`], [`way`]: this project's own method: the way on through free space, observed by laser or inferred from markers,
-//!   and the distance covered.
+//! - [`course`], [`way`]: this project's own method: a way ahead through free space, observed by laser or inferred from
+//!   markers, and the distance covered.
 //!
 //! Nothing here knows about clocks, files, channels or maps. Time, messages and configuration arrive as arguments.
 

@@ -1,6 +1,6 @@
 //! Trends from many sightings: the slope of a straight line fitted to a marker's distances by least squares. The weight of a
-//! distance decays exponentially with its age, to 1/e after one window. Unlike two sightings, which may err by more than the
-//! marker moves, the line yields a usable trend.
+//! distance decays exponentially with its age, to 1/e after one window. The line has a trend even where two sightings have
+//! none, because they err by more than the marker moves.
 
 use serde::{Deserialize, Serialize};
 

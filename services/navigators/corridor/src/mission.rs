@@ -1,4 +1,4 @@
-//! Keys of a mission of this kind.
+//! Mission keys of the navigator `corridor`.
 //!
 //! ```toml
 //! [navigator]
@@ -27,7 +27,7 @@ const MOST_METRES: f64 = 10_000.0;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// This project's own method: the way on through free space, by laser and remembered markers.
+    /// This project's own method: a way ahead through free space, found by laser and remembered markers.
     #[default]
     Corridor,
     /// Patil 2019: rules by the qualitative trajectories of a pair of markers.
@@ -71,7 +71,7 @@ pub enum Goal {
     End,
 }
 
-/// A task of a mission of this kind.
+/// A task of a corridor mission.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorridorTask {
     /// Name of the task, for people.
@@ -84,7 +84,7 @@ pub struct CorridorTask {
     pub about: bool,
 }
 
-/// The keys that only missions of this kind have.
+/// The mission keys that are specific to this navigator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CorridorMission {
     /// Method of driving.
@@ -122,7 +122,7 @@ enum Until {
 }
 
 impl CorridorMission {
-    /// Reads and checks the keys of this kind.
+    /// Reads and checks the mission keys of this navigator.
     ///
     /// # Errors
     /// [`MissionError`] with the key and what was expected.

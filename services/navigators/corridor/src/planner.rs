@@ -1,4 +1,4 @@
-//! The planner for corridors as a stage: drives by rules, or along the way on through free space.
+//! The planner for corridors as a stage: drives by rules, or finds a way ahead through free space.
 //!
 //! Each message of relations is answered with one command and one status. Rules are applied when a pair of markers is seen.
 //! Between two pairs the last command stays in force (Patil 2019, 3.2).
@@ -104,7 +104,7 @@ pub struct State<C = course::State> {
     remaining_m: f64,
 }
 
-/// Checks that a mission and a robot meet the demands of this kind.
+/// Checks that a mission and a robot meet the demands of this navigator.
 ///
 /// # Errors
 /// [`CorridorError`] with the key or the sensor, if they do not.

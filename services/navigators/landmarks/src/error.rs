@@ -156,7 +156,7 @@ impl std::fmt::Display for WordPlace {
     }
 }
 
-/// Reasons why a mission of this kind cannot be driven.
+/// Reasons why a landmarks mission cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum LandmarksError {
     /// A key of the mission is invalid.

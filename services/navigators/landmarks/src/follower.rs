@@ -5,7 +5,7 @@
 //!   30 inches.
 //! - After it has begun a turn, the robot turns by 30° before it matches again. After a command to move forward, it drives 2
 //!   feet (five of the thesis's cycles).
-//! - If the next state does not come within twice the expected time, the robot is lost and stops.
+//! - If the next state is not matched within twice the expected time, the robot is lost and stops.
 //!
 //! A step allocates nothing. All state is kept in [`Progress`].
 
@@ -114,7 +114,7 @@ pub enum Event {
     Matched(usize),
     /// The robot stopped at its goal.
     Arrived,
-    /// The state with this number, from 0, did not come in time.
+    /// The state with this number, from 0, was not matched in time.
     Lost(usize),
 }
 

@@ -2,8 +2,8 @@
 //! that fits.
 //!
 //! [`crate::locator`] provides the pose. From there, the robot pursues the drawn route (Coulter 1992), while the reactive
-//! controller of Chronis 2007 keeps it off objects. At the end of the route it drives on to the object there and stops in front
-//! of it. The robot is lost if what it sees no longer fits the drawing, or if the goal does not come.
+//! controller of Chronis 2007 keeps it away from objects. At the end of the route it drives on to the object there and stops in
+//! front of it. The robot is lost if what it sees no longer fits the drawing, or if it does not find its goal.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, wrap_angle};

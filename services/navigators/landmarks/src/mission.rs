@@ -1,4 +1,4 @@
-//! Keys of a mission of this kind.
+//! Mission keys of the navigator `landmarks`.
 //!
 //! ```toml
 //! [navigator]
@@ -58,7 +58,7 @@ pub enum Given {
     Words(String),
 }
 
-/// The keys that only missions of this kind have.
+/// The mission keys that are specific to this navigator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LandmarksMission {
     /// Method of driving.
@@ -104,7 +104,7 @@ impl Numbers {
 struct TaskKeys {}
 
 impl LandmarksMission {
-    /// Reads and checks the keys of this kind.
+    /// Reads and checks the mission keys of this navigator.
     ///
     /// # Errors
     /// [`MissionError`] with the key and what was expected.

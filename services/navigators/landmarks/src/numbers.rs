@@ -1,4 +1,4 @@
-//! Range checks for numbers that people set. The `check` method of each struct of parameters is made from these.
+//! Range checks for numbers that people set. The `check` methods of the parameter structs are built from these.
 
 use crate::error::Error;
 

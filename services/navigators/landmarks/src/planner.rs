@@ -86,7 +86,7 @@ pub struct State {
     driven: Option<Driven>,
 }
 
-/// Checks that a mission and a robot meet the demands of this kind.
+/// Checks that a mission and a robot meet the demands of this navigator.
 ///
 /// # Errors
 /// [`LandmarksError`] with the key or the sensor, if they do not.

@@ -2,10 +2,10 @@
 //! interface separated them (Bailey 2003), so the rules and numbers are ours:
 //!
 //! - A stroke smaller than 1.5 % of the canvas is stray.
-//! - A stroke that goes to and fro is a deletion of those earlier strokes that it crosses out. If it crosses out nothing, it is
-//!   stray.
+//! - A stroke that goes back and forth is a deletion of those earlier strokes that it crosses out. If it crosses out nothing,
+//!   it is stray.
 //! - A stroke whose ends meet around an area is an object. Small loops, as where the ends overshoot, are cut off. Open strokes
-//!   that meet end to end are joined into one, since an object may be drawn side by side.
+//!   that meet end to end are joined into one, since an object may be drawn one side at a time.
 //! - The longest of the other strokes is the route. Strokes of less than a quarter of its length are stray.
 
 use sketchnav_schemas::geometry::{encloses, wrap_angle};
@@ -114,7 +114,7 @@ fn without_deletions(drawing: &Drawing, canvas: f64) -> (Vec<Line>, usize, usize
     (lines, stray, deleted)
 }
 
-/// Returns true if a stroke goes to and fro, which is the case if its direction reverses often within its extent.
+/// Returns true if a stroke goes back and forth, that is, if its direction reverses often within its extent.
 fn is_scribble(points: &[Pixel]) -> bool {
     let [width, height] = plane::extent(points);
     let size = width.hypot(height);

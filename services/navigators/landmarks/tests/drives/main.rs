@@ -324,7 +324,7 @@ fn a_lost_robot_that_is_led_on_reaches_its_goal() {
     assert_eq!(run.end, End::Lost);
     let (mut state, mut helped) = (0, 0);
     while run.end == End::Lost {
-        // This is the state that did not come.
+        // This is the state that was not matched.
         state += run.matched + 1;
         let along = route.along()[state].unwrap();
         run = follow_from(&objects, &scene, &route, 1, Some((state, along)));

@@ -385,7 +385,7 @@ impl Course {
     }
 
     /// Returns the point that lies farthest in a direction, path costs deducted, and how far away it is in metres along this
-    /// direction. Only points that have been observed count. Otherwise, there would be a way behind every wall.
+    /// direction. Only points that have been observed count. Otherwise, free space would seem to extend behind every wall.
     fn farthest(&self, here: Point<Odom>, direction_rad: f64) -> Option<(Point<Odom>, f64)> {
         let (sin, cos) = direction_rad.sin_cos();
         let split = |place: Point<Odom>| {

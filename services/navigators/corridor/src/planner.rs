@@ -65,7 +65,7 @@ struct Attempt {
     pairs: u64,
     /// Whether the marker of the goal has been ahead since the last turn.
     was_ahead: bool,
-    /// Number of turns along the way at the last step, from which a new turn is recognized.
+    /// Number of turns made at the last step, from which a new turn is recognized.
     turns: u32,
     /// The last answer of the rules. It stays in force until the next one, even while the robot turns about: without a pair in
     /// view "no update to the robot's motion can be made" (Patil 2019, figure 5.2).

@@ -9,7 +9,8 @@ use crate::mission::Turn;
 
 /// Maximum number of bends remembered. The oldest is forgotten first.
 const MOST_BENDS: usize = 32;
-/// Distance beyond a bend at which a robot on its way back must have passed it, in metres. Nearer, it might still turn.
+/// Distance beyond a bend, in metres, at which a robot on its way back has passed it for certain. If the robot were going to
+/// turn, it would have done so by then.
 const PAST_M: f64 = 2.0;
 /// A turn on the way back is taken for a remembered bend within this distance, in metres.
 const NEAR_M: f64 = 3.0;
@@ -137,8 +138,8 @@ mod tests {
         is(&after(&[(2.0, Some(Turn::Straight)), (5.0, None)]), 3.0);
     }
 
-    /// A robot drove out of the short arm of a T and straight on into the other arm, and that distance was deducted as a way
-    /// back.
+    /// A robot drove out of the short arm of a T and straight on into the other arm, and that distance was deducted as if the
+    /// robot had turned back.
     #[test]
     fn past_the_junction_it_is_new_ground() {
         let arm = [(6.5, Some(Turn::Left)), (3.0, Some(Turn::Straight))];

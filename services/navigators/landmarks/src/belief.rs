@@ -304,8 +304,8 @@ impl Belief {
 }
 
 /// Returns how well a relation fits the drawing, from 0 to 1. `off` is the distance of the object's expected position from the
-/// outline, negative inside, where it counts in the same way. `square` is the square of the object's distance from the robot,
-/// in square drawn metres.
+/// outline. Inside the object it is negative, which makes no difference. `square` is the square of the object's distance from
+/// the robot, in square drawn metres.
 fn likelihood(DrawnMetres(off): DrawnMetres, square: f64, settings: &Believing) -> f64 {
     let (cone, DrawnMetres(sd)) = (settings.cone * settings.cone * square, settings.outline_sd_m);
     (-0.5 * off * off / (sd * sd + cone)).exp()

@@ -17,11 +17,11 @@ codes! {
     pub enum Trend {
         /// Not known yet.
         Unknown = 0 "unknown",
-        /// It approaches.
+        /// Approaching.
         Towards = 1 "-",
-        /// It recedes.
+        /// Receding.
         Away = 2 "+",
-        /// Its distance does not change.
+        /// At a constant distance.
         Stable = 3 "0",
     }
 }
@@ -38,7 +38,7 @@ messages! {
 
     /// Relations of the robot with a pair of markers, and every marker that it remembers (Patil 2019, 3.2.2 and 3.2.3).
     pub struct Relations version 1 in "base_link" valid if relations {
-        /// The robot's odometry at the same tick.
+        /// Pose of the robot by odometry, to which the rest of the message refers.
         pub odometry: PoseM,
         /// Number of pairs seen so far. A new number means a new pair.
         pub pairs: u64,
@@ -94,7 +94,7 @@ parts! {
 }
 
 impl Relations {
-    /// The robot's odometry at the same tick.
+    /// Pose of the robot by odometry, to which the rest of the message refers.
     pub fn odometry(&self) -> Pose<Odom> {
         self.odometry.pose()
     }

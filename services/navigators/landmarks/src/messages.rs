@@ -59,7 +59,7 @@ messages! {
 
     /// What a robot sees of landmarks, and its estimated pose in the sketch.
     pub struct LandmarkView version 1 in "base_link" valid if landmark_view {
-        /// The robot's odometry at the same tick.
+        /// Pose of the robot by odometry, to which the rest of the message refers.
         pub odometry: PoseM,
         /// Estimated pose in the sketch, in drawn metres. Zero if there is no sketch.
         pub in_sketch: PoseM,
@@ -108,8 +108,8 @@ messages! {
 parts! {
     /// An object as range sensors see it, which is without a name.
     pub struct SeenObject {
-        /// Direction of the object from 0 (ahead) over 4 (left) to 15. An object around the robot has 16 if it surrounds the
-        /// robot completely, 32 plus the direction that it surrounds the robot from, or 48 plus the direction of its opening.
+        /// Direction of the object, from 0 (ahead) through 4 (left) to 15. For an object around the robot, 16 if it surrounds
+        /// the robot completely, 32 plus the direction from which it does, or 48 plus the direction of its opening.
         pub place: u32,
         /// The first of the object's directions, counter-clockwise.
         pub first: u32,
@@ -135,7 +135,7 @@ parts! {
 }
 
 impl LandmarkView {
-    /// The robot's odometry at the same tick.
+    /// Pose of the robot by odometry, to which the rest of the message refers.
     pub fn odometry(&self) -> Pose<Odom> {
         self.odometry.pose()
     }

@@ -19,8 +19,8 @@ pub trait Stage {
     /// Receives a message that belongs to no instant. It is either an instruction, which is in force from now on, or a request.
     ///
     /// # Errors
-    /// Returns an error about a message that the stage cannot work with. The error ends the process, so a person's request should be
-    /// answered instead.
+    /// Returns an error about a message that the stage cannot work with. The error ends the process, so a person's request should
+    /// be answered instead.
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
         let _ = message;
         Ok(())
@@ -58,7 +58,8 @@ pub trait Stage {
     /// Resumes from a saved state.
     ///
     /// # Errors
-    /// Returns an error if the state does not belong to this run. The host then starts over without the state, by [`Stage::recover`].
+    /// Returns an error if the state does not belong to this run. The host then starts over without the state, by
+    /// [`Stage::recover`].
     fn restore(&mut self, state: Self::State) -> Result<(), StageError>;
 
     /// Starts after a kill without a state, because no usable one exists. `remains` has the last messages sent before the kill.

@@ -40,7 +40,7 @@ pub struct Weights {
     pub forbidden: f64,
     /// Distance, in metres, from a forbidden place within which other places are forbidden, too.
     pub away_m: f64,
-    /// Every `stride`-th sample of the drawing is tried as the first.
+    /// Distance, in samples of the drawing, between those that are tried as the first.
     pub stride: usize,
 }
 
@@ -492,7 +492,7 @@ mod tests {
         assert!(off_m(&drawn, &found, &turned) < 0.8);
     }
 
-    /// The L's mirror image has its arms the other way round.
+    /// The mirror image of the L has its arms the other way round.
     #[test]
     fn a_mirror_image_is_never_preferred() {
         let mirror = |p: Place| [-p[0], p[1]];
@@ -509,7 +509,7 @@ mod tests {
         }
     }
 
-    /// The robot has seen the upper arm and none of the right one.
+    /// The robot has seen the upper arm, but nothing of the right one.
     #[test]
     fn what_was_not_seen_lies_behind_the_gap() {
         let drawn = Outline::of_polygon(&DRAWN, 220);

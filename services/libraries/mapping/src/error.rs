@@ -3,7 +3,7 @@
 /// An error about invalid parameters or input. Each one names the place and what was expected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A parameter out of its bounds.
+    /// A parameter is out of bounds.
     #[error("parameter {name}: expected {expected}, found {found}")]
     Parameter {
         /// Name of the parameter.
@@ -13,7 +13,7 @@ pub enum Error {
         /// The value that was given.
         found: f64,
     },
-    /// A scan that no laser could send.
+    /// A scan or odometry is invalid.
     #[error("scan: expected {expected}, found {found}")]
     Scan {
         /// What was expected.
@@ -21,7 +21,7 @@ pub enum Error {
         /// What was given.
         found: String,
     },
-    /// A saved state that does not match the parameters.
+    /// A saved state does not match the parameters.
     #[error("state of a map: expected {expected}, found {found}")]
     State {
         /// What was expected.

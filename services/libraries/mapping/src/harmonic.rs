@@ -7,7 +7,7 @@
 use crate::outline::{Outline, Place};
 use crate::region::Region;
 
-/// The inside of a drawing's outline on a coarse grid.
+/// The inside of a drawing's outline, on a coarse grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interior {
     /// Length of a coarse cell's side, in cells of the region.

@@ -78,7 +78,7 @@ pub enum Piece {
 pub struct SeenOutline {
     /// Pieces in order around the region.
     pub pieces: Vec<Piece>,
-    /// Points of each gap, in order.
+    /// Points of each gap, in order along the outline.
     pub gaps: Vec<Vec<Place>>,
 }
 

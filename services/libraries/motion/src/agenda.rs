@@ -23,7 +23,7 @@ pub enum Phase {
     Waiting,
     /// A task is under way.
     Driving,
-    /// A task has ended and was reported; the next step begins the next one.
+    /// A task has ended and this was reported. The next step begins the next task.
     Ended,
     /// No task is left.
     Over,
@@ -214,7 +214,7 @@ impl Agenda {
         self.now.phase == Phase::Over && !self.pad.draws()
     }
 
-    /// Discards all progress; the robot stands still until the start is ordered again.
+    /// Discards all progress. The robot then stands still until the start is ordered again.
     pub fn begin_again(&mut self) {
         let now = &mut self.now;
         (now.phase, now.held, now.ordered) = (Phase::Waiting, None, false);

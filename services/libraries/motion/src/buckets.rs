@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Whatever is put in, and put in again at a lower cost, comes out once, cheapest bucket first.
+        /// Every cell that is put in, possibly again at a lower cost, comes out once, cheapest bucket first.
         #[test]
         fn cells_come_out_by_their_costs(puts in prop::collection::vec((0usize..40, 0.0f32..5000.0), 1..120)) {
             let mut buckets = Buckets::new(40);

@@ -33,7 +33,7 @@ const OCCUPIED: u8 = 3;
 const HIT: u8 = 3;
 const MOST: u8 = 7;
 
-/// A cell of the odometry frame: (x, y) covers from x·[`CELL_M`] to (x + 1)·[`CELL_M`].
+/// A cell of the odometry frame. The cell (x, y) extends from x·[`CELL_M`] to (x + 1)·[`CELL_M`] along x, and likewise along y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cell {
     /// Column.
@@ -111,7 +111,7 @@ impl Obstacles {
         }
     }
 
-    /// Forgets everything.
+    /// Forgets all obstacles.
     pub fn clear(&mut self) {
         self.evidence.fill(0);
         self.window.clear();

@@ -1,6 +1,6 @@
 //! Recovery behaviours, which a stuck robot goes through before it tries again.
 //!
-//! It backs up, forgets what the laser saw, turns, and looks again.
+//! The robot backs up, forgets what the laser saw, turns, and looks again.
 
 use std::f64::consts::TAU;
 
@@ -19,7 +19,7 @@ const TURN_RAD: f64 = 2.2;
 /// Maximum duration of a turn, in seconds.
 const TURN_S: f64 = 8.0;
 
-/// The behaviour under way.
+/// The recovery behaviour that is under way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Recovery {
     /// Drive backwards.

@@ -50,9 +50,9 @@ impl Frontier {
 /// A grid of weights and the length of a cell's side.
 #[derive(Debug, Clone, Copy)]
 pub struct Weights<'a> {
-    /// Row by row; infinite on the border and in impassable cells.
+    /// Weights of the cells, row by row. Infinite on the border and in impassable cells.
     pub weight: &'a [f32],
-    /// Cells per row.
+    /// Number of cells per row.
     pub stride: usize,
     /// Length of a cell's side, in the unit of lengths.
     pub cell_length: f32,

@@ -24,7 +24,7 @@ pub struct Planned {
     pub doubts: fn(&RunConfig, &[u8]) -> Vec<String>,
 }
 
-/// The drawing in which a run's robot is localized.
+/// The drawing in which the robot of a run is localized.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Canvas {
     /// Width and height of the drawing, in pixels of the grid.

@@ -35,7 +35,7 @@ pub struct Kept<'a> {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Marks {
-    /// Where the robot starts.
+    /// Start of the robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartMark>,
     /// Goals for the robot to drive to.

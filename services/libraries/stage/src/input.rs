@@ -23,7 +23,7 @@ pub trait Inputs {
     fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>>;
 }
 
-/// The inputs of a step: everything that was true at one moment of the world.
+/// The inputs of a step, which are everything that was true at one moment of the world.
 pub struct Instant<'a> {
     /// Number of the tick.
     pub tick: u64,

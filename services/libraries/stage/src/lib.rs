@@ -16,7 +16,7 @@
 //!
 //! Nothing here opens a channel or a file, reads a clock or draws a random number.
 //!
-//! # A stage, and a step of it
+//! # Example: a stage, and one of its steps
 //!
 //! This planner drives straight ahead for a hundred steps. Its host here is ordinary memory, as in a test.
 //!

@@ -17,16 +17,16 @@ use crate::{Hosted, StageError};
 /// Reads the files that a mission names, by the paths in the mission.
 pub type Files<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + 'a;
 
-/// Makes a stage for a run.
+/// Creates a stage for a run.
 pub type Make = fn(&RunConfig, &Files<'_>) -> Result<Box<dyn Hosted>, StageError>;
 
-/// Makes what a page shows of a run.
+/// Creates the view of a run that a page shows.
 pub type Watch = fn(&RunConfig) -> Box<dyn Lookout>;
 
-/// Makes the account of a run when it is over.
+/// Creates the account of a run that is over.
 pub type Review = fn(&RunConfig) -> Box<dyn Account>;
 
-/// Finds what is doubtful about the files of a run.
+/// Finds doubts about the files of a run.
 pub type Doubt = fn(&RunConfig, &Files<'_>) -> Result<Doubts, StageError>;
 
 /// Finds the drawing in which the robot is localized, if the run has one.

@@ -86,7 +86,7 @@ pub struct Estimate {
 /// An error that prevents localization.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FilterError {
-    /// An invalid parameter.
+    /// A parameter is invalid.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
     /// The start is outside the drawing.

@@ -46,10 +46,10 @@ pub enum PlannerError {
     /// The robot lacks the laser or the odometry.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// An invalid parameter.
+    /// A parameter is invalid.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The robot's laser cannot be mapped with.
+    /// The robot's laser is not suitable for mapping.
     #[error(transparent)]
     Mapping(#[from] sketchnav_mapping::Error),
     /// The sketch's cells do not match its size.
@@ -111,7 +111,7 @@ impl Planner {
     pub fn new(run: &RunConfig) -> Result<Self, PlannerError> {
         let mut parameters = parameters(&run.mission)?;
         if run.pad.is_absent() {
-            // Nobody could answer.
+            // Without a pad, nobody could answer.
             parameters.ask_margin = 0.0;
         }
         let robot = &run.robot;

@@ -239,7 +239,7 @@ fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
         assert_ne!(out.tracking, Tracking::Lost.code());
     }
     assert_eq!(out.tracking, Tracking::Tracking.code());
-    // The laser hardly sees the wall behind, and the expected scale, 4 px/m, draws the estimate back.
+    // The laser hardly sees the wall behind the robot, and the expected scale of 4 px/m draws the estimate back.
     let expected = 50.0 + 20.0 * 1.2 * 5.9_f64.sin();
     assert!((out.pose.x_px - expected).abs() < 15.0 && (out.pose.y_px - 40.0).abs() < 5.0, "{:?}", out.pose);
 }

@@ -18,7 +18,7 @@ pub enum Shape {
         /// Style of the line.
         stroke: Stroke,
     },
-    /// A filled polygon, half transparent.
+    /// A filled, half-transparent polygon.
     Area {
         /// Corners of the polygon.
         points: Vec<[f64; 2]>,
@@ -83,13 +83,13 @@ pub enum Color {
     Scan,
     /// Particles, and other things that are remembered.
     Particle,
-    /// What the robot is heading for or navigating by.
+    /// Things that the robot is heading for or navigating by.
     Goal,
     /// The path that the robot is about to take.
     Plan,
-    /// The part of the drawing that it has seen.
+    /// The part of the drawing that the robot has seen.
     Seen,
-    /// The part of the drawing that it could not see.
+    /// The part of the drawing that the robot could not see.
     Hidden,
 }
 

@@ -32,7 +32,7 @@ use super::parameters::Parameters;
 pub const LOOK_BEYOND: f32 = 1.5;
 /// Thickness of the thickest wall that a robot may be believed to stand in, in metres of the local metric.
 pub const LEAVE_WALL_M: f32 = 0.4;
-/// The number of bearings at which the drawing is compared with a reading.
+/// Number of bearings at which the drawing is compared with a reading.
 const BEARINGS: usize = 5;
 /// Density over e of a reading anywhere, and the density short of the expected range if all readings were short.
 const ANYWHERE: f32 = 0.25;
@@ -105,7 +105,7 @@ impl Room {
     }
 }
 
-/// A beam as it was measured.
+/// The measurement of a beam.
 #[derive(Debug, Clone, Copy)]
 struct Reading {
     returned: bool,

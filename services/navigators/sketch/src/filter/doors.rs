@@ -137,7 +137,7 @@ impl Side {
         missing_px
     }
 
-    /// Marks the wall's cells up to `along_px` from the gap.
+    /// Marks the cells of the wall up to `along_px` from the gap.
     fn clear(&self, sketch: &SketchGrid, along_px: f32, cleared: &mut [bool]) {
         if along_px < 1.0 {
             return;
@@ -340,7 +340,7 @@ fn ask<const SIDE: isize>(
 struct Merged {
     x: Vec<i16>,
     y: Vec<i16>,
-    /// The squared distances of the cells' own walls, pixels².
+    /// The squared distances of the cells' own walls, in pixels².
     own2: Vec<i32>,
     /// Whether the previous cell knows a nearer wall.
     gains: Vec<bool>,

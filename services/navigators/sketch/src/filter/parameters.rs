@@ -50,7 +50,7 @@ pub struct Parameters {
     pub bin_m: f32,
     /// Number of beams of a scan that are used, 4 to 1440, evenly spread.
     pub beams: usize,
-    /// How the likelihood of a scan is computed.
+    /// Method by which the likelihood of a scan is computed.
     pub likelihood: Likelihood,
     /// Number of independent beams that all beams of a scan together count as in a drawing by hand, since the beams of a scan are
     /// not independent. In a more exact drawing they count as more, by the square root of the ratio of the widths.
@@ -130,7 +130,7 @@ pub struct Parameters {
     pub z_hit: f32,
     /// Share of readings short of the expected range, from objects that are not drawn. It sets the minimum of the density there.
     pub z_short: f32,
-    /// Share of readings anywhere.
+    /// Share of readings that occur at any range.
     pub z_rand: f32,
     /// Maximum error of a bearing in the drawing, in radians. With 0, bearings are exact.
     pub bearing_error_rad: f32,
@@ -265,7 +265,7 @@ impl Parameters {
             // The scales of equation (6) are martingales on all of ℝ₊. The limit of e⁴ only keeps the arithmetic in bounds.
             scale_reversion_per_m: 0.0,
             scale_limit: 4.0,
-            // The drawn walls do not stop a particle.
+            // Drawn walls do not stop a particle.
             wall_crossing_factor: 1.0,
             outline_gap_m: 0.0,
             door_width_m: 0.0,
@@ -285,7 +285,7 @@ impl Parameters {
             z_rand: 0.1,
             least_hit_width: 0.25,
             bearing_error_rad: 0.0,
-            // There is no recovery in the paper.
+            // The paper has no recovery.
             perturbed_share: 0.0,
             perturbed_share_lost: 0.0,
             injected_share_lost: 0.0,

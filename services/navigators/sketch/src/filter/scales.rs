@@ -176,7 +176,7 @@ mod tests {
         assert!((one.a_pxpm.unwrap() - 170.0 / 21.0).abs() < 1e-3 && one.b_pxpm.is_none(), "{one:?}");
     }
 
-    /// A beam to the left says nothing about the scale ahead.
+    /// A beam to the left says nothing about the scale along the robot's heading.
     #[test]
     fn an_axis_that_no_beam_looks_along_is_not_observed() {
         let seen = beams(&[(std::f32::consts::FRAC_PI_2, 4.0)]);

@@ -228,7 +228,7 @@ impl Driver {
         self.attempt.drawn = self.field.as_ref().is_some_and(|field| field.is_open(robot));
     }
 
-    /// Brakes.
+    /// Brakes as hard as the limits allow.
     pub fn stop(&mut self, dt_s: f64) {
         self.pursuit.stop(dt_s);
     }

@@ -313,7 +313,7 @@ impl Explorer {
     /// Takes a step, with `left_s` seconds left for the task.
     pub fn step(&mut self, left_s: f64) -> Advice {
         if !std::mem::replace(&mut self.exploration.has_looked, true) {
-            // Slow work is done in a step that computes nothing else.
+            // Slow work happens in a step that computes nothing else.
             self.weigh_goal();
             return Advice::Look;
         }

@@ -105,7 +105,7 @@ fn a_place_far_from_all_of_them_anchors_what_is_compared_from_then_on() {
     drive.until("another word", |status| status.state != TaskState::Driving.code());
 }
 
-/// The arrival is believed by its evidence, as without a pad.
+/// The arrival is believed by its own evidence, as without a pad.
 #[test]
 fn where_nobody_answers_the_arrival_is_believed() {
     let mut drive = drive(Pad::Watches);

@@ -54,7 +54,7 @@ pub(super) struct Settled {
     is_confirmed: bool,
 }
 
-/// Where a person has said that the robot is.
+/// A person's report of where the robot is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Told {
     /// The robot's place in the drawing.

@@ -1,4 +1,4 @@
-//! The harmonic measure says what share each piece of an outline has in a place inside it.
+//! The harmonic measure says what share each piece of an outline has in a place inside the outline.
 //!
 //! A mapping between two outlines extends to their inside by Laplace's equation. The image of an inner place is the mean of the
 //! images of the outline's samples, weighted by harmonic measure: a sample's weight is the probability that a random walk from the

@@ -27,7 +27,7 @@ pub struct Parameters {
     pub cell_m: f64,
     /// Side of the square that the map covers, centred on its origin, in metres. Cells outside are dropped.
     pub extent_m: f64,
-    /// Maximum number of tiles of 32 by 32 cells. This bounds the map's memory, at 1 KiB per tile plus 256 bytes of signs.
+    /// Maximum number of tiles of 32 by 32 cells. This bounds the map's memory, at 1.25 KiB per tile.
     pub max_tiles: usize,
     /// Range up to which beams change the map, in metres.
     pub mapping_range_m: f64,

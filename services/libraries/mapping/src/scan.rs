@@ -38,7 +38,7 @@ impl Scan<'_> {
     /// Checks that the numbers are plausible and that there are not too many beams.
     ///
     /// # Errors
-    /// [`Error::Scan`] if they are not.
+    /// [`Error::Scan`] if a number is implausible or there are too many beams.
     pub fn check(&self) -> Result<(), Error> {
         let wrong = |expected, found: String| Err(Error::Scan { expected, found });
         if self.ranges_m.len() > MAX_BEAMS {

@@ -29,7 +29,7 @@ pub enum Phase {
     Over,
 }
 
-/// Reason for which the robot is held although tasks are left.
+/// The reason why the robot is held although tasks are left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Hold {
     /// A person stopped the robot.
@@ -399,7 +399,7 @@ impl Agenda {
         self.report(TaskState::Paused, question);
     }
 
-    /// Returns the reason for which the robot is held, if it is.
+    /// Returns why the robot is held, or `None` if it is not.
     pub fn held(&self) -> Option<Hold> {
         self.now.held
     }

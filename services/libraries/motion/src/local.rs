@@ -50,7 +50,7 @@ pub struct State {
     weight: Vec<f32>,
 }
 
-/// A [`State`] by reference, for writing it without a copy. It has the same fields in the same order.
+/// A [`State`] by reference, for writing it without a copy. It has the same fields in the same order, so that it serializes alike.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct StateView<'a> {
     corner: Cell,

@@ -3,7 +3,7 @@
 use sketchnav_schemas::channels::{self, ChannelSpec, NAVIGATORS, Role};
 use sketchnav_schemas::codes::Process;
 
-/// The channels that a process may use in a run of one kind of navigator.
+/// The access of a process to channels, in a run of one kind of navigator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Access {
     process: Process,
@@ -54,7 +54,7 @@ pub enum Denied {
 }
 
 impl Access {
-    /// Creates the access of `process` in a run of this kind of navigator.
+    /// Creates the access that `process` has in a run of this kind of navigator.
     pub fn new(process: Process, kind: &str) -> Self {
         Self { process, kind: kind.to_owned() }
     }

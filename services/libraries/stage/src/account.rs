@@ -47,7 +47,7 @@ pub struct Chart {
 pub struct Curve {
     /// Name in the legend.
     pub name: &'static str,
-    /// Points of seconds since the mission's start and the value, which is NaN if there is none.
+    /// Points of the curve, each as seconds since the mission's start and a value, which is NaN if there is none.
     pub points: Vec<[f64; 2]>,
 }
 

@@ -70,7 +70,7 @@ pub struct Heard<'a> {
     spec: &'static ChannelSpec,
     message: &'a [u8],
     cells: &'a [u8],
-    /// Number of times that the message was heard before and the process died.
+    /// Number of times that this message was heard before, with the process dying each time.
     pub attempts: u32,
 }
 

@@ -34,7 +34,7 @@ pub trait Lookout {
         None
     }
 
-    /// Returns true if the robot may be sent on its way. A robot that needs to know where it is has to know it first.
+    /// Returns true if the robot may set off. If the robot needs to know where it is, it must know that first.
     fn is_ready(&self) -> bool {
         true
     }

@@ -1,4 +1,4 @@
-//! Planning in a sketch, from a goal or a drawn route to a local path.
+//! Plans in a sketch, from a goal or a drawn route to a local path.
 //!
 //! The sources are Boniardi et al. 2015, III-C, and Boniardi et al. 2016, III-A. Two planners work together. The global planner,
 //! [`cost_field`], knows the whole drawing but not its metric. The local planner, [`sketchnav_motion::local`], knows the metres

@@ -174,7 +174,7 @@ impl Planner {
         self.tasks = tasks;
     }
 
-    /// Handles a person's order to a robot that was in the hold `held` before.
+    /// Handles a person's order. `held` says why the robot was held before the order, if it was.
     fn on_order(&mut self, order: &MissionCommand, held: Option<Hold>) {
         let now_s = self.agenda.elapsed_s();
         if let Some(here) = order.here().filter(|here| self.is_told(order, here)) {

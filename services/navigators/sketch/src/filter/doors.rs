@@ -5,9 +5,14 @@
 //! and the robot would drive past the right door. Gaps in walls that are narrower than a door are therefore widened before the
 //! filter uses the drawing, as far as the walls next to them allow.
 //!
-//! Some passages stay as drawn: passages that do not open out on both sides, such as a corridor or a door along a wall that runs on
-//! past it, passages whose walls are thicker than about half the gap, slips of the pen, and gaps within a door's width of a
-//! narrower one. Posts between two gaps stay, too.
+//! Some passages stay as drawn:
+//!
+//! - passages that do not open out on both sides, such as a corridor or a door along a wall that runs on past it;
+//! - passages through walls that are thicker than about half the gap;
+//! - slips of the pen;
+//! - gaps within a door's width of a narrower one.
+//!
+//! Posts between two gaps stay, too.
 
 use fearless_simd::{Level, dispatch};
 use nalgebra::Vector2;

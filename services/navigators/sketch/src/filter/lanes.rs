@@ -1,8 +1,8 @@
-//! The functions that the filter's inner loops need, on sixteen numbers at once.
+//! Mathematical functions for the filter's inner loops, on sixteen numbers at once.
 //!
-//! Only operations are used whose rounding IEEE 754 defines, so there is no fused multiply-add, no estimated reciprocal and no
-//! library call. Their order is fixed here, so every set of vector instructions gives the same bits. The coefficients are from Cody
-//! and Waite 1980 and from Cephes.
+//! Every operation here is one that IEEE 754 rounds exactly, so there are no fused multiply-adds, estimated reciprocals or library
+//! calls. The order of operations is fixed, too, so every set of vector instructions gives the same bits. The coefficients are from
+//! Cody and Waite 1980 and from Cephes.
 
 use fearless_simd::{f32x16, i32x16, prelude::*};
 
@@ -116,8 +116,8 @@ pub fn fast_exp2<S: Simd>(x: f32x16<S>, times: f32) -> [f32x16<S>; 2] {
 }
 
 /// Returns the direction of (x, y), from −½ to ½ of a turn, in units of which `per_turn` make a turn. The result is not rounded and
-/// is within 0.0001 turns. Within a quarter turn, it is the arc tangent of the offset from the quarter's middle (Hastings 1955),
-/// which is mirrored into the other quarters.
+/// is accurate to 0.0001 turns. Within a quarter turn, it is the arc tangent of the offset from the quarter's middle (Hastings
+/// 1955), which is mirrored into the other quarters.
 #[inline(always)]
 pub fn direction<S: Simd>(x: f32x16<S>, y: f32x16<S>, per_turn: f32) -> f32x16<S> {
     let (along, across) = (x.abs(), y.abs());

@@ -18,7 +18,7 @@ use fearless_simd::{Level, dispatch, prelude::*, u8x16};
 /// everything is wall. A table of 200,000 cells has thicker walls and narrower doors: with it, the filter got lost in 11 of 40
 /// drives through a wobbly drawing, and with this one in none.
 pub const RANGE_TABLE_CELLS: usize = 500_000;
-/// Row of distances for the ring around the drawing, out of which no way leads.
+/// Row of distances for the ring around the drawing. There is no way out of the ring.
 const OUTSIDE: u32 = 1;
 /// Number of directions that are swept before they are written to the rows.
 const TOGETHER: usize = SQUARE;

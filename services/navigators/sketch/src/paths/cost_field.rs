@@ -14,7 +14,7 @@ use super::parameters::Parameters;
 use crate::sketch::SketchGrid;
 use sketchnav_motion::weighted_grid::{Frontier, Weights, chamfer};
 
-/// Maximum number of cells of the planning grid. It keeps the time of a solution below about 50 ms.
+/// Maximum number of cells of the planning grid. This keeps the time to solve it below about 50 ms.
 const MAX_CELLS: usize = 160_000;
 /// Maximum number of points of a path.
 pub const MAX_PATH: usize = 8192;

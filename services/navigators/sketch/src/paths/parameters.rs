@@ -71,7 +71,7 @@ pub struct Parameters {
     pub least_open_share: f64,
     /// Typical size of a building, in metres, from which the initial scale of the drawing's outline follows.
     pub building_size_m: f64,
-    /// Share of the outline around a goal that lies behind gaps, below which the goal counts as seen.
+    /// Share of a goal's outline hidden behind gaps, below which the goal counts as seen.
     pub goal_hidden_share: f64,
     /// Additional weight of the walls around the goal when outlines are aligned, as a multiple of the ordinary weight.
     pub goal_emphasis: f64,

@@ -45,13 +45,12 @@ pub enum Belief {
     Reached,
     /// Look around before deciding.
     Look,
-    /// Do not believe that this is the goal. Has the number of jumps of the estimate and its fit, as the mean log likelihood of a
-    /// beam.
+    /// Do not believe that this is the goal, with the number of jumps and the fit of the estimate (mean log likelihood of a beam).
     Doubted(u32, f64),
 }
 
 impl Arrival {
-    /// Follows the estimate, which is now that of `chart` and has the fit `fit`, the mean log likelihood of a beam.
+    /// Takes in the estimate of a step. `chart` is that of the estimate, and `fit` is its mean log likelihood of a beam.
     pub fn follow(&mut self, chart: &Chart, fit: f64, dt_s: f64) {
         let before = self.fit.unwrap_or(fit);
         self.fit = Some(before + (dt_s / FIT_S).min(1.0) * (fit - before));

@@ -203,7 +203,7 @@ impl Driver {
         }
     }
 
-    /// Begins a task at the robot's place by `chart`.
+    /// Begins a task from the robot's current position, which is that of `chart`.
     pub fn begin(&mut self, task: &Task, chart: &Chart) {
         let start = task.points.first().copied().unwrap_or(task.end());
         let far = chart.distance_m(chart.robot_px().position(), start) > self.parameters.route_window_m;
@@ -234,7 +234,7 @@ impl Driver {
     }
 
     /// Continues to drive for `dt_s` seconds. `chart` is that of the estimate, `fit` is the estimate's mean log likelihood of a
-    /// beam, and `now_s` is the time since the task began.
+    /// beam, `lost` says whether the localizer is lost, and `now_s` is the time since the task began.
     pub fn drive(&mut self, chart: &Chart, fit: f64, lost: bool, now_s: f64, dt_s: f64) -> TaskStatus {
         self.chart = Some(*chart);
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
@@ -338,8 +338,7 @@ impl Driver {
         may.then(|| self.goal_within(chart, self.parameters.arrival_radius_m)).flatten()
     }
 
-    /// Ends the task if its arrival is to be believed or is still in doubt after a look around, and otherwise begins to look
-    /// around.
+    /// Ends the task, or begins to look around if the arrival is in doubt and the robot has not looked around yet.
     fn arrive(&mut self, reason: Reason, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
         match self.attempt.arrival.judge(&self.parameters) {
@@ -398,8 +397,8 @@ impl Driver {
         )
     }
 
-    /// Begins to recover from being stuck, unless the robot is near the goal and has thus arrived, or has been stuck too often and
-    /// is thus blocked.
+    /// Begins to recover from being stuck. A robot that is stuck near the goal counts as having arrived instead, and one that has
+    /// been stuck too often ends the task as blocked.
     fn begin_recovery(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
         if let Some(off_m) = self.goal_within(chart, self.parameters.near_radius_m) {

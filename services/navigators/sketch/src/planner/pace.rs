@@ -24,8 +24,8 @@ impl Pace {
         Self { began_s: now_s, drawn_m: None, counts: true }
     }
 
-    /// Records that the drawing shows a path of length `drawn_m` from here. Only the first call counts, and the first one after
-    /// [`Pace::go_around`].
+    /// Records that the drawing shows a path of length `drawn_m` from here. Only the first call counts, and the first call after
+    /// each [`Pace::go_around`].
     pub fn plan(&mut self, drawn_m: f64) {
         if std::mem::take(&mut self.counts) {
             self.drawn_m = Some(self.drawn_m.map_or(drawn_m, |known_m| known_m.max(drawn_m)));

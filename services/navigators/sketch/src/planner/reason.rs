@@ -22,23 +22,23 @@ pub enum Reason {
     NoRoute,
     /// The localizer has no pose yet.
     NoPose,
-    /// The robot has arrived, at this distance from the goal, in metres.
+    /// The robot has arrived, with its distance from the goal in metres.
     Arrived(f64),
-    /// The robot is at this distance from the goal, in metres, and no way leads closer.
+    /// The robot cannot get any closer to the goal, with its distance from the goal in metres.
     NearEnough(f64),
-    /// By the estimate, the robot has arrived, but it looks around before believing that.
+    /// The robot seems to have arrived, but is looking around to make sure.
     LookingAround,
-    /// By the estimate, the robot has arrived, but the estimate is not to be believed. Has the number of its jumps and its fit.
+    /// The robot seems to have arrived, but the estimate is not credible, with the number of its jumps and its fit.
     Doubted(u32, f64),
-    /// The robot takes a path other than the drawn one, around something.
+    /// The robot is making a detour around something that is not in the drawing.
     Detour,
-    /// The robot is stuck and is trying a recovery behaviour. Has the number of attempts so far.
+    /// The robot is stuck and is trying to recover, with the number of attempts so far.
     Recovering(u32),
-    /// The path is shut at this place, after this number of attempts.
+    /// The path is shut at this place, with the number of attempts to get past it.
     Shut(Point<Sketch>, u32),
     /// The drawing shows no way to the goal, and none was found.
     NoDrawnWay(Point<Sketch>),
-    /// The scans have not fitted anywhere near for this time, in seconds.
+    /// The scans have not fitted anywhere near the estimate, with the time for which they have not, in seconds.
     Lost(f64),
     /// The robot turns on the spot to see everything around it.
     Surveying,
@@ -46,16 +46,16 @@ pub enum Reason {
     Comparing,
     /// The robot follows a course that the comparison has set.
     Exploring(Aim),
-    /// By the walls seen, the goal is here. The evidence has the margin over the next best comparison, if that was computed.
+    /// The walls seen put the goal here, with the evidence for this.
     Matched(Evidence),
-    /// The robot has been under way for this time, in seconds, on a path of this drawn length, in metres.
+    /// The robot must have gone astray, with the time under way in seconds and the length of the drawn path in metres.
     Astray(f64, f64),
-    /// A person is to say at which of this number of places the robot is. Has the amount by which the second place's alignment
-    /// costs more.
+    /// A person has to say at which of several places the robot is, with the number of places and the amount by which the second
+    /// one's alignment costs more.
     Asks(usize, f64),
 }
 
-/// The reason why a robot is lost, short enough to follow the words about what a person is to do.
+/// The reason why a robot is lost, preceded by what a person should do about it. Kept short to fit into a status.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Help(pub Reason);
 

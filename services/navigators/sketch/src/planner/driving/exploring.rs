@@ -111,7 +111,7 @@ impl Driver {
     }
 
     /// Records that a recovery behaviour has ended. If it was a look of the explorer, the explorer then takes in what was seen.
-    /// Looks also happen when the filter's arrivals are in doubt, with which the explorer has nothing to do.
+    /// Looks because of a doubtful arrival by the filter do not concern the explorer.
     pub(super) fn end_look(&mut self) {
         let is_explorers = self.attempt.guide == Guide::Outline && self.attempt.arrival.is_looking();
         if let Some(explorer) = self.explorer.as_mut().filter(|_| is_explorers) {
@@ -119,7 +119,7 @@ impl Driver {
         }
     }
 
-    /// Makes a robot that gets no farther back up, and take another course from the second time at this place on.
+    /// Makes a stuck robot back up and, from the second time at the same place on, take another course.
     fn give_way(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
         let place = chart.robot_m().position();

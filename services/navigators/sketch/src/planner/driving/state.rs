@@ -30,7 +30,7 @@ pub struct State {
     explorer: Option<explorer::State>,
 }
 
-/// A [`State`] by reference, for writing it without a copy. It has the same fields in the same order.
+/// A [`State`] by reference, for writing it without a copy. It has the same fields in the same order, so that it serializes alike.
 #[derive(Debug, Serialize)]
 pub struct StateView<'a> {
     obstacles: &'a Obstacles,

@@ -61,7 +61,7 @@ pub(super) struct Told {
     pub drawn: Place,
     /// The robot's place in the map.
     pub seen: Place,
-    /// Angle by which a direction in the map must be turned to be that in the drawing, if the person gave the heading.
+    /// Angle from a direction in the map to the same direction in the drawing, in radians, if the person gave the heading.
     pub turn_rad: Option<f64>,
 }
 

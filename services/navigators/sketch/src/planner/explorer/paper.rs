@@ -1,4 +1,4 @@
-//! The drawing as the explorer sees it, which is its outline and the inside of that.
+//! The drawing as the explorer sees it, reduced to its outline and its inside.
 
 use sketchnav_mapping::alignment::Partner;
 use sketchnav_mapping::harmonic::Interior;

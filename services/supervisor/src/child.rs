@@ -329,7 +329,8 @@ mod tests {
     fn a_log_keeps_room_for_last_words() {
         let folder = tempfile::tempdir_in("/dev/shm").unwrap();
         let log = folder.path().join("planner.log");
-        let command = Command::new("true");
+        let mut command = Command::new("sleep");
+        command.arg("0");
         let mut line = ProcessLine { process: Process::Planner, command, resumes: true };
         assert!(spawn(&mut line, &log).unwrap().wait().unwrap().success());
         let found = std::fs::metadata(&log).unwrap();

@@ -364,7 +364,7 @@ fn a_place_in_the_drawing_where_nobody_can_be_is_refused() {
                 "next door",
                 "(500, 120)",
                 "room.svg",
-                "expected a free way from the start at (120, 320)",
+                "expected a free path from the start at (120, 320)",
             ],
         },
     ]);

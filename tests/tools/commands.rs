@@ -322,7 +322,7 @@ fn doctor_and_ps_find_what_a_dead_system_left() {
     running.end();
     support::wait_until("the death of all", || place.living().is_empty());
     let ps = place.fine("ps").out;
-    let goes_on = "tools: its supervisor was killed; it goes on with: sketchnav run --resume ";
+    let goes_on = "tools: its supervisor was killed; resume it with: sketchnav run --resume ";
     assert!(ps.lines().any(|line| line.starts_with(goes_on)), "{ps}");
     let told = place.fine("doctor --json").json();
     let leftovers = finding(&told, "leftovers");

@@ -80,7 +80,7 @@ fn refuse_a_recording(output: &Path, force: bool) -> Result<(), Failure> {
     let place = output.display();
     Err(Failure::Input(anyhow!(
         "{place}: expected a page to replace, or no file, found a recording; it is unchanged: choose another --output, or \
-         --force it"
+         use --force"
     )))
 }
 

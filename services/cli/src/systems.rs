@@ -52,7 +52,7 @@ fn how_to_go_on(name: &str, run: &RunConfig) -> String {
     let folder = run.recording.as_deref().and_then(|recording| Path::new(recording).parent());
     match folder {
         Some(folder) => format!(
-            "{name}: its supervisor was killed; it goes on with: sketchnav run --resume {}",
+            "{name}: its supervisor was killed; resume it with: sketchnav run --resume {}",
             folder.display()
         ),
         None => format!("{name}: its supervisor was killed; `sketchnav clean` removes what it has left"),

@@ -115,7 +115,7 @@ fn fewer(folder: &Path, infos: &[Told]) -> Result<Option<String>, Failure> {
     let said = Bag::read(folder).or_input()?.and_then(|bag| bag.messages);
     let held = infos.iter().map(|told| told.info.messages).sum::<u64>();
     let words =
-        |said| format!("{}: {METADATA} says {said} messages, its files hold {held}", folder.display());
+        |said| format!("{}: {METADATA} says {said} messages, its files contain {held}", folder.display());
     Ok(said.filter(|said| held < *said).map(words))
 }
 
@@ -204,7 +204,7 @@ mod tests {
             std::fs::write(folder.path().join(METADATA), text).unwrap();
             fewer(folder.path(), std::slice::from_ref(&told)).unwrap()
         };
-        assert!(says(30).unwrap().ends_with("says 30 messages, its files hold 12"));
+        assert!(says(30).unwrap().ends_with("says 30 messages, its files contain 12"));
         assert_eq!([says(12), says(7)], [None, None]);
     }
 }

@@ -26,7 +26,9 @@ pub enum ReadingError {
     #[error("expected a finite pose with a heading, and a finite velocity, found others")]
     Odometry,
     /// The stamp is not later than the previous one.
-    #[error("expected a stamp behind that of the reading before, found {found_ns} ns for {before_ns} ns")]
+    #[error(
+        "expected a stamp later than that of the previous reading, found {found_ns} ns for {before_ns} ns"
+    )]
     Stamp {
         /// The rejected stamp, in nanoseconds.
         found_ns: u64,

@@ -11,7 +11,9 @@ use crate::limits;
 #[non_exhaustive]
 pub enum Error {
     /// The name is not valid for a system.
-    #[error("system name {found:?}: expected 1 to {max} characters of a-z, 0-9 and '-', the first no '-'")]
+    #[error(
+        "system name {found:?}: expected 1 to {max} characters of a-z, 0-9 and '-', not starting with '-'"
+    )]
     BadName {
         /// The invalid name.
         found: String,
@@ -34,7 +36,7 @@ pub enum Error {
     },
     /// Other users can access the folder of all systems, or it belongs to another user.
     #[error(
-        "{}: expected a folder owned by user {uid} and closed to all others (mode 0700, no link), found {found}; \
+        "{}: expected a folder owned by user {uid} and closed to all others (mode 0700, not a link), found {found}; \
          remove it or set XDG_RUNTIME_DIR",
         path.display()
     )]

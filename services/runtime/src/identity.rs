@@ -82,7 +82,7 @@ impl Identity {
             Err(error) => return Err(format!("{self}, which cannot be reached: {error}")),
         };
         if started(self.pid) != Some(self.started) {
-            return Err(format!("{self}, which has ended: its id is another's now"));
+            return Err(format!("{self}, which has ended: its id now belongs to another process"));
         }
         Ok(Handle { pid, pidfd })
     }

@@ -387,7 +387,7 @@ fn complaint(found: &Metadata, uid: u32) -> Option<String> {
     if kind.is_symlink() {
         Some("a link".into())
     } else if !kind.is_file() {
-        Some("no plain file".into())
+        Some("not a regular file".into())
     } else if found.uid() != uid {
         Some(format!("a file of user {}", found.uid()))
     } else if found.nlink() > 1 {

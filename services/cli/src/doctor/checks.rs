@@ -137,9 +137,12 @@ fn folder() -> Finding {
     let variable = std::env::var("XDG_RUNTIME_DIR").ok().filter(|value| !value.is_empty());
     match System::root_folder() {
         // The error itself says what to do.
-        Err(error) => {
-            Finding::of("folder", Level::Error, error.to_string(), "see XDG_RUNTIME_DIR in the line above")
-        }
+        Err(error) => Finding::of(
+            "folder",
+            Level::Error,
+            error.to_string(),
+            "set XDG_RUNTIME_DIR to a folder that you own (mode 0700), such as /run/user/1000",
+        ),
         Ok(root) if variable.is_none() => {
             let found = format!("{}, since XDG_RUNTIME_DIR is not set", root.display());
             let advice = "set XDG_RUNTIME_DIR to a folder that you own (mode 0700), such as /run/user/1000, the same in every shell: \

@@ -104,7 +104,7 @@ fn said(status: &MissionStatus) -> (u32, &str) {
 fn a_robot_that_is_lost_goes_on_from_the_state_that_it_was_led_to() {
     let mut drive = Drive::begin(Pad::Watches);
     let lost = drive.until_it_stands();
-    let reason = "lost, waits for help: state 2 did not come in twice the time";
+    let reason = "lost, waits for help: state 2 was not matched within twice the expected time";
     assert_eq!(said(&lost), (TaskState::Paused.code(), reason));
     assert_eq!(said(&drive.step()), (TaskState::Paused.code(), reason), "it stands");
     assert_eq!(drive.turns_left(), 0.0);

@@ -95,7 +95,7 @@ pub enum SketchError {
         found: u32,
     },
     /// The drawing has repeatedly crashed the sketcher.
-    #[error("expected a drawing that can be read, found one by which the sketcher ended {attempts} times")]
+    #[error("expected a drawing that can be read, found one that crashed the sketcher {attempts} times")]
     Fatal {
         /// Number of attempts to read the drawing.
         attempts: u32,
@@ -143,7 +143,7 @@ pub enum SketchError {
         nearest: [f64; 2],
     },
     /// A position cannot be reached over free cells.
-    #[error("{what} at ({:.0}, {:.0}) of {file}: expected a free way from the start at ({:.0}, {:.0}), found walls all around; the nearest place with a way is ({:.0}, {:.0}): move it there, or draw a door", place[0], place[1], start[0], start[1], nearest[0], nearest[1])]
+    #[error("{what} at ({:.0}, {:.0}) of {file}: expected a free path from the start at ({:.0}, {:.0}), found walls all around; the nearest reachable place is ({:.0}, {:.0}): move it there, or draw a door", place[0], place[1], start[0], start[1], nearest[0], nearest[1])]
     Unreachable {
         /// The task.
         what: String,

@@ -75,8 +75,8 @@ impl LeftOut {
 impl fmt::Display for LeftOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Labels(1) => write!(f, "one text: labels are no walls"),
-            Self::Labels(count) => write!(f, "{count} texts: labels are no walls"),
+            Self::Labels(1) => write!(f, "one text: labels are not walls"),
+            Self::Labels(count) => write!(f, "{count} texts: labels are not walls"),
             Self::Picture { element, found } => {
                 write!(
                     f,
@@ -107,7 +107,7 @@ impl fmt::Display for LeftOut {
                  be fitted to: remove it, or use units of userSpaceOnUse"
             ),
             Self::Clip { element, found } => {
-                write!(f, "{found} of {element}: it is not worked out, and what it would hide is drawn")
+                write!(f, "{found} of {element}: it is not supported, and what it would hide is drawn")
             }
             Self::Width { element, times } => write!(
                 f,

@@ -220,7 +220,7 @@ fn what_cannot_be_is_refused_with_its_name_and_place() {
         ),
         (
             placed(start, far),
-            "task 2 (kitchen): goal at (10, 10) of pad.json: expected a free way from the start at (100, 100)",
+            "task 2 (kitchen): goal at (10, 10) of pad.json: expected a free path from the start at (100, 100)",
         ),
         (placed(start, vec![]), "task: expected 1 to 64, found 0"),
         (placed(start, vec![task("empty", &[])]), "points of all tasks: expected 1 to 8192, found 0"),
@@ -257,7 +257,10 @@ fn pages_without_walls_or_space_are_refused() {
         "shapes of SVG that all have the colour of the paper, or nearly so: draw the walls darker"
     );
     let text = found(&svg("<text>kitchen</text><image href='plan.png'/>"));
-    assert!(text.contains("the file \"plan.png\"; embed it as PNG; one text: labels are no walls"), "{text}");
+    assert!(
+        text.contains("the file \"plan.png\"; embed it as PNG; one text: labels are not walls"),
+        "{text}"
+    );
     let card = GrayImage::from_pixel(200, 120, Luma([240]));
     let picture = found(&svg(&picture(&encoded(&card, ImageFormat::Png))));
     assert_eq!(picture, "a picture of one tone inside an SVG");

@@ -135,7 +135,7 @@ fn trouble(name: &str, arguments: &str) -> Result<DynamicColor, Trouble> {
     if is_known && !computed && !is_profile {
         return Err(Trouble::Invalid);
     }
-    Err(Trouble::Unreadable(format!("{name}() with what is not known here")))
+    Err(Trouble::Unreadable(format!("{name}() with arguments that are not supported")))
 }
 
 fn system(text: &str) -> Option<DynamicColor> {

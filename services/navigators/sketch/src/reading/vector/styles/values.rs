@@ -228,7 +228,7 @@ fn before_profile(value: &str) -> Checked {
 
 fn number(value: &str, units: &[&str], shares: bool) -> Checked {
     if let Some((name, _)) = function(value) {
-        return Checked::Unreadable(format!("{name}() is not worked out here"));
+        return Checked::Unreadable(format!("{name}() is not supported here"));
     }
     let (digits, unit) = value.split_at(number_end(value));
     let unit = unit.to_ascii_lowercase();

@@ -65,7 +65,7 @@ pub enum Damage {
         kind: &'static str,
     },
     /// A chunk is compressed in an unknown way.
-    #[error("byte {at}: expected a chunk compressed by zstd, by lz4 or not at all, found {found:?}")]
+    #[error("byte {at}: expected a chunk compressed with zstd, with lz4 or not at all, found {found:?}")]
     Compression {
         /// Where the chunk begins.
         at: u64,

@@ -111,7 +111,7 @@ fn odom_lines_that_end_halfway_or_are_sparse_are_doubted() {
     assert_eq!(doubts(&log(|i| i <= 24)), gap(50, 2.0, 3.0));
     assert_eq!(doubts(&log(|i| i % 10 == 0)), gap(2, 1.125, 5.0));
     let words = gap(50, 2.0, 3.0)[0].to_string();
-    assert!(words.starts_with("from line 50 on the robot's own poses in the scans go 2.0 m"), "{words}");
+    assert!(words.starts_with("from line 50 on, the robot's own poses in the scans cover 2.0 m"), "{words}");
     // All lines exist, but the odometry stands still from 3 m on, or one line is far off.
     let stops: String = (0..=40).map(|i| odom(at(i.min(24))) + &flaser(at(i), at(i))).collect();
     assert_eq!(doubts(&stops), [Doubt::Partial { lines_m: 3.0, scans_m: 5.0 }]);

@@ -82,7 +82,8 @@ fn look_at(path: &Path, whole: &Whole) -> Result<Told, Failure> {
     told.info.path = path.display().to_string();
     if path.is_file() && rosbag2::is_packed(path).unwrap_or(false) {
         told.info.notes.push(
-            "a file compressed by zstd as a whole (compression_mode: FILE); it is read unpacked".to_owned(),
+            "a file compressed as a whole with zstd (compression_mode: FILE); it is unpacked to be read"
+                .to_owned(),
         );
     }
     Ok(told)

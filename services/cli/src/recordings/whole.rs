@@ -283,7 +283,7 @@ fn unpack_whole(path: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
     match unpack(path, folder)? {
         (unpacked, None) => Ok(unpacked),
         (_, Some(damage)) => bail!(
-            "{}: expected a whole file compressed by zstd, found one that is cut off or damaged ({damage}); \
+            "{}: expected a whole file compressed with zstd, found one that is cut off or damaged ({damage}); \
              `sketchnav recover` copies what can be read",
             path.display()
         ),

@@ -285,7 +285,7 @@ impl Broken<'_> {
             return SketchError::Empty { file: self.file() };
         }
         if bytes.starts_with(b"version https://git-lfs") {
-            let found = "a pointer of Git LFS in the place of the file; `git lfs pull` fetches it";
+            let found = "a Git LFS pointer instead of the file; `git lfs pull` fetches the file";
             return SketchError::Unsupported { file: self.file(), found: found.to_owned() };
         }
         if let Some((_, kind)) =

@@ -278,10 +278,7 @@ fn what_is_no_drawing_is_refused() {
         (&b"II*\0....."[..], "found a TIFF; export it as PNG"),
         (b"\0\0\0\x18ftypheix", "found a HEIC photo"),
         (b"gimp xcf v011\0", "found a file of GIMP (XCF); export it as PNG"),
-        (
-            b"version https://git-lfs.github.com/spec/v1\n",
-            "found a pointer of Git LFS in the place of the file",
-        ),
+        (b"version https://git-lfs.github.com/spec/v1\n", "found a Git LFS pointer instead of the file"),
         (br#"{"type":"excalidraw","version":2}"#, "found a drawing of Excalidraw; export it as SVG or PNG"),
         (b"\x00\x00\x01\x00", r#"found a file that begins with "\x00\x00\x01\x00""#),
         (b"%PDF-1.7", "found a PDF"),

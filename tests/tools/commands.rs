@@ -282,7 +282,7 @@ fn logs_are_told_by_process_and_followed_to_the_end() {
     };
     assert!(told.iter().any(is_recorders), "{told:?}");
     let nothing = place.run("logs");
-    assert!(nothing.code == Some(2) && nothing.err.contains("no system runs"), "{nothing}");
+    assert!(nothing.code == Some(2) && nothing.err.contains("no system is running"), "{nothing}");
 }
 
 #[test]

@@ -257,7 +257,7 @@ fn bad_input_is_refused_before_anything_begins() {
         ("view letter.mcap --port 0".to_owned(), "does not begin with the magic bytes"),
         ("view nowhere.mcap --port 0".to_owned(), "nowhere.mcap"),
         ("view nobody --port 0".to_owned(), "nobody"),
-        ("view --port 0".to_owned(), "no system runs"),
+        ("view --port 0".to_owned(), "no system is running"),
         ("view nobody --port 0 --loop".to_owned(), "--loop: expected a recording"),
         (format!("view {story} --rate 0"), "expected a number from 0.02 to 64"),
     ] {

@@ -260,7 +260,7 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
     };
     let end = match (report.success, report.undisturbed_success) {
         (true, _) => "every task reached",
-        (false, true) => "not every task reached, as they are without kills",
+        (false, true) => "not every task reached, although all were without kills",
         (false, false) => "not every task reached, with kills or without",
     };
     let what = match (starvations, asked) {

@@ -182,8 +182,8 @@ fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
     let mut newest = None;
     let take = |answer: &Understood| newest = Some(*answer).filter(|answer| answer.sketch_seq > 0).or(newest);
     answers.take_kept(node, take).context("the sketcher's answers")?;
-    let answer =
-        newest.ok_or_else(|| Failure::Input(anyhow!("--at: expected a drawing, none was sent yet")))?;
+    let answer = newest
+        .ok_or_else(|| Failure::Input(anyhow!("--at: expected a drawing, but none has been sent yet")))?;
     Ok(([answer.sketch_width_px, answer.sketch_height_px].map(f64::from), answer.scale))
 }
 

@@ -279,7 +279,7 @@ fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfi
     };
     if known.transparent_share() > 0.0 {
         say!(
-            "notice: {}: {:.1} % of the map's picture is transparent: that is unknown, and taken as free",
+            "notice: {}: {:.1} % of the map's picture is transparent, which counts as unknown and is taken as free",
             map.display(),
             100.0 * known.transparent_share()
         );

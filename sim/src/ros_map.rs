@@ -113,7 +113,7 @@ impl MapInfo {
         let yaw_rad = wrap_angle(self.origin[2]);
         // The comparison is also false for NaN.
         let is_straight = yaw_rad.abs() < LEAST_YAW_RAD;
-        check(is_straight, "origin", "a yaw of 0 (a turned map is not supported)", self.origin[2])?;
+        check(is_straight, "origin", "a yaw of 0 (a rotated map is not supported)", self.origin[2])?;
         check(self.mode == "trinary", "mode", "trinary", &self.mode)?;
         let (free, occupied) = (self.free_thresh, self.occupied_thresh);
         for (key, value) in [("free_thresh", free), ("occupied_thresh", occupied)] {

@@ -202,7 +202,7 @@ fn bad_input_is_told_and_nothing_is_opened() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port();
     let taken = format!("--rmw zenoh --system lab --listen tcp/127.0.0.1:{port}");
-    refused(&taken, 3, &format!("being a Zenoh router at tcp/127.0.0.1:{port}: "));
+    refused(&taken, 3, &format!("acting as a Zenoh router at tcp/127.0.0.1:{port}: "));
     running.signal(Signal::SIGINT);
     running.end();
     place.assert_nothing_left("lab");

@@ -19,7 +19,7 @@ pub enum ReadingError {
     Form(#[from] Ros2Error),
     /// The scan contains a number that no sensor can measure.
     #[error(
-        "expected finite numbers, range_min below range_max and ranges as REP 117 has them, found others"
+        "expected finite numbers, range_min below range_max and ranges according to REP 117, found others"
     )]
     Scan,
     /// The pose or the velocity is impossible.

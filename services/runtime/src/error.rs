@@ -60,7 +60,7 @@ pub enum Error {
     },
     /// Another process is starting, joining or clearing a system and does not finish.
     #[error(
-        "{}: expected the lock within {seconds} s, found it held by {holder}, which starts, joins or clears a system; \
+        "{}: expected the lock within {seconds} s, found it held by {holder}, which is starting, joining or clearing a system; \
          continue it if it is stopped (kill -CONT), or end it, and try again",
         path.display()
     )]
@@ -179,7 +179,7 @@ pub enum Error {
     },
     /// The channel has the maximum number of observers.
     #[error(
-        "channel {channel:?} of system {system:?}: {max} observers read it, and no more may; end one of them \
+        "channel {channel:?} of system {system:?}: {max} observers read it already, which is the maximum; end one of them \
          (echo, hz, top) and try again"
     )]
     TooManyObservers {
@@ -295,12 +295,12 @@ fn explained(cause: &str) -> String {
         "InternalFailure" | "InternalError" => {
             "the shared memory library failed; is /dev/shm full, or was a file of the system removed?"
         }
-        "DoesNotExist" => "it is not there; does the system still run?",
+        "DoesNotExist" => "it does not exist; is the system still running?",
         "InsufficientPermissions" => "its files belong to another user",
         "ServiceInCorruptedState" => "a file of the system is damaged; end the system and start it again",
         "HangsInCreation" => "the process creating it has died or is stopped; try again",
         "ExceedsMaxNumberOfNodes" => "too many processes have it open; end an observer",
-        "ExceedsMaxSupportedSubscribers" => "all places of readers are taken; end an observer",
+        "ExceedsMaxSupportedSubscribers" => "all reader slots are taken; end an observer",
         "ExceedsMaxBorrows" => "too many samples are held at the same time",
         "UnableToCreatePortTag" | "UnableToCreateServiceTag" => {
             "it could not make a file in the system's folder; is that file system full?"

@@ -62,7 +62,7 @@ impl Identity {
     /// A description of why it cannot be reached.
     pub(crate) fn handle(&self) -> Result<Handle, String> {
         let own =
-            Self::own().map_err(|error| format!("{self}; this process does not know itself: {error}"))?;
+            Self::own().map_err(|error| format!("{self}; this process cannot identify itself: {error}"))?;
         if self.boot != own.boot {
             return Err(format!("process {} of another machine, or from before the last boot", self.pid));
         }

@@ -85,7 +85,7 @@ pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
         let Some(estimate) = log.estimates[..end].last() else { continue };
         let trail: Vec<_> = log.estimates[..end].iter().map(|e| e.pose.pose().position()).collect();
         figures.push(picture::moment(&Moment {
-            title: &format!("{:.0} s: particles, the way so far, the plan", seconds(until)),
+            title: &format!("{:.0} s: particles, the path so far, the plan", seconds(until)),
             width_px: map.width_px,
             height_px: map.height_px,
             cells,

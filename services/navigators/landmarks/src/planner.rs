@@ -167,7 +167,7 @@ impl Planner {
             }
             Some(End::Lost(why)) => self.agenda.lose(why),
             None if self.course.standing_s > self.parameters.blocked_s => {
-                self.agenda.end(TaskState::Blocked, "no way past what is in front");
+                self.agenda.end(TaskState::Blocked, "found no way past the obstacle ahead");
             }
             None => {
                 let about = About { next: self.course.next, command: self.about() };

@@ -283,7 +283,7 @@ impl<'a> Styles<'a> {
                 Checked::Valid(text) => return Ok(Some(text)),
                 Checked::Unreadable(reason) => _ = trouble.get_or_insert((*value, reason)),
                 Checked::Invalid if is_missed(kind, property, scope) => {
-                    _ = trouble.get_or_insert((*value, "it is no colour of CSS".to_owned()));
+                    _ = trouble.get_or_insert((*value, "it is not a CSS colour".to_owned()));
                 }
                 Checked::Invalid => {}
             }
@@ -343,7 +343,7 @@ struct Walk<'a, 'input> {
 impl Walk<'_, '_> {
     fn element(&mut self, node: Node, scope: &Scope, depth: usize) -> Result<(), SketchError> {
         if depth > MOST_DEPTH {
-            let limit = format!("{MOST_DEPTH} elements of SVG inside each other, references included");
+            let limit = format!("{MOST_DEPTH} SVG elements inside each other, references included");
             return Err(self.styles.broken.too_large(limit, format!("more around {}", name(node))));
         }
         let tag = node.tag_name().name();
@@ -476,7 +476,7 @@ impl Walk<'_, '_> {
     fn write(&mut self, text: std::fmt::Arguments) -> Result<(), SketchError> {
         _ = self.out.write_fmt(text);
         if self.out.len() > MOST_BYTES {
-            let limit = format!("{} MB of SVG with its styles worked out", MOST_BYTES >> 20);
+            let limit = format!("{} MB of SVG with its styles resolved", MOST_BYTES >> 20);
             return Err(self.styles.broken.too_large(limit, "more".into()));
         }
         Ok(())

@@ -175,7 +175,7 @@ fn what_is_left_out_is_named() {
         "filter url(#a) of <path>: nothing in the drawing has that id"
     );
     let foreign = "<foreignObject><svg><path d='M0 0h9'/></svg></foreignObject>";
-    assert!(names(foreign).starts_with("the shapes in <foreignObject>: it holds another document"));
+    assert!(names(foreign).starts_with("the shapes in <foreignObject>: it contains another document"));
     for (shape, found) in [
         ("<path d='oops M1 1L2 2'/>", "\"oops M1 1L2 2\""),
         ("<path d='M1 1L2 oops'/>", "\"oops\""),

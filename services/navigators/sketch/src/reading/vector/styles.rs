@@ -207,14 +207,22 @@ impl<'a> Styles<'a> {
         Ok(())
     }
 
-    /// Refuses a length that cannot be read, because the renderer would not draw its shape.
-    fn check_length(&self, node: Node, key: &str, value: &str, scope: &Scope) -> Result<(), SketchError> {
+    /// Returns the value of an attribute, with a length of a shape as the renderer reads it. Refuses a length that cannot be
+    /// read, because the renderer would not draw its shape.
+    fn length<'v>(
+        &self,
+        node: Node,
+        key: &str,
+        value: &'v str,
+        scope: &Scope,
+    ) -> Result<Cow<'v, str>, SketchError> {
         if scope.is_hidden || !LENGTHS.contains(&key) || !SHAPES.contains(&node.tag_name().name()) {
-            return Ok(());
+            return Ok(Cow::Borrowed(value));
         }
         match check(Kind::Distance, value.trim()) {
+            Checked::Valid(text) => Ok(Cow::Owned(text)),
+            Checked::Invalid => Ok(Cow::Borrowed(value)),
             Checked::Unreadable(reason) => Err(self.unreadable(located(node), key, value, &reason)),
-            _ => Ok(()),
         }
     }
 
@@ -394,9 +402,9 @@ impl Walk<'_, '_> {
                 None | Some(SVG)
                     if ["style", "class"].contains(&key) || is_presentation(key) || overridden => {}
                 None | Some(SVG) => {
-                    self.styles.check_length(node, key, value, scope)?;
-                    self.check_points(node, key, value, scope);
-                    self.attribute(key, value)?;
+                    let value = self.styles.length(node, key, value, scope)?;
+                    self.check_points(node, key, &value, scope);
+                    self.attribute(key, &value)?;
                 }
                 _ => {}
             }

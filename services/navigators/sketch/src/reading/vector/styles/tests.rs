@@ -93,6 +93,18 @@ fn an_element_without_a_value_of_its_own_inherits() {
     );
 }
 
+/// CSS has a unit that the renderer does not know: Q, a quarter of a millimetre.
+#[test]
+fn quarters_of_a_millimetre_are_written_as_millimetres() {
+    for inside in [
+        "<rect id='w' width='40Q' height='9' stroke-width='2q'/>",
+        "<rect id='w' height='9' style='width: 40q; stroke-width: 2Q'/>",
+    ] {
+        let wall = attributes(inside);
+        assert_eq!([&wall["width"], &wall["stroke-width"]], ["10mm", "0.5mm"], "{inside}");
+    }
+}
+
 #[test]
 fn what_cannot_be_read_is_refused_by_element_property_and_value() {
     for (inside, words) in [

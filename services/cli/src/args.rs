@@ -25,7 +25,7 @@ pub use self::tools::{
     ViewOptions,
 };
 pub use self::values::FloorPlace;
-use self::values::{parse_floor_place, parse_served, parse_service, parse_speed};
+use self::values::{parse_degree, parse_floor_place, parse_served, parse_service, parse_speed};
 pub use crate::directions::DirectionsOptions;
 use crate::eval::all::WORD as ALL;
 use crate::eval::parse_jobs;
@@ -372,7 +372,7 @@ pub struct ParamOptions {
 #[derive(Debug, Clone, Args)]
 pub struct DeformOptions {
     /// Degree of distortion: 0 leaves the walls as they are, 1 distorts them as people do; at most 3.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = parse_degree)]
     pub degree: f64,
     /// The seed; each seed gives a different drawing.
     #[arg(long, default_value_t = 1)]

@@ -4,8 +4,7 @@ use ros2_interfaces_jazzy_serde::{builtin_interfaces::msg::Time, std_msgs::msg::
 
 use super::{Field, Ros2Error};
 use crate::message::{Header, Text};
-
-const NS_PER_S: u64 = 1_000_000_000;
+use crate::time::NS_PER_S;
 
 /// Checks a condition on a field.
 ///

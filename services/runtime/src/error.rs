@@ -107,7 +107,7 @@ pub enum Error {
     /// The folder does not belong to a dead system.
     #[error(
         "{}: expected the folder of a run whose supervisor was killed, found nothing to resume. A system \
-         that ended by itself leaves nothing; starting another system clears what a killed one left",
+         that ended by itself leaves nothing behind; starting another system clears what a killed one left behind",
         folder.display()
     )]
     NothingToResume {
@@ -192,7 +192,7 @@ pub enum Error {
     },
     /// Two builds disagree about the layout of a message.
     #[error(
-        "channel {channel:?} of system {system:?} carries {found}, this program expects {expected}: run the same build in the whole system"
+        "channel {channel:?} of system {system:?} carries {found}, this program expects {expected}: run the same build throughout the system"
     )]
     Mismatch {
         /// Name of the channel.

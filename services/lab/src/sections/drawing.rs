@@ -136,7 +136,7 @@ pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow:
     }
     Ok(html! {
         h2 { "What in the drawing corresponds to what was seen" }
-        p { "A piece of the drawing's outline and its partner have one colour. Green cross: the goal. Red cross: where the best rival has it." }
+        p { "A piece of the drawing's outline and its partner have the same colour. Green cross: the goal. Red cross: where the best rival places it." }
         div.pictures { @for svg in &figures { figure { (PreEscaped(svg)) } } }
     })
 }

@@ -264,7 +264,7 @@ fn lines_that_state_their_angles_are_read_by_them() {
     let (scans, _) = read(odom(0.0) + raw + &odom(1.0) + raw);
     assert_eq!((scans[1].reference, scans[1].odometry.x, scans[1].range_max_m), (None, 1.0, None));
     let error = Survey::of(raw.as_bytes()).unwrap().reading().unwrap_err().to_string();
-    assert!(error.starts_with("expected ODOM lines beside RAWLASER1 lines"), "{error}");
+    assert!(error.starts_with("expected ODOM lines in addition to RAWLASER1 lines"), "{error}");
     // CARMEN's logger writes each scan twice if it is asked for both kinds.
     let log = [0.0, 1.0].map(|x| odom(x) + raw + &robot(x)).concat();
     let survey = Survey::of(log.as_bytes()).unwrap();

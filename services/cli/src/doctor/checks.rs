@@ -200,7 +200,7 @@ fn clock() -> Finding {
     if median <= LATE {
         return Finding::fine("clock", found);
     }
-    let advice = "stop other busy programs, or give it more processors: in real time commands come late";
+    let advice = "stop other busy programs, or give it more processors: in real time commands arrive late";
     Finding::of("clock", Level::Warning, found, advice)
 }
 

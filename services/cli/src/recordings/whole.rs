@@ -412,7 +412,11 @@ fn of_series(file: &Path) -> Option<PathBuf> {
 fn tell_of_the_others(file: &Path) {
     let others = of_series(file).and_then(|name| Some((series::files(&name).ok()?.len(), name)));
     if let Some((count @ 2.., name)) = others {
-        say!("notice: {} is one of {count} files; {} stands for all of them", file.display(), name.display());
+        say!(
+            "notice: {} is one of {count} files; pass {} to read all of them",
+            file.display(),
+            name.display()
+        );
     }
 }
 

@@ -127,7 +127,7 @@ impl LandmarksMission {
         for (label, numbers) in &markers {
             for number in numbers {
                 if let Some(other) = owners.insert(number, label) {
-                    let found = format!("marker {number} on {other:?}, too");
+                    let found = format!("marker {number} also on {other:?}");
                     return wrong(&format!("markers.{label}"), "markers of this object only", found);
                 }
             }
@@ -314,7 +314,7 @@ mod tests {
             (("drawing=", "metres=1\ndrawing="), "navigator: unknown field `metres`"),
             (
                 ("drawing=", "markers={desk=3,box=[2,3]}\ndrawing="),
-                "navigator.markers.desk: expected markers of this object only, found marker 3 on \"box\", too",
+                "navigator.markers.desk: expected markers of this object only, found marker 3 also on \"box\"",
             ),
             (
                 ("drawing=", "method='chronis-2007'\nmarkers={desk=3}\ndrawing="),

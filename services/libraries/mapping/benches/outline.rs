@@ -1,4 +1,5 @@
-//! What outlines cost: the largest drawing is read once, and an alignment is computed about once per second of driving.
+//! Times the work on outlines. The outline of the largest drawing is computed once, and an alignment about once per second of
+//! driving.
 
 use std::hint::black_box;
 
@@ -11,7 +12,7 @@ use sketchnav_mapping::{Cell, CellGrid, Survey};
 
 const SAMPLES: usize = 220;
 
-/// A comb of a hall and seven arms on a canvas of Boniardi et al. 2016, 2540 × 1252.
+/// Returns true inside a comb of a hall and seven arms, on a canvas of 2540 × 1252 pixels as in Boniardi et al. 2016.
 fn is_inside(x: f64, y: f64) -> bool {
     let in_hall = (100.0..2440.0).contains(&x) && (100.0..400.0).contains(&y);
     let in_arm = (100.0..2440.0).contains(&x) && (400.0..1150.0).contains(&y) && (x - 100.0) % 360.0 < 180.0;
@@ -22,7 +23,7 @@ fn drawing() -> Region {
     Region::of(2540, 1252, |k| is_inside((k % 2540) as f64 + 0.5, (k / 2540) as f64 + 0.5))
 }
 
-/// The same floor at 94 px per metre, seen except for its right third.
+/// Returns a map of the same floor at 94 pixels per metre, of which the robot has seen all but the right third.
 fn map() -> CellGrid {
     CellGrid::of([560, 280], 0.05, [0.0, 0.0], |k| {
         let at = [(k % 560) as f64, (k / 560) as f64].map(|k| (k + 0.5) * 0.05 * 94.0);

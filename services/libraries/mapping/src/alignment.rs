@@ -1,13 +1,14 @@
-//! Which piece of a seen outline corresponds to which piece of a drawing's: a cyclic alignment of the two by dynamic
-//! programming.
+//! Finds which piece of a seen outline corresponds to which piece of a drawing's outline, by a cyclic alignment of the two with
+//! dynamic programming.
 //!
-//! The directions of the walls are compared, as in the matching of closed contours (Schmidt, Farin and Cremers 2007; Sebastian,
-//! Klein and Kimia 2003). Bearing and distance from the robot's start count too, the more so the nearer. Scale does not enter:
-//! either side may advance while the other stays, at a cost. A gap of the seen outline stands for any stretch of the drawing,
-//! at a small cost per sample. Both outlines run counter-clockwise, so no alignment is a mirror image.
+//! The alignment compares the directions of walls, as in the matching of closed contours (Schmidt, Farin and Cremers 2007;
+//! Sebastian, Klein and Kimia 2003). The bearing and the distance from the robot's start count too, and more so close to the start.
+//! The alignment does not depend on scale, because either side may advance while the other stays, at a cost. A gap in the seen
+//! outline can stand for any stretch of the drawing, at a small cost per sample. Both outlines run counter-clockwise, so no
+//! alignment is a mirror image.
 //!
-//! The drawing has no first sample: each of several is tried as the partner of the first piece. [`Search`] spreads
-//! these trials over as many steps as the caller likes.
+//! The outline of a drawing is closed and has no natural first sample, so several samples are tried in turn as the partner of the
+//! first piece. [`Search`] spreads these trials over as many steps as the caller likes.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,27 +19,28 @@ use crate::outline::{Outline, Piece, Place, SeenOutline};
 pub struct Weights {
     /// Cost of advancing one side while the other stays, in addition to the cost of the pair.
     pub stay: f64,
-    /// Cost of a sample of the drawing that lies behind a gap.
+    /// Cost of each sample of the drawing that lies beyond a gap.
     pub gap: f64,
-    /// Cost of a sample of the drawing before the first piece.
+    /// Cost of each sample of the drawing before the first piece.
     pub unmatched: f64,
-    /// Cost of differing bearings from the start: this times 1 − cos of the difference, at the start.
+    /// Weight of a difference in bearing from the start. The cost close to the start is this times 1 − cos of the difference.
     pub bearing: f64,
-    /// Cost of differing distances from the start: this times the square of the logarithm of their ratio, at the start.
+    /// Weight of a difference in distance from the start. The cost close to the start is this times the square of the logarithm of
+    /// the ratio.
     pub distance: f64,
-    /// The square of that logarithm counts up to this.
+    /// Maximum of the squared logarithm of the ratio of distances. Larger values are capped.
     pub most_distance: f64,
-    /// Over this distance from the start both fall to 1/e, ...
+    /// Distance from the start, in metres, over which the costs of bearing and distance decay by a factor of e.
     pub reach_m: f64,
-    /// ... and to this share of their weight in the end.
+    /// Share of the costs of bearing and distance that does not decay.
     pub share_afar: f64,
-    /// This is added to distances before they are compared.
+    /// Length, in metres, added to both distances before they are compared, so that tiny distances do not differ by large factors.
     pub near_m: f64,
-    /// Cost of a partner at a place that is forbidden to the sample.
+    /// Extra cost of a partner at a place that is forbidden for the sample.
     pub forbidden: f64,
-    /// Places nearer than this to a forbidden one are forbidden, too.
+    /// Distance, in metres, from a forbidden place within which other places are forbidden, too.
     pub away_m: f64,
-    /// Every `stride`-th sample of the drawing is tried as the first.
+    /// Distance, in samples of the drawing, between those that are tried as the first.
     pub stride: usize,
 }
 
@@ -61,38 +63,39 @@ impl Default for Weights {
     }
 }
 
-/// What both sides know: where the robot started, how the two frames are turned, and roughly how large the drawing is.
+/// What is known about the drawing and the map in common: where the robot started, the rotation between the frames, and the
+/// approximate scale of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Anchor {
-    /// The start in the drawing.
+    /// The robot's start in the drawing.
     pub drawn: Place,
-    /// The start in the map.
+    /// The robot's start in the map.
     pub seen: Place,
-    /// Counter-clockwise turn from a direction in the map to the same direction in the drawing.
+    /// Counter-clockwise angle from a direction in the map to the same direction in the drawing, in radians.
     pub turn_rad: f64,
-    /// Approximate length of a unit of the drawing, metres.
+    /// Approximate length of one unit of the drawing, in metres.
     pub scale_m: f64,
 }
 
-/// A place of the map that is not to be the partner of a sample.
+/// A place in the map that must not become the partner of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Forbidden {
-    /// The sample of the drawing.
+    /// Index of the sample in the drawing.
     pub sample: u16,
-    /// The place.
+    /// The forbidden place in the map.
     pub place: Place,
 }
 
-/// Two outlines that are to be aligned.
+/// Two outlines to be aligned.
 #[derive(Debug, Clone, Copy)]
 pub struct Problem<'a> {
-    /// The drawing's.
+    /// The outline of the drawing.
     pub drawn: &'a Outline,
-    /// What was seen.
+    /// The outline of what the robot has seen.
     pub seen: &'a SeenOutline,
-    /// What both sides know.
+    /// The robot's start in both frames, the rotation between them, and the scale.
     pub anchor: &'a Anchor,
-    /// How many times as much each sample counts; empty if all count the same.
+    /// Factor on the cost of each sample. Empty if all samples count the same.
     pub emphasis: &'a [f64],
     /// Places that samples may not have as partners.
     pub forbidden: &'a [Forbidden],
@@ -101,22 +104,23 @@ pub struct Problem<'a> {
 /// The partner of a sample of the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Partner {
-    /// None: it is not in the map.
+    /// The sample has no partner, because it is not in the map.
     Nothing,
-    /// A place of the map's walls.
+    /// A place on a wall of the map.
     Wall(Place),
-    /// It lies behind this gap.
+    /// The sample lies beyond this gap of the map.
     Gap(u16),
 }
 
-/// An alignment.
+/// An alignment of a drawing with a map.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Alignment {
-    /// Its cost; less is better.
+    /// Cost of the alignment. Lower is better.
     pub cost: f64,
     /// The partner of each sample of the drawing.
     pub partners: Vec<Partner>,
-    /// How far the directions of a sample and of its partners differ: 1 − cos, the mean over its partners; 0 without any.
+    /// Difference in direction between each sample and its partners, as the mean of 1 − cos over the partners, or 0 without
+    /// partners.
     pub misfits: Vec<f32>,
 }
 
@@ -130,16 +134,17 @@ const BEHIND: u8 = 4;
 pub struct Aligner {
     weights: Costs,
     samples: usize,
-    /// For each piece, the cost of each sample, twice around; nothing for a gap.
+    /// For each piece, the cost of each sample. The samples are repeated once, so that those from any start are contiguous. Zero
+    /// for a gap.
     costs: Vec<f32>,
-    /// The directions of the samples, and of the pieces, turned into the drawing's frame.
+    /// The directions of the samples and of the pieces, the latter turned into the drawing's frame.
     directions: [Vec<[f64; 2]>; 2],
     pieces: Vec<Piece>,
     column: Vec<f32>,
     steps: Vec<u8>,
 }
 
-/// The weights that the dynamic programme itself uses.
+/// The subset of [`Weights`] that the dynamic programme itself uses.
 #[derive(Debug, Clone, Copy, Default)]
 struct Costs {
     stay: f32,
@@ -149,7 +154,7 @@ struct Costs {
 }
 
 impl Aligner {
-    /// Takes two outlines.
+    /// Sets the two outlines to align, and computes the cost of every pair of a sample and a piece.
     pub fn set(&mut self, weights: &Weights, problem: &Problem<'_>) {
         let Problem { drawn, seen, anchor, emphasis, forbidden } = *problem;
         let Weights { stay, gap, unmatched, stride, .. } = *weights;
@@ -186,22 +191,22 @@ impl Aligner {
         }
     }
 
-    /// How many samples are tried as the first piece's partner.
+    /// Returns the number of samples that can be tried as the partner of the first piece.
     pub fn starts(&self) -> usize {
         self.samples.div_ceil(self.weights.stride.max(1))
     }
 
-    /// Steps of the dynamic programme that one start takes.
+    /// Returns the number of steps that the dynamic programme takes for one start.
     pub fn work(&self) -> usize {
         self.samples * self.pieces.len()
     }
 
-    /// The cost of the best alignment with this start.
+    /// Returns the cost of the best alignment with this start.
     pub fn cost(&mut self, start: usize) -> f64 {
         self.sweep::<false>(start)
     }
 
-    /// The best alignment with this start.
+    /// Returns the best alignment with this start.
     pub fn trace(&mut self, start: usize) -> Alignment {
         let cost = self.sweep::<true>(start);
         let (samples, rows) = (self.samples, self.samples + 1);
@@ -236,8 +241,8 @@ impl Aligner {
         Alignment { cost, partners, misfits }
     }
 
-    /// The dynamic programme, one piece after the other. `column[i]` is the least cost of aligning the first i samples
-    /// from the start on with the pieces so far.
+    /// Runs the dynamic programme, one piece after the other. `column[i]` is the minimum cost of aligning the first i samples,
+    /// counted from the start, with the pieces so far.
     fn sweep<const TRACES: bool>(&mut self, start: usize) -> f64 {
         let (samples, first) = (self.samples, start * self.weights.stride);
         let Costs { stay, gap, unmatched, .. } = self.weights;
@@ -286,14 +291,14 @@ impl Aligner {
     }
 }
 
-/// A sample of the drawing as the start sees it.
+/// A sample of the drawing as seen from the start.
 struct Drawn {
     direction: [f64; 2],
     bearing: [f64; 2],
     ln_distance: f64,
 }
 
-/// A piece of the seen outline as the start sees it, turned as the drawing is.
+/// A piece of the seen outline as seen from the start, turned into the drawing's frame.
 struct Seen {
     direction: [f64; 2],
     bearing: [f64; 2],
@@ -344,8 +349,8 @@ pub struct Search {
 }
 
 impl Search {
-    /// Tries starts, at least one, until about `work` steps of the dynamic programme are taken. Returns whether all have been
-    /// tried.
+    /// Tries one or more starts, until about `work` steps of the dynamic programme have been taken. Returns true if all starts have
+    /// been tried.
     pub fn advance(&mut self, aligner: &mut Aligner, work: usize) -> bool {
         let count = (work / aligner.work().max(1)).max(1);
         for start in (self.next as usize..aligner.starts()).take(count) {
@@ -358,12 +363,12 @@ impl Search {
         self.next as usize >= aligner.starts()
     }
 
-    /// The best start so far.
+    /// Returns the best start so far.
     pub fn best(&self) -> Option<usize> {
         self.best.map(|(_, start)| start as usize)
     }
 
-    /// The whole search at once.
+    /// Runs the whole search at once.
     pub fn whole(aligner: &mut Aligner) -> Option<Alignment> {
         let mut search = Self::default();
         while !search.advance(aligner, usize::MAX) {}
@@ -371,8 +376,9 @@ impl Search {
     }
 }
 
-/// The turn from the map to the drawing that is nearest to `guess_rad` and makes their walls parallel. Walls of buildings
-/// mostly meet at right angles. Returns `guess_rad` itself if either outline has no such directions.
+/// Returns the rotation from the map to the drawing that is nearest to `guess_rad` and makes their walls parallel. This relies on
+/// the walls of most buildings meeting at right angles. Returns `guess_rad` itself if the walls of either outline have no such main
+/// directions.
 pub fn turn_by_walls(drawn: &Outline, seen: &SeenOutline, guess_rad: f64) -> f64 {
     const LEAST_COHERENCE: f64 = 0.3;
     let walls = seen.pieces.iter().filter_map(|piece| match piece {
@@ -389,11 +395,11 @@ pub fn turn_by_walls(drawn: &Outline, seen: &SeenOutline, guess_rad: f64) -> f64
     }
 }
 
-/// The direction of most walls, modulo a right angle, and how many agree, from 0 to 1.
+/// Returns the main direction of the walls, modulo a right angle, and the degree to which they agree with it, from 0 to 1.
 fn main_direction(directions: impl Iterator<Item = [f64; 2]>) -> Option<(f64, f64)> {
     let (mut sum, mut count) = ([0.0; 2], 0.0);
     for [x, y] in directions {
-        // The fourth power of x + iy.
+        // The fourth power of x + iy maps directions that differ by right angles to the same one.
         let (real, imaginary) = (x * x - y * y, 2.0 * x * y);
         sum = [sum[0] + real * real - imaginary * imaginary, sum[1] + 2.0 * real * imaginary];
         count += 1.0;
@@ -405,7 +411,8 @@ fn main_direction(directions: impl Iterator<Item = [f64; 2]>) -> Option<(f64, f6
 mod tests {
     use super::*;
 
-    /// An L with arms of unequal length, counter-clockwise; and the same with other proportions, as a person may draw it.
+    /// An L with arms of unequal length, counter-clockwise. [`DRAWN`] is the same L with other proportions, as a person might draw
+    /// it.
     const FLOOR: [Place; 6] = [[0.0, 0.0], [12.0, 0.0], [12.0, 3.0], [4.0, 3.0], [4.0, 8.0], [0.0, 8.0]];
     const DRAWN: [Place; 6] =
         [[0.0, 0.0], [150.0, 0.0], [150.0, 60.0], [70.0, 60.0], [70.0, 130.0], [0.0, 130.0]];
@@ -429,7 +436,8 @@ mod tests {
         Search::whole(&mut aligner).unwrap()
     }
 
-    /// How far the partners of the drawing's corners are from the floor's corners, metres.
+    /// Returns the greatest distance, in metres, between the partner of a corner of the drawing and the corresponding corner of the
+    /// floor.
     fn off_m(drawn: &Outline, alignment: &Alignment, floor: &[Place]) -> f64 {
         let nearest = |corner: &Place| {
             let off = |k: &usize| {
@@ -484,7 +492,7 @@ mod tests {
         assert!(off_m(&drawn, &found, &turned) < 0.8);
     }
 
-    /// The L's mirror image has its arms the other way round.
+    /// The mirror image of the L has its arms the other way round.
     #[test]
     fn a_mirror_image_is_never_preferred() {
         let mirror = |p: Place| [-p[0], p[1]];
@@ -501,7 +509,7 @@ mod tests {
         }
     }
 
-    /// The robot has seen the upper arm and none of the right one.
+    /// The robot has seen the upper arm, but nothing of the right one.
     #[test]
     fn what_was_not_seen_lies_behind_the_gap() {
         let drawn = Outline::of_polygon(&DRAWN, 220);

@@ -1,19 +1,19 @@
-//! What can be wrong with the input of this crate.
+//! Errors in the input of this crate.
 
-/// Invalid parameters or input; each names the place and what was expected.
+/// An error about invalid parameters or input. Each one names the place and what was expected.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A parameter out of its bounds.
+    /// A parameter is out of bounds.
     #[error("parameter {name}: expected {expected}, found {found}")]
     Parameter {
-        /// The parameter's name.
+        /// Name of the parameter.
         name: &'static str,
-        /// Its bounds.
+        /// Bounds of the parameter.
         expected: &'static str,
-        /// What was given.
+        /// The value that was given.
         found: f64,
     },
-    /// A scan that no laser could send.
+    /// A scan or odometry is invalid.
     #[error("scan: expected {expected}, found {found}")]
     Scan {
         /// What was expected.
@@ -21,7 +21,7 @@ pub enum Error {
         /// What was given.
         found: String,
     },
-    /// A saved state that does not belong to these parameters.
+    /// A saved state does not match the parameters.
     #[error("state of a map: expected {expected}, found {found}")]
     State {
         /// What was expected.

@@ -1,42 +1,42 @@
-//! Cells that are free, occupied or unknown, as a plain rectangle.
+//! A plain rectangle of cells that are free, occupied or unknown.
 
 use crate::region::Region;
 
-/// What is known about a cell.
+/// The state of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(u8)]
 pub enum Cell {
-    /// Never seen, or the readings contradict each other.
+    /// The cell was never seen, or its readings contradict each other.
     #[default]
     Unknown,
-    /// Beams pass.
+    /// Beams pass through the cell.
     Free,
-    /// Beams end here.
+    /// Beams end in the cell.
     Occupied,
 }
 
-/// The largest integer not above `at`, saturating. (`f64::floor` is a function call on plain x86-64.)
+/// Returns the largest integer not above `at`, saturating. This avoids [`f64::floor`], which is a function call on baseline x86-64.
 #[inline]
 pub(crate) fn floor(at: f64) -> i32 {
     let towards_zero = at as i32;
     towards_zero.saturating_sub(i32::from(at < f64::from(towards_zero)))
 }
 
-/// A rectangle of cells; row 0 is the lowest (y up), cells of a row go along x.
+/// A rectangle of cells. Rows run along x, and row 0 is the lowest (y up).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct CellGrid {
-    /// Side of a cell, in the unit of the frame (metres in a map, pixels in a drawing).
+    /// Length of a cell's side, in the unit of the frame (metres in a map, pixels in a drawing).
     pub cell: f64,
-    /// The lower left corner of the lower left cell, in the frame of the grid's maker.
+    /// The lower left corner of the lower left cell, in the frame in which the grid was made.
     pub origin: [f64; 2],
-    /// The cells that beams pass through.
+    /// Cells that beams pass through.
     pub free: Region,
-    /// The cells that beams end in; the same size as `free`, and disjoint from it.
+    /// Cells that beams end in. This has the same size as `free` and is disjoint from it.
     pub occupied: Region,
 }
 
 impl CellGrid {
-    /// A grid of `size` columns and rows; `what` returns what is known about each cell.
+    /// Creates a grid of `size` columns and rows from the state of each cell, which `what` returns for the cell's index.
     pub fn of(size: [usize; 2], cell: f64, origin: [f64; 2], what: impl Fn(usize) -> Cell) -> Self {
         let region = |is: Cell| Region::of(size[0], size[1], |index| what(index) == is);
         Self { cell, origin, free: region(Cell::Free), occupied: region(Cell::Occupied) }
@@ -49,17 +49,17 @@ impl CellGrid {
         self.occupied.reset(width, height);
     }
 
-    /// The number of cells in a row.
+    /// Returns the number of cells in a row.
     pub fn width(&self) -> usize {
         self.free.width()
     }
 
-    /// The number of rows.
+    /// Returns the number of rows.
     pub fn height(&self) -> usize {
         self.free.height()
     }
 
-    /// The cell at a column and a row; unknown outside the grid.
+    /// Returns the state of the cell at a column and a row, which is unknown outside the grid.
     pub fn at(&self, column: i64, row: i64) -> Cell {
         match (self.free.holds([column, row]), self.occupied.holds([column, row])) {
             (true, _) => Cell::Free,
@@ -68,12 +68,12 @@ impl CellGrid {
         }
     }
 
-    /// Column and row of the cell that contains a place; they may lie outside the grid.
+    /// Returns the column and the row of the cell that contains a place. They may lie outside the grid.
     pub fn cell_of(&self, at: [f64; 2]) -> [i64; 2] {
         [0, 1].map(|axis| ((at[axis] - self.origin[axis]) / self.cell).floor() as i64)
     }
 
-    /// The middle of a cell.
+    /// Returns the centre of a cell.
     pub fn middle(&self, index: usize) -> [f64; 2] {
         let at = self.free.at(index);
         [0, 1].map(|axis| self.origin[axis] + (at[axis] as f64 + 0.5) * self.cell)

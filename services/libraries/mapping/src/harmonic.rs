@@ -1,31 +1,31 @@
-//! Harmonic measure: the share that each piece of an outline has in a place inside.
+//! The harmonic measure says what share each piece of an outline has in a place inside the outline.
 //!
-//! A map between two outlines is extended to the inside by Laplace's equation. The image of a place is a weighted mean of the
-//! images of the outline. A weight is the place's harmonic measure: the chance that a random walk from it first meets the outline
-//! there. The equation is solved on a coarse grid by conjugate gradients (Hestenes and Stiefel 1952).
+//! A mapping between two outlines extends to their inside by Laplace's equation. The image of an inner place is the mean of the
+//! images of the outline's samples, weighted by harmonic measure: a sample's weight is the probability that a random walk from the
+//! place first meets the outline there. The equation is solved on a coarse grid by conjugate gradients (Hestenes and Stiefel 1952).
 
 use crate::outline::{Outline, Place};
 use crate::region::Region;
 
-/// The inside of a drawing's outline on a coarse grid.
+/// The inside of a drawing's outline, on a coarse grid.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interior {
-    /// Cells of the region along a cell of the grid.
+    /// Length of a coarse cell's side, in cells of the region.
     step: f64,
-    /// With an empty cell all around.
+    /// The coarse cells inside the outline. The border of the grid is empty, so every cell inside has four neighbours.
     grid: Region,
-    /// The sample of the outline that is nearest to each side of a cell beyond which the outside lies.
+    /// The sides at which an inner cell meets the outside, each as the cell's index and the nearest sample of the outline.
     sides: Vec<(u32, u16)>,
     samples: usize,
 }
 
-/// A coarse cell is inside if the region covers at least this share of it.
+/// Minimum share of a coarse cell that the region must cover for the cell to be inside.
 const COVERED: f64 = 0.4;
 const TOLERANCE: f64 = 1e-7;
 const MOST_ROUNDS: usize = 4000;
 
 impl Interior {
-    /// Of a region and its outline: at most about `cells` coarse cells along its longer side.
+    /// Creates the interior of a region, given its outline, with at most about `cells` coarse cells along the longer side.
     pub fn new(region: &Region, outline: &Outline, cells: usize) -> Self {
         let step = (region.width().max(region.height()) as f64 / cells as f64).max(1.0);
         let along = |length: usize| (length as f64 / step).ceil() as usize;
@@ -61,13 +61,13 @@ impl Interior {
         [cell + 1, cell - 1, cell + self.grid.width(), cell - self.grid.width()]
     }
 
-    /// The middle of a coarse cell, in cells of the region.
+    /// Returns the centre of a coarse cell, in cells of the region.
     fn middle(&self, cell: usize) -> Place {
         self.grid.at(cell).map(|at| (at as f64 - 0.5) * self.step)
     }
 
-    /// The harmonic measure of a place: a share for each sample of the outline, summing to 1. A place outside has that of the
-    /// nearest one inside.
+    /// Returns the harmonic measure of a place, in cells of the region, as a share for each sample of the outline. The shares sum
+    /// to 1. A place outside has the measure of the nearest place inside.
     pub fn measure(&self, at: Place) -> Vec<f64> {
         let mut shares = vec![0.0; self.samples];
         let place = at.map(|part| part / self.step + 1.0);
@@ -86,9 +86,10 @@ impl Interior {
         shares
     }
 
-    /// The place whose image is nearest to `image`, among those of which at least the share `least` is known. `images` has the
-    /// image of each sample of the outline, if that is known. The image of a place inside is their mean by its harmonic
-    /// measure. This is the inverse of [`Interior::measure`], for all places at once.
+    /// Returns the place whose image is nearest to `image`. `images` has the image of each sample of the outline, if that is known,
+    /// and the image of an inner place is the mean of these by its harmonic measure. Only places are considered for which the
+    /// samples with a known image have a share of at least `least`. This is the inverse of [`Interior::measure`], computed for all
+    /// places at once.
     pub fn place_of(&self, images: &[Option<Place>], image: Place, least: f64) -> Option<Place> {
         let extended = |value: &dyn Fn(Place) -> f64| {
             let mut source = vec![0.0; self.grid.cells()];
@@ -108,7 +109,7 @@ impl Interior {
         Some(self.middle(nearest))
     }
 
-    /// Solves Laplace's equation with zero outside and these sources.
+    /// Solves Poisson's equation with these sources and zero outside, by conjugate gradients.
     fn solve(&self, source: Vec<f64>) -> Vec<f64> {
         let inside: Vec<usize> = self.grid.iter().collect();
         let mut found = vec![0.0; self.grid.cells()];
@@ -142,7 +143,7 @@ impl Interior {
     }
 }
 
-/// The largest connected part.
+/// Returns the largest connected part of a region.
 fn largest(region: &Region) -> Region {
     let mut left = region.clone();
     let mut largest = Region::empty(region.width(), region.height());
@@ -169,7 +170,8 @@ mod tests {
         (region, outline)
     }
 
-    /// Coordinates are harmonic: the mean of the outline's places by the measure is the place itself.
+    /// Coordinates are harmonic functions, so the mean of the outline's places, weighted by the measure of a place, is the place
+    /// itself.
     #[test]
     fn the_identity_on_the_outline_is_the_identity_inside() {
         let (region, outline) = rectangle(200, 120);
@@ -183,8 +185,8 @@ mod tests {
         }
     }
 
-    /// A drawing that is half as large again as the map, and turned by a right angle: each place of the map is found in it,
-    /// even where a wall was not seen.
+    /// The drawing is half as large again as the map and turned by a right angle. Each place of the map is found in the drawing,
+    /// even if a wall was not seen.
     #[test]
     fn the_place_of_an_image_is_found_where_the_measure_has_it() {
         let (region, outline) = rectangle(200, 120);

@@ -1,14 +1,14 @@
-//! A map of what a robot has seen on its drive, and where places of a drawing lie in it.
+//! Builds a map of what a robot has seen on its drive, and finds places of a drawing in it.
 //!
-//! - [`mapper`]: local mapping. Matches laser scans with the map so far and enters them.
-//! - [`occupancy`]: the map: cells that are free, occupied or unknown, of bounded size.
-//! - [`matching`]: where a scan fits the map best, within a window around the odometry's guess.
+//! - [`mapper`]: local mapping, which matches laser scans with the map so far and adds them to it.
+//! - [`occupancy`]: the map itself, which has a bounded number of cells that are free, occupied or unknown.
+//! - [`matching`]: finds the pose at which a scan fits the map best, within a window around the odometry's guess.
 //! - [`grid`]: the map as plain cells.
-//! - [`region`], [`survey`], [`outline`]: the free part of the map and its outline; the same for a drawing.
-//! - [`alignment`]: which piece of one outline corresponds to which piece of the other.
-//! - [`harmonic`]: what follows for places inside.
+//! - [`region`], [`survey`], [`outline`]: the free part of a map or of a drawing, and its outline.
+//! - [`alignment`]: finds the corresponding pieces of two outlines.
+//! - [`harmonic`]: extends the correspondence of two outlines to the places inside them.
 //!
-//! Nothing here uses a clock, a file or a channel, starts a thread or draws a random number. The same scans in the same order
+//! Nothing here uses a clock, a file or a channel, starts a thread or draws a random number, so the same scans in the same order
 //! give the same bytes.
 
 pub mod alignment;
@@ -31,6 +31,7 @@ pub use parameters::Parameters;
 pub use scan::Scan;
 pub use survey::Survey;
 
-/// The frame of the map: metres, its origin where the robot stood at its first scan, x along its heading then.
+/// The frame of the map, in metres. Its origin is the robot's position at the first scan, and its x axis is the robot's heading
+/// there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Map;

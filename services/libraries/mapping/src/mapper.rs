@@ -1,11 +1,11 @@
-//! Local mapping over the whole drive: the pose comes from odometry, corrected by matching scans with the map, and the map is
-//! made from the scans placed in this way.
+//! Local mapping over a whole drive. The pose comes from odometry and is corrected by matching scans with the map, and the map is
+//! built from the scans placed in this way.
 //!
-//! One pose and one map are kept; loops are not closed by moving what was mapped. The map is therefore accurate over distances
-//! that can be seen at once, and drifts slowly beyond. If the robot comes back to a place within the search window, it is
-//! matched with what it saw first.
+//! The mapper keeps a single pose and a single map, and does not close loops by moving what has been mapped. The map is therefore
+//! accurate over distances that can be seen at once, and drifts slowly beyond them. If the robot comes back to a place and has
+//! drifted by less than the search window, its scans are matched with what it saw there first.
 //!
-//! The state is bounded by [`Parameters::max_tiles`]. An update allocates nothing.
+//! [`Parameters::max_tiles`] bounds the size of the state. An update allocates nothing.
 
 use nalgebra::{Rotation2, Vector2};
 use serde::{Deserialize, Serialize};
@@ -19,21 +19,22 @@ use crate::occupancy::Occupancy;
 use crate::scan::{Beam, Scan};
 use crate::{Error, Map, Parameters};
 
-/// How far the robot may go before the field around it is redrawn, metres.
+/// Distance, in metres, that the robot may drive before the field around it is redrawn.
 const FIELD_MARGIN_M: f64 = 1.5;
 
-/// What was done with a scan.
+/// What the mapper did with a scan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Outcome {
-    /// The robot has hardly moved: the scan was not looked at.
+    /// The robot has hardly moved, so the scan was ignored.
     Skipped,
-    /// It corrected the pose; `None` if the scan shows nothing in range.
+    /// The scan corrected the pose, or had nothing in range to match (`None`).
     Matched(Option<Fit>),
-    /// It corrected the pose and was entered into the map; `None` for the first scan, or if it shows nothing.
+    /// The scan was entered into the map. It also corrected the pose, except for the first scan and a scan with nothing in range to
+    /// match (`None`).
     Entered(Option<Fit>),
 }
 
-/// Metres and radians, without sign.
+/// Distance travelled and angle turned, both unsigned.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 struct Driven {
     m: f64,
@@ -47,7 +48,7 @@ impl Driven {
     }
 }
 
-/// Everything that a checkpoint contains.
+/// The state of a mapper, as stored in a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     map: Occupancy,
@@ -56,7 +57,7 @@ pub struct State {
     since_match: Driven,
     since_entry: Driven,
     scans_since_entry: u32,
-    /// The map's cell in the middle of the field.
+    /// The cell of the map at the centre of the field.
     field_middle: [i32; 2],
 }
 
@@ -71,10 +72,11 @@ pub struct Mapper {
     touched: Vec<u32>,
 }
 
-/// The directions of a laser's beams as unit vectors in the robot's frame; they are the same for all its scans.
+/// The directions of a laser's beams, as unit vectors in the robot's frame. They are cached because they are the same for all scans
+/// of a laser.
 #[derive(Debug)]
 struct Directions {
-    /// The direction of beam 0, and the step from one beam to the next, radians.
+    /// The direction of beam 0 and the step from one beam to the next, in radians.
     laser: [f64; 2],
     beams: Vec<[f64; 2]>,
 }
@@ -93,10 +95,10 @@ impl Directions {
 }
 
 impl Mapper {
-    /// A mapper that has seen nothing.
+    /// Creates a mapper that has seen nothing.
     ///
     /// # Errors
-    /// [`Error::Parameter`].
+    /// [`Error::Parameter`] if a parameter is out of bounds.
     pub fn new(parameters: Parameters) -> Result<Self, Error> {
         parameters.check()?;
         let state = State {
@@ -111,10 +113,10 @@ impl Mapper {
         Ok(Self::with(parameters, state))
     }
 
-    /// Resumes from a checkpoint.
+    /// Creates a mapper that resumes from a checkpoint.
     ///
     /// # Errors
-    /// [`Error::Parameter`]; [`Error::State`] if the state does not belong to the parameters.
+    /// [`Error::Parameter`] if a parameter is out of bounds, and [`Error::State`] if the state does not match the parameters.
     pub fn restore(parameters: Parameters, state: State) -> Result<Self, Error> {
         parameters.check()?;
         let map = state.map.restored(&parameters)?;
@@ -130,32 +132,32 @@ impl Mapper {
         let reach_m = parameters.matching_range_m + parameters.window_max_m + FIELD_MARGIN_M;
         let mut field = Field::new(parameters.cell_m, reach_m, parameters.blur_m);
         field.rebuild(&state.map, state.field_middle);
-        // Cells that the beams of a scan can reach.
+        // Reserves room for all cells that the beams of a scan can reach.
         let range_cells = parameters.mapping_range_m / parameters.cell_m + 4.0;
         let touched = Vec::with_capacity((2.0 * range_cells).powi(2) as usize);
         let directions = Directions { laser: [0.0; 2], beams: Vec::with_capacity(MAX_BEAMS) };
         Self { matcher: Matcher::new(&parameters), parameters, state, field, directions, touched }
     }
 
-    /// For a checkpoint.
+    /// Returns the state to store in a checkpoint.
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// Where the robot is, by its last update.
+    /// Returns the robot's pose as of the last update.
     pub fn pose(&self) -> Pose<Map> {
         self.state.pose
     }
 
-    /// The map.
+    /// Returns the map.
     pub fn map(&self) -> &Occupancy {
         &self.state.map
     }
 
-    /// Takes the pose by odometry and what the laser sees there.
+    /// Updates pose and map with the odometry's pose and the scan that the laser made there.
     ///
     /// # Errors
-    /// [`Error::Scan`] if scan or odometry are invalid; nothing changes in that case.
+    /// [`Error::Scan`] if the scan or the odometry is invalid. Nothing changes in that case.
     pub fn update(&mut self, odometry: Pose<Odom>, scan: &Scan<'_>) -> Result<Outcome, Error> {
         scan.check()?;
         let numbers = [odometry.x, odometry.y, odometry.yaw_rad];
@@ -175,7 +177,7 @@ impl Mapper {
         Ok(if enters { Outcome::Entered(fit) } else { Outcome::Matched(fit) })
     }
 
-    /// Moves the pose by the odometry.
+    /// Moves the pose by the odometry's motion since the last update.
     fn advance(&mut self, odometry: Pose<Odom>) {
         if let Some(before) = self.state.odometry.replace(odometry) {
             let step = before.motion_to(&odometry);
@@ -231,7 +233,7 @@ impl Mapper {
         }
     }
 
-    /// Enters a scan at the present pose and redraws the field.
+    /// Enters a scan into the map at the current pose and redraws the field.
     fn enter(&mut self, scan: &Scan<'_>) {
         let (pose, parameters) = (self.state.pose, &self.parameters);
         let turned = Rotation2::new(pose.yaw_rad);
@@ -274,7 +276,7 @@ impl Mapper {
     }
 }
 
-/// Ends of the beams up to a range, in the robot's frame.
+/// Returns the ends of the beams that are no longer than `longest_m`, in the robot's frame.
 fn ends<'a>(
     scan: &'a Scan<'a>,
     directions: &'a [[f64; 2]],

@@ -1,8 +1,8 @@
-//! Where a scan fits the map best.
+//! Finds the pose at which a scan fits the map best.
 //!
-//! The search is correlative scan matching (Olson 2009), by branch and bound over fields of maxima (Hess, Kohler, Rapp
-//! and Andor 2016). Newton's method on the interpolated field refines the result below the size of a cell. The
-//! odometry's guess is a term of both.
+//! The search is correlative scan matching (Olson 2009), by branch and bound over fields of maxima (Hess, Kohler, Rapp and Andor
+//! 2016). Newton's method on the interpolated field then refines the result below the size of a cell. Both steps take the
+//! odometry's guess into account as a prior.
 
 pub mod field;
 mod refine;
@@ -15,29 +15,29 @@ use sketchnav_schemas::message::MAX_BEAMS;
 use crate::{Map, Parameters};
 use field::Field;
 
-/// What the odometry says, before the scan is considered.
+/// The odometry's guess of the pose, before the scan is considered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
-    /// The guess.
+    /// The guessed pose.
     pub pose: Pose<Map>,
-    /// Standard deviation of x and of y.
+    /// Standard deviation of x and of y, in metres.
     pub sigma_m: f64,
-    /// Standard deviation of the heading.
+    /// Standard deviation of the heading, in radians.
     pub sigma_rad: f64,
 }
 
-/// Where a scan fits.
+/// The pose at which a scan fits, and how well.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
     /// The robot's pose.
     pub pose: Pose<Map>,
-    /// How well the points lie on walls: 0 (none does) to 1 (all do).
+    /// How well the points lie on walls, from 0 (none does) to 1 (all do).
     pub score: f64,
-    /// Covariance of x, y (square metres) and the heading (square radians).
+    /// Covariance of x, y and the heading, in metres and radians.
     pub covariance: Matrix3<f64>,
 }
 
-/// Matches scans with a field. Its working memory has the size that the parameters give and never grows.
+/// Matches scans with a field. The size of the working memory follows from the parameters and never grows.
 #[derive(Debug)]
 pub struct Matcher {
     blur_m: f64,
@@ -46,13 +46,13 @@ pub struct Matcher {
     window_max_m: f64,
     window_max_rad: f64,
     max_points: usize,
-    /// Points of the scan in the robot's frame, metres.
+    /// Points of the scan in the robot's frame, in metres.
     points: Vec<[f64; 2]>,
     search: search::Search,
 }
 
 impl Matcher {
-    /// A matcher for these parameters.
+    /// Creates a matcher with these parameters.
     pub fn new(parameters: &Parameters) -> Self {
         Self {
             blur_m: parameters.blur_m,
@@ -66,8 +66,9 @@ impl Matcher {
         }
     }
 
-    /// Takes the ends of a scan's beams, in the robot's frame and in the order of the sweep. Of neighbours closer than
-    /// the blur one counts: near walls have no more weight than far ones. Then they are thinned evenly.
+    /// Sets the points of the scan to match, given the ends of its beams in the robot's frame and in the order of the sweep. An end
+    /// closer than the blur to the last point kept is dropped, so that near walls weigh no more than far ones. The remaining points
+    /// are thinned evenly to the maximum number.
     pub fn set_points(&mut self, ends_m: impl Iterator<Item = [f64; 2]>) {
         self.points.clear();
         for end in ends_m.take(MAX_BEAMS) {
@@ -83,7 +84,7 @@ impl Matcher {
         }
     }
 
-    /// The best pose within the window around the prior; `None` without points.
+    /// Returns the best pose within the window around the prior, or `None` if the scan has no points.
     pub fn fit(&mut self, field: &Field, prior: &Prior) -> Option<Fit> {
         if self.points.is_empty() {
             return None;

@@ -1,56 +1,57 @@
-//! Occupancy of cells by log odds (Moravec and Elfes 1985; Thrun, Burgard and Fox 2005, 9.2), in tiles.
+//! An occupancy map of log odds (Moravec and Elfes 1985; Thrun, Burgard and Fox 2005, 9.2), stored in tiles.
 //!
-//! A tile exists where a beam has been. The number of tiles is bounded: when all are in use, cells of further tiles are not
-//! entered but counted. A cell is changed once per scan, whatever the number of beams through it.
+//! A tile is created when a beam first reaches it. The number of tiles is bounded: once all are in use, changes to cells of further
+//! tiles are counted but otherwise dropped. A scan changes each cell at most once, however many beams pass through it.
 //!
-//! People walking by leave no wall: a beam that ends deep in free space counts little, and later beams pass there.
+//! People who walk by leave no wall, because a beam that ends deep in free space counts little, and later beams pass there.
 //!
-//! Bits beside the log odds record whether each cell is free or occupied, so that whole rows of a tile can be read at once.
+//! In addition to the log odds, bits record whether each cell is free or occupied, so that whole rows of a tile can be read at
+//! once.
 
 use serde::{Deserialize, Serialize};
 
 use crate::grid::{Cell, CellGrid, floor};
 use crate::{Error, Parameters};
 
-/// Cells along a side of a tile.
+/// Number of cells along a side of a tile.
 pub const TILE: usize = 32;
 const TILE_CELLS: usize = TILE * TILE;
-// A row of a tile fits one word.
+// A row of a tile fits into one word.
 const _: () = assert!(TILE == u32::BITS as usize);
 const NO_TILE: u16 = u16::MAX;
 
-/// A level is log odds plus this; one step is 0.05. Zero: never seen.
+/// Level of even odds. A cell's level is this plus its log odds in steps of 0.05, or zero if the cell was never seen.
 const EVEN: u8 = 64;
 const HIT: u8 = 18;
 const HIT_IN_FREE: u8 = 7;
 const MISS: u8 = 8;
 const LEAST: u8 = 1;
 const MOST: u8 = 127;
-/// Below this a cell has been free so often that a beam's end there is likely a person.
+/// Level below which a cell has been free so often that a beam that ends there has likely hit a person.
 const DEEPLY_FREE: u8 = 16;
 const FREE_UP_TO: u8 = 60;
 const OCCUPIED_FROM: u8 = 68;
-/// The cell has been changed by the scan being entered.
+/// Bit that marks a cell as already changed by the scan being entered.
 const TOUCHED: u8 = 128;
 
-/// The map. Cells are addressed by whole numbers of cells from the origin.
+/// The occupancy map. Cells are addressed by their distances from the origin, in whole cells.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Occupancy {
     cell_m: f64,
     tiles_per_side: usize,
     max_tiles: usize,
-    /// The tile of each place in the map.
+    /// Index of the tile at each position in the map, or [`NO_TILE`].
     slots: Vec<u16>,
     #[serde(with = "serde_bytes")]
     levels: Vec<u8>,
-    /// The signs of each row of each tile, derived from its levels.
+    /// The signs of each row of each tile, derived from the levels.
     #[serde(skip)]
     signs: Vec<Signs>,
-    /// How many cells were not entered because no tile was left or they were beyond the extent.
+    /// Number of changes dropped because no tile was left or the cell was beyond the extent.
     left_out: u64,
 }
 
-/// The free and the occupied cells of a tile's row, one bit per cell.
+/// The free and the occupied cells of a tile's row, as one bit per cell each.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Signs {
     free: u32,
@@ -58,7 +59,7 @@ struct Signs {
 }
 
 impl Signs {
-    /// The signs of a row's levels.
+    /// Returns the signs of a row, given its levels.
     fn of(levels: &[u8]) -> Self {
         let mut signs = Self::default();
         levels.iter().enumerate().for_each(|(column, level)| signs.set(column, *level));
@@ -74,7 +75,7 @@ impl Signs {
 }
 
 impl Occupancy {
-    /// An empty map; memory for all tiles is reserved.
+    /// Creates an empty map and reserves memory for all tiles.
     pub fn new(parameters: &Parameters) -> Self {
         let tiles_per_side = parameters.tiles_per_side();
         Self {
@@ -88,10 +89,10 @@ impl Occupancy {
         }
     }
 
-    /// Takes a saved map if it belongs to these parameters, and reserves memory again.
+    /// Checks that a saved map matches the parameters, and reserves its memory again.
     ///
     /// # Errors
-    /// [`Error::State`].
+    /// [`Error::State`] if the map does not match the parameters or is damaged.
     pub fn restored(mut self, parameters: &Parameters) -> Result<Self, Error> {
         let new = Self::new(parameters);
         let wrong = |expected, found: String| Err(Error::State { expected, found });
@@ -121,22 +122,22 @@ impl Occupancy {
         Ok(self)
     }
 
-    /// Side of a cell, metres.
+    /// Returns the length of a cell's side, in metres.
     pub fn cell_m(&self) -> f64 {
         self.cell_m
     }
 
-    /// Tiles in use.
+    /// Returns the number of tiles in use.
     pub fn tiles(&self) -> usize {
         self.levels.len() / TILE_CELLS
     }
 
-    /// How many changes were lost because the map was full or did not reach far enough.
+    /// Returns the number of changes lost because the map was full or did not reach far enough.
     pub fn left_out(&self) -> u64 {
         self.left_out
     }
 
-    /// What is known about a cell.
+    /// Returns the state of a cell.
     pub fn at(&self, cell: [i32; 2]) -> Cell {
         classify(self.level(cell))
     }
@@ -145,10 +146,10 @@ impl Occupancy {
         self.find(cell).map_or(0, |index| self.levels[index])
     }
 
-    /// The indices of the tile's slot and of the cell in the tile; `None` beyond the extent.
+    /// Returns the index of the tile's slot and the index of the cell within the tile, or `None` beyond the extent.
     fn split(&self, cell: [i32; 2]) -> Option<(usize, usize)> {
         let half = self.tiles_per_side * TILE / 2;
-        // A cell below the extent wraps around to a very large number.
+        // A cell below the extent wraps around to a very large number, which is beyond the extent as well.
         let [x, y] = cell.map(|at| at.wrapping_add(half as i32) as u32 as usize);
         let (column, row) = (x / TILE, y / TILE);
         let is_within = column < self.tiles_per_side && row < self.tiles_per_side;
@@ -161,7 +162,8 @@ impl Occupancy {
         (tile != NO_TILE).then(|| usize::from(tile) * TILE_CELLS + within)
     }
 
-    /// The index of the first cell of a slot's tile. The tile is created if there is room.
+    /// Returns the index of the first cell of a slot's tile. Creates the tile if it is missing, or returns `None` if there is no
+    /// room.
     fn find_or_make(&mut self, slot: usize) -> Option<usize> {
         if self.slots[slot] == NO_TILE {
             if self.tiles() >= self.max_tiles {
@@ -174,13 +176,14 @@ impl Occupancy {
         Some(usize::from(self.slots[slot]) * TILE_CELLS)
     }
 
-    /// Begins a scan. `touched` is working memory; nothing is allocated if it has room for all cells in range.
+    /// Begins to enter a scan. `touched` is working memory. If it has room for all cells in range, entering the scan allocates
+    /// nothing.
     pub(crate) fn scan<'a>(&'a mut self, touched: &'a mut Vec<u32>) -> Entering<'a> {
         touched.clear();
         Entering { map: self, touched, tile: None }
     }
 
-    /// Calls `visit` with each occupied cell of a rectangle, tile by tile.
+    /// Calls `visit` with each occupied cell of a rectangle, tile by tile. Both corners are inclusive.
     pub(crate) fn occupied_within(&self, low: [i32; 2], high: [i32; 2], mut visit: impl FnMut([i32; 2])) {
         let half = (self.tiles_per_side * TILE / 2) as i32;
         let tile = |at: i32| (at + half).div_euclid(TILE as i32).clamp(0, self.tiles_per_side as i32 - 1);
@@ -206,7 +209,7 @@ impl Occupancy {
         }
     }
 
-    /// Writes the map to a grid that is the rectangle around all tiles in use.
+    /// Writes the map to a grid, which becomes the rectangle around all tiles in use.
     pub fn write(&self, grid: &mut CellGrid) {
         let half = (self.tiles_per_side * TILE / 2) as i32;
         let used = self.slots.iter().enumerate().filter(|(_, slot)| **slot != NO_TILE);
@@ -239,16 +242,17 @@ fn classify(level: u8) -> Cell {
     }
 }
 
-/// A scan that is being entered: first all ends of beams, then all beams.
+/// A scan that is being entered. The ends of all beams come first and the beams themselves second, so that a cell in which a beam
+/// ends counts as hit even if other beams pass through it.
 pub(crate) struct Entering<'a> {
     map: &'a mut Occupancy,
     touched: &'a mut Vec<u32>,
-    /// The last slot and the first cell of its tile, since successive cells of a beam are mostly in the same tile.
+    /// The last slot and the first cell of its tile, cached because successive cells of a beam are mostly in the same tile.
     tile: Option<(usize, usize)>,
 }
 
 impl Entering<'_> {
-    /// A beam ends in a cell.
+    /// Records that a beam ends in a cell.
     pub fn hit(&mut self, cell: [i32; 2]) {
         self.change(cell, |level| {
             let step = if level < DEEPLY_FREE { HIT_IN_FREE } else { HIT };
@@ -256,7 +260,7 @@ impl Entering<'_> {
         });
     }
 
-    /// A beam goes from one place (in cells) to another; its cells up to `clear` cells before its end are free.
+    /// Records a beam from one place to another, in cells. The cells along the beam up to `clear` cells before its end are free.
     pub fn pass(&mut self, from: [f64; 2], to: [f64; 2], clear: f64) {
         let along = [to[0] - from[0], to[1] - from[1]];
         let length = along[0].hypot(along[1]) - clear;
@@ -303,7 +307,7 @@ impl Drop for Entering<'_> {
     }
 }
 
-/// Visits the cells along a ray (Amanatides and Woo 1987). Places and lengths in cells.
+/// Visits the cells along a ray (Amanatides and Woo 1987). Places and lengths are in cells.
 pub(crate) fn traverse(from: [f64; 2], direction: [f64; 2], length: f64, mut visit: impl FnMut([i32; 2])) {
     let mut cell = from.map(floor);
     let step = direction.map(|part| if part < 0.0 { -1 } else { 1 });
@@ -357,7 +361,7 @@ mod tests {
         assert_eq!(seen, [[20, 0]]);
     }
 
-    /// For three scans, a person crosses the corridor where the robot had looked ten times before.
+    /// A person stands in the corridor for three scans, after the robot had looked through there ten times.
     #[test]
     fn who_walks_by_leaves_no_wall() {
         let mut map = map();
@@ -406,7 +410,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, rng_seed: proptest::test_runner::RngSeed::Fixed(1), ..ProptestConfig::default() })]
 
-        /// From cell to neighbouring cell, never farther from the ray than a cell's diagonal, to the ray's end.
+        /// A ray goes from cell to neighbouring cell, and ends in the cell that contains its end.
         #[test]
         fn a_ray_visits_a_chain_of_cells(x in -9.0..9.0, y in -9.0..9.0, angle in 0.0..6.3f64, length in 0.0..40.0f64) {
             let direction = [angle.cos(), angle.sin()];

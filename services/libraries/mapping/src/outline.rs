@@ -1,8 +1,9 @@
-//! Outlines: of what a drawing shows as free, and of what a robot has seen as free.
+//! Outlines of the free space that a drawing shows, and of the free space that a robot has seen.
 //!
-//! An outline is closed and runs counter-clockwise. That of a drawing is a cyclic sequence of samples, each a place and the
-//! direction of the wall there. That of a map is a sequence of *pieces*: pieces of wall, and gaps, beyond which the robot has
-//! not looked. Only the outer border is taken; what stands free inside has no part in it.
+//! An outline is closed and runs counter-clockwise. The outline of a drawing is a cyclic sequence of samples, each of which is a
+//! place and the direction of the wall there. The outline of a map is a sequence of *pieces*, which are either pieces of wall or
+//! gaps beyond which the robot has not looked. Only the outer border counts; objects that stand free inside are not part of the
+//! outline.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,10 +11,10 @@ use crate::grid::CellGrid;
 use crate::region::Region;
 use crate::survey::Survey;
 
-/// A place, x and y.
+/// A place, as x and y.
 pub type Place = [f64; 2];
 
-/// Most points kept for a gap.
+/// Maximum number of points kept for a gap.
 const GAP_POINTS: usize = 96;
 
 /// The outline of a drawing.
@@ -23,26 +24,26 @@ pub struct Outline {
     pub places: Vec<Place>,
     /// The direction of the outline at each sample, as a unit vector.
     pub directions: Vec<[f64; 2]>,
-    /// Its length.
+    /// Length of the outline.
     pub length: f64,
 }
 
 impl Outline {
-    /// The outline of a connected region: `samples` samples, smoothed over `smoothing` cells (the standard deviation of a
-    /// Gaussian).
+    /// Returns the outline of a connected region as `samples` samples, smoothed by a Gaussian with a standard deviation of
+    /// `smoothing` cells.
     pub fn of_region(region: &Region, samples: usize, smoothing: f64) -> Self {
         let border = region.border();
         let middles: Vec<_> = border.iter().map(|at| at.map(|k| k as f64 + 0.5)).collect();
         Self::of_polygon(&smoothed(&middles, smoothing), samples)
     }
 
-    /// Enlarges it by a factor.
+    /// Enlarges the outline by a factor.
     pub fn scale(&mut self, times: f64) {
         self.places.iter_mut().flatten().for_each(|part| *part *= times);
         self.length *= times;
     }
 
-    /// The outline of a closed, counter-clockwise polygon.
+    /// Returns the outline of a closed, counter-clockwise polygon.
     pub fn of_polygon(corners: &[Place], samples: usize) -> Self {
         if corners.is_empty() || samples == 0 {
             return Self::default();
@@ -61,46 +62,46 @@ impl Outline {
 /// A piece of the outline of what a robot has seen.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Piece {
-    /// A piece of wall: its middle, and its direction as a unit vector.
+    /// A piece of wall.
     Wall {
-        /// Where it is.
+        /// Centre of the piece.
         place: Place,
-        /// Its direction.
+        /// Direction of the wall, as a unit vector.
         direction: [f64; 2],
     },
-    /// A gap: its number in [`SeenOutline::gaps`].
+    /// A gap, as its index in [`SeenOutline::gaps`].
     Gap(u16),
 }
 
 /// The outline of what a robot has seen, in the frame of its map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SeenOutline {
-    /// In order around the region.
+    /// Pieces in order around the region.
     pub pieces: Vec<Piece>,
-    /// Points of each gap, in order.
+    /// Points of each gap, in order along the outline.
     pub gaps: Vec<Vec<Place>>,
 }
 
-/// How an outline is taken from a map.
+/// Settings for taking an outline from a map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Taking {
-    /// Length of a piece of wall.
+    /// Length of a piece of wall, in metres.
     pub piece_m: f64,
-    /// Standard deviation of the Gaussian along the outline.
+    /// Standard deviation of the Gaussian that smooths the outline, in metres.
     pub smoothing_m: f64,
-    /// An outline is wall up to this distance from what is occupied.
+    /// Maximum distance from an occupied cell, in metres, at which the outline counts as wall.
     pub wall_m: f64,
-    /// A shorter gap between walls counts as wall, ...
+    /// Minimum length of a gap, in metres. A shorter gap between walls counts as wall.
     pub least_gap_m: f64,
-    /// ... and a shorter wall between gaps as part of the gap.
+    /// Minimum length of a wall, in metres. A shorter wall between gaps counts as part of the gap.
     pub least_wall_m: f64,
-    /// Most pieces.
+    /// Maximum number of pieces.
     pub most_pieces: usize,
 }
 
 impl SeenOutline {
-    /// The outline of the free space around the robot. Places near a cell of `shut` count as wall, too: these are gaps that show
-    /// nothing beyond them.
+    /// Returns the outline of the free space around the robot. Cells near a place of `shut` count as wall, too. This is for gaps
+    /// beyond which there turned out to be nothing to see.
     pub fn of_map(survey: &Survey, shut: &[Place], taking: &Taking) -> Self {
         let (grid, border) = (survey.grid(), survey.free().border());
         if border.len() < 8 {
@@ -148,7 +149,7 @@ impl SeenOutline {
     }
 }
 
-/// Whether each cell of the border lies near something occupied or shut.
+/// Returns, for each cell of the border, whether it lies near an occupied or shut cell.
 fn walls(grid: &CellGrid, border: &[[i64; 2]], shut: &[Place], wall_m: f64) -> Vec<bool> {
     let mut near = grid.occupied.clone();
     for index in shut.iter().filter_map(|place| grid.occupied.index(grid.cell_of(*place))) {
@@ -158,7 +159,7 @@ fn walls(grid: &CellGrid, border: &[[i64; 2]], shut: &[Place], wall_m: f64) -> V
     border.iter().map(|at| near.holds(*at)).collect()
 }
 
-/// A stretch of a closed line on which something is the same.
+/// A stretch of a closed line along which a flag has the same value.
 struct Run {
     first: usize,
     length: usize,
@@ -185,7 +186,7 @@ fn runs(line: &[bool]) -> Vec<Run> {
     (0..changes.len()).map(run).collect()
 }
 
-/// Flips stretches that have this value and are shorter than `least`.
+/// Flips the stretches that have this value and are shorter than `least`.
 fn settle(line: &mut [bool], least: usize, value: bool) {
     for run in runs(line) {
         if run.is_set == value && run.length < least {
@@ -194,7 +195,7 @@ fn settle(line: &mut [bool], least: usize, value: bool) {
     }
 }
 
-/// A closed line, smoothed by a Gaussian along it.
+/// Smooths a closed line with a Gaussian along it.
 fn smoothed(line: &[Place], deviation: f64) -> Vec<Place> {
     let count = line.len() as i64;
     let half = ((3.0 * deviation) as i64).min((count - 1) / 2);
@@ -211,7 +212,7 @@ fn smoothed(line: &[Place], deviation: f64) -> Vec<Place> {
     (0..count).map(at).collect()
 }
 
-/// How far along the line each point is.
+/// Returns the distance of each point along the line.
 fn arc_lengths(line: &[Place]) -> Vec<f64> {
     let mut so_far = 0.0;
     let steps = line.windows(2).map(|pair| {
@@ -221,7 +222,7 @@ fn arc_lengths(line: &[Place]) -> Vec<f64> {
     std::iter::once(0.0).chain(steps).collect()
 }
 
-/// Places at increasing lengths along a line; beyond its ends, the ends.
+/// Returns the places at increasing distances along a line. Distances beyond its ends give the ends.
 fn resampled(line: &[Place], along: &[f64], at: impl Iterator<Item = f64>) -> Vec<Place> {
     let mut k = 0;
     at.map(|length| {
@@ -240,7 +241,7 @@ fn minus(a: Place, b: Place) -> Place {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// The unit vector along a vector; that of x if it has no length.
+/// Returns the unit vector along a vector, or along x if the vector has no length.
 fn unit(v: Place) -> Place {
     let length = v[0].hypot(v[1]);
     if length > 0.0 { v.map(|part| part / length) } else { [1.0, 0.0] }
@@ -260,7 +261,7 @@ mod tests {
         most_pieces: 500,
     };
 
-    /// A room of 4 × 3 m with a door of 1 m in the right wall, through which the robot has not looked.
+    /// Surveys a room of 4 × 3 m with a 1 m door in the right wall, through which the robot has not looked.
     fn room() -> Survey {
         let grid = CellGrid::of([100, 80], 0.05, [0.0, 0.0], |k| {
             let (column, row) = (k % 100, k / 100);

@@ -1,64 +1,64 @@
-//! Parameters of local mapping. One set serves all robots and buildings.
+//! Parameters of local mapping. A single set serves all robots and buildings.
 
 use sketchnav_schemas::message::MAX_BEAMS;
 
 use crate::Error;
 use crate::occupancy::TILE;
 
-/// How far odometry may be off, one standard deviation.
+/// Standard deviations of odometry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OdometryNoise {
-    /// Metres per metre driven.
+    /// Position error in metres per metre driven.
     pub position_per_m: f64,
-    /// Radians per metre driven.
+    /// Heading error in radians per metre driven.
     pub yaw_per_m: f64,
-    /// Radians per radian turned.
+    /// Heading error in radians per radian turned.
     pub yaw_per_rad: f64,
-    /// Metres, whatever was driven.
+    /// Constant part of the position error, in metres.
     pub position_floor_m: f64,
-    /// Radians, whatever was driven.
+    /// Constant part of the heading error, in radians.
     pub yaw_floor_rad: f64,
 }
 
 /// Parameters of the mapper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
-    /// Side of a cell.
+    /// Length of a cell's side, in metres.
     pub cell_m: f64,
-    /// The map reaches half of this in each direction from its origin. Farther cells are not entered.
+    /// Side of the square that the map covers, centred on its origin, in metres. Cells outside are dropped.
     pub extent_m: f64,
-    /// Most tiles of 32 by 32 cells, which bounds the map's memory: 1 KiB per tile.
+    /// Maximum number of tiles of 32 by 32 cells. This bounds the map's memory, at 1.25 KiB per tile.
     pub max_tiles: usize,
-    /// Beams change the map up to this range.
+    /// Range up to which beams change the map, in metres.
     pub mapping_range_m: f64,
-    /// Beams without a return show free space up to this range; 0 if a lost return says nothing.
+    /// Range up to which beams without a return show free space, in metres. Zero if a lost return says nothing.
     pub open_range_m: f64,
-    /// Beams up to this range are matched.
+    /// Maximum range of beams that are matched, in metres.
     pub matching_range_m: f64,
-    /// Most points of a scan that are matched.
+    /// Maximum number of points of a scan that are matched.
     pub max_points: usize,
-    /// How far odometry may be off.
+    /// Uncertainty of the odometry.
     pub odometry: OdometryNoise,
-    /// The search window in standard deviations of the odometry.
+    /// Half the side and half the angle of the search window, in standard deviations of the odometry.
     pub window_sigmas: f64,
-    /// Half the side of the largest search window.
+    /// Half the side of the largest search window, in metres.
     pub window_max_m: f64,
-    /// Half the angle of the largest search window.
+    /// Half the angle of the largest search window, in radians.
     pub window_max_rad: f64,
-    /// Standard deviation of a reading about a wall.
+    /// Standard deviation of readings about a wall, in metres.
     pub blur_m: f64,
-    /// The logarithm of the odds of a scan that fits completely against one that does not fit. Beams are not independent; this
-    /// says how many of them count.
+    /// Log odds of a scan that fits completely against one that does not fit at all. Since the beams of a scan are not independent,
+    /// this also expresses how many of them count.
     pub evidence: f64,
-    /// A scan is matched after this many metres.
+    /// Distance after which a scan is matched, in metres.
     pub match_m: f64,
-    /// A scan is matched after this many radians.
+    /// Angle turned after which a scan is matched, in radians.
     pub match_rad: f64,
-    /// A scan is entered into the map after this many metres.
+    /// Distance after which a scan is entered into the map, in metres.
     pub enter_m: f64,
-    /// A scan is entered into the map after this many radians.
+    /// Angle turned after which a scan is entered into the map, in radians.
     pub enter_rad: f64,
-    /// A standing robot enters one in this many scans, so that people who leave are forgotten.
+    /// Number of scans after which a robot that stands still enters a scan, so that people who have left are forgotten.
     pub enter_scans: u32,
 }
 
@@ -95,20 +95,20 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// The largest number of cells along a side of a map.
+    /// Returns the maximum number of cells along a side of a map.
     pub fn cells_per_side(&self) -> usize {
         self.tiles_per_side() * TILE
     }
 
-    /// The largest number of tiles along a side of a map.
+    /// Returns the maximum number of tiles along a side of a map.
     pub(crate) fn tiles_per_side(&self) -> usize {
         (self.extent_m / (self.cell_m * TILE as f64)).ceil() as usize
     }
 
-    /// Checks bounds; memory and work follow from them.
+    /// Checks that all parameters are within bounds. These limit the memory and the work of the mapper.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that is out of bounds.
+    /// [`Error::Parameter`] for the first parameter that is out of bounds.
     pub fn check(&self) -> Result<(), Error> {
         let noise = &self.odometry;
         let bounds = [

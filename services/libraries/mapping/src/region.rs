@@ -1,20 +1,20 @@
-//! Regions of cells: their connected parts, their neighbourhoods and their borders.
+//! Regions of cells, with operations on their connected parts, their neighbourhoods and their borders.
 //!
 //! A region stores one bit per cell, and most operations work on whole words.
 
-/// Bits in a word.
+/// Number of bits in a word.
 const WORD: usize = 64;
 
-/// A set of cells of a rectangle; row 0 is the lowest, cells of a row go along x.
+/// A set of cells of a rectangle. Rows run along x, and row 0 is the lowest.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Region {
     width: usize,
     height: usize,
-    /// The rows in order, each a whole number of words; unused bits are 0.
+    /// The rows in order. Each is a whole number of words, and unused bits are 0.
     words: Vec<u64>,
 }
 
-/// Adjacent cells in a row: the row, the first column and the one after the last.
+/// Adjacent cells in a row. `end` is the column after the last one.
 #[derive(Debug, Clone, Copy)]
 struct Stretch {
     row: usize,
@@ -26,7 +26,7 @@ struct Stretch {
 const AROUND: [[i64; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 
 impl Region {
-    /// The region of the cells for which `holds` is true.
+    /// Creates the region of the cells for whose index `holds` returns true.
     pub fn of(width: usize, height: usize, mut holds: impl FnMut(usize) -> bool) -> Self {
         let mut region = Self::empty(width, height);
         for index in 0..width * height {
@@ -37,63 +37,63 @@ impl Region {
         region
     }
 
-    /// A rectangle that contains none of its cells.
+    /// Creates a region that contains no cells.
     pub fn empty(width: usize, height: usize) -> Self {
         let mut region = Self::default();
         region.reset(width, height);
         region
     }
 
-    /// An empty rectangle with room for this many columns and rows.
+    /// Creates a region of size zero that has memory reserved for this many columns and rows.
     pub fn with_room(width: usize, height: usize) -> Self {
         Self { words: Vec::with_capacity(width.div_ceil(WORD) * height), ..Self::default() }
     }
 
-    /// Resets this to a rectangle of another size that contains no cells, reusing its memory.
+    /// Resizes the region and removes all cells, reusing its memory.
     pub fn reset(&mut self, width: usize, height: usize) {
         (self.width, self.height) = (width, height);
         self.words.clear();
         self.words.resize(width.div_ceil(WORD) * height, 0);
     }
 
-    /// Copies `other`, reusing its memory.
+    /// Becomes a copy of `other`, reusing memory.
     pub fn copy_from(&mut self, other: &Self) {
         (self.width, self.height) = (other.width, other.height);
         self.words.clone_from(&other.words);
     }
 
-    /// The number of cells in a row.
+    /// Returns the number of cells in a row.
     pub fn width(&self) -> usize {
         self.width
     }
 
-    /// The number of rows.
+    /// Returns the number of rows.
     pub fn height(&self) -> usize {
         self.height
     }
 
-    /// The number of cells in the rectangle.
+    /// Returns the number of cells in the rectangle.
     pub fn cells(&self) -> usize {
         self.width * self.height
     }
 
-    /// The number of words in a row.
+    /// Returns the number of words in a row.
     fn stride(&self) -> usize {
         self.width.div_ceil(WORD)
     }
 
-    /// The index of a cell, counted row by row; `None` outside the rectangle.
+    /// Returns the index of a cell, counted row by row, or `None` outside the rectangle.
     pub fn index(&self, at: [i64; 2]) -> Option<usize> {
         let is_within = (0..self.width as i64).contains(&at[0]) && (0..self.height as i64).contains(&at[1]);
         is_within.then(|| at[1] as usize * self.width + at[0] as usize)
     }
 
-    /// The column and row of a cell.
+    /// Returns the column and row of a cell.
     pub fn at(&self, index: usize) -> [i64; 2] {
         [(index % self.width) as i64, (index / self.width) as i64]
     }
 
-    /// Whether it contains this cell; `false` outside the rectangle.
+    /// Returns true if the region contains this cell, which may lie outside the rectangle.
     #[inline]
     pub fn holds(&self, at: [i64; 2]) -> bool {
         let (column, row) = (at[0] as usize, at[1] as usize);
@@ -105,7 +105,7 @@ impl Region {
         self.words[row * self.stride() + column / WORD] >> (column % WORD) & 1 == 1
     }
 
-    /// Whether it contains the cell with this index.
+    /// Returns true if the region contains the cell with this index.
     pub fn contains(&self, index: usize) -> bool {
         self.has(index % self.width, index / self.width)
     }
@@ -117,7 +117,7 @@ impl Region {
         self.words[row * stride + column / WORD] |= 1 << (column % WORD);
     }
 
-    /// Adds the cells of a row whose bits are set, counted from `column`.
+    /// Adds the cells of a row whose bits are set, where the lowest bit is the cell at `column`.
     pub(crate) fn insert_bits(&mut self, column: usize, row: usize, bits: u32) {
         let stride = self.stride();
         let (word, shift) = (row * stride + column / WORD, column % WORD);
@@ -128,17 +128,17 @@ impl Region {
         }
     }
 
-    /// How many cells it contains.
+    /// Returns the number of cells in the region.
     pub fn count(&self) -> usize {
         self.words.iter().map(|word| word.count_ones() as usize).sum()
     }
 
-    /// The indices of its cells, in order.
+    /// Returns the indices of the region's cells, in order.
     pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
         self.places().map(|[column, row]| row * self.width + column)
     }
 
-    /// The columns and rows of its cells, in the same order.
+    /// Returns the columns and rows of the region's cells, in the order of their indices.
     pub fn places(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         let stride = self.stride().max(1);
         self.words.iter().enumerate().filter(|(_, word)| **word != 0).flat_map(move |(k, word)| {
@@ -147,7 +147,7 @@ impl Region {
         })
     }
 
-    /// Its first cell.
+    /// Returns the index of the first cell.
     pub fn first(&self) -> Option<usize> {
         self.iter().next()
     }
@@ -157,20 +157,21 @@ impl Region {
         self.words.iter_mut().zip(&other.words).for_each(|(word, other)| *word &= !other);
     }
 
-    /// The cells connected to `seed` by their sides; none if the region does not contain the seed.
+    /// Returns the cells connected to `seed` by their sides. The result is empty if the region does not contain the seed.
     pub fn connected(&self, seed: usize) -> Self {
         let (mut rest, mut found) = (self.clone(), Self::default());
         rest.move_connected(seed, &mut found, &mut Vec::new());
         found
     }
 
-    /// Moves the cells connected to `seed` by their sides to `found`, which is resized to match. `waiting` is working memory.
+    /// Moves the cells connected to `seed` by their sides to `found`, which is resized to match and replaced. `waiting` is working
+    /// memory.
     pub fn move_connected(&mut self, seed: usize, found: &mut Self, waiting: &mut Vec<usize>) {
         found.reset(self.width, self.height);
         self.take_stretches(seed, waiting, |stretch| found.fill(stretch));
     }
 
-    /// Removes the cells connected to `seed` by their sides and returns how many they were. `waiting` is memory to be reused.
+    /// Removes the cells connected to `seed` by their sides and returns how many there were. `waiting` is working memory.
     pub fn take_connected(&mut self, seed: usize, waiting: &mut Vec<usize>) -> usize {
         let mut count = 0;
         self.take_stretches(seed, waiting, |stretch| count += stretch.end - stretch.first);
@@ -208,7 +209,7 @@ impl Region {
         }
     }
 
-    /// Adds one cell of each stretch that overlaps this one to the waiting cells.
+    /// Adds one cell of each overlap between this stretch and the region to the waiting cells.
     fn wait_beside(&self, Stretch { row, first, end }: Stretch, waiting: &mut Vec<usize>) {
         let mut before = 0;
         for word in first / WORD..=(end - 1) / WORD {
@@ -219,7 +220,7 @@ impl Region {
         }
     }
 
-    /// The first column of the stretch that a contained cell belongs to.
+    /// Returns the first column of the stretch that a contained cell belongs to.
     fn first_of(&self, column: usize, row: usize) -> usize {
         let words = &self.words[row * self.stride()..][..self.stride()];
         let mut word = column / WORD;
@@ -231,7 +232,7 @@ impl Region {
         if free == 0 { 0 } else { (word + 1) * WORD - free.leading_zeros() as usize }
     }
 
-    /// The column after the last one of the stretch that a contained cell belongs to.
+    /// Returns the column after the last one of the stretch that a contained cell belongs to.
     fn end_of(&self, column: usize, row: usize) -> usize {
         let words = &self.words[row * self.stride()..][..self.stride()];
         let mut word = column / WORD;
@@ -259,7 +260,7 @@ impl Region {
         }
     }
 
-    /// The cell nearest to `at` within a distance in cells; the first of several that are equally near.
+    /// Returns the cell nearest to `at` within a distance, both in cells. If several are equally near, returns the first.
     pub fn nearest(&self, at: [f64; 2], within: f64) -> Option<usize> {
         let [low, high] = [-1.0, 1.0].map(|side| [0, 1].map(|k| (at[k] + side * within).floor() as i64));
         let mut best = (None, within * within);
@@ -287,7 +288,7 @@ impl Region {
         self.clear_beside();
     }
 
-    /// Removes every cell within `radius` columns and rows of one that is not contained. Cells outside the rectangle count as
+    /// Removes every cell within `radius` columns and rows of a cell that is not contained. Cells outside the rectangle count as
     /// contained.
     pub fn shrink(&mut self, radius: usize) {
         self.invert();
@@ -334,8 +335,8 @@ impl Region {
         }
     }
 
-    /// Writes the same region to `coarse` in cells `times` as long (at most 64), each contained if all of its cells are. A
-    /// remainder at the ends is left out.
+    /// Writes the region to `coarse` in cells that are `times` as long, where `times` is at most 64. A coarse cell is contained if
+    /// all of its cells are. A remainder at the ends is dropped.
     pub fn coarsen(&self, times: usize, coarse: &mut Self) {
         coarse.reset(self.width / times, self.height / times);
         let (stride, together) = (coarse.stride(), WORD / times);
@@ -352,7 +353,7 @@ impl Region {
         }
     }
 
-    /// The bits of a row from a column onwards.
+    /// Returns the next 64 bits of a row, starting at a column.
     fn word_from(&self, column: usize, row: usize) -> u64 {
         let words = &self.words[row * self.stride()..][..self.stride()];
         let (word, shift) = (column / WORD, column % WORD);
@@ -360,8 +361,8 @@ impl Region {
         words[word] >> shift | next
     }
 
-    /// The cells of the outer border, counter-clockwise, beginning with the first cell of the lowest row (Moore's neighbour
-    /// tracing). The region is assumed to be connected; holes have no part in it.
+    /// Returns the cells of the outer border, counter-clockwise, beginning with the first cell of the lowest row (Moore neighbour
+    /// tracing). The region is assumed to be connected. Holes are not part of the border.
     pub fn border(&self) -> Vec<[i64; 2]> {
         let Some(first) = self.first() else { return Vec::new() };
         let start = self.at(first);
@@ -385,7 +386,7 @@ impl Region {
     }
 }
 
-/// The positions of the set bits, in order.
+/// Returns the positions of the set bits, in order.
 fn bits(mut word: u64) -> impl Iterator<Item = usize> {
     std::iter::from_fn(move || {
         let bit = word.trailing_zeros() as usize;
@@ -394,7 +395,7 @@ fn bits(mut word: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The bits of a row's word for the columns from `first` to before `end`.
+/// Returns a mask of the bits of a row's word that are columns from `first` up to but excluding `end`.
 fn mask(word: usize, first: usize, end: usize) -> u64 {
     let low = first.saturating_sub(word * WORD).min(WORD);
     let high = end.saturating_sub(word * WORD).min(WORD);
@@ -419,7 +420,7 @@ mod tests {
         assert_eq!(region.border(), [[1, 1], [2, 1], [3, 1], [2, 2], [1, 2]]);
     }
 
-    /// A spur is walked along on both sides, and does not end the walk.
+    /// The walk follows a spur along both sides and does not end at its start.
     #[test]
     fn a_spur_one_cell_wide_is_walked_there_and_back() {
         let region = drawn(&["......", ".####.", ".#....", "......"]);
@@ -454,7 +455,7 @@ mod tests {
         assert_eq!(region, drawn(&[frame, frame, "..#####..", "..#####..", frame, frame]));
     }
 
-    /// An operation on a region wider than a word, computed cell by cell: too simple to be wrong.
+    /// Computes an operation cell by cell, which is too simple to be wrong.
     fn plain(region: &Region, holds: impl Fn([i64; 2]) -> bool) -> Region {
         Region::of(region.width(), region.height(), |k| holds(region.at(k)))
     }
@@ -495,7 +496,7 @@ mod tests {
             prop_assert_eq!(region.count(), cells.len());
         }
 
-        /// Compared with a flood fill from cell to cell.
+        /// Compares connected parts with a flood fill from cell to cell.
         #[test]
         fn what_hangs_together_is_what_a_flood_reaches(
             width in 1..150_usize, height in 1..9_usize, held in 4..8_u32, seed: u64, at: prop::sample::Index,

@@ -1,43 +1,44 @@
-//! A sweep of a planar laser range finder, as the mapper takes it.
+//! A sweep of a planar laser range finder, the mapper's input.
 
 use sketchnav_schemas::geometry::{Base, Pose};
 use sketchnav_schemas::message::MAX_BEAMS;
 
 use crate::Error;
 
-/// A sweep, from the right to the left.
+/// A sweep of a laser, from right to left.
 #[derive(Debug, Clone, Copy)]
 pub struct Scan<'a> {
-    /// Ranges in metres. Beyond `range_max_m`, +∞: nothing returned. NaN or below `range_min_m`: invalid (REP 117).
+    /// Ranges in metres. A range of `range_max_m` or more, such as +∞, means that nothing returned. NaN and ranges below
+    /// `range_min_m` are invalid (REP 117).
     pub ranges_m: &'a [f32],
-    /// Direction of beam 0 in the laser's frame, counter-clockwise from its forward axis.
+    /// Direction of beam 0 in the laser's frame, in radians counter-clockwise from its forward axis.
     pub first_rad: f64,
-    /// Step from one beam to the next.
+    /// Angle from one beam to the next, in radians.
     pub step_rad: f64,
-    /// Shortest range that the laser measures.
+    /// Minimum range of the laser, in metres.
     pub range_min_m: f64,
-    /// Longest range that the laser measures.
+    /// Maximum range of the laser, in metres.
     pub range_max_m: f64,
-    /// Where the laser sits on the robot.
+    /// Pose of the laser on the robot.
     pub base_from_laser: Pose<Base>,
 }
 
-/// What a beam measured.
+/// The measurement of a beam.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Beam {
-    /// It ended at a range, metres.
+    /// The beam ended at this range, in metres.
     Hit(f64),
-    /// Nothing returned up to the laser's longest range.
+    /// Nothing returned up to the laser's maximum range.
     Open,
-    /// Nothing is known.
+    /// The reading is invalid and says nothing.
     Invalid,
 }
 
 impl Scan<'_> {
-    /// Checks numbers and counts.
+    /// Checks that the numbers are plausible and that there are not too many beams.
     ///
     /// # Errors
-    /// [`Error::Scan`].
+    /// [`Error::Scan`] if a number is implausible or there are too many beams.
     pub fn check(&self) -> Result<(), Error> {
         let wrong = |expected, found: String| Err(Error::Scan { expected, found });
         if self.ranges_m.len() > MAX_BEAMS {
@@ -70,7 +71,7 @@ impl Scan<'_> {
         }
     }
 
-    /// The direction of a beam as a unit vector in the robot's frame.
+    /// Returns the direction of a beam as a unit vector in the robot's frame.
     pub(crate) fn direction(&self, index: usize) -> [f64; 2] {
         let angle = self.base_from_laser.yaw_rad + self.first_rad + self.step_rad * index as f64;
         [angle.cos(), angle.sin()]

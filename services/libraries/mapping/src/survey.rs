@@ -1,4 +1,4 @@
-//! The part of a map that is free around the robot.
+//! Finds the part of a map that is free around the robot.
 
 use crate::Parameters;
 use crate::grid::CellGrid;
@@ -6,10 +6,10 @@ use crate::occupancy::Occupancy;
 use crate::outline::Place;
 use crate::region::Region;
 
-/// Room for the stretches of free cells that are still to be visited.
+/// Number of stretches of free cells yet to be visited for which memory is reserved.
 const WAITING: usize = 1 << 14;
 
-/// The map as a grid, and the free part of it that is connected to the robot's place.
+/// The map as a grid, and the free part of it that is connected to the robot's position.
 #[derive(Debug, Clone, Default)]
 pub struct Survey {
     grid: CellGrid,
@@ -20,7 +20,7 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// An empty survey with room for any map with these parameters: [`Self::take`] allocates nothing.
+    /// Creates an empty survey with room for any map with these parameters, so that [`Self::take`] allocates nothing.
     pub fn with_room(parameters: &Parameters) -> Self {
         let side = parameters.cells_per_side();
         let region = || Region::with_room(side, side);
@@ -28,26 +28,26 @@ impl Survey {
         Self { grid, free: region(), closed: region(), waiting: Vec::with_capacity(WAITING) }
     }
 
-    /// Surveys a grid for a robot that is at most `within_m` away from free cells.
+    /// Surveys a grid for a robot that is at most `within_m` away from free cells. Nothing is free if it is farther away.
     pub fn of(grid: CellGrid, robot: Place, within_m: f64) -> Self {
         let mut survey = Self { grid, ..Self::default() };
         survey.look(robot, within_m);
         survey
     }
 
-    /// Surveys a map.
+    /// Surveys a map for a robot that is at most `within_m` away from free cells.
     pub fn take(&mut self, map: &Occupancy, robot: Place, within_m: f64) {
         map.write(&mut self.grid);
         self.look(robot, within_m);
     }
 
-    /// The map: the rectangle around all that has been seen.
+    /// Returns the map as a grid, which is the rectangle around everything that has been seen.
     pub fn grid(&self) -> &CellGrid {
         &self.grid
     }
 
-    /// The free part that is connected to the robot's place, with slits one cell wide between beams closed. Empty if the robot's
-    /// place is not free.
+    /// Returns the free part that is connected to the robot's position. Slits between beams that are up to two cells wide are
+    /// closed. Empty if there is no free cell near the robot.
     pub fn free(&self) -> &Region {
         &self.free
     }

@@ -1,5 +1,5 @@
-//! Local mapping on real logs. Errors of relative poses are against the logs' corrected poses (the metric of Burgard et al.
-//! 2009), next to those of the odometry alone. Skipped, with a notice, if the logs are missing.
+//! Runs local mapping on real logs and compares its errors with those of the odometry alone. Errors are of relative poses against
+//! the logs' corrected poses (the metric of Burgard et al. 2009). If the logs are missing, these tests are skipped with a notice.
 
 mod support;
 
@@ -7,7 +7,7 @@ use sketchnav_mapping::{Mapper, Outcome, Parameters, Scan};
 use sketchnav_schemas::geometry::Pose;
 use support::carmen::{self, LogScan};
 
-/// A pose of any frame as plain numbers.
+/// A pose of any frame, as plain numbers.
 type Plain = Pose<sketchnav_mapping::Map>;
 
 fn scan(of: &LogScan) -> Scan<'_> {
@@ -22,7 +22,7 @@ fn scan(of: &LogScan) -> Scan<'_> {
     }
 }
 
-/// Mean errors of relative poses between scans that are some distance apart: metres and degrees.
+/// Mean errors, in metres and degrees, of relative poses between scans that are some distance apart.
 #[derive(Debug, Clone, Copy)]
 struct Errors {
     m: f64,
@@ -55,7 +55,7 @@ fn truth_off<F>(truth: &Pose<F>, found: &Pose<F>) -> (f64, f64) {
     (off.x.hypot(off.y), off.yaw_rad.abs().to_degrees())
 }
 
-/// Prints errors of odometry and mapper after 1, 5 and 20 m; returns both, the odometry's first.
+/// Prints and returns the errors after 1, 5 and 20 m, each as those of the odometry and those of the mapper.
 fn errors(name: &str, scans: &[LogScan], parameters: Parameters) -> [[Errors; 2]; 3] {
     let mut mapper = Mapper::new(parameters).unwrap();
     let plain = |x: f64, y: f64, yaw: f64| Plain::new(x, y, yaw);
@@ -80,7 +80,7 @@ fn errors(name: &str, scans: &[LogScan], parameters: Parameters) -> [[Errors; 2]
     })
 }
 
-/// The mapper's errors are below these, and below the odometry's.
+/// Asserts that the mapper's errors are below these, and below those of the odometry.
 fn is_as_good(errors: &[[Errors; 2]; 3], most_m: [f64; 3]) {
     for ([by_wheels, by_map], most_m) in errors.iter().zip(most_m) {
         assert!(by_map.m < most_m && by_map.m < by_wheels.m && by_map.deg < by_wheels.deg, "{by_map:?}");

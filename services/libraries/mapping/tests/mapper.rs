@@ -1,11 +1,11 @@
-//! The mapper as a whole: it corrects drifting odometry, and resumes from a checkpoint with the same bits.
+//! Tests the mapper as a whole: it corrects drifting odometry, and resumes from a checkpoint bit for bit.
 
 use sketchnav_mapping::{Map, Mapper, Parameters, Scan};
 use sketchnav_schemas::geometry::{Odom, Pose};
 
 const BEAMS: usize = 181;
 
-/// What a laser sees in a room of 6 × 4 m with a pillar, from `at` in the room's frame.
+/// Returns the ranges of a laser in a room of 6 × 4 m with a pillar, from `at` in the room's frame.
 fn ranges(at: &Pose<Map>) -> Vec<f32> {
     let ray = |i: usize| {
         let angle = at.yaw_rad - std::f64::consts::FRAC_PI_2 + (i as f64).to_radians();
@@ -15,7 +15,7 @@ fn ranges(at: &Pose<Map>) -> Vec<f32> {
             if step.abs() < 1e-9 { f64::INFINITY } else { (end - from) / step }
         };
         let room_m = wall(at.x, cos, -3.0, 3.0).min(wall(at.y, sin, -2.0, 2.0));
-        // The pillar: a disc of 0.25 m at (1.5, 0.8).
+        // The pillar is a disc with a radius of 0.25 m at (1.5, 0.8).
         let (dx, dy) = (1.5 - at.x, 0.8 - at.y);
         let (along, across) = (dx * cos + dy * sin, dy * cos - dx * sin);
         let half = 0.0625 - across * across;
@@ -36,7 +36,7 @@ fn scan(ranges_m: &[f32]) -> Scan<'_> {
     }
 }
 
-/// A drive in an arc through the room: true poses, and odometry that is 5 % too far and turned.
+/// Returns a drive in an arc through the room, as true poses and as odometry that is 5 % too long and turns too far.
 fn drive() -> Vec<(Pose<Map>, Pose<Odom>)> {
     let at = |k: usize| {
         let share = k as f64 / 60.0;
@@ -50,7 +50,7 @@ fn drive() -> Vec<(Pose<Map>, Pose<Odom>)> {
     (0..=60).map(at).collect()
 }
 
-/// Distance and angle from the true pose to where the mapper believes it is.
+/// Returns the distance and the angle between the true pose and the mapper's pose.
 fn off(mapper: &Mapper, start: &Pose<Map>, truth: &Pose<Map>) -> (f64, f64) {
     let error =
         start.motion_to(truth).motion_to(&Pose::new(mapper.pose().x, mapper.pose().y, mapper.pose().yaw_rad));

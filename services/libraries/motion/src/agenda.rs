@@ -1,7 +1,8 @@
-//! The agenda of a planner: which task is under way, what people order, time limits, and what is sent about all of this.
+//! The agenda of a planner keeps track of the task that is under way, of people's orders and of time limits, and reports all of
+//! this.
 //!
-//! Every planner has one. It hears orders, says in each step what is due, and sends the command and the status of the step. It
-//! knows neither what a task is about nor how the robot moves.
+//! Every planner has an agenda. The agenda receives orders, decides in each step what is due, and sends the command and the status
+//! of the step. It does not know what a task is about, nor how the robot moves.
 
 use std::fmt::Display;
 
@@ -14,37 +15,37 @@ use sketchnav_schemas::mission::Task;
 use sketchnav_schemas::run::{Pace, Pad, RunConfig};
 use sketchnav_stage::{Denied, Heard, Outbox, Remains, StageError};
 
-/// How far the mission has come.
+/// Progress of a mission.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Phase {
-    /// Not begun, or waiting to begin the next task.
+    /// The mission has not begun, or the next task waits to begin.
     #[default]
     Waiting,
     /// A task is under way.
     Driving,
-    /// A task has ended and was reported; the next step begins the next one.
+    /// A task has ended and this was reported. The next step begins the next task.
     Ended,
-    /// Nothing is left to do.
+    /// No task is left.
     Over,
 }
 
-/// Why the robot is held although there is something left to do.
+/// The reason why the robot is held although tasks are left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Hold {
-    /// A person stopped it.
+    /// A person stopped the robot.
     Paused,
     /// The link to the driver was lost.
     Unattended,
-    /// A person aborted the mission, and may continue it.
+    /// A person aborted the mission, but can still resume it.
     Aborted,
-    /// It does not know where it is, and waits for a person's help.
+    /// The robot does not know where it is and waits for a person's help.
     Lost,
-    /// It asks a person something.
+    /// The robot has asked a person a question.
     Asks,
 }
 
 impl Hold {
-    /// What a status says; `None` if the reason was given when the robot was held.
+    /// Returns the state and the reason for a status, or `None` if the reason was already given when the robot was held.
     fn status(self) -> Option<(TaskState, &'static str)> {
         match self {
             Self::Paused => Some((TaskState::Paused, "stopped by a person")),
@@ -59,12 +60,12 @@ impl Hold {
 
 const ABORTED: &str = "given up by a person";
 
-/// What a status says about a task, whatever the task is about.
+/// The part of a task that appears in every status, whatever the task is about.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TaskInfo {
-    /// Name, for people.
+    /// Name of the task, for people to read.
     pub name: Text<32>,
-    /// Time limit, seconds of simulation time.
+    /// Time limit, in seconds of simulation time.
     pub time_limit_s: f64,
 }
 
@@ -74,25 +75,25 @@ impl From<&Task> for TaskInfo {
     }
 }
 
-/// What a planner does in a step.
+/// What a planner has to do in a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Due {
-    /// It begins [`Agenda::task`], and drives.
+    /// Begin [`Agenda::task`], and drive.
     Begin,
-    /// It drives on.
+    /// Keep driving.
     Drive,
-    /// The robot stands still; the status says why.
+    /// Stand still. The status says why.
     Stand,
 }
 
-/// What is known about a robot's motion.
+/// Source of what is known about a robot's motion.
 #[derive(Debug, Clone, Copy)]
 pub enum Motion<'a> {
-    /// By its odometry.
+    /// The robot's odometry.
     Odometry(&'a Odometry),
-    /// By its commands: a robot without odometry.
+    /// The commands, for a robot without odometry.
     Commanded {
-        /// Its speed since the last step, m/s.
+        /// Speed commanded since the last step, in m/s.
         speed_mps: f64,
     },
 }
@@ -103,7 +104,7 @@ impl<'a> From<&'a Odometry> for Motion<'a> {
     }
 }
 
-/// How far an agenda has been worked through, as stored in a checkpoint.
+/// Progress through an agenda, as stored in a checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Standing {
     phase: Phase,
@@ -111,7 +112,7 @@ pub struct Standing {
     ordered: bool,
     task: usize,
     reached: u32,
-    /// The state in the next status: a number of [`TaskState`].
+    /// State for the next status, as the code of a [`TaskState`].
     state: u32,
     reason: Text<96>,
     elapsed_s: f64,
@@ -132,12 +133,12 @@ pub struct Agenda {
 }
 
 impl Agenda {
-    /// The agenda of a mission's tasks. What an order means depends on whether people take part in the run.
+    /// Creates the agenda of a mission. What an order means depends on whether people take part in the run.
     pub fn new(run: &RunConfig) -> Self {
         Self { tasks: run.mission.task.iter().map(TaskInfo::from).collect(), ..Self::empty(run) }
     }
 
-    /// An agenda whose tasks are not known yet.
+    /// Creates an agenda whose tasks are not known yet.
     pub fn empty(run: &RunConfig) -> Self {
         Self {
             pad: run.pad,
@@ -154,18 +155,18 @@ impl Agenda {
         self.tasks.extend(tasks);
     }
 
-    /// How far it has come, for a checkpoint.
+    /// Returns the progress to store in a checkpoint.
     pub fn standing(&self) -> Standing {
         self.now
     }
 
-    /// Resumes from a checkpoint.
+    /// Restores the progress stored in a checkpoint.
     pub fn restore(&mut self, standing: Standing) {
         self.now = standing;
     }
 
-    /// Resumes without a checkpoint, with the task of the last status that was sent before the restart. A person's pause or
-    /// abort stays in force until the order to resume.
+    /// Resumes without a checkpoint, at the task of the last status that was sent before the restart. A person's pause or abort
+    /// stays in force until the order to resume arrives.
     pub fn recover(&mut self, remains: &dyn Remains) {
         let Some(last) = remains.of(STATUS) else { return };
         let state = TaskState::from_code(last.state);
@@ -179,43 +180,43 @@ impl Agenda {
         self.now.reached = last.reached_count;
     }
 
-    /// Whether a planner can take a step, given whether it has its instructions. In lockstep the first step also waits for the
-    /// order to start; in real time the robot stands still until everything has arrived.
+    /// Returns true if the planner can take a step. In lockstep this requires its instructions, reported by `has_instructions`, and
+    /// the order to start. In real time a planner always takes its steps, and the robot stands still until everything has arrived.
     pub fn is_ready(&self, has_instructions: bool) -> bool {
         self.now.ordered && has_instructions || !self.waits_for_order
     }
 
-    /// How far it has come.
+    /// Returns how far the mission has come.
     pub fn phase(&self) -> Phase {
         self.now.phase
     }
 
-    /// The number of the task that is under way or waited for, from 0.
+    /// Returns the index, from 0, of the task that is under way or up next.
     pub fn task(&self) -> usize {
         self.now.task
     }
 
-    /// The time that the task has taken, seconds. The clock is stopped while the robot is held.
+    /// Returns the time that the task has taken so far, in seconds. The clock stops while the robot is held.
     pub fn elapsed_s(&self) -> f64 {
         self.now.elapsed_s
     }
 
-    /// Whether the start was ordered.
+    /// Returns true if the order to start has arrived.
     pub fn is_ordered(&self) -> bool {
         self.now.ordered
     }
 
-    /// Whether the robot drives, or is about to.
+    /// Returns true if the robot drives or is about to.
     pub fn is_driving(&self) -> bool {
         self.now.ordered && self.now.held.is_none() && self.now.phase != Phase::Over
     }
 
-    /// Whether it is over for good because no person can give it new tasks.
+    /// Returns true if the mission is over for good, because nobody can give it new tasks.
     fn is_last(&self) -> bool {
         self.now.phase == Phase::Over && !self.pad.draws()
     }
 
-    /// Discards all progress; the robot stands still until the start is ordered again.
+    /// Discards all progress. The robot then stands still until the start is ordered again.
     pub fn begin_again(&mut self) {
         let now = &mut self.now;
         (now.phase, now.held, now.ordered) = (Phase::Waiting, None, false);
@@ -223,11 +224,11 @@ impl Agenda {
         (now.elapsed_s, now.path_m) = (0.0, 0.0);
     }
 
-    /// Carries out a person's order and returns it; `None` for any other message. Unknown orders are ignored, and so are
-    /// unknown tasks.
+    /// Carries out a person's order and returns it, or returns `None` if the message is not an order. Unknown orders and orders
+    /// about unknown tasks have no effect.
     ///
     /// # Errors
-    /// As [`Heard::order`].
+    /// Any error of [`Heard::order`].
     pub fn hear<'a>(&mut self, message: &Heard<'a>) -> Result<Option<&'a MissionCommand>, Denied> {
         let Some(order) = message.order()? else { return Ok(None) };
         let task = order.task as usize;
@@ -239,7 +240,7 @@ impl Agenda {
         Ok(Some(order))
     }
 
-    /// Begins a task instead of the one under way, and releases a robot that is held.
+    /// Switches from the task under way to another one, and releases a robot that is held.
     fn go_to(&mut self, task: usize) {
         if !self.is_last() {
             self.wait_for(task);
@@ -265,18 +266,18 @@ impl Agenda {
                 (self.now.phase, self.now.held) = (Phase::Over, None);
                 self.report(TaskState::Aborted, ABORTED);
             }
-            // The supervisor's order to start may come after it; what a person orders on the pad takes precedence.
+            // The supervisor's order to start may arrive after the abort. What a person orders on the pad takes precedence.
             Order::Abort if self.pad == Pad::Watches => self.now.held = Some(Hold::Aborted),
             Order::Abort => self.hold(Hold::Aborted),
             Order::Pause => self.hold(Hold::Paused),
             Order::Unattended => self.hold(Hold::Unattended),
             Order::Resume => self.now.held = None,
-            // A task that does not exist; or the robot's place, which the navigator handles itself.
+            // Either a task that does not exist, or the robot's position, which the navigator handles itself.
             Order::Goal | Order::Here => {}
         }
     }
 
-    /// An abort is not replaced by a mere pause.
+    /// Holds the robot if the mission is under way. A pause does not replace an abort.
     fn hold(&mut self, hold: Hold) {
         let is_under_way = self.now.ordered && self.now.phase != Phase::Over;
         if is_under_way && self.now.held != Some(Hold::Aborted) {
@@ -284,8 +285,8 @@ impl Agenda {
         }
     }
 
-    /// Takes the time and the motion of a step. Returns the time since the last step, seconds; at the first step, the time
-    /// between two ticks.
+    /// Records the time and the motion of a step and returns the time since the last step, in seconds. At the first step, this is
+    /// the nominal time between two ticks.
     pub fn begin_step<'a>(&mut self, stamp_ns: u64, motion: impl Into<Motion<'a>>) -> f64 {
         let since = self.now.last_stamp_ns.map(|last| stamp_ns.saturating_sub(last) as f64 * 1e-9);
         let dt_s = since.unwrap_or(self.nominal_dt_s);
@@ -304,7 +305,7 @@ impl Agenda {
         dt_s
     }
 
-    /// Takes the odometry and returns the distance since the last one.
+    /// Records the odometry and returns the distance travelled since the last one, in metres.
     fn way_to(&mut self, odometry: &Odometry) -> f64 {
         let robot = odometry.pose();
         self.now.speed_mps = odometry.twist.vx_mps.hypot(odometry.twist.vy_mps);
@@ -312,8 +313,8 @@ impl Agenda {
         last.map_or(0.0, |last| last.position().distance(&robot.position()))
     }
 
-    /// What to do in this step. The first task begins once the start is ordered and nothing is `missing`, the next in the
-    /// step after one has ended. If the robot is held, the status says why.
+    /// Decides what to do in this step. The first task begins once the start is ordered and nothing is `missing`. Each later task
+    /// begins in the step after its predecessor has ended. If the robot is held, the status says why.
     pub fn due(&mut self, missing: Option<impl Display>) -> Due {
         if self.is_held() {
             return Due::Stand;
@@ -354,7 +355,7 @@ impl Agenda {
         Due::Stand
     }
 
-    /// Whether a person or a lost link holds the robot; if so, the status says it.
+    /// Returns true if the robot is held. The reason then goes into the status.
     fn is_held(&mut self) -> bool {
         let Some(hold) = self.now.held else { return false };
         if let Some((state, reason)) = hold.status() {
@@ -363,7 +364,7 @@ impl Agenda {
         true
     }
 
-    /// Continues the task unless its time is over. Returns whether it continues.
+    /// Continues the task and returns true, or ends it and returns false if its time limit has passed.
     pub fn go_on(&mut self, reason: impl Display) -> bool {
         let limit_s = self.tasks.get(self.now.task).map_or(f64::INFINITY, |task| task.time_limit_s);
         let is_in_time = self.now.elapsed_s < limit_s;
@@ -382,8 +383,8 @@ impl Agenda {
         self.report(state, reason);
     }
 
-    /// Reports that the robot does not know where it is. If people take part, the robot stands still until one of them orders
-    /// it to resume; otherwise the task ends.
+    /// Reports that the robot does not know where it is. If people take part, the robot stands still until one of them orders it to
+    /// resume. Otherwise the task ends.
     pub fn lose(&mut self, reason: impl Display) {
         if self.pad.is_absent() {
             self.end(TaskState::Lost, reason);
@@ -393,31 +394,32 @@ impl Agenda {
         }
     }
 
-    /// Holds the robot until a person has answered or [`Agenda::find`] releases it. Never called in a mission without people.
+    /// Holds the robot until a person has answered or [`Agenda::find`] releases it. Must not be called in a mission without people,
+    /// since nobody could answer.
     pub fn ask(&mut self, question: impl Display) {
         self.now.held = Some(Hold::Asks);
         self.report(TaskState::Paused, question);
     }
 
-    /// Why the robot is held.
+    /// Returns why the robot is held, or `None` if it is not.
     pub fn held(&self) -> Option<Hold> {
         self.now.held
     }
 
-    /// Releases a robot that was lost or asked a question, because it has its answer.
+    /// Releases a robot that was lost or had asked a question, now that it has its answer.
     pub fn find(&mut self) {
         self.now.held.take_if(|held| matches!(held, Hold::Lost | Hold::Asks));
     }
 
-    /// Sets what the next status says. A reason that is too long is cut.
+    /// Sets the state and the reason for the next status. A reason that is too long is truncated.
     pub fn report(&mut self, state: TaskState, reason: impl Display) {
         (self.now.state, self.now.reason) = (state.code(), Text::of(reason));
     }
 
-    /// Sends the command of the step and, last of all, its status. `remaining_m` is the distance left in the task.
+    /// Sends the command of the step and, last of all, its status. `remaining_m` is the distance left in the task, in metres.
     ///
     /// # Errors
-    /// As [`Outbox::send`].
+    /// Any error of [`Outbox::send`].
     pub fn send(&self, twist: Twist, remaining_m: f64, out: &mut Outbox<'_>) -> Result<(), StageError> {
         out.send(COMMAND, |command| (command.twist, command.last) = (twist, self.is_last().into()))?;
         out.send(STATUS, |status| self.write_status(remaining_m, status))?;
@@ -452,13 +454,13 @@ mod tests {
 
     const NOTHING: Option<&str> = None;
 
-    /// Four tasks, of nine seconds each.
+    /// Returns an agenda of four tasks with a time limit of nine seconds each.
     fn waiting(pad: Pad) -> Agenda {
         let tasks = vec![TaskInfo { name: Text::new("far"), time_limit_s: 9.0 }; 4];
         Agenda { pad, waits_for_order: true, nominal_dt_s: 0.1, tasks, now: Standing::default() }
     }
 
-    /// The third task is under way.
+    /// Returns an agenda whose third task is under way.
     fn driving(pad: Pad) -> Agenda {
         let now = Standing { ordered: true, task: 2, ..Standing::default() };
         let mut agenda = Agenda { now, ..waiting(pad) };
@@ -466,7 +468,7 @@ mod tests {
         agenda
     }
 
-    /// An agenda that was paused and then aborted stayed paused, and its system ran for ever.
+    /// An agenda that was paused and then aborted used to stay paused, and its system ran for ever.
     #[test]
     fn what_is_aborted_while_it_is_held_is_over() {
         for hold in [Order::Pause, Order::Unattended] {
@@ -495,7 +497,7 @@ mod tests {
             let mut agenda = driving(pad);
             agenda.obey(Order::Abort);
             assert_eq!((agenda.now.held, agenda.is_driving()), (Some(Hold::Aborted), false));
-            // The link breaks while the robot is held: what a person ordered stays in force.
+            // If the link breaks while the robot is held, what a person ordered stays in force.
             agenda.obey(Order::Unattended);
             assert_eq!(agenda.now.held, Some(Hold::Aborted));
             agenda.obey(Order::Resume);
@@ -533,8 +535,8 @@ mod tests {
         assert_eq!((agenda.now.phase, agenda.now.task, agenda.is_driving()), (Phase::Waiting, 0, true));
     }
 
-    /// The planner reads what comes from the pad first. With a mission from a file, it once forgot an abort that came before
-    /// the supervisor's order to start, and drove off.
+    /// The planner reads the pad's messages before the supervisor's. With a mission from a file, it used to forget an abort that
+    /// came before the supervisor's order to start, and drove off.
     #[test]
     fn a_mission_from_a_file_can_be_aborted_before_it_is_started() {
         let mut agenda = waiting(Pad::Watches);

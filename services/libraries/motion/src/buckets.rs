@@ -1,30 +1,31 @@
-//! A queue of cells by their cost, roughly: a ring of buckets (R. B. Dial, 1969), each a list linked
+//! An approximate priority queue of cells by cost. It is a ring of buckets (R. B. Dial, 1969), and each bucket is a list linked
 //! through its cells.
 //!
-//! Within a bucket there is no order. If a bucket is no wider than the cheapest step, none of its cells can make another one
-//! cheaper, and a search that empties one bucket after another settles every cell once. If it is wider, a cell that became
-//! cheaper comes up again. Either way the costs are Dijkstra's. Every cell is in the queue at most once, so the memory needed
-//! is known beforehand and nothing is allocated.
+//! Cells within a bucket are in no particular order. If a bucket is no wider than the cheapest step, none of its cells can make
+//! another one cheaper, and a search that empties one bucket after another settles every cell once. If a bucket is wider, a cell
+//! that became cheaper is popped again. Either way the final costs are those of Dijkstra's algorithm. Every cell is in the queue at
+//! most once, so the memory needed is known beforehand and searching allocates nothing.
 
-/// Buckets of the ring.
+/// Number of buckets in the ring.
 const RING: usize = 4096;
-/// Costs in the queue spread over fewer buckets than the ring has, even after rounding.
+/// Maximum number of buckets over which the costs in the queue spread. It is a little smaller than the ring, so that rounding
+/// cannot make the ring overlap itself.
 const SPREAD: f32 = (RING - 4) as f32;
 const NONE: u32 = u32::MAX;
-/// Marks the number of a bucket in place of the number of a cell.
+/// Bit that marks a [`Link::before`] as the index of a bucket rather than of a cell.
 const BUCKET: u32 = 1 << 31;
 
-/// Neighbours in the list of a bucket.
+/// A cell's neighbours in the list of its bucket.
 #[derive(Debug, Clone, Copy)]
 struct Link {
     next: u32,
-    /// The bucket, for the first of a list; [`NONE`] for a cell that is in no list.
+    /// The previous cell, or the bucket for the first cell of a list, or [`NONE`] for a cell that is in no list.
     before: u32,
 }
 
 const UNLINKED: Link = Link { next: NONE, before: NONE };
 
-/// The queue.
+/// A queue that yields the cells of a grid roughly in the order of their costs.
 #[derive(Debug, Clone)]
 pub struct Buckets {
     first: Vec<u32>,
@@ -35,12 +36,12 @@ pub struct Buckets {
 }
 
 impl Buckets {
-    /// For a grid of `cells` cells, fewer than 2³¹.
+    /// Creates a queue for a grid of `cells` cells, which must be fewer than 2³¹.
     pub fn new(cells: usize) -> Self {
         Self { first: vec![NONE; RING], links: vec![UNLINKED; cells], count: 0, current: 0, per_cost: 1.0 }
     }
 
-    /// Empties it for a search whose steps cost from `least` to `most`.
+    /// Empties the queue for a search whose steps cost from `least` to `most`.
     pub fn reset(&mut self, least: f32, most: f32) {
         if self.count > 0 {
             self.first.fill(NONE);
@@ -50,12 +51,12 @@ impl Buckets {
         self.per_cost = 1.0 / least.max(most / SPREAD);
     }
 
-    /// The bucket that is being emptied.
+    /// Returns the number of the bucket that is being emptied. Numbers keep growing while the ring goes round.
     pub fn current(&self) -> u32 {
         self.current
     }
 
-    /// Moves a cell to the bucket of its cost. The cost must be finite, no less than that of the cell popped last, and above it
+    /// Moves a cell to the bucket of its cost. The cost must be finite and at least that of the cell popped last, and may exceed it
     /// by no more than the costliest step.
     pub fn put(&mut self, cell: usize, cost: f32) {
         debug_assert!(cost.is_finite(), "cell {cell}: {cost}");
@@ -69,7 +70,7 @@ impl Buckets {
         self.count += 1;
     }
 
-    /// Takes a cell out of the first bucket that is not empty.
+    /// Removes and returns a cell of the first bucket that is not empty, or returns `None` if the queue is empty.
     pub fn pop(&mut self) -> Option<usize> {
         if self.count == 0 {
             return None;
@@ -103,7 +104,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Whatever is put in, and put in again at a lower cost, comes out once, cheapest bucket first.
+        /// Every cell that is put in, possibly again at a lower cost, comes out once, cheapest bucket first.
         #[test]
         fn cells_come_out_by_their_costs(puts in prop::collection::vec((0usize..40, 0.0f32..5000.0), 1..120)) {
             let mut buckets = Buckets::new(40);

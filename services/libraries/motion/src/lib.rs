@@ -1,9 +1,10 @@
-//! Moving a robot, as shared by several navigators: pure functions and state.
+//! Motion planning and control shared by several navigators, as pure functions and plain state.
 //!
-//! - [`agenda`]: the framework of a planner: task order, people's orders, time limits, command and status;
-//! - [`obstacles`]: what the laser saw around the robot; [`local`]: a path through it;
-//! - [`pursuit`]: velocities that follow the path and hit nothing;
-//! - [`progress`]: whether the robot is stuck; [`recovery`]: what it does then;
+//! - [`agenda`]: the framework of a planner, which covers the order of tasks, people's orders, time limits, the command and the
+//!   status;
+//! - [`obstacles`]: the obstacles that the laser saw around the robot, and [`local`]: a path between them;
+//! - [`pursuit`]: velocities that follow the path without hitting anything;
+//! - [`progress`]: detects that the robot is stuck, and [`recovery`]: what a stuck robot does;
 //! - [`weighted_grid`], [`buckets`]: Dijkstra's algorithm on grids.
 //!
 //! Nothing here uses a clock, a file, a channel or a map. Time, messages and configuration arrive as arguments.

@@ -1,8 +1,9 @@
-//! The metric local planner (Boniardi et al. 2015, III-C): Dijkstra's algorithm on what the laser saw lately.
+//! The metric local planner (Boniardi et al. 2015, III-C), which runs Dijkstra's algorithm on a grid of what the laser saw
+//! recently.
 //!
-//! A cell nearer to an obstacle than the robot's radius and a margin is impassable. A cell within the inflation radius
-//! costs more, and so does an unseen cell. A robot that stands too near to something, because it was pushed or odometry
-//! drifted, may leave by any way it finds.
+//! A cell closer to an obstacle than the robot's radius plus a margin is impassable. A cell within the inflation radius costs more,
+//! and so does an unseen cell. A robot that stands too close to an obstacle, because it was pushed or its odometry drifted, may
+//! escape through any nearby cell that has more room.
 
 use fearless_simd::{Level, dispatch};
 use serde::{Deserialize, Serialize};
@@ -11,29 +12,29 @@ use sketchnav_schemas::geometry::{Odom, Point};
 use super::obstacles::{CELL_M, Cell, Obstacles, SIDE};
 use super::weighted_grid::{Frontier, Weights, chamfer};
 
-/// Most points of a local path.
+/// Maximum number of points on a local path.
 pub const MAX_PATH: usize = 512;
-/// Ways that cost more than this are not searched for, metres of cost.
+/// Maximum cost of a path, in metres on open, seen floor. The search goes no further.
 const MOST_COST_M: f32 = 30.0;
-/// Extra cost of an unseen cell, times the length.
+/// Extra cost of an unseen cell, per unit of length.
 const UNSEEN: f32 = 0.5;
-/// Greatest extra cost of coming near an obstacle, times the length.
+/// Maximum extra cost of coming near an obstacle, per unit of length.
 const NEAR: f32 = 8.0;
-/// Cost of leaving an obstacle's neighbourhood, times the length.
+/// Cost of escaping from the neighbourhood of an obstacle, per unit of length.
 const ESCAPE: f32 = 15.0;
-/// How far such an escape may lead, metres.
+/// Maximum distance of an escape, in metres.
 const ESCAPE_M: f64 = 0.5;
 
-/// How much room the robot needs, metres.
+/// The room that the robot needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Room {
-    /// Nothing may come nearer to the robot's middle than this.
+    /// Minimum distance from the robot's centre to an obstacle, in metres.
     pub hard_m: f64,
-    /// Beyond this distance obstacles do not matter.
+    /// Distance from the robot's centre, in metres, beyond which obstacles no longer matter.
     pub soft_m: f64,
 }
 
-/// The local planner's grid and the cost of the way from the robot to each of its cells.
+/// The local planner's grid, with the cost of the path from the robot to each cell.
 #[derive(Debug, Clone)]
 pub struct LocalPlanner {
     corner: Cell,
@@ -42,14 +43,14 @@ pub struct LocalPlanner {
     frontier: Frontier,
 }
 
-/// What is kept from one plan to the next, as read back from a checkpoint: where there is room.
+/// State that is kept from one plan to the next, as read back from a checkpoint. It says where there is room.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     corner: Cell,
     weight: Vec<f32>,
 }
 
-/// The same by reference, for writing: field by field a [`State`].
+/// A [`State`] by reference, for writing it without a copy. It has the same fields in the same order, so that it serializes alike.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct StateView<'a> {
     corner: Cell,
@@ -69,12 +70,12 @@ impl Default for LocalPlanner {
 }
 
 impl LocalPlanner {
-    /// Its state, without copying it.
+    /// Returns the planner's state without copying it.
     pub fn state(&self) -> StateView<'_> {
         StateView { corner: self.corner, weight: &self.weight }
     }
 
-    /// Resumes from another planner's state. Ways have to be searched for again.
+    /// Restores the state of another planner. Paths have to be searched for again.
     pub fn restore(&mut self, state: State) {
         self.corner = state.corner;
         for (weight, remembered) in self.weight.iter_mut().zip(state.weight) {
@@ -82,7 +83,7 @@ impl LocalPlanner {
         }
     }
 
-    /// Takes the obstacles around the robot at `robot`.
+    /// Computes the weights of the grid from the obstacles around the robot, which is at `robot`.
     pub fn prepare(&mut self, obstacles: &Obstacles, robot: Point<Odom>, room: Room) {
         self.corner = obstacles.corner();
         let occupied = obstacles.occupied();
@@ -102,12 +103,13 @@ impl LocalPlanner {
         }
     }
 
-    /// Free space around a cell's middle; obstacles fill half a cell to either side of their cell's middle.
+    /// Returns the free space around a cell's centre, in metres.
     fn beside_m(&self, index: usize) -> f64 {
         beside_m(self.clearance_m[index])
     }
 
-    /// Finds the ways from `robot`: only to `target` if it is given and can be reached, otherwise to every cell.
+    /// Searches for paths from `robot`. The search ends at `target` if that is given and can be reached; otherwise it finds a path
+    /// to every cell.
     pub fn search(&mut self, robot: Point<Odom>, target: Option<Point<Odom>>) {
         let weights = Weights { weight: &self.weight, stride: SIDE, cell_length: CELL_M as f32 };
         let stop = target.and_then(|place| index_of(self.corner, place));
@@ -116,19 +118,19 @@ impl LocalPlanner {
         }
     }
 
-    /// Whether the place is in the grid and the robot has room there.
+    /// Returns true if `place` lies in the grid and the robot has room there.
     pub fn is_free(&self, place: Point<Odom>) -> bool {
         index_of(self.corner, place).is_some_and(|index| self.weight[index] < ESCAPE)
     }
 
-    /// Whether the place lies in the grid.
+    /// Returns true if `place` lies in the grid.
     pub fn contains(&self, place: Point<Odom>) -> bool {
         index_of(self.corner, place).is_some()
     }
 
-    /// The reachable cell with the least sum of `share` times the length of the cheapest way there and `rest_m`, the rest of
-    /// the way from there, metres; the first of several equal ones. Length is used rather than cost, because a narrow passage
-    /// must not keep the robot from getting on.
+    /// Returns the reachable cell that minimizes `share` times the length of the cheapest path to the cell plus `rest_m`, the
+    /// remaining distance from there in metres. Of several equal cells, the first one wins. The sum uses length rather than cost,
+    /// because a narrow passage must not keep the robot from making progress.
     pub fn best(&self, share: f64, mut rest_m: impl FnMut(Point<Odom>) -> f64) -> Option<Point<Odom>> {
         let mut best = (None, f64::INFINITY);
         let (costs, lengths) = (self.frontier.costs(), self.frontier.lengths());
@@ -144,13 +146,14 @@ impl LocalPlanner {
         best.0
     }
 
-    /// Length of the cheapest way to `place`, metres; `None` if there is none.
+    /// Returns the length of the cheapest path to `place`, in metres, or `None` if there is no path.
     pub fn length_m(&self, place: Point<Odom>) -> Option<f64> {
         let index = index_of(self.corner, place)?;
         self.frontier.costs()[index].is_finite().then(|| f64::from(self.frontier.lengths()[index]))
     }
 
-    /// Writes the cheapest way from the robot to `target`, one point per cell, both ends included; nothing if there is none.
+    /// Writes the cheapest path from the robot to `target`, one point per cell with both ends included. Leaves `path` empty if
+    /// there is none.
     pub fn path(&self, target: Point<Odom>, path: &mut Vec<Point<Odom>>) {
         path.clear();
         let Some(mut index) = index_of(self.corner, target) else { return };
@@ -166,7 +169,7 @@ impl LocalPlanner {
         path.reverse();
     }
 
-    /// Sets the weights of a row's cells by how much room there is.
+    /// Sets the weights of a row's cells according to the room around each cell.
     #[inline(always)]
     fn weigh(&mut self, row: usize, known: &[bool], room: Room) {
         let inner = row * SIDE + 1..(row + 1) * SIDE - 1;
@@ -181,7 +184,8 @@ impl LocalPlanner {
         }
     }
 
-    /// Lets a robot that has too little room now, `least_m`, go through nearby cells that have more.
+    /// Makes nearby cells passable for a robot that stands too close to an obstacle, provided they have more room than `least_m`,
+    /// which is about what it has now.
     fn let_escape(&mut self, robot: Point<Odom>, room: Room, least_m: f64) {
         for index in (1..SIDE - 1).flat_map(|row| row * SIDE + 1..(row + 1) * SIDE - 1) {
             let clearance = self.beside_m(index);
@@ -193,7 +197,8 @@ impl LocalPlanner {
     }
 }
 
-/// Free space around a cell's middle, metres, by its distance to the nearest obstacle's.
+/// Returns the free space around a cell's centre, in metres, given the distance to the centre of the nearest occupied cell. An
+/// obstacle fills its cell, so it reaches half a cell closer.
 #[inline(always)]
 fn beside_m(clearance_m: f32) -> f64 {
     f64::from(clearance_m) - CELL_M / 2.0
@@ -203,7 +208,7 @@ fn cell_at(corner: Cell, index: usize) -> Cell {
     Cell { x: corner.x + (index % SIDE) as i32, y: corner.y + (index / SIDE) as i32 }
 }
 
-/// The index of a place's cell, `None` if it lies outside or on the border.
+/// Returns the index of the cell that contains `place`, or `None` if that cell lies outside the grid or on its border.
 fn index_of(corner: Cell, place: Point<Odom>) -> Option<usize> {
     let cell = Cell::of(place);
     let (x, y) = (cell.x - corner.x, cell.y - corner.y);
@@ -221,7 +226,7 @@ mod tests {
 
     const ROOM: Room = Room { hard_m: 0.25, soft_m: 0.6 };
 
-    /// A wall at x = 1.5 m with a gap `width_m` wide around y = 1 m, as the laser sees it.
+    /// Returns what the laser sees of a wall at x = 1.5 m that has a gap `width_m` wide around y = 1 m.
     fn wall_with_gap(width_m: f64) -> Obstacles {
         let mut obstacles = Obstacles::new(10.0);
         let mut scan = LaserScan {

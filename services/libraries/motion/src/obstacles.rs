@@ -1,12 +1,13 @@
-//! What the laser saw lately: a rolling grid of obstacles in the odometry frame.
+//! A rolling grid, in the odometry frame, of the obstacles that the laser saw recently.
 //!
-//! This is the local grid map of the scaled scan of Boniardi et al. 2015, in metres, with a memory: with a laser that does not
-//! look back, the robot would otherwise forget the table into which it is about to turn. A beam's end marks a cell, and the way
-//! there clears cells. What has not been seen for long is forgotten, because odometry drifts.
+//! This is the local grid map of the scaled scan of Boniardi et al. 2015, but in metres and with a memory. With a laser that does
+//! not look backwards, the robot would otherwise forget the table into which it is about to turn. The end of a beam marks a cell as
+//! occupied, and the cells along the beam are cleared. Obstacles that have not been seen for some time are forgotten, because
+//! odometry drifts.
 //!
-//! The grid is fixed in the odometry frame and its window moves with the robot. Cell (x, y) is kept in slot (x mod [`SIDE`], y
-//! mod [`SIDE`]), and nothing is ever moved. Which cells of the window are occupied is asked thousands of times per step, so it
-//! is tabulated once per scan.
+//! The grid is fixed in the odometry frame, and a window onto it moves with the robot. Cell (x, y) is stored in slot (x mod
+//! [`SIDE`], y mod [`SIDE`]), so moving the window never moves any data. Planning asks thousands of times per step which cells of
+//! the window are occupied, so the answer is tabulated once per scan.
 
 use std::ops::Range;
 
@@ -14,25 +15,25 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose};
 use sketchnav_schemas::message::LaserScan;
 
-/// Cells along a side of the window, a power of two.
+/// Number of cells along a side of the window. A power of two.
 pub const SIDE: usize = 128;
-/// Side of a cell, metres.
+/// Length of a cell's side, in metres.
 pub const CELL_M: f64 = 0.055;
-/// How far the window reaches from the robot, metres.
+/// Distance that the window reaches from the robot, in metres.
 pub const REACH_M: f64 = (SIDE / 2 - 2) as f64 * CELL_M;
 
 const MASK: i32 = SIDE as i32 - 1;
-/// Ends of neighbouring beams farther apart than this are not joined, metres: less than a door.
+/// Maximum gap, in metres, across which the ends of neighbouring beams are joined. Smaller than a door.
 const JOIN_M: f64 = 0.5;
-/// Cosine of the largest bend of a wall between ends that are joined.
+/// Cosine of the largest bend in a wall at which the ends of neighbouring beams are still joined.
 const STRAIGHT_COS: f64 = 0.97;
-/// Evidence: 0 nothing known, 1 free, more: seen as an obstacle.
+/// Evidence about a cell. Zero means that nothing is known, one means free, and more means that an obstacle was seen there.
 const FREE: u8 = 1;
 const OCCUPIED: u8 = 3;
 const HIT: u8 = 3;
 const MOST: u8 = 7;
 
-/// A cell of the odometry frame: (x, y) covers from x·[`CELL_M`] to (x + 1)·[`CELL_M`].
+/// A cell of the odometry frame. The cell (x, y) extends from x·[`CELL_M`] to (x + 1)·[`CELL_M`] along x, and likewise along y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cell {
     /// Column.
@@ -42,22 +43,22 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// The cell of a place.
+    /// Returns the cell that contains `place`.
     pub fn of(place: Point<Odom>) -> Self {
         Self { x: floor(place.x / CELL_M), y: floor(place.y / CELL_M) }
     }
 
-    /// The middle of the cell.
+    /// Returns the centre of the cell.
     pub fn middle(self) -> Point<Odom> {
         Point::new((f64::from(self.x) + 0.5) * CELL_M, (f64::from(self.y) + 0.5) * CELL_M)
     }
 }
 
-/// What a scan says about a cell: beams pass it, or end there.
+/// Marks of a scan on a cell that beams pass through, and on one where they end.
 const PASSED: u8 = 1;
 const ENDED: u8 = 2;
 
-/// The rolling grid.
+/// The rolling grid of obstacles.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Obstacles {
     evidence: Vec<u8>,
@@ -69,14 +70,14 @@ pub struct Obstacles {
     window: Window,
 }
 
-/// The window's cells, row by row from its corner, derived from the rest at each scan.
+/// The cells of the window, row by row from its corner. Derived from the rest of the grid at each scan.
 #[derive(Debug, Clone)]
 struct Window {
-    /// What the scan says.
+    /// Marks of the latest scan, [`PASSED`] and [`ENDED`].
     marks: Vec<u8>,
     known: Vec<bool>,
     occupied: Vec<bool>,
-    /// The occupied cells again, one bit each.
+    /// The occupied cells again, as one bit per cell.
     rows: Vec<u128>,
 }
 
@@ -97,7 +98,7 @@ impl Window {
 }
 
 impl Obstacles {
-    /// An empty grid; what is marked is forgotten after `obstacle_memory_s` seconds without being seen.
+    /// Creates an empty grid. Obstacles are forgotten when they have not been seen for `obstacle_memory_s` seconds.
     pub fn new(obstacle_memory_s: f64) -> Self {
         let cells = SIDE * SIDE;
         Self {
@@ -110,40 +111,40 @@ impl Obstacles {
         }
     }
 
-    /// Forgets everything.
+    /// Forgets all obstacles.
     pub fn clear(&mut self) {
         self.evidence.fill(0);
         self.window.clear();
     }
 
-    /// The window's lower left cell.
+    /// Returns the lower left cell of the window.
     pub fn corner(&self) -> Cell {
         self.corner
     }
 
-    /// Whether an obstacle is known in each cell of the window, row by row from its corner.
+    /// Returns, for each cell of the window, whether an obstacle is known there. Cells are in rows from the corner.
     pub fn occupied(&self) -> &[bool] {
         &self.window.occupied
     }
 
-    /// Whether the laser ever saw each cell of the window.
+    /// Returns, for each cell of the window, whether the laser has ever seen it. Cells are in rows from the corner.
     pub fn known(&self) -> &[bool] {
         &self.window.known
     }
 
-    /// Whether an obstacle is known there; what lies outside the window is free.
+    /// Returns true if an obstacle is known in the cell. Cells outside the window count as free.
     pub fn is_occupied(&self, cell: Cell) -> bool {
         self.index(cell).is_some_and(|index| self.window.occupied[index])
     }
 
-    /// Whether the laser ever saw the cell.
+    /// Returns true if the cell lies in the window and the laser has ever seen it.
     pub fn is_known(&self, cell: Cell) -> bool {
         self.index(cell).is_some_and(|index| self.window.known[index])
     }
 
-    /// Distance from `place` to the nearest side of an occupied cell, at most `cap_m`, metres.
+    /// Returns the distance from `place` to the nearest side of an occupied cell, in metres, but at most `cap_m`.
     pub fn clearance_m(&self, place: Point<Odom>, cap_m: f64) -> f64 {
-        /// More than the rounding error of any cell's distance.
+        /// Bound on the rounding error of a distance to a cell.
         const ROUNDED_M: f64 = 1e-9;
         let own = Cell::of(place);
         let reach = (cap_m / CELL_M).ceil() as i32;
@@ -156,7 +157,7 @@ impl Obstacles {
             return cap_m;
         }
         let in_reach = u128::MAX << columns.start & u128::MAX >> (SIDE as i32 - columns.end);
-        // In a row only the next cells to the left and to the right may be the nearest.
+        // Within a row, only the first occupied cell to either side can be the nearest.
         let ahead = u128::MAX.checked_shl(own.x.saturating_sub(self.corner.x).max(0) as u32).unwrap_or(0);
         let mut nearest = cap_m;
         for row in rows {
@@ -175,9 +176,9 @@ impl Obstacles {
         nearest
     }
 
-    /// Takes in a scan made at `sensor`, by a robot at `robot` whose footprint, of radius
-    /// `footprint_m`, is free for sure. Invalid readings (NaN, nearer than the sensor can measure)
-    /// are ignored; an infinite one clears up to the sensor's longest range.
+    /// Adds a scan made at `sensor` by a robot at `robot`, whose footprint of radius `footprint_m` is certainly free. Invalid
+    /// readings, which are NaN or below the sensor's minimum range, are ignored. An infinite reading clears cells up to the
+    /// sensor's maximum range.
     pub fn observe(&mut self, robot: &Pose<Odom>, footprint_m: f64, sensor: &Pose<Odom>, scan: &LaserScan) {
         self.now_ms = (scan.header.stamp_ns / 1_000_000) as u32;
         self.follow(robot);
@@ -188,14 +189,14 @@ impl Obstacles {
         self.tabulate();
     }
 
-    /// The index of a cell in the window.
+    /// Returns the index of a cell in the window, or `None` if it lies outside.
     fn index(&self, cell: Cell) -> Option<usize> {
         let (x, y) = (cell.x.wrapping_sub(self.corner.x) as u32, cell.y.wrapping_sub(self.corner.y) as u32);
         (x < SIDE as u32 && y < SIDE as u32).then_some(y as usize * SIDE + x as usize)
     }
 
-    /// The ranges of indices in the window that are contiguous in slots, too: a row's parts before and after the grid's edge,
-    /// each with its first slot.
+    /// Returns the ranges of window indices that are contiguous in slots as well, each with its first slot. A row has two of them,
+    /// one on either side of the point where its slots wrap around.
     fn parts(corner: Cell) -> impl Iterator<Item = (Range<usize>, usize)> {
         let shift = (corner.x & MASK) as usize;
         (0..SIDE).flat_map(move |row| {
@@ -224,7 +225,7 @@ impl Obstacles {
         }
     }
 
-    /// Moves the window with the robot and forgets what falls out of it.
+    /// Moves the window with the robot and forgets the cells that fall out of it.
     fn follow(&mut self, robot: &Pose<Odom>) {
         let middle = Cell::of(robot.position());
         let corner = Cell { x: middle.x - SIDE as i32 / 2, y: middle.y - SIDE as i32 / 2 };
@@ -237,7 +238,7 @@ impl Obstacles {
         self.corner = corner;
     }
 
-    /// Marks what the beams of a scan pass, and where they end.
+    /// Marks the cells that the beams of a scan pass through and those in which they end.
     fn mark(&mut self, sensor: &Pose<Odom>, scan: &LaserScan) {
         let finest = f64::from(scan.angle_increment_rad) * REACH_M;
         let every = (CELL_M / finest).max(1.0) as usize;
@@ -316,22 +317,22 @@ impl Obstacles {
     }
 }
 
-/// Whether three ends of neighbouring beams lie on one straight wall, seen along its length: then
-/// what lies between the last two is wall, too.
+/// Returns true if the ends of three neighbouring beams lie on one straight wall. The space between the last two ends is then part
+/// of the wall, too.
 fn is_one_wall(first: Point<Odom>, second: Point<Odom>, third: Point<Odom>) -> bool {
     let (a, b) = (second.coords() - first.coords(), third.coords() - second.coords());
     b.norm() <= JOIN_M && a.dot(&b) >= STRAIGHT_COS * a.norm() * b.norm()
 }
 
-/// Fractional bits of a cell along a beam, which is traced in integer arithmetic.
+/// Number of fractional bits in a cell coordinate. Beams are traced in fixed-point arithmetic.
 const FRACTION_BITS: u32 = 32;
 
 fn fixed(cells: f64) -> i64 {
     (cells * (1_i64 << FRACTION_BITS) as f64) as i64
 }
 
-/// How many steps of `by` from a place stay within the window, counting the place itself; both in cells with fractions. `None`
-/// if the place is outside.
+/// Returns how many steps of `by` stay within the window, counting `from` itself, or `None` if `from` lies outside. Both are in
+/// fixed-point cells.
 fn passed(from: [i64; 2], by: [i64; 2]) -> Option<usize> {
     const END: i64 = (SIDE as i64) << FRACTION_BITS;
     let along = |from: i64, by: i64| match by {
@@ -343,8 +344,8 @@ fn passed(from: [i64; 2], by: [i64; 2]) -> Option<usize> {
     is_within.then(|| along(from[0], by[0]).min(along(from[1], by[1])) as usize)
 }
 
-/// Applies what a scan says about some cells: however many beams pass a cell, or end in it, they count once, and ends count
-/// last.
+/// Updates the evidence of some cells from the marks of a scan. However many beams pass through a cell or end in it, they count
+/// once, and ends are applied last.
 fn take(evidence: &mut [u8], marks: &[u8]) {
     for (evidence, mark) in evidence.iter_mut().zip(marks) {
         let missed = evidence.saturating_sub(1).max(FREE);
@@ -354,7 +355,8 @@ fn take(evidence: &mut [u8], marks: &[u8]) {
     }
 }
 
-/// Which of some cells are known, and which are occupied, that is, marked often enough and not before `oldest_ms`.
+/// Determines which of some cells are known and which are occupied. A cell is occupied if its evidence suffices and its last mark
+/// is no older than `oldest_ms`.
 fn judge(evidence: &[u8], marked_ms: &[u32], oldest_ms: u32, known: &mut [bool], occupied: &mut [bool]) {
     let cells = known.iter_mut().zip(occupied).zip(evidence).zip(marked_ms);
     for (((known, occupied), &evidence), &marked_ms) in cells {
@@ -363,7 +365,8 @@ fn judge(evidence: &[u8], marked_ms: &[u32], oldest_ms: u32, known: &mut [bool],
     }
 }
 
-/// The greatest integer not above `x`, or the nearest representable one. (Older processors have no instruction for it.)
+/// Returns the greatest integer not above `x`, or the nearest representable one. Faster than [`f64::floor`] on older processors,
+/// which have no instruction for it.
 #[inline]
 fn floor(x: f64) -> i32 {
     let whole = x as i32;
@@ -374,7 +377,7 @@ fn slot(cell: Cell) -> usize {
     (cell.y & MASK) as usize * SIDE + (cell.x & MASK) as usize
 }
 
-/// The columns, or rows, that enter the window when its corner moves.
+/// Returns the range of columns, or of rows, that enter the window when its corner moves, or `None` if none do.
 fn entered(from: i32, to: i32) -> Option<(i32, i32)> {
     let side = SIDE as i32;
     match to.saturating_sub(from) {
@@ -389,14 +392,14 @@ fn distance_to_side(place: Point<Odom>, cell: Cell) -> f64 {
     beyond(place.x, cell.x).hypot(beyond(place.y, cell.y))
 }
 
-/// How far a coordinate lies beyond the side of a column or a row of cells, metres.
+/// Returns the distance from a coordinate to a column or a row of cells, in metres, or zero if it lies within.
 fn beyond(coordinate: f64, cell: i32) -> f64 {
     ((coordinate - (f64::from(cell) + 0.5) * CELL_M).abs() - CELL_M / 2.0).max(0.0)
 }
 
-/// Eight cells as bits from the lowest on.
+/// Packs eight cells into the bits of a byte, the first cell into the lowest bit.
 fn packed(cells: &[bool; 8]) -> u8 {
-    // Byte k's lowest bit goes to bit 56 + k, by the k-th of the factor's bits.
+    // The factor has one bit for each byte, which shifts the lowest bit of byte k to bit 56 + k.
     (u64::from_le_bytes(cells.map(u8::from)).wrapping_mul(0x0102_0408_1020_4080) >> 56) as u8
 }
 
@@ -426,15 +429,15 @@ mod tests {
         obstacles.observe(&robot, 0.2, &robot, &scan(stamp_s, ranges));
     }
 
-    /// A laser with one beam per degree that looks along a wall hits it every half metre. The planner found a way through the
-    /// wall, between the hits, and turned back and forth in the door.
+    /// A laser with one beam per degree that looks along a wall hits it only every half metre. The planner used to find a path
+    /// through the wall, between the hits, and the robot turned back and forth in the door.
     #[test]
     fn a_wall_seen_along_its_length_has_no_holes() {
         let mut obstacles = Obstacles::new(10.0);
         let mut along = scan(1, &[]);
         along.angle_increment_rad = 0.0175;
         along.beam_count = 60;
-        // The wall y = 0.3 m, from 11 degrees to 70 degrees.
+        // The wall is at y = 0.3 m and is seen at bearings from 7 to 66 degrees.
         for i in 0..60 {
             along.ranges_m[i] = (0.3 / (0.0175 * (i as f64 + 7.0)).sin()) as f32;
         }

@@ -1,42 +1,44 @@
-//! The progress checker: whether the robot is stuck, and how often it has been.
+//! The progress checker detects that the robot is stuck, and counts how often it has been.
 //!
-//! A robot is stuck if it has not moved, if it drives about one place, or if it drives around without coming nearer to its
+//! A robot is stuck if it has not moved, if it keeps driving about one place, or if it drives around without getting closer to its
 //! goal.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point};
 
-/// A cost-to-go that grows by more than this in one step comes from an estimate that jumped, metres.
+/// Increase of the cost-to-go within one step, in metres, beyond which the pose estimate must have jumped.
 const JUMP_M: f64 = 1.0;
-/// Coming nearer by less than this does not count, metres.
+/// Minimum decrease of the cost-to-go, in metres, that counts as progress.
 const NEARER_M: f64 = 0.1;
-/// Distance from where the robot was stuck before at which it counts as stuck elsewhere, metres.
+/// Distance, in metres, from earlier places at which a robot that is stuck counts as stuck at a new place.
 const ELSEWHERE_M: f64 = 2.0;
-/// A robot that is limited to less than this needs longer for the same distance, and gets proportionally more time, m/s.
+/// Speed limit, in m/s, for which the time limits are meant. A robot with a lower limit needs longer for the same distance and gets
+/// proportionally more time.
 pub const USUAL_MPS: f64 = 0.5;
-/// How many places at which the robot was stuck are remembered.
+/// Number of places at which the robot was stuck that are remembered.
 const REMEMBERED: usize = 16;
 
-/// When a robot is stuck, and how often it may be.
+/// Criteria for a robot to be stuck, and limits on how often it may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ProgressParameters {
-    /// Stuck after not moving for this long, seconds.
+    /// Time without moving, in seconds, after which the robot is stuck.
     pub stuck_time_s: f64,
-    /// Moving less than this does not count, metres.
+    /// Minimum distance, in metres, that counts as moving.
     pub stuck_radius_m: f64,
-    /// Stuck after not coming nearer for this long, seconds.
+    /// Time without progress towards the goal, in seconds, after which the robot is stuck.
     pub no_progress_time_s: f64,
-    /// Stuck after driving about one place for as long as this path takes at the robot's speed limit, metres.
+    /// Length of a path, in metres. The robot is stuck when it has driven about one place for as long as this path takes at its
+    /// speed limit.
     pub circling_path_m: f64,
-    /// Staying within this distance from where it began is driving about one place, metres.
+    /// Radius, in metres, within which the robot counts as driving about one place.
     pub circling_radius_m: f64,
-    /// How often to recover at about one place.
+    /// Maximum number of recoveries at about one place.
     pub recoveries: u32,
-    /// How often to recover during one task.
+    /// Maximum number of recoveries during one task.
     pub recoveries_per_task: u32,
 }
 
-/// Where the robot was when it last was elsewhere.
+/// A place that the robot has not left, and the time at which it arrived there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Anchor {
     place: Point<Odom>,
@@ -44,7 +46,8 @@ struct Anchor {
 }
 
 impl Anchor {
-    /// For how long the robot, now at `robot`, has been within `radius_m` of one place.
+    /// Returns for how long, in seconds, the robot has stayed within `radius_m` of the anchor, and moves the anchor to `robot` if
+    /// it has left.
     fn time_about_s(&mut self, now_s: f64, robot: Point<Odom>, radius_m: f64) -> f64 {
         if robot.distance(&self.place) > radius_m {
             *self = Self { place: robot, since_s: now_s };
@@ -64,7 +67,7 @@ pub struct ProgressChecker {
 }
 
 impl ProgressChecker {
-    /// Begins to watch.
+    /// Starts watching a robot at `robot`.
     pub fn new(now_s: f64, robot: Point<Odom>) -> Self {
         let here = Anchor { place: robot, since_s: now_s };
         Self {
@@ -76,7 +79,7 @@ impl ProgressChecker {
         }
     }
 
-    /// Whether the robot is stuck. It is at `robot` and may drive `speed_mps`. The cost-to-go `cost` is in a
+    /// Returns true if the robot, which is at `robot` and may drive at up to `speed_mps`, is stuck. The cost-to-go `cost` is in a
     /// unit of which `cost_per_m` make a metre.
     pub fn is_stuck(
         &mut self,
@@ -105,16 +108,17 @@ impl ProgressChecker {
 /// Counts how often the robot was stuck during a task.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct StuckCounter {
-    /// Of the whole task.
+    /// Count for the whole task.
     pub total: u32,
-    /// At about the last place, from one to the next: a robot that tries all along a wall makes no progress.
+    /// Count for the last place and all places connected to it by short distances. They count together because a robot that tries
+    /// all along a wall makes no progress.
     pub here: u32,
-    /// Of the last ones, as a ring.
+    /// The most recent places, as a ring.
     places: [Option<Point<Odom>>; REMEMBERED],
 }
 
 impl StuckCounter {
-    /// Counts one; returns false if there have been too many.
+    /// Counts that the robot is stuck at `robot`. Returns false if it has been stuck too often.
     pub fn count(&mut self, robot: Point<Odom>, parameters: &ProgressParameters) -> bool {
         let newest = self.total as usize % REMEMBERED;
         self.places[newest] = Some(robot);
@@ -123,11 +127,11 @@ impl StuckCounter {
         self.here <= parameters.recoveries && self.total <= parameters.recoveries_per_task
     }
 
-    /// How many of the remembered places are connected to one of them, itself included.
+    /// Returns how many of the remembered places are connected to the place `first`, including that place.
     fn joined_with(&self, first: usize) -> u32 {
         let mut joined = [false; REMEMBERED];
         joined[first] = true;
-        // Places connected through several others are found in as many rounds.
+        // Each round reaches places connected through one more place in between.
         for _ in 0..REMEMBERED {
             for place in 0..REMEMBERED {
                 joined[place] |= (0..REMEMBERED).any(|other| joined[other] && self.are_near(place, other));
@@ -163,8 +167,8 @@ mod tests {
         assert!(!at(6.9) && at(7.1));
     }
 
-    /// A robot crept through a door at a tenth of a metre per second, since it slows down there. It was taken to be standing
-    /// still, and gave up.
+    /// A robot crept through a door at a tenth of a metre per second, because it slows down there. The checker took it to be
+    /// standing still, and the robot gave up.
     #[test]
     fn a_slow_robot_is_waited_for() {
         let mut progress = ProgressChecker::new(0.0, Point::new(0.0, 0.0));
@@ -177,8 +181,7 @@ mod tests {
         assert!(!at(70.0) && at(95.0), "standing still");
     }
 
-    /// This once failed: whenever the estimate jumped, the watch started over, and the robot drove in circles until its time
-    /// was over.
+    /// Whenever the estimate jumped, the checker used to start over, and the robot drove in circles until its time ran out.
     #[test]
     fn a_robot_that_circles_about_one_place_is_stuck_whatever_the_estimate_says() {
         let mut progress = ProgressChecker::new(0.0, Point::new(0.7, 0.0));
@@ -210,7 +213,7 @@ mod tests {
         assert!(counter.count(Point::new(5.0, 0.0), &PARAMETERS));
     }
 
-    /// A robot that tried a closed wall every metre once went on until its time was over.
+    /// A robot that tried a closed wall at every metre used to keep going until its time ran out.
     #[test]
     fn being_stuck_along_a_wall_is_at_one_place() {
         let mut counter = StuckCounter::default();
@@ -219,7 +222,7 @@ mod tests {
         assert_eq!(counted, [true, true, true, false]);
     }
 
-    /// A robot that stood still at two places in turn once never gave up.
+    /// A robot that got stuck at two places in turn used to never give up.
     #[test]
     fn being_stuck_at_two_places_in_turn_counts_at_each() {
         let mut counter = StuckCounter::default();

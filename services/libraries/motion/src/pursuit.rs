@@ -1,7 +1,8 @@
-//! The velocity that follows a local path: pure pursuit (R. C. Coulter, 1992) for a robot that turns, straight pursuit
-//! for one that moves in any direction. Both face the way they drive, so that the laser looks ahead.
+//! Computes the velocity that follows a local path, by pure pursuit (R. C. Coulter, 1992) for a robot that has to turn and by
+//! heading straight for the target for one that moves in any direction. Both face the direction of travel, so that the laser looks
+//! ahead.
 //!
-//! Commands never lead to a place too near to a known obstacle, and never exceed the limits.
+//! Commands never lead too close to a known obstacle, and never exceed the limits.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, wrap_angle};
@@ -10,61 +11,61 @@ use sketchnav_schemas::robot::{Drive, Limits};
 
 use super::obstacles::Obstacles;
 
-/// The farthest point of the path to head for, metres.
+/// Look-ahead distance, in metres, within which the robot heads for the farthest point of the path.
 const LOOK_AHEAD_M: f64 = 0.7;
-/// The same after obstacles ruled out the way to a farther one, metres: the robot then keeps to the path.
+/// Look-ahead distance, in metres, after obstacles have slowed the last command. It is short so that the robot then keeps to the
+/// path.
 const SHORT_AHEAD_M: f64 = 0.15;
-/// Free space beyond the robot's radius that a shortcut to a point of the path needs, metres.
+/// Free space beyond the robot's radius, in metres, that a shortcut to a point of the path needs.
 const SHORTCUT_M: f64 = 0.06;
-/// Turn rate per radian of heading error, 1/s.
+/// Turn rate per radian of heading error, in 1/s.
 const TURN_GAIN: f64 = 2.0;
-/// A differential drive turns on the spot if the error exceeds this, radians, ...
+/// Heading error, in radians, above which a differential drive begins to turn on the spot.
 const TURN_FROM_RAD: f64 = 1.0;
-/// ... until the error is less than this.
+/// Heading error, in radians, below which a differential drive stops turning on the spot.
 const TURN_UNTIL_RAD: f64 = 0.35;
-/// A drive that moves in any direction waits for its laser if the error exceeds this, radians.
+/// Heading error, in radians, above which an omnidirectional drive waits until its laser faces the direction of travel.
 const BLIND_RAD: f64 = 1.7;
-/// Slowest share of the top speed next to obstacles.
+/// Minimum share of the top speed, next to obstacles.
 const SLOWEST: f64 = 0.3;
-/// Free space beyond the robot's radius at which it drives at full speed, metres.
+/// Free space beyond the robot's radius, in metres, at which it drives at full speed.
 const WIDE_M: f64 = 0.4;
-/// Free space beyond the robot's radius that no command may use up, metres.
+/// Free space beyond the robot's radius, in metres, that no command may use up.
 const SAFETY_M: f64 = 0.02;
-/// From a command to its effect, seconds.
+/// Time from a command to its effect, in seconds.
 const LATENCY_S: f64 = 0.2;
 
-/// What a follower needs to know about its robot.
+/// The properties of a robot that a path follower needs to know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Body {
-    /// Radius of the footprint, metres.
+    /// Radius of the footprint, in metres.
     pub radius_m: f64,
-    /// How it moves.
+    /// Kind of drive.
     pub drive: Drive,
-    /// What it may do.
+    /// Limits on speeds and accelerations.
     pub limits: Limits,
 }
 
-/// A follower of local paths. It remembers its last command, and whether it is turning on the spot or was stopped by an
-/// obstacle.
+/// A follower of local paths. It remembers its last command, and whether it is turning on the spot or was slowed by an obstacle.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Pursuit {
     body: Body,
-    /// The last command: vx, vy in m/s, turn rate in rad/s.
+    /// The last command, as vx and vy in m/s and the turn rate in rad/s.
     last: [f64; 3],
     turning: bool,
-    /// Whether obstacles ruled out the last wish.
+    /// True if obstacles made the last command slower than wished for.
     cramped: bool,
 }
 
 const STILL: Twist = Twist { vx_mps: 0.0, vy_mps: 0.0, yaw_rate_radps: 0.0 };
 
 impl Pursuit {
-    /// At rest.
+    /// Creates a follower for a robot at rest.
     pub fn new(body: Body) -> Self {
         Self { body, last: [0.0; 3], turning: false, cramped: false }
     }
 
-    /// The last command.
+    /// Returns the last command.
     pub fn last(&self) -> Twist {
         let [vx_mps, vy_mps, yaw_rate_radps] = self.last;
         Twist { vx_mps, vy_mps, yaw_rate_radps }
@@ -75,7 +76,8 @@ impl Pursuit {
         twist
     }
 
-    /// Follows `path` (odometry frame; its end is where to stop) for `dt_s` seconds. At most `share` of the top speed is used.
+    /// Returns the command that follows `path` for the next `dt_s` seconds, at no more than `share` of the top speed. The path is
+    /// in the odometry frame, and the robot is to stop at its end.
     pub fn follow(
         &mut self,
         path: &[Point<Odom>],
@@ -96,7 +98,7 @@ impl Pursuit {
         self.command(wish, robot, obstacles, dt_s)
     }
 
-    /// Follows `wish` as far as the limits and the obstacles allow.
+    /// Returns the command closest to `wish` that the limits and the obstacles allow.
     pub fn command(&mut self, wish: Twist, robot: &Pose<Odom>, obstacles: &Obstacles, dt_s: f64) -> Twist {
         let reachable = self.within_limits(wish, dt_s);
         let safe = self.safe(reachable, robot, obstacles);
@@ -104,14 +106,14 @@ impl Pursuit {
         self.remember(safe)
     }
 
-    /// Brakes.
+    /// Brakes as hard as the limits allow.
     pub fn stop(&mut self, dt_s: f64) -> Twist {
         self.turning = false;
         self.remember(self.within_limits(STILL, dt_s))
     }
 
-    /// The farthest point of the path within the look-ahead to which the straight way is free, and the length of the rest of
-    /// the path.
+    /// Returns the farthest point of the path that lies within the look-ahead distance and to which the straight line is free, and
+    /// the length of the rest of the path, in metres.
     fn target(
         &self,
         path: &[Point<Odom>],
@@ -167,7 +169,7 @@ impl Pursuit {
         }
     }
 
-    /// The command nearest to `wish` that top speeds and accelerations allow after the last one.
+    /// Returns the command closest to `wish` that the limits on speed and acceleration allow after the last command.
     fn within_limits(&self, wish: Twist, dt_s: f64) -> Twist {
         let (limits, last) = (&self.body.limits, self.last());
         let (vx, vy) = shorten(wish.vx_mps, wish.vy_mps, limits.speed_mps);
@@ -183,8 +185,8 @@ impl Pursuit {
         }
     }
 
-    /// The command at the highest speed with which the robot can still stop before every known
-    /// obstacle. Turning on the spot is always safe: the footprint is round.
+    /// Slows `wish` down to the highest speed at which the robot can still stop before every known obstacle. Turning on the spot is
+    /// always safe, because the footprint is round.
     fn safe(&self, wish: Twist, robot: &Pose<Odom>, obstacles: &Obstacles) -> Twist {
         let slowed = |share: f64| Twist {
             vx_mps: share * wish.vx_mps,
@@ -211,7 +213,7 @@ impl Pursuit {
     }
 }
 
-/// The vector shortened to `most`.
+/// Shortens a vector to at most the length `most`.
 fn shorten(x: f64, y: f64, most: f64) -> (f64, f64) {
     let length = x.hypot(y);
     if length > most { (x * most / length, y * most / length) } else { (x, y) }

@@ -1,6 +1,6 @@
-//! Recovery behaviours: what a stuck robot does before it tries again.
+//! Recovery behaviours, which a stuck robot goes through before it tries again.
 //!
-//! It backs up, forgets what the laser saw, turns, and looks again.
+//! The robot backs up, forgets what the laser saw, turns, and looks again.
 
 use std::f64::consts::TAU;
 
@@ -8,34 +8,34 @@ use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, wrap_angle};
 use sketchnav_schemas::message::Twist;
 
-/// How far to back up, metres.
+/// Distance to back up, in metres.
 const BACK_M: f64 = 0.35;
-/// How fast, m/s.
+/// Speed when backing up, in m/s.
 const BACK_MPS: f64 = 0.12;
-/// For how long at most, seconds.
+/// Maximum duration of backing up, in seconds.
 const BACK_S: f64 = 4.0;
-/// How far to turn, radians.
+/// Angle to turn, in radians.
 const TURN_RAD: f64 = 2.2;
-/// For how long at most, seconds.
+/// Maximum duration of a turn, in seconds.
 const TURN_S: f64 = 8.0;
 
-/// The behaviour under way.
+/// The recovery behaviour that is under way.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Recovery {
     /// Drive backwards.
     BackUp {
-        /// From here.
+        /// Where backing up began.
         from: Point<Odom>,
-        /// The latest end, seconds.
+        /// Time by which to stop at the latest, in seconds.
         until_s: f64,
     },
     /// Turn on the spot.
     Spin {
-        /// The angle still to turn, radians, counter-clockwise.
+        /// Angle still to turn, in radians, counter-clockwise.
         left_rad: f64,
-        /// The last heading, radians.
+        /// Heading at the last step, in radians.
         yaw_rad: f64,
-        /// The latest end, seconds.
+        /// Time by which to stop at the latest, in seconds.
         until_s: f64,
     },
 }
@@ -43,26 +43,26 @@ pub enum Recovery {
 /// What a recovery behaviour asks for next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Next {
-    /// Drive like this.
+    /// Drive with this velocity.
     Drive(Twist),
-    /// Clear the obstacles that the laser saw, and spin.
+    /// Clear the obstacles that the laser saw, and continue with this spin.
     ClearAndSpin(Recovery),
     /// Continue to the goal.
     Done,
 }
 
 impl Recovery {
-    /// Begins with backing up.
+    /// Begins a recovery by backing up.
     pub fn begin(now_s: f64, robot: Point<Odom>) -> Self {
         Self::BackUp { from: robot, until_s: now_s + BACK_S }
     }
 
-    /// A full turn on the spot, to see what is all around.
+    /// Begins a full turn on the spot, for the laser to see everything around the robot.
     pub fn look_around(now_s: f64, robot: &Pose<Odom>, turn_rate_radps: f64) -> Self {
         Self::Spin { left_rad: TAU, yaw_rad: robot.yaw_rad, until_s: now_s + 2.0 * TAU / turn_rate_radps }
     }
 
-    /// Takes a step; `count` decides which way to turn.
+    /// Takes a step. The direction of the turn alternates with `count`, the number of times the robot has been stuck.
     pub fn step(&mut self, now_s: f64, robot: &Pose<Odom>, count: u32, turn_rate_radps: f64) -> Next {
         match self {
             Self::BackUp { from, until_s } => {

@@ -1,12 +1,12 @@
 //! Dijkstra's algorithm on a grid of weighted cells with eight neighbours (E. W. Dijkstra, 1959).
 //!
-//! A grid is a slice of weights in rows of `stride` cells. A weight is the cost of a way as long as a cell; an infinite one is
-//! impassable. The outermost cells must be impassable, so that no neighbour's index leaves the grid. Ties are broken by index,
-//! so equal inputs give equal bits.
+//! A grid is a slice of weights in rows of `stride` cells. A weight is the cost per unit of length, and a cell of infinite weight
+//! is impassable. The outermost cells must be impassable, so that no neighbour's index leaves the grid. Ties are broken by index,
+//! so equal inputs give bit-identical results.
 
 use super::buckets::Buckets;
 
-/// The tentative costs of all cells and, among them, the cells yet to be settled.
+/// The tentative costs of all cells, and the queue of the cells that are yet to be settled.
 #[derive(Debug, Clone)]
 pub struct Frontier {
     cost: Vec<f32>,
@@ -15,26 +15,27 @@ pub struct Frontier {
 }
 
 impl Frontier {
-    /// For a grid of `cells` cells; all costs infinite.
+    /// Creates the frontier of a grid of `cells` cells. All costs are infinite.
     pub fn new(cells: usize) -> Self {
         Self { cost: vec![f32::INFINITY; cells], length: vec![0.0; cells], buckets: Buckets::new(cells) }
     }
 
-    /// The cost of every cell: infinite if no way was found yet.
+    /// Returns the cost of every cell, which is infinite if no path to the cell has been found.
     pub fn costs(&self) -> &[f32] {
         &self.cost
     }
 
-    /// The length of the cheapest way to every cell that has a finite cost; if several are the cheapest, of the shortest.
+    /// Returns the length of the cheapest path to every cell of finite cost. If several paths are the cheapest, this is the length
+    /// of the shortest of them.
     pub fn lengths(&self) -> &[f32] {
         &self.length
     }
 
-    /// Lowers the cell's cost to `cost` if that is less, by a way of this length.
+    /// Lowers the cell's cost to `cost`, the cost of a path of this length, unless the cell has a better path already.
     #[inline(always)]
     fn lower(&mut self, cell: usize, cost: f32, length: f32) {
         let before = self.cost[cell];
-        // An equally long way, or an impassable one: most are.
+        // Most candidates are no better, or impassable.
         if cost > before || cost == f32::INFINITY {
             return;
         }
@@ -49,17 +50,17 @@ impl Frontier {
 /// A grid of weights and the length of a cell's side.
 #[derive(Debug, Clone, Copy)]
 pub struct Weights<'a> {
-    /// Row by row; infinite on the border and in impassable cells.
+    /// Weights of the cells, row by row. Infinite on the border and in impassable cells.
     pub weight: &'a [f32],
-    /// Cells per row.
+    /// Number of cells per row.
     pub stride: usize,
-    /// Length of a cell's side, in the unit of way.
+    /// Length of a cell's side, in the unit of lengths.
     pub cell_length: f32,
 }
 
 impl Weights<'_> {
-    /// The cost of the step from `cell` to each neighbour, the four straight ones first. A diagonal step touches the two
-    /// adjacent cells, so it costs the mean of all four and never slips between two walls.
+    /// Returns the cost of the step from `cell` to each neighbour, straight neighbours first. A diagonal step touches two more
+    /// cells, so its cost uses the mean weight of all four and it never slips between two walls.
     fn edges(&self, cell: usize) -> [(usize, f32); 8] {
         let (w, s) = (self.weight, self.stride);
         let (half, quarter) = (self.cell_length / 2.0, self.cell_length * std::f32::consts::SQRT_2 / 4.0);
@@ -78,8 +79,8 @@ impl Weights<'_> {
         ]
     }
 
-    /// Finds the cost of the cheapest way from `seed` to every cell. The search may end once all cells as near as `stop`, or
-    /// those up to the cost `limit`, are settled. The seed must not lie on the border.
+    /// Finds the cost of the cheapest path from `seed` to every cell. The search may end once all cells as close as `stop` are
+    /// settled, or all cells up to the cost `limit`. The seed must not lie on the border.
     pub fn flood(&self, frontier: &mut Frontier, seed: usize, stop: Option<usize>, limit: f32) {
         let [least, most] = self.steps();
         frontier.cost.fill(f32::INFINITY);
@@ -96,7 +97,7 @@ impl Weights<'_> {
         }
     }
 
-    /// Lowers the costs of a cell's neighbours to those of the ways through it, the four straight ones first.
+    /// Lowers the costs of a cell's neighbours if the path through the cell is cheaper, straight neighbours first.
     #[inline(always)]
     fn relax(&self, frontier: &mut Frontier, cell: usize) {
         let (half, quarter) = (self.cell_length / 2.0, self.cell_length * std::f32::consts::SQRT_2 / 4.0);
@@ -116,9 +117,9 @@ impl Weights<'_> {
         frontier.lower(south + 1, cost + quarter * (own + se + s + e), diagonal);
     }
 
-    /// The costs of the cheapest and of the costliest possible step.
+    /// Returns the costs of the cheapest and of the costliest possible step.
     fn steps(&self) -> [f32; 2] {
-        // Weights are not negative, so their bits have the same order.
+        // Weights are not negative, so comparing their bits as integers gives the same order.
         const IMPASSABLE: u32 = f32::INFINITY.to_bits();
         let bits = |w: &f32| w.to_bits();
         let least = self.weight.iter().map(bits).fold(IMPASSABLE, u32::min);
@@ -128,7 +129,7 @@ impl Weights<'_> {
         [least * self.cell_length, most * self.cell_length * std::f32::consts::SQRT_2]
     }
 
-    /// The next cell on the cheapest way from `cell` back to the seed; `None` at the seed, and if no way was found.
+    /// Returns the next cell on the cheapest path from `cell` back to the seed, or `None` at the seed or if no path was found.
     pub fn downhill(&self, frontier: &Frontier, cell: usize) -> Option<usize> {
         let costs = &frontier.cost;
         let mut best = (cell, f32::INFINITY);
@@ -141,9 +142,9 @@ impl Weights<'_> {
     }
 }
 
-/// The distance of every cell to the nearest cell of `solid`, from middle to middle, at most `cap`, by two passes of the
-/// chamfer (0.955, 1.369) (G. Borgefors, 1986), whose error is at most 4.5 %. Cells on the border keep what `solid` says about
-/// them.
+/// Computes the distance, from centre to centre, of every cell to the nearest solid cell, but at most `cap`. Two passes of the
+/// chamfer (0.955, 1.369) (G. Borgefors, 1986) give an error of at most 4.5 %. Cells on the border are not updated: theirs is zero
+/// if they are solid, and `cap` if not.
 pub fn chamfer(solid: impl Fn(usize) -> bool, stride: usize, cell_length: f32, cap: f32, out: &mut [f32]) {
     for (cell, distance) in out.iter_mut().enumerate() {
         *distance = if solid(cell) { 0.0 } else { cap };
@@ -174,10 +175,10 @@ pub fn chamfer(solid: impl Fn(usize) -> bool, stride: usize, cell_length: f32, c
     }
 }
 
-/// Cells of a row that are processed together.
+/// Number of cells of a row that are processed together.
 const TOGETHER: usize = 8;
 
-/// Passes the distances of a row on to the adjacent row.
+/// Propagates the distances of a row to the adjacent row.
 fn pass_row(from: &[f32], to: &mut [f32], side: f32, corner: f32) {
     let inner = to.len() - 2;
     for (to, from) in to[1..=inner].iter_mut().zip(from.windows(3)) {
@@ -186,12 +187,12 @@ fn pass_row(from: &[f32], to: &mut [f32], side: f32, corner: f32) {
     }
 }
 
-/// Whether any cell has a lesser distance through its neighbour.
+/// Returns true if any cell is closer through its neighbour in the row than its distance so far.
 fn is_passed(beside: &[f32], cells: &[f32], side: f32) -> bool {
     beside.iter().zip(cells).fold(false, |any, (beside, cell)| any | (beside + side < *cell))
 }
 
-/// The lesser of two numbers. (The library's function checks for NaN, too.)
+/// Returns the lesser of two numbers. Unlike [`f32::min`], this does not check for NaN.
 #[inline(always)]
 fn lesser(a: f32, b: f32) -> f32 {
     if b < a { b } else { a }
@@ -215,7 +216,7 @@ mod tests {
         weight
     }
 
-    /// Bellman and Ford's algorithm: slow, and too simple to be wrong.
+    /// The Bellman-Ford algorithm, which is slow but too simple to be wrong.
     fn relax_until_stable(weights: &Weights, seed: usize) -> Vec<f32> {
         let mut cost = vec![f32::INFINITY; weights.weight.len()];
         cost[seed] = 0.0;

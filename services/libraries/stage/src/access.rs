@@ -1,65 +1,65 @@
-//! What a stage may read and write, according to the table of channels.
+//! Access control: which channels a stage may read and write, according to the table of channels.
 
 use sketchnav_schemas::channels::{self, ChannelSpec, NAVIGATORS, Role};
 use sketchnav_schemas::codes::Process;
 
-/// The process that hosts a stage, in a run of one kind of navigator.
+/// The access of a process to channels, in a run of one kind of navigator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Access {
     process: Process,
     kind: String,
 }
 
-/// A stage uses a channel from which it can never get a message.
+/// An error of a stage that uses a channel on which it can never receive, or must not send, a message.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Denied {
-    /// A channel that its process does not read.
+    /// The process does not read the channel.
     #[error(
         "channel {channel:?}: expected one that the {process} of navigator {kind:?} reads, found {found}"
     )]
     Read {
-        /// The channel.
+        /// Name of the channel.
         channel: &'static str,
-        /// The process.
+        /// Process that hosts the stage.
         process: Process,
-        /// The kind of navigator of the run.
+        /// Kind of navigator of the run.
         kind: String,
-        /// The navigators that have the channel, and the processes that read it.
+        /// Navigators that have the channel, and the processes that read it.
         found: String,
     },
-    /// A channel that its process does not write.
+    /// The process does not write the channel.
     #[error("channel {channel:?}: expected one that this process writes, found {found}")]
     Write {
-        /// The channel.
+        /// Name of the channel.
         channel: &'static str,
-        /// The navigators that have the channel, and the process that writes it.
+        /// Navigators that have the channel, and the process that writes it.
         found: String,
     },
-    /// A channel that belongs to no instant.
+    /// The messages of the channel belong to no instant.
     #[error("channel {channel:?}: expected a sensor, the tick or the situation, found the role {role:?}")]
     Step {
-        /// The channel.
+        /// Name of the channel.
         channel: &'static str,
-        /// Its role.
+        /// Role of the channel.
         role: Role,
     },
-    /// A channel that belongs to an instant.
+    /// The messages of the channel belong to an instant.
     #[error("channel {channel:?}: expected an instruction or a request, found the role {role:?}")]
     Hear {
-        /// The channel.
+        /// Name of the channel.
         channel: &'static str,
-        /// Its role.
+        /// Role of the channel.
         role: Role,
     },
 }
 
 impl Access {
-    /// The access of `process` in a run of this kind of navigator.
+    /// Creates the access that `process` has in a run of this kind of navigator.
     pub fn new(process: Process, kind: &str) -> Self {
         Self { process, kind: kind.to_owned() }
     }
 
-    /// Whether messages of a channel can belong to an instant of this process.
+    /// Checks that messages of a channel can belong to an instant of this process.
     pub(crate) fn to_step(&self, spec: &ChannelSpec) -> Result<(), Denied> {
         self.to_read(spec)?;
         match spec.role {
@@ -68,12 +68,12 @@ impl Access {
         }
     }
 
-    /// Whether this process can hear messages of a channel.
+    /// Checks that this process can hear messages of a channel.
     pub(crate) fn to_hear(&self, spec: &ChannelSpec) -> Result<(), Denied> {
         self.to_read(spec)?;
         match spec.role {
             Role::Instruction | Role::Request => Ok(()),
-            // Observers take no steps, and hear everything.
+            // Observers take no steps, so they hear everything.
             _ if !NAVIGATORS.contains(&self.process) => Ok(()),
             role => Err(Denied::Hear { channel: spec.name, role }),
         }
@@ -92,14 +92,14 @@ impl Access {
 }
 
 impl Denied {
-    /// A channel that the process does not write.
+    /// Creates the error about a channel that the process does not write.
     pub fn to_write(spec: &ChannelSpec) -> Self {
         let writer = spec.writer.map_or("every process", Process::word);
         Self::Write { channel: spec.name, found: format!("one of {}, written by {writer}", owner(spec)) }
     }
 }
 
-/// The navigators that have a channel.
+/// Returns the navigators that have a channel, in words.
 fn owner(spec: &ChannelSpec) -> String {
     spec.kind.map_or_else(|| "all navigators".to_owned(), |kind| format!("navigator {kind:?}"))
 }
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use crate::{Heard, InProcess, Instant};
 
-    /// A planner of this kind asks for the newest message of a channel before any has come.
+    /// Lets a planner of this kind ask for the newest message of a channel before any has come.
     fn newest<T: Message>(kind: &str, channel: channels::Channel<T>) -> Result<bool, String> {
         let (access, inputs) =
             (Access::new(Process::Planner, kind), InProcess::of_reader(Process::Planner, kind));
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(newest(KIND, PLACE), Ok(false));
     }
 
-    /// The navigator once waited for ever.
+    /// The navigator used to wait for ever.
     #[test]
     fn a_channel_that_the_table_does_not_grant_is_an_error() {
         assert_eq!(

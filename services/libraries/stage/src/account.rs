@@ -1,42 +1,42 @@
-//! What a navigator itself reports about a run when it is over.
+//! What a navigator itself reports about a run that is over.
 //!
-//! An [`Account`] hears the recorded messages of a run and gives a [`Summary`]: named figures, which `judge` prints and a
-//! report lists, and charts over time for the report. It is as pure as a stage, and knows only what was recorded.
+//! An [`Account`] hears the recorded messages of a run and gives a [`Summary`]. The summary has named figures, which `judge` prints
+//! and a report lists, and charts over time for the report. An account is as pure as a stage, and knows only what was recorded.
 
 use sketchnav_schemas::message::Header;
 use sketchnav_schemas::time::seconds;
 
 use crate::{Denied, Heard};
 
-/// What a navigator reports about a run.
+/// A navigator's report about a run.
 ///
-/// It hears the channels of its kind, and `status`, in the order of the recording.
+/// An account hears `status` and the channels of its kind of navigator, in the order of the recording.
 pub trait Account {
-    /// Receives a message. Messages of irrelevant channels are to be ignored.
+    /// Receives a message. Implementations should ignore messages of channels that they do not need.
     ///
     /// # Errors
-    /// [`Denied`] for a channel of another kind of navigator.
+    /// [`Denied`] if the implementation asks for a channel of another kind of navigator.
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied>;
 
-    /// Reports what it has gathered.
+    /// Adds the figures and charts of all messages so far to `summary`.
     fn tell(&self, summary: &mut Summary);
 }
 
 /// The result of an account.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Summary {
-    /// Figures: the name of each, and its value with the unit.
+    /// Figures, each with its name and its value including the unit.
     pub figures: Vec<(String, String)>,
-    /// What changed over time.
+    /// Charts over time.
     pub charts: Vec<Chart>,
 }
 
 /// Curves over time with a common unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chart {
-    /// What is shown.
+    /// Title of the chart.
     pub title: &'static str,
-    /// Its unit, or what its numbers mean.
+    /// Unit of the values, or what the numbers mean.
     pub unit: &'static str,
     /// The curves.
     pub curves: Vec<Curve>,
@@ -45,9 +45,9 @@ pub struct Chart {
 /// A curve over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Its name in the legend.
+    /// Name in the legend.
     pub name: &'static str,
-    /// Seconds since the mission's start, and the value; NaN if there is none.
+    /// Points of the curve, each as seconds since the mission's start and a value, which is NaN if there is none.
     pub points: Vec<[f64; 2]>,
 }
 
@@ -57,7 +57,7 @@ impl Summary {
         self.figures.push((name.into(), value.into()));
     }
 
-    /// Adds a chart; none if no curve has a point.
+    /// Adds a chart, unless none of its curves has a point.
     pub fn chart(&mut self, title: &'static str, unit: &'static str, curves: impl Into<Vec<Curve>>) {
         let curves = curves.into();
         if curves.iter().any(|curve| !curve.points.is_empty()) {
@@ -67,7 +67,7 @@ impl Summary {
 }
 
 impl Curve {
-    /// The curve of a value of each of these messages, at their times.
+    /// Creates the curve of a value of these messages over their time stamps.
     pub fn of<'a, T: 'a>(
         name: &'static str,
         messages: impl IntoIterator<Item = &'a T>,

@@ -1,4 +1,4 @@
-//! What a person should know before a robot starts.
+//! Doubts that a person should know of before a robot starts.
 
 use serde::Serialize;
 use sketchnav_schemas::channels::ChannelSpec;
@@ -7,28 +7,28 @@ use sketchnav_schemas::run::RunConfig;
 /// Doubts about the files of a mission.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Doubts {
-    /// Warnings, in words, of what may go wrong with them.
+    /// Warnings about what may go wrong with the files.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
-    /// What is in them but not used.
+    /// Parts of the files that are not used.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<String>,
 }
 
-/// Doubts about what the navigator plans before the start.
+/// Finds doubts about what the navigator plans before the start.
 #[derive(Debug, Clone, Copy)]
 pub struct Planned {
-    /// The channel on which the sketcher sends its plan.
+    /// Channel on which the sketcher sends its plan.
     pub on: &'static ChannelSpec,
-    /// The doubts about such a message.
+    /// Returns the doubts about a message of that channel.
     pub doubts: fn(&RunConfig, &[u8]) -> Vec<String>,
 }
 
-/// The drawing in which a run's robot is localized.
+/// The drawing in which the robot of a run is localized.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Canvas {
-    /// Its width and height, pixels of the grid.
+    /// Width and height of the drawing, in pixels of the grid.
     pub size_px: [f64; 2],
-    /// Pixels of the grid per image pixel.
+    /// Number of pixels of the grid per image pixel.
     pub scale: f64,
 }

@@ -7,64 +7,63 @@ use sketchnav_schemas::run::RunConfig;
 use crate::StageError;
 use crate::lookout::Walls;
 
-/// What a navigator makes of drawings.
+/// Functions with which a navigator interprets drawings.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawn {
-    /// The walls of a drawing as its sketcher understands them; `None` if the sketcher refuses it.
+    /// Returns the walls of a drawing as the sketcher understands them, or `None` if the sketcher rejects the drawing.
     pub walls: fn(&RunConfig, &[u8]) -> Option<Walls>,
-    /// Writes what was drawn into a mission, which is then driven without a page.
+    /// Writes what was drawn into a mission, so that it can be driven without a page.
     pub keep: fn(&mut Mission, &Kept<'_>) -> Result<(), StageError>,
 }
 
-/// A drawing that is to be kept, with the marks in it.
+/// A drawing to be kept, with the marks in it.
 #[derive(Debug, Clone, Copy)]
 pub struct Kept<'a> {
-    /// The file that contains it.
+    /// File that contains the drawing.
     pub drawing: &'a str,
-    /// Width and height of the grid made from it.
+    /// Width and height of the grid made from the drawing, in pixels.
     pub size_px: [u32; 2],
-    /// Pixels of the grid per image pixel.
+    /// Number of pixels of the grid per image pixel.
     pub scale: f64,
-    /// The marks that placed the robot: these or earlier ones.
+    /// Marks that placed the robot, which are the current or earlier ones.
     pub placing: &'a Marks,
-    /// The marks in force.
+    /// Marks in force.
     pub marks: &'a Marks,
 }
 
-/// What a person marked in addition to the walls; image pixels. By itself, as JSON with these keys, it is what the pad sends
-/// after the drawing.
+/// What a person marked in addition to the walls, in image pixels. The pad sends this after the drawing, as JSON with these keys.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Marks {
-    /// Where the robot starts.
+    /// Start of the robot.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartMark>,
-    /// Where it is to go.
+    /// Goals for the robot to drive to.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub goals: Vec<GoalMark>,
-    /// Or the route it is to take.
+    /// The route for the robot to take, as an alternative to goals.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub route: Option<Vec<[f64; 2]>>,
 }
 
-/// A drawn start.
+/// The mark of a start.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StartMark {
-    /// Where, image pixels.
+    /// Position, in image pixels.
     pub at: [f64; 2],
-    /// Which way, degrees counter-clockwise from "to the right".
+    /// Heading, in degrees counter-clockwise from the direction to the right.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub heading_deg: Option<f64>,
 }
 
-/// A drawn goal.
+/// The mark of a goal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct GoalMark {
-    /// Name, for people.
+    /// Name, for people to read.
     #[serde(default)]
     pub name: String,
-    /// Where, image pixels.
+    /// Position, in image pixels.
     pub at: [f64; 2],
 }

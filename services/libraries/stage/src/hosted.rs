@@ -1,4 +1,4 @@
-//! What a stage is, and how its hosts see it.
+//! The trait of a stage, and the trait through which hosts see it.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -8,74 +8,78 @@ use crate::{Heard, Instant, Outbox, Remains, StageError};
 /// A part of a navigator.
 ///
 /// The same messages in the same order must give the same messages, to the bit, because a host recomputes steps after a kill.
-/// Everything that changes is in [`Stage::state`], except for what follows from the instructions in force: those are heard
-/// again before the state is restored.
+/// Everything that changes must be in [`Stage::state`], except for what follows from the instructions in force, because the
+/// instructions are heard again before the state is restored.
 pub trait Stage {
-    /// Name and version of the state's format, for example `sketch planner 5`. Change it whenever the format changes.
+    /// Name and version of the state's format, for example `sketch planner 5`. It must change whenever the format changes.
     const FORM: &'static str;
-    /// The state as it is read back.
+    /// The type of the state when it is read back.
     type State: DeserializeOwned;
 
-    /// Receives a message that belongs to no instant: an instruction, which is in force from now on, or a request.
+    /// Receives a message that belongs to no instant. It is either an instruction, which is in force from now on, or a request.
     ///
     /// # Errors
-    /// A message that the stage cannot work with; it ends the process. A person's request should be answered instead.
+    /// Returns an error about a message that the stage cannot work with. The error ends the process, so a person's request should
+    /// be answered instead.
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {
         let _ = message;
         Ok(())
     }
 
-    /// Sends what is to be sent outside a step: at the start, after each request, and again on resuming after a kill. It must
-    /// follow from the state, because a message that was already sent is dropped by its number.
+    /// Sends what is to be sent outside a step. This is called at the start, after each request, and again on resuming after a
+    /// kill. The messages must follow from the state, because the host recognizes a message that was already sent by its number and
+    /// drops it.
     ///
     /// # Errors
-    /// As [`Stage::hear`].
+    /// Like [`Stage::hear`].
     fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let _ = out;
         Ok(())
     }
 
-    /// Whether it can take a step. While it cannot, instants wait.
+    /// Returns true if the stage can take a step. Instants wait until it can.
     fn is_ready(&self) -> bool {
         true
     }
 
-    /// Takes the step of an instant: reads what belongs to the instant and sends what follows from it.
+    /// Takes the step of an instant, that is, reads what belongs to the instant and sends what follows from it.
     ///
     /// # Errors
-    /// As [`Stage::hear`].
+    /// Like [`Stage::hear`].
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let _ = (instant, out);
         Ok(())
     }
 
-    /// Everything that changes, serialized as a [`Stage::State`] is; nothing needs to be copied for it.
+    /// Returns everything that changes. This must serialize exactly like a [`Stage::State`], but may borrow, so that nothing needs
+    /// to be copied.
     fn state(&self) -> impl Serialize;
 
-    /// Resumes from a state.
+    /// Resumes from a saved state.
     ///
     /// # Errors
-    /// A state that does not belong to this run. The host then starts over without it: see [`Stage::recover`].
+    /// Returns an error if the state does not belong to this run. The host then starts over without the state, by
+    /// [`Stage::recover`].
     fn restore(&mut self, state: Self::State) -> Result<(), StageError>;
 
-    /// Starts without a state after a kill, because none can be used; `remains` has the last messages sent before. Called
-    /// before anything is heard.
+    /// Starts after a kill without a state, because no usable one exists. `remains` has the last messages sent before the kill.
+    /// This is called before the stage hears anything.
     fn recover(&mut self, remains: &dyn Remains) {
         let _ = remains;
     }
 }
 
-/// A stage as its hosts store it. Every [`Stage`] is one.
+/// A stage as a trait object, as its hosts store it. Every [`Stage`] implements this.
 pub trait Hosted {
-    /// As [`Stage::FORM`].
+    /// Returns [`Stage::FORM`].
     fn form(&self) -> &'static str;
-    /// As [`Stage::hear`].
+    /// See [`Stage::hear`].
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError>;
-    /// As [`Stage::speak`].
+    /// See [`Stage::speak`].
     fn speak(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError>;
-    /// As [`Stage::is_ready`].
+    /// See [`Stage::is_ready`].
     fn is_ready(&self) -> bool;
-    /// As [`Stage::step`].
+    /// See [`Stage::step`].
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError>;
     /// Writes the state to the beginning of `room` and returns its length in bytes. Allocates nothing.
     ///
@@ -85,9 +89,9 @@ pub trait Hosted {
     /// Resumes from a state that [`Hosted::save`] wrote.
     ///
     /// # Errors
-    /// Bytes that are no such state; otherwise as [`Stage::restore`].
+    /// Returns an error if the bytes are not such a state, or an error of [`Stage::restore`].
     fn load(&mut self, state: &[u8]) -> Result<(), StageError>;
-    /// As [`Stage::recover`].
+    /// See [`Stage::recover`].
     fn recover(&mut self, remains: &dyn Remains);
 }
 

@@ -1,4 +1,4 @@
-//! The messages of a process in ordinary memory, as kept by a host without channels.
+//! Keeps the messages of a process in ordinary memory, for a host without channels.
 
 use sketchnav_schemas::channels::{self, ChannelSpec};
 use sketchnav_schemas::codes::Process;
@@ -6,14 +6,14 @@ use sketchnav_schemas::erased::{self, Owned};
 
 use crate::{Denied, Inputs, Put, Reading, Sink, StageError};
 
-/// Sees every message as it is sent, and does nothing else.
+/// An observer of every message as it is sent.
 pub trait Tap {
-    /// Called with a message; `cells` is the slice that follows it, empty if its channel has none.
+    /// Receives a message and the cells that follow it. `cells` is empty if the channel has none.
     fn see(&mut self, spec: &'static ChannelSpec, message: &[u8], cells: &[u8]);
 }
 
-/// The newest message of each channel that a process writes, made in the same memory each time. A stage sends its messages
-/// here.
+/// The newest message of each channel that a process writes or reads. Each message of a channel reuses the memory of the one
+/// before. A stage can send its messages here.
 #[derive(Debug, Clone, Default)]
 pub struct InProcess {
     slots: Vec<Slot>,
@@ -28,12 +28,12 @@ struct Slot {
 }
 
 impl InProcess {
-    /// Memory for what `process` writes in a run of this kind of navigator.
+    /// Creates memory for what `process` writes in a run of this kind of navigator.
     pub fn of_writer(process: Process, kind: &str) -> Self {
         Self::of(channels::written_by(process, kind))
     }
 
-    /// Memory for what `process` reads in a run of this kind of navigator.
+    /// Creates memory for what `process` reads in a run of this kind of navigator.
     pub fn of_reader(process: Process, kind: &str) -> Self {
         Self::of(channels::read_by(process, kind))
     }
@@ -43,12 +43,12 @@ impl InProcess {
         Self { slots: specs.map(slot).collect() }
     }
 
-    /// The newest message of a channel, if there is one.
+    /// Returns the newest message of a channel, if there is one.
     pub fn get(&self, spec: &ChannelSpec) -> Option<&Owned> {
         self.slots.iter().find(|slot| slot.spec == spec && slot.seq > 0).map(|slot| &slot.newest)
     }
 
-    /// Keeps a numbered message as the newest of its channel; messages of channels not in this memory are ignored.
+    /// Keeps a numbered message as the newest of its channel. Messages of channels that this memory does not have are ignored.
     pub fn keep(&mut self, spec: &ChannelSpec, message: Owned) {
         if let Some(slot) = self.slots.iter_mut().find(|slot| slot.spec == spec) {
             slot.seq = erased::header(message.bytes()).seq;
@@ -56,12 +56,12 @@ impl InProcess {
         }
     }
 
-    /// From here on, what is stored belongs to an earlier instant.
+    /// Ends the instant. All messages stored so far then belong to an earlier instant.
     pub fn end_instant(&mut self) {
         self.slots.iter_mut().for_each(|slot| slot.is_fresh = false);
     }
 
-    /// The same with a `tap` that sees what is sent.
+    /// Returns a sink that sends into this memory and shows each message to `tap`.
     pub fn tapped<'a, T: Tap>(&'a mut self, tap: &'a mut T) -> impl Sink + 'a {
         Tapped { memory: self, tap }
     }

@@ -1,4 +1,4 @@
-//! What a stage receives.
+//! The inputs of a stage.
 
 use sketchnav_schemas::channels::{Channel, ChannelSpec, MISSION, ORDERS};
 use sketchnav_schemas::erased;
@@ -6,41 +6,41 @@ use sketchnav_schemas::message::{Header, Message, MissionCommand};
 
 use crate::access::{Access, Denied};
 
-/// A message with the cells that follow it, by reference.
+/// A message and the cells that follow it, by reference.
 #[derive(Debug, Clone, Copy)]
 pub struct Reading<'a> {
-    /// The message.
+    /// Bytes of the message.
     pub message: &'a [u8],
-    /// The bytes that follow it.
+    /// Cells that follow the message.
     pub cells: &'a [u8],
-    /// Whether it arrived since the previous instant.
+    /// True if the message arrived since the previous instant.
     pub is_fresh: bool,
 }
 
-/// What a host provides for an instant.
+/// The messages that a host provides for an instant.
 pub trait Inputs {
-    /// The newest message of a channel, from the instant or an earlier one.
+    /// Returns the newest message of a channel, from the instant or an earlier one.
     fn newest(&self, spec: &ChannelSpec) -> Option<Reading<'_>>;
 }
 
-/// The inputs of a step: everything that was true at one moment of the world.
+/// The inputs of a step, which are everything that was true at one moment of the world.
 pub struct Instant<'a> {
     /// Number of the tick.
     pub tick: u64,
-    /// Simulation time.
+    /// Simulation time, in nanoseconds.
     pub stamp_ns: u64,
     access: &'a Access,
     inputs: &'a dyn Inputs,
 }
 
 impl<'a> Instant<'a> {
-    /// The instant of tick number `tick`, for the process of `access`.
+    /// Creates the instant of tick number `tick`, for the process of `access`.
     pub fn new(access: &'a Access, tick: u64, stamp_ns: u64, inputs: &'a dyn Inputs) -> Self {
         Self { tick, stamp_ns, access, inputs }
     }
 
-    /// The newest message of a sensor, or the message that the step answers; `None` before the first. If a sensor is slower
-    /// than the heartbeat, it may be from an earlier instant.
+    /// Returns the newest message of a sensor, or the message that the step answers, or `None` before the first message. If a
+    /// sensor is slower than the heartbeat, its newest message may be from an earlier instant.
     ///
     /// # Errors
     /// [`Denied`] for a channel from which no message can ever come.
@@ -48,10 +48,10 @@ impl<'a> Instant<'a> {
         Ok(self.reading(channel.spec)?.map(|reading| bytemuck::from_bytes(reading.message)))
     }
 
-    /// The same, but only if it arrived since the previous instant.
+    /// Like [`Instant::newest`], but returns `None` unless the message arrived since the previous instant.
     ///
     /// # Errors
-    /// As [`Instant::newest`].
+    /// Like [`Instant::newest`].
     pub fn fresh<T: Message>(&self, channel: Channel<T>) -> Result<Option<&'a T>, Denied> {
         let reading = self.reading(channel.spec)?.filter(|reading| reading.is_fresh);
         Ok(reading.map(|reading| bytemuck::from_bytes(reading.message)))
@@ -70,23 +70,23 @@ pub struct Heard<'a> {
     spec: &'static ChannelSpec,
     message: &'a [u8],
     cells: &'a [u8],
-    /// How often this message was heard before, with the process dying each time.
+    /// Number of times that this message was heard before, with the process dying each time.
     pub attempts: u32,
 }
 
 impl<'a> Heard<'a> {
-    /// A message of the channel `spec`, for the process of `access`.
+    /// Creates a message of the channel `spec`, for the process of `access`.
     pub fn new(access: &'a Access, spec: &'static ChannelSpec, message: &'a [u8], cells: &'a [u8]) -> Self {
         Self { access, spec, message, cells, attempts: 0 }
     }
 
-    /// The same message, heard this often before.
+    /// Returns the same message, with the number of times that it was heard before.
     #[must_use]
     pub fn again(self, attempts: u32) -> Self {
         Self { attempts, ..self }
     }
 
-    /// The message, if it is one of this channel.
+    /// Returns the message if it is one of this channel.
     ///
     /// # Errors
     /// [`Denied`] for a channel from which no message can ever be heard.
@@ -95,7 +95,7 @@ impl<'a> Heard<'a> {
         Ok((self.spec == channel.spec).then(|| bytemuck::from_bytes(self.message)))
     }
 
-    /// The message as an order, if it is one: from the supervisor, the command line or the pad.
+    /// Returns the message as an order if it is one, whether from the supervisor, the command line or the pad.
     ///
     /// # Errors
     /// [`Denied`] for a process that takes no orders.
@@ -103,25 +103,25 @@ impl<'a> Heard<'a> {
         Ok(self.on(MISSION)?.or(self.on(ORDERS)?))
     }
 
-    /// The bytes that follow it.
+    /// Returns the cells that follow the message.
     pub fn cells(&self) -> &'a [u8] {
         self.cells
     }
 
-    /// Its header.
+    /// Returns the header of the message.
     pub fn header(&self) -> &'a Header {
         erased::header(self.message)
     }
 }
 
-/// The last messages that the process sent before it was restarted.
+/// Access to the last messages that the process sent before it was restarted.
 pub trait Remains {
-    /// A copy of the last one on a channel; `None` if there is none, or if the channel has cells.
+    /// Returns a copy of the last message of a channel, or `None` if there is none or the channel has cells.
     fn last(&self, spec: &ChannelSpec) -> Option<Vec<u64>>;
 }
 
 impl dyn Remains + '_ {
-    /// The last message of a channel.
+    /// Returns the last message of a channel, or `None` if there is none or the channel has cells.
     pub fn of<T: Message>(&self, channel: Channel<T>) -> Option<T> {
         self.last(channel.spec).map(|message| *bytemuck::from_bytes(bytemuck::cast_slice(&message)))
     }

@@ -1,24 +1,24 @@
-//! A stage: one part of a navigator, as a pure function from messages to messages, with its state.
+//! A stage is one part of a navigator, written as a pure function from messages to messages, with a state.
 //!
-//! A navigator has three stages. The *sketcher* reads what a person provides, the *localizer* works out the robot's situation,
-//! and the *planner* drives. Each is declared once, by implementing [`Stage`], and can be hosted in three ways:
-//! `sketchnav-runtime` hosts it as a process over shared memory, and `sketchnav-rehearsal` in one process without shared
-//! memory, or against a recording. Channels, positions, checkpoints, waiting and health are the hosts' work.
+//! A navigator has three stages. The *sketcher* reads what a person provides, the *localizer* works out the robot's situation, and
+//! the *planner* drives. A stage is declared once, by implementing [`Stage`], and can be hosted in three ways: `sketchnav-runtime`
+//! hosts it as a process over shared memory, and `sketchnav-rehearsal` hosts it in one process without shared memory, or against a
+//! recording. The hosts take care of channels, positions in them, checkpoints, waiting and health.
 //!
-//! - [`Stage`]: what the author of a navigator writes.
-//! - [`Instant`] has the inputs of a step. [`Heard`] is a message that may come at any time. [`Outbox`] makes a stage's
-//!   messages, in the memory that they are sent from.
-//! - [`Navigator`]: three stages under the name by which a mission selects them.
-//! - [`lookout`]: what a page shows of them while they drive. [`drawn`]: what people draw for them on it. [`doubts`]: warnings
-//!   before the start. [`account`]: what they report when the run is over.
-//! - [`Hosted`], [`Access`], [`Inputs`], [`Sink`], [`Remains`]: what a host works with. [`InProcess`] is a host's side in ordinary
-//!   memory.
+//! - [`Stage`] is the trait that the author of a navigator implements.
+//! - [`Instant`] has the inputs of a step. [`Heard`] is a message that may come at any time. [`Outbox`] creates a stage's messages,
+//!   in the memory that they are sent from.
+//! - [`Navigator`] is three stages under the name by which a mission selects them.
+//! - [`lookout`] is what a page shows of a navigator while it drives, and [`drawn`] what people draw for it on that page.
+//!   [`doubts`] are warnings before the start, and [`account`] is the navigator's report when the run is over.
+//! - [`Hosted`], [`Access`], [`Inputs`], [`Sink`] and [`Remains`] are what a host works with. [`InProcess`] is a host's side in
+//!   ordinary memory.
 //!
 //! Nothing here opens a channel or a file, reads a clock or draws a random number.
 //!
-//! # A stage, and a step of it
+//! # Example: a stage, and one of its steps
 //!
-//! This planner drives ahead for a hundred steps. Its host here is ordinary memory, as in a test.
+//! This planner drives straight ahead for a hundred steps. Its host here is ordinary memory, as in a test.
 //!
 //! ```
 //! use serde::Serialize;
@@ -86,5 +86,5 @@ pub use input::{Heard, Inputs, Instant, Reading, Remains};
 pub use navigator::{Files, Make, Navigator, Review, Watch};
 pub use output::{Outbox, Put, Sink};
 
-/// Why a stage cannot continue: a parameter, a drawing or a message that it cannot work with.
+/// The reason that a stage cannot continue, such as a parameter, a drawing or a message that it cannot work with.
 pub type StageError = Box<dyn std::error::Error + Send + Sync>;

@@ -1,7 +1,7 @@
-//! What a page shows of a run in progress, as drawn by the navigator itself.
+//! The view of a run in progress that a page shows, as drawn by the navigator itself.
 //!
-//! A [`Lookout`] hears messages and draws a [`Picture`]. It is as pure as a stage: the pad reads the channels, brings the
-//! picture onto its canvas and sends it to the pages. For a navigator without a lookout only [`Sensors`] are shown.
+//! A [`Lookout`] hears messages and draws a [`Picture`]. It is as pure as a stage, because the pad reads the channels, fits the
+//! picture onto its canvas and sends it to the pages. For a navigator without a lookout, only [`Sensors`] are shown.
 
 mod around;
 mod shapes;
@@ -13,33 +13,34 @@ use crate::{Denied, Heard};
 pub use around::{Around, Sensors, polar};
 pub use shapes::{Color, Shape, Stroke, thinned};
 
-/// What a navigator shows.
+/// A navigator's view of a run in progress.
 ///
-/// It hears every sensor and the channels of its kind, provided that the table names the pad among the readers.
+/// A lookout hears every sensor and the channels of its kind of navigator, provided that the table names the pad among their
+/// readers.
 pub trait Lookout {
-    /// Receives a message. Messages of irrelevant channels are to be ignored.
+    /// Receives a message. Implementations should ignore messages of channels that they do not need.
     ///
     /// # Errors
-    /// [`Denied`] for a channel that the pad does not read.
+    /// [`Denied`] if the implementation asks for a channel that the pad does not read.
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), Denied>;
 
-    /// What it draws on.
+    /// Returns the sheet that the lookout draws on.
     fn sheet(&self) -> Sheet {
         Sheet::Robot
     }
 
-    /// The walls of the drawing, if new ones have arrived since the last call.
+    /// Returns the walls of the drawing if new ones have arrived since the last call.
     fn take_walls(&mut self) -> Option<Walls> {
         None
     }
 
-    /// Whether the robot may be sent on its way: whether it knows where it is, if it needs to.
+    /// Returns true if the robot may set off. If the robot needs to know where it is, it must know that first.
     fn is_ready(&self) -> bool {
         true
     }
 
-    /// The places among which a person is asked to choose where the robot is, the likeliest first; empty if it may be anywhere.
-    /// `None` while nothing is asked.
+    /// Returns the places among which a person is asked to choose where the robot is, the likeliest first. The list is empty if the
+    /// robot may be anywhere. Returns `None` while nothing is asked.
     fn question(&self) -> Option<Vec<[f64; 2]>> {
         None
     }
@@ -48,27 +49,27 @@ pub trait Lookout {
     fn draw(&mut self, picture: &mut Picture);
 }
 
-/// What a lookout draws on. All places and lengths are in the units of the sheet.
+/// The sheet that a lookout draws on. All places and lengths are in the units of the sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Sheet {
-    /// The robot's surroundings, in its own axes: metres ahead and to the left.
+    /// The robot's surroundings in its own axes, in metres ahead and to the left.
     Robot,
-    /// A drawing of this width and height, pixels: origin lower left, y up. `None` before it is known.
+    /// A drawing of this width and height in pixels, with the origin at the lower left and y up. `None` before the size is known.
     Drawing(Option<[u32; 2]>),
 }
 
-/// What is shown at a moment.
+/// What is shown at one moment.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Picture {
-    /// What is drawn, the lowest first.
+    /// Shapes, the lowest first.
     pub shapes: Vec<Shape>,
-    /// What is drawn below the shapes and seldom changes: given once, it stays until replaced.
+    /// Shapes that are drawn below the others and seldom change. Given once, they stay until replaced.
     pub lasting: Option<Vec<Shape>>,
     /// Guesses of where the robot is. Given once, they move along with the robot until replaced.
     pub particles: Option<Vec<[f64; 2]>>,
-    /// Where the robot is in the drawing, as far as it knows.
+    /// Where the robot believes it is in the drawing.
     pub robot: Option<Whereabouts>,
-    /// Words that describe what is happening.
+    /// Text that describes what is happening.
     pub words: Vec<String>,
 }
 
@@ -82,25 +83,26 @@ impl Picture {
 /// Where a robot believes it is in a drawing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Whereabouts {
-    /// Its centre.
+    /// Centre of the robot.
     pub at: [f64; 2],
-    /// Counter-clockwise from "to the right", radians.
+    /// Heading, in radians counter-clockwise from the direction to the right.
     pub heading_rad: f64,
-    /// Semi-axes of two standard deviations and the first one's direction, as `heading_rad`.
+    /// Uncertainty of the position, as the semi-axes of the ellipse of two standard deviations and the direction of the first one,
+    /// measured like `heading_rad`.
     pub ellipse: [f64; 3],
-    /// The robot's radius.
+    /// Radius of the robot.
     pub radius: f64,
-    /// How sure it is.
+    /// How sure the robot is of its position.
     pub tracking: Tracking,
-    /// What supports that, between 0 and 1: a share of the particles, say.
+    /// Measure of the support for this estimate, between 0 and 1, such as a share of the particles.
     pub effective: f64,
 }
 
-/// A grid of cells, row 0 at the bottom; those of the code [`WALL`](sketchnav_schemas::codes::WALL) are walls.
+/// A grid of cells with row 0 at the bottom. Cells with the code [`WALL`](sketchnav_schemas::codes::WALL) are walls.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Walls {
-    /// Width and height.
+    /// Width and height of the grid, in pixels.
     pub size_px: [u32; 2],
-    /// The cells.
+    /// Codes of the cells, row by row.
     pub cells: Vec<u8>,
 }

@@ -1,4 +1,4 @@
-//! A navigator: the stages that a mission selects.
+//! A navigator is the set of stages that a mission selects.
 
 use sketchnav_schemas::channels::{ChannelSpec, NAVIGATORS};
 use sketchnav_schemas::codes::Process;
@@ -17,19 +17,19 @@ use crate::{Hosted, StageError};
 /// Reads the files that a mission names, by the paths in the mission.
 pub type Files<'a> = dyn Fn(&str) -> std::io::Result<Vec<u8>> + 'a;
 
-/// Makes a stage for a run.
+/// Creates a stage for a run.
 pub type Make = fn(&RunConfig, &Files<'_>) -> Result<Box<dyn Hosted>, StageError>;
 
-/// Makes what a page shows of a run.
+/// Creates the view of a run that a page shows.
 pub type Watch = fn(&RunConfig) -> Box<dyn Lookout>;
 
-/// Makes the account of a run when it is over.
+/// Creates the account of a run that is over.
 pub type Review = fn(&RunConfig) -> Box<dyn Account>;
 
-/// Finds what is doubtful about the files of a run.
+/// Finds doubts about the files of a run.
 pub type Doubt = fn(&RunConfig, &Files<'_>) -> Result<Doubts, StageError>;
 
-/// Finds the drawing in which the robot is localized; `None` in a run without one.
+/// Finds the drawing in which the robot is localized, if the run has one.
 pub type FindCanvas = fn(&RunConfig, &Files<'_>) -> Result<Option<Canvas>, StageError>;
 
 /// Checks a mission against the markers of its floor.
@@ -38,9 +38,10 @@ pub type CheckMarkers = fn(&Mission, &[Marker]) -> Result<(), StageError>;
 /// Returns the parameters of a mission's stages.
 pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 
-/// Three stages under the name by which a mission selects them, and everything that others show and report about them.
+/// Three stages under the name by which a mission selects them, and everything that other parts of the system show and report about
+/// them.
 ///
-/// [`Navigator::new`] takes the stages; everything else comes before it:
+/// [`Navigator::new`] takes the stages. Everything else is set by struct update syntax:
 ///
 /// ```
 /// # use sketchnav_stage::{Navigator, StageError};
@@ -54,45 +55,45 @@ pub type InForce = fn(&Mission, &Robot) -> Result<Parameters, StageError>;
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Navigator {
-    /// Its name in a mission: `[navigator] kind = "sketch"`.
+    /// Name of the navigator in a mission, as in `[navigator] kind = "sketch"`.
     pub kind: &'static str,
-    /// What a person provides, and what it drives by, in a sentence.
+    /// One sentence about what a person provides and what the robot drives by.
     pub about: &'static str,
-    /// The possible values of `[navigator] method`, the default first; empty if there is no choice.
+    /// Possible values of `[navigator] method`, the default first. Empty if there is no choice.
     pub methods: &'static [&'static str],
-    /// Checks its requirements on mission and robot, before anything starts. The files that a mission names are checked by the
-    /// loader: see [`Mission::navigator_files_mut`].
+    /// Checks the navigator's requirements on mission and robot before anything starts. The loader checks the files that a mission
+    /// names, see [`Mission::navigator_files_mut`].
     pub check: fn(&Mission, &Robot) -> Result<(), StageError>,
-    /// Checks its requirements on the markers of a floor; `None` for a navigator that needs none.
+    /// Checks the navigator's requirements on the markers of a floor. `None` for a navigator that needs no markers.
     pub check_markers: Option<CheckMarkers>,
-    /// Every parameter of its stages as in force in a mission, including defaults.
+    /// Returns every parameter of the stages as in force in a mission, including defaults.
     pub parameters: InForce,
-    /// The channels that it has in addition to those of all navigators, see
+    /// Channels that the navigator has in addition to those of all navigators, see
     /// [`channels!`](sketchnav_schemas::declare::channels).
     pub channels: &'static [&'static ChannelSpec],
-    /// What viewers get from its channels: topics with standard messages, see
+    /// Topics with standard messages that viewers get from the navigator's channels, see
     /// [`derived!`](sketchnav_schemas::ros2::derived::derived).
     pub derived: &'static [Derived],
-    /// The stages: sketcher, localizer and planner.
+    /// The stages, in the order sketcher, localizer and planner.
     pub stages: [Make; 3],
-    /// What a page shows of it while it drives; `None` if the robot's sensors are enough.
+    /// Creates what a page shows of the navigator while it drives. `None` if the robot's sensors are enough.
     pub lookout: Option<Watch>,
-    /// What it makes of what people draw on that page; `None` for a navigator that people can only watch.
+    /// Interprets what people draw on that page. `None` for a navigator that people can only watch.
     pub drawn: Option<Drawn>,
-    /// Warnings about the mission's files, given before the start; `None` if it has none to give.
+    /// Finds warnings about the mission's files before the start. `None` if the navigator never has any.
     pub doubts: Option<Doubt>,
-    /// Warnings about its plan, given before the start; `None` if it plans nothing beforehand.
+    /// Finds warnings about the navigator's plan before the start. `None` if it plans nothing beforehand.
     pub planned: Option<Planned>,
-    /// The drawing in which the robot is localized, for the order `here`; `None` if there is none.
+    /// Finds the drawing in which the robot is localized, for the order `here`. `None` if the navigator uses no drawing.
     pub canvas: Option<FindCanvas>,
-    /// Whether an order to resume can name a state of the route from which the robot continues.
+    /// True if an order to resume can name a state of the route from which the robot continues.
     pub resumes_at_states: bool,
-    /// What it reports about a run when it is over; `None` if what is reported about every run is enough.
+    /// Creates the navigator's report about a run that is over. `None` if what is reported about every run is enough.
     pub account: Option<Review>,
 }
 
 impl Navigator {
-    /// A navigator with these stages (sketcher, localizer, planner) and nothing else.
+    /// Creates a navigator with these stages (sketcher, localizer, planner) and nothing else.
     pub const fn new(kind: &'static str, about: &'static str, stages: [Make; 3]) -> Self {
         Self {
             kind,
@@ -114,10 +115,10 @@ impl Navigator {
         }
     }
 
-    /// The stage that `process` hosts; `None` for a process that hosts none.
+    /// Creates the stage that `process` hosts, or returns `None` for a process that hosts none.
     ///
     /// # Errors
-    /// What the run's mission or robot lacks for this stage.
+    /// Returns an error about what the run's mission or robot lacks for this stage.
     pub fn stage(
         &self,
         process: Process,

@@ -1,4 +1,4 @@
-//! What a stage sends.
+//! The outputs of a stage.
 
 use sketchnav_schemas::channels::{Channel, ChannelSpec};
 use sketchnav_schemas::erased;
@@ -6,34 +6,34 @@ use sketchnav_schemas::message::{Header, Message};
 
 use crate::{Denied, StageError};
 
-/// A message that is to be sent.
+/// A message to be sent.
 pub struct Put<'a> {
-    /// Its channel.
+    /// Channel of the message.
     pub spec: &'static ChannelSpec,
-    /// How many bytes follow it.
+    /// Number of cells, of one byte each, that follow the message.
     pub cells: usize,
-    /// Whether it repeats the last message of the channel, with the same number: see [`Outbox::repeat`].
+    /// True if the message repeats the last one of the channel, with the same number. See [`Outbox::repeat`].
     pub is_repeated: bool,
-    /// Fills the message and its cells, which are all zero.
+    /// Fills the message and its cells, which are all zero before.
     pub fill: &'a mut dyn FnMut(&mut [u8], &mut [u8]),
 }
 
-/// Where a host takes a stage's messages.
+/// The place where a host takes a stage's messages.
 pub trait Sink {
-    /// Has the message filled in place, numbers and sends it, and returns the number.
+    /// Has the message filled in place, numbers it, sends it and returns its number.
     ///
     /// # Errors
-    /// A channel that the process may not write, or one that fails.
+    /// Returns an error if the process may not write the channel, or if the channel fails.
     fn put(&mut self, put: Put<'_>) -> Result<u64, StageError>;
 
-    /// The number of the last message of a channel; 0 before the first.
+    /// Returns the number of the last message of a channel, or 0 before the first.
     ///
     /// # Errors
-    /// A channel that the process may not write.
+    /// [`Denied`] if the process may not write the channel.
     fn last(&self, spec: &ChannelSpec) -> Result<u64, Denied>;
 }
 
-/// Where a stage's messages are made. Each gets the time and cause of the instant, or of the message that was heard.
+/// Creates a stage's messages. Each gets the time and the cause of the instant, or of the message that was heard.
 pub struct Outbox<'a> {
     sink: &'a mut dyn Sink,
     header: Header,
@@ -41,21 +41,21 @@ pub struct Outbox<'a> {
 }
 
 impl<'a> Outbox<'a> {
-    /// An outbox for messages of this moment with this cause.
+    /// Creates an outbox for messages of this moment with this cause.
     pub fn new(sink: &'a mut dyn Sink, stamp_ns: u64, source_seq: u64) -> Self {
         Self { sink, header: Header { seq: 0, stamp_ns, source_seq }, is_resuming: false }
     }
 
-    /// Says whether the process is resuming after a kill.
+    /// Sets whether the process is resuming after a kill.
     #[must_use]
     pub fn resuming(self, is_resuming: bool) -> Self {
         Self { is_resuming, ..self }
     }
 
-    /// Sends a message that `fill` fills in place; it is all zero except for its header. Returns its number.
+    /// Sends a message and returns its number. `fill` fills the message in place, which is all zero except for its header.
     ///
     /// # Errors
-    /// A channel that the process may not write, or one that fails.
+    /// Returns an error if the process may not write the channel, or if the channel fails.
     pub fn send<T: Message>(
         &mut self,
         channel: Channel<T>,
@@ -64,10 +64,10 @@ impl<'a> Outbox<'a> {
         self.send_with(channel, 0, |message, _| fill(message))
     }
 
-    /// The same with `cells` bytes following the message.
+    /// Like [`Outbox::send`], but the message is followed by `cells` bytes.
     ///
     /// # Errors
-    /// As [`Outbox::send`]; more cells than the channel takes.
+    /// Any error of [`Outbox::send`], and an error if there are more cells than the channel takes.
     pub fn send_with<T: Message>(
         &mut self,
         channel: Channel<T>,
@@ -77,11 +77,11 @@ impl<'a> Outbox<'a> {
         self.put(channel, cells, false, fill)
     }
 
-    /// Sends the last message of a channel again, with the same number, if the process is resuming after a kill. This is for
+    /// If the process is resuming after a kill, sends the last message of a channel again, with the same number. This is for
     /// messages with cells, which are not kept for late readers.
     ///
     /// # Errors
-    /// As [`Outbox::send_with`].
+    /// Any error of [`Outbox::send_with`].
     pub fn repeat<T: Message>(
         &mut self,
         channel: Channel<T>,
@@ -94,10 +94,10 @@ impl<'a> Outbox<'a> {
         }
     }
 
-    /// The number of the last message of a channel; 0 before the first.
+    /// Returns the number of the last message of a channel, or 0 before the first.
     ///
     /// # Errors
-    /// [`Denied`] for a channel that the process may not write.
+    /// [`Denied`] if the process may not write the channel.
     pub fn last<T>(&self, channel: Channel<T>) -> Result<u64, Denied> {
         self.sink.last(channel.spec)
     }

@@ -1,4 +1,4 @@
-//! How long a plan takes: a new goal in a drawing, the path around what the laser sees, and the further cost of every step.
+//! Times the planning of a new goal in a drawing, of a path around what the laser sees, and the other work of every step.
 
 #[path = "../tests/support/building.rs"]
 mod building;
@@ -23,7 +23,7 @@ const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_rad:
 const RADIUS_M: f64 = 0.23;
 const ROOM: Room = Room { hard_m: 0.28, soft_m: 0.63 };
 
-/// The robot in the first room, looking at the door; its goal is in the last.
+/// The robot is in the first room, facing the door, and its goal is in the last room.
 struct Scene {
     field: CostField,
     obstacles: Obstacles,
@@ -55,7 +55,7 @@ impl Scene {
         Self { field, obstacles, chart, robot, goal, scan }
     }
 
-    /// The farthest place on the path through the drawing that the local planner sees.
+    /// Returns the farthest place on the path through the drawing that is within the local planner's window.
     fn target(&self, global: &[Point<SketchFrame>]) -> Point<Odom> {
         let in_window = |p: &&Point<SketchFrame>| self.chart.distance_m(global[0], **p) < 2.5;
         let last = global.iter().take_while(in_window).last();

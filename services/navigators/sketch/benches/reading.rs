@@ -1,5 +1,5 @@
-//! How long it takes to read a drawing of each kind that ships. The yardstick, in the same run: the time imageproc needs for one
-//! exact distance transform of the same number of pixels (Felzenszwalb and Huttenlocher 2012).
+//! Times the reading of a drawing of each kind that ships. The yardstick, measured in the same run, is imageproc's exact distance
+//! transform of the same number of pixels (Felzenszwalb and Huttenlocher 2012).
 
 #![expect(clippy::disallowed_methods, reason = "a benchmark reads files")]
 
@@ -11,7 +11,7 @@ use image::{GrayImage, Luma};
 use imageproc::distance_transform::euclidean_squared_distance_transform;
 use sketchnav_sketch::reading::{Options, read};
 
-/// Drawings of one building: SVG, strokes, a photograph, a filled picture.
+/// Drawings of the same building, as SVG, strokes, a photograph and a filled picture.
 const DRAWINGS: [&str; 4] = ["sketch-a.svg", "sketch-b.json", "sketch-c.jpg", "sketch-d.png"];
 
 fn reading(criterion: &mut Criterion) {

@@ -1,4 +1,4 @@
-//! Shows what the sketcher understands of a drawing: `preview DRAWING OUT.png [MISSION.toml]`.
+//! Shows how the sketcher understands a drawing: `preview DRAWING OUT.png [MISSION.toml]`.
 
 #![expect(clippy::disallowed_methods, reason = "an example has a clock")]
 

@@ -1,12 +1,12 @@
-//! Monte Carlo localization in a sketch: pose and two local scales at once (Boniardi et al. 2015, III-A).
+//! Monte Carlo localization in a sketch, which estimates the pose and two local scales at once (Boniardi et al. 2015, III-A).
 //!
-//! The state of a particle is (x, y, θ, a, b): a pose in the drawing, in pixels, and the scales there, in pixels per metre, along
-//! the walls' direction and across it. An update propagates the particles by the scaled odometry (equation 6), weighs them by the
-//! scan (equations 7 and 8, or the beam model), and resamples them. Between updates the estimate is dead-reckoned through its
-//! scales.
+//! The state of a particle is (x, y, θ, a, b), that is, a pose in the drawing, in pixels, and the scales there, in pixels per
+//! metre, along the walls' direction and across it. An update propagates the particles by the scaled odometry (equation 6), weighs
+//! them by the scan (equations 7 and 8, or the beam model), and resamples them. Between updates, the estimate is dead-reckoned
+//! through its scales.
 //!
-//! The filter uses no clock, no file and no truth; it allocates nothing after [`Filter::new`]; and the same inputs give the same
-//! bits.
+//! The filter uses no clock, no file and no ground truth. It allocates nothing after [`Filter::new`], and the same inputs give the
+//! same bits.
 
 pub mod adaptive;
 pub mod beam_model;
@@ -61,58 +61,58 @@ use start::{believed, extent_px, first_anisotropy};
 use weighing::{BeamModelOfScan, FieldOfScan, weigh};
 use workers::Workers;
 
-/// How much worse the fit of a scan that shows nothing is than the fit at which the robot counts as lost.
+/// Amount by which the fit of a scan without valid beams is worse than the fit below which the robot counts as lost.
 const BLIND: f32 = 1.0;
 
-/// Where the robot is in the drawing, after a scan.
+/// The filter's estimate, after a scan, of where the robot is in the drawing.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Estimate {
-    /// The mode of the particles, never a mean over several modes.
+    /// Pose at the mode of the particles. This is never a mean over several modes.
     pub pose: Pose<Sketch>,
-    /// Local scale along the wall direction, pixels per metre.
+    /// Local scale along the wall direction, in pixels per metre.
     pub scale_a_pxpm: f64,
-    /// Local scale across it, pixels per metre.
+    /// Local scale across the wall direction, in pixels per metre.
     pub scale_b_pxpm: f64,
-    /// Covariance of (x px, y px, yaw rad, a px/m, b px/m) around the mode, row by row.
+    /// Covariance of (x px, y px, yaw rad, a px/m, b px/m) around the mode, in row-major order.
     pub covariance: [f64; 25],
     /// Kish's effective sample size of the last update, before resampling.
     pub effective_sample_size: f64,
-    /// Mean log likelihood of a beam at the estimate (beam model).
+    /// Mean log likelihood of a beam at the estimate, by the beam model.
     pub fit: f64,
-    /// How sure the localization is.
+    /// Confidence in the estimate.
     pub tracking: Tracking,
 }
 
-/// Why there is no localization.
+/// An error that prevents localization.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FilterError {
-    /// An invalid parameter.
+    /// A parameter is invalid.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The start is not a place in the drawing.
+    /// The start is outside the drawing.
     #[error("start: expected a place inside the drawing of {width} × {height} px, found ({x:.1}, {y:.1})")]
     StartOutside {
-        /// The start, pixels.
+        /// Position of the start along x, in pixels.
         x: f64,
-        /// The start, pixels, upwards.
+        /// Position of the start along y, upwards, in pixels.
         y: f64,
-        /// Width of the drawing.
+        /// Width of the drawing, in pixels.
         width: usize,
-        /// Height of the drawing.
+        /// Height of the drawing, in pixels.
         height: usize,
     },
 }
 
-/// Everything that changes, which is what a checkpoint contains.
+/// Everything in the filter that changes, which is what a checkpoint contains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     particles: ParticleSet,
     rng: Pcg64Mcg,
     proportions: Proportions,
-    /// How far off ranges typically are in this drawing, in ln(measured / expected).
+    /// Typical error of the drawing's ranges, as |ln(measured / expected)|.
     drawing_error: f32,
     started: bool,
-    /// Odometry at the last update (x m, y m, yaw rad).
+    /// Odometry at the last update, as (x m, y m, yaw rad).
     updated_at: [f64; 3],
     /// Odometry at the last scan.
     odometry: [f64; 3],
@@ -125,18 +125,18 @@ pub struct State {
     covariance: Vec<f64>,
     effective_sample_size: f64,
     confidence: Confidence,
-    /// Where a person says that the robot is, until the next scan.
+    /// Where a person says that the robot is. Takes effect with the next scan.
     told: Option<Start>,
 }
 
-/// The filter: the prepared drawing, the state, and buffers.
+/// The localization filter, with the prepared drawing, the state and working memory.
 #[derive(Debug, Clone)]
 pub struct Filter {
     parameters: Parameters,
     mounting: Mounting,
     drive: Drive,
     start: Start,
-    /// Width and height of the drawing.
+    /// Width and height of the drawing, in pixels.
     size_px: [usize; 2],
     grid: Grid,
     frame: ScaleFrame,
@@ -153,10 +153,10 @@ pub struct Filter {
 }
 
 impl Filter {
-    /// Prepares the drawing. The first scan starts the filter.
+    /// Creates a filter and prepares the drawing for it. The first scan starts the filter.
     ///
     /// # Errors
-    /// [`FilterError`] for an invalid parameter, and for a start outside the drawing.
+    /// [`FilterError`] if a parameter is invalid or the start is outside the drawing.
     pub fn new(
         sketch: &SketchGrid,
         mounting: Mounting,
@@ -197,12 +197,12 @@ impl Filter {
         })
     }
 
-    /// Lends threads to the localizer. They change only how long an update takes.
+    /// Lends threads to the filter. They only affect how long an update takes, not its result.
     pub fn set_workers(&mut self, workers: Workers) {
         self.workers = workers;
     }
 
-    /// Takes in the scan and the odometry of the same time; returns where the robot is now.
+    /// Processes a scan and the odometry of the same time, and returns the estimate of where the robot is now.
     pub fn step(&mut self, odometry: &Pose<Odom>, scan: &LaserScan) -> Estimate {
         self.beams.select(scan, &self.mounting, self.parameters.beams);
         self.beam_model.read(&self.beams, self.state.drawing_error);
@@ -221,27 +221,27 @@ impl Filter {
         self.estimate()
     }
 
-    /// Takes in where a person says that the robot is. With the next scan all particles are drawn again there.
+    /// Sets where a person says that the robot is. At the next scan, all particles are drawn again around that place.
     ///
     /// # Errors
-    /// [`FilterError::StartOutside`]; nothing has changed then.
+    /// [`FilterError::StartOutside`] if the place is outside the drawing. Nothing changes in that case.
     pub fn tell(&mut self, told: Start) -> Result<(), FilterError> {
         told.check_within(self.size_px)?;
         self.state.told = Some(told);
         Ok(())
     }
 
-    /// The particles.
+    /// Returns the particles.
     pub fn particles(&self) -> &ParticleSet {
         &self.state.particles
     }
 
-    /// The whole changing state, for a checkpoint.
+    /// Returns the state to store in a checkpoint.
     pub fn state(&self) -> &State {
         &self.state
     }
 
-    /// Continues from a checkpoint of a localizer with the same drawing and parameters.
+    /// Continues from a checkpoint of a filter with the same drawing and parameters.
     pub fn restore(&mut self, state: State) {
         if state.started {
             self.weigher.suit(&self.grid, &self.parameters, &state.proportions);
@@ -256,7 +256,7 @@ impl Filter {
         fresh || s.travelled_m >= p.update_distance_m || s.turned_rad >= p.update_turn_rad
     }
 
-    /// One update of the Bayes filter (equation 4).
+    /// Performs one update of the Bayes filter (equation 4).
     fn update(&mut self) {
         let best = self.dead_reckoned(self.state.best);
         let last = self.state.last_mode().map(|mode| self.dead_reckoned(mode));
@@ -271,14 +271,15 @@ impl Filter {
         self.resample();
     }
 
-    /// Equation (6).
+    /// Propagates the particles by the motion (equation 6).
     fn propagate(&mut self, motion: &Motion) {
         let State { particles, rng, proportions, .. } = &mut self.state;
         let terrain = Terrain { grid: &self.grid, frame: &self.frame, proportions: *proportions };
         propagate(particles, motion, self.drive, &terrain, &self.parameters, rng);
     }
 
-    /// Equation (7), or the beam model. `best` is the predicted pose of the best particle.
+    /// Weighs the particles by the scan, according to equation (7) or the beam model. `best` is the predicted pose of the best
+    /// particle.
     fn reweight(&mut self, best: &ScaledPose) {
         let count = self.beams.len() as f32;
         let independent = self.parameters.independent_beams * self.beam_model.exactness();
@@ -299,8 +300,8 @@ impl Filter {
         }
     }
 
-    /// The Laplace terms of equation (7) on the virtual scales, ray-traced from the predicted pose of the
-    /// best particle.
+    /// Applies the Laplace terms of equation (7) on the virtual scales, which are ray-traced from the predicted pose of the best
+    /// particle.
     fn reweight_scales(&mut self, best: &ScaledPose) {
         let p = &self.parameters;
         let found = least_squares(&self.grid, &self.frame, &self.beams, best, p.scales);
@@ -311,7 +312,7 @@ impl Filter {
         }
     }
 
-    /// Finds the mode and judges it. `last` is the pose of the robot if the last estimate was right.
+    /// Finds the mode and judges the confidence in it. `last` is where the robot is now if the last estimate was right.
     fn locate(&mut self, last: Option<ScaledPose>) {
         let p = &self.parameters;
         let kernel = Kernel {
@@ -350,8 +351,8 @@ impl Filter {
         }
     }
 
-    /// Mean log likelihood of a beam at a pose (beam model). A scan without any valid beam fits nowhere: a robot that sees nothing
-    /// is lost after a while, however well it was localized before.
+    /// Returns the mean log likelihood of a beam at a pose, by the beam model. A scan without any valid beam fits nowhere, so a
+    /// robot that sees nothing counts as lost after a while, however well it was localized before.
     fn fit(&mut self, pose: &ScaledPose) -> f32 {
         if self.beams.is_empty() {
             return self.parameters.lost_below - BLIND;
@@ -362,7 +363,7 @@ impl Filter {
         sum / self.beams.len() as f32
     }
 
-    /// The mode of the last update, dead-reckoned to now.
+    /// Returns the mode of the last update, dead-reckoned to now.
     fn estimate(&mut self) -> Estimate {
         let pose = self.dead_reckoned(self.state.mode);
         let fit = self.fit(&pose);
@@ -380,7 +381,7 @@ impl Filter {
         }
     }
 
-    /// A pose of the last update, moved on by the odometry since then.
+    /// Moves a pose of the last update by the odometry since then.
     fn dead_reckoned(&self, from: ScaledPose) -> ScaledPose {
         let motion = self.state.motion();
         let metric = self.frame.px_from_base(from.yaw_rad, from.a_pxpm, from.b_pxpm);
@@ -393,9 +394,9 @@ impl Filter {
         }
     }
 
-    /// Draws the first particles. The pose is as the person marked it, and the scales are as the first scan suggests; later they
-    /// are drawn back to the drawing's mean. Noise of the motion model is added once (Boniardi et al. 2015, IV: "sampled according
-    /// to the state model").
+    /// Draws the first particles. Their poses are around the start that the person marked, and their scales around those that the
+    /// first scan suggests. Later, the scales are drawn back to the drawing's mean. Noise of the motion model is added once
+    /// (Boniardi et al. 2015, IV: "sampled according to the state model").
     fn begin(&mut self, odometry: &Pose<Odom>) {
         let (p, start) = (&self.parameters, &self.start);
         let first = start.scaled_pose(&self.grid, &self.frame, &self.beams, self.scale_guess_pxpm, p);
@@ -414,8 +415,8 @@ impl Filter {
         (self.state.odometry, self.state.updated_at, self.state.started) = (at, at, true);
     }
 
-    /// Draws all particles again where a person says that the robot is, as at the start. The drawing's mean scales stay; those of
-    /// the place are as this scan suggests, if the heading is known.
+    /// Draws all particles again where a person says that the robot is, as at the start. The drawing's mean scales are left
+    /// unchanged. The scales at the place are those that this scan suggests if the heading is known, and the mean scales otherwise.
     fn begin_anew_at(&mut self, told: &Start, odometry: &Pose<Odom>) {
         let p = &self.parameters;
         let [a_pxpm, b_pxpm] = self.state.proportions.mean_ln_scales.map(f32::exp);
@@ -464,7 +465,7 @@ impl State {
         self.odometry = [odometry.x, odometry.y, odometry.yaw_rad];
     }
 
-    /// The motion since the last update.
+    /// Returns the motion since the last update.
     fn motion(&self) -> Motion {
         let pose = |[x, y, yaw]: [f64; 3]| Pose::<Odom>::new(x, y, yaw);
         let step = pose(self.updated_at).motion_to(&pose(self.odometry));
@@ -493,7 +494,7 @@ impl State {
     }
 }
 
-/// The form of the drawing by which the scans are weighed.
+/// The representation of the drawing by which scans are weighed.
 #[derive(Debug, Clone)]
 enum Weigher {
     /// The beam model's table of ranges.
@@ -511,7 +512,7 @@ impl Weigher {
         }
     }
 
-    /// The field's kernel has a width in metres, so the field depends on the scale.
+    /// Adapts to the drawing's scale. The width of the field's kernel is in metres, so the field depends on the scale.
     fn suit(&mut self, grid: &Grid, p: &Parameters, proportions: &Proportions) {
         if let Self::Field(field) = self {
             *field = Field::new(grid, p, proportions.mean_scale_pxpm());
@@ -524,7 +525,8 @@ mod tests {
     use super::*;
     use sketchnav_schemas::codes::{FREE, WALL};
 
-    /// A building of 500 px, and hence 20 px/m: two rooms, and a door of 8 px, where a door's usual width is 14.
+    /// Draws a building of 500 px, and hence 20 px/m. It has two rooms and a door of 8 px, where the usual width of a door would be
+    /// 14 px.
     fn two_rooms() -> SketchGrid {
         let is_wall = |x: usize, y: usize| {
             let outline = !(3..497).contains(&x) || !(3..297).contains(&y);
@@ -534,7 +536,7 @@ mod tests {
         SketchGrid::new(500, 300, &(0..500 * 300).map(cell).collect::<Vec<u8>>(), 0.0).unwrap()
     }
 
-    /// The width of the door in the drawing that the filter looks at, pixels.
+    /// Returns the width, in pixels, of the door in the drawing as the filter sees it.
     fn door_px(parameters: Parameters) -> usize {
         let start = Start { pose: Pose::new(100.0, 100.0, 0.0), spread_px: 0.0, spread_rad: 0.0 };
         let drive = Drive::Omnidirectional;
@@ -542,8 +544,8 @@ mod tests {
         (220..280).filter(|&x| !localizer.grid.is_wall(x as f32 + 0.5, 150.5)).count()
     }
 
-    /// The hysteresis of the estimate used to apply to the place and heading of the last update. Since a turn of an update (0.35
-    /// rad) is as wide as the kernel, the estimate could switch between two equal rivals whenever the robot turned.
+    /// The hysteresis of the estimate used to apply at the position and heading of the last update. Since the turn between two
+    /// updates (0.35 rad) is as wide as the kernel, the estimate could switch between two equal rivals whenever the robot turned.
     #[test]
     fn a_turn_does_not_change_the_robots_mind() {
         let parameters =
@@ -555,7 +557,7 @@ mod tests {
         let mut scan = LaserScan { beam_count: 4, range_max_m: 5.6, ..bytemuck::Zeroable::zeroed() };
         scan.ranges_m[..4].fill(f32::INFINITY);
         localizer.step(&Pose::new(0.0, 0.0, 0.0), &scan);
-        // Two places, the other one with 52 of 100 particles, and no reading that tells them apart.
+        // There are two places, the other one with 52 of 100 particles, and no reading that distinguishes them.
         let State { particles, mode, .. } = &mut localizer.state;
         for (i, x_px) in particles.x_px.iter_mut().enumerate() {
             *x_px = if i < 48 { 100.0 } else { 400.0 };

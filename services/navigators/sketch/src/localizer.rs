@@ -1,8 +1,8 @@
-//! The localizer in drawings, which reports where the robot is in the drawing.
+//! The localizer reports where the robot is in a drawing.
 //!
-//! It answers every tick with one estimate, and once per simulated second sends a sample of the particles before it. Instants wait
-//! for the sketch. If people draw while it runs, nothing waits, and with each new sketch the filter starts over. On an order `here`
-//! it starts over where a person says the robot is.
+//! The localizer answers every tick with one estimate. Once per simulated second, a sample of the particles precedes the estimate.
+//! Instants wait for the sketch, except if people draw during the run. The filter starts over with each new sketch, and on an order
+//! `here` it starts over where a person says the robot is.
 
 use crate::messages::{ESTIMATE, PARTICLES, Particles, PoseEstimate, SKETCH, SketchMap};
 use crate::mission::SketchMission;
@@ -20,10 +20,10 @@ use crate::filter::parameters::Parameters;
 use crate::filter::{self, Estimate, Filter, FilterError, Start};
 use crate::sketch::{CellsError, SketchGrid};
 
-/// Simulation time between two samples of the particle set.
+/// Simulation time between two samples of the particle set, in nanoseconds.
 const PARTICLES_EVERY_NS: u64 = 1_000_000_000;
 
-/// Why the localizer cannot work.
+/// An error that prevents the localizer from working.
 #[derive(Debug, thiserror::Error)]
 pub enum LocalizerError {
     /// An error in the mission's part for this navigator.
@@ -40,10 +40,10 @@ pub enum LocalizerError {
     Cells(#[from] CellsError),
 }
 
-/// The parameters that a mission gives the localizer, and the robot's laser. The robot must have odometry, too.
+/// Returns the parameters that a mission gives the localizer, and the robot's laser. Checks that the robot has odometry, too.
 ///
 /// # Errors
-/// [`LocalizerError`] with the key of the mission, or of the robot file.
+/// [`LocalizerError`] with the key of the mission or of the robot file.
 pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser), LocalizerError> {
     let method = SketchMission::of(mission)?.method;
     let parameters = mission.parameters.over(Process::Localizer, &Parameters::of(method))?;
@@ -53,11 +53,11 @@ pub fn demanded(mission: &Mission, robot: &Robot) -> Result<(Parameters, Laser),
 }
 
 /// Everything that changes from scan to scan, which is what a checkpoint contains. `F` is the filter's own state, or a reference to
-/// it if it is only to be written.
+/// it if the state is only to be written.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct State<F = filter::State> {
     filter: Option<F>,
-    /// The odometry of the last scan, and the resulting estimate.
+    /// The odometry of the last scan, as x and y in metres and the z and w of the orientation's quaternion.
     odometry: Option<[f64; 4]>,
     estimate: Option<Estimate>,
     particles_due_ns: u64,
@@ -74,24 +74,24 @@ pub struct Localizer {
     waits_for_sketch: bool,
     filter: Option<Filter>,
     particles_due_ns: u64,
-    /// The sketch that the filter belongs to; 0 before the first one.
+    /// Number of the sketch that the filter belongs to, or 0 before the first sketch.
     sketch_seq: u64,
-    /// The odometry of the last scan, and the resulting estimate.
+    /// The odometry of the last scan.
     odometry: Option<PoseM>,
     estimate: Option<Estimate>,
-    /// Where the robot was, if that is known better than by the start that the drawing marks.
+    /// Where the robot was, if that is known better than from the start that the drawing marks.
     start: Option<Start>,
-    /// Where the drawing marks the start.
+    /// The start that the drawing marks.
     marked: Option<Start>,
-    /// Orders given up to this time are too old, nanoseconds.
+    /// Time, in nanoseconds, up to which orders are too old to follow.
     too_old_ns: Option<u64>,
 }
 
 impl Localizer {
-    /// Reads the parameters from the mission.
+    /// Creates the localizer of a run, with parameters from the mission.
     ///
     /// # Errors
-    /// [`LocalizerError`] with the key of the mission, or of the robot file.
+    /// [`LocalizerError`] with the key of the mission or of the robot file.
     pub fn new(run: &RunConfig) -> Result<Self, LocalizerError> {
         let (parameters, laser) = demanded(&run.mission, &run.robot)?;
         let (drive, seed) = (run.robot.drive, run.seed);
@@ -112,9 +112,9 @@ impl Localizer {
         })
     }
 
-    /// Starts over where a person says the robot is, on an order `here`. The place may be as far off as the mark of the start. A
-    /// heading that is not given is that of the estimate, or any if the robot is lost. The order is ignored outside the drawing,
-    /// before there is one, and if it was given before the estimate from which this localizer started.
+    /// Starts over where a person says the robot is, on an order `here`. The position is as uncertain as the mark of the start. If
+    /// the order gives no heading, the estimate's heading is used, or any heading if the robot is lost. The order is ignored
+    /// outside the drawing, before there is a drawing, and if it was given before the estimate from which this localizer started.
     fn on_order(&mut self, order: &MissionCommand) {
         let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
         let Some(here) = order.here().filter(|_| !is_old) else { return };
@@ -122,7 +122,7 @@ impl Localizer {
         let known = self.estimate.filter(|estimate| estimate.tracking != Tracking::Lost);
         let heading = here.yaw_rad.or(known.map(|estimate| estimate.pose.yaw_rad));
         let yaw_rad = heading.unwrap_or(marked.pose.yaw_rad);
-        // Before the first scan the heading is the marked one.
+        // Before the first scan, the heading is the marked one.
         let is_any = heading.is_none() && self.estimate.is_some();
         let spread_rad = if is_any { std::f64::consts::PI } else { marked.spread_rad };
         let pose = Pose::new(here.at.x, here.at.y, wrap_angle(yaw_rad));
@@ -130,10 +130,11 @@ impl Localizer {
         let _ = filter.tell(Start { pose, spread_rad, ..marked });
     }
 
-    /// Takes in a sketch, the first or another; `cells` are the bytes that follow the message. The filter starts again.
+    /// Starts the filter in a sketch, which is the first or replaces another. `cells` are the bytes that follow the message.
     ///
     /// # Errors
-    /// [`LocalizerError::Cells`]; [`LocalizerError::Localization`] if the start is outside the sketch.
+    /// [`LocalizerError::Cells`] if the cells do not match the size of the sketch, and [`LocalizerError::Localization`] if the
+    /// start is outside the sketch.
     fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), LocalizerError> {
         let sketch = SketchGrid::of_map(map, cells)?;
         let marked = Start {
@@ -145,7 +146,7 @@ impl Localizer {
             let (mounting, drive, parameters) = ((&self.laser).into(), self.drive, self.parameters.clone());
             Filter::new(&sketch, mounting, drive, parameters, start, self.seed)
         };
-        // At least as unsure as at the start of the mission, since there is more to it than a covariance.
+        // The start is at least as uncertain as at the start of the mission, since the covariance does not cover everything.
         let last = self.start.take().map(|last| Start {
             spread_px: last.spread_px.max(marked.spread_px),
             spread_rad: last.spread_rad.max(marked.spread_rad),
@@ -156,8 +157,8 @@ impl Localizer {
         Ok(())
     }
 
-    /// Takes in what the sensors report now: a scan if there is a new one, and the odometry of its time. Without a new scan the
-    /// last estimate remains valid.
+    /// Processes a new scan, if there is one, and the odometry of the same time. Without a new scan, the last estimate remains
+    /// valid.
     fn observe(&mut self, odometry: &Odometry, scan: Option<&LaserScan>) {
         match (scan, &mut self.filter) {
             (Some(scan), Some(filter)) => self.estimate = Some(filter.step(&odometry.pose(), scan)),
@@ -173,7 +174,7 @@ impl Localizer {
         }
     }
 
-    /// Before there is a sketch, the estimate says that it waits for one.
+    /// Writes the estimate. Before there is a sketch, the estimate says that it waits for one.
     fn write_estimate(&self, out: &mut PoseEstimate) {
         out.odometry = self.odometry.unwrap_or_else(|| PoseM::new(&Pose::<Odom>::new(0.0, 0.0, 0.0)));
         out.tracking = Tracking::Waiting.code();
@@ -220,7 +221,7 @@ impl Stage for Localizer {
         State { filter, odometry, estimate: self.estimate, particles_due_ns, sketch_seq }
     }
 
-    /// If a newer sketch than that of the state has arrived, the filter starts over in it.
+    /// If a newer sketch than that of the state has arrived, the filter starts over in the newer one.
     fn restore(&mut self, state: State) -> Result<(), StageError> {
         let is_same = state.sketch_seq == self.sketch_seq;
         if let (Some(filter), Some(before)) = (&mut self.filter, state.filter.filter(|_| is_same)) {
@@ -237,8 +238,8 @@ impl Stage for Localizer {
         Ok(())
     }
 
-    /// Once a sketch arrives, the filter starts at the robot's place in the last estimate instead of at the start. An estimate that
-    /// still waits for a sketch is not used.
+    /// Once a sketch arrives, the filter starts at the robot's pose in the last estimate instead of at the marked start. An
+    /// estimate that still waits for a sketch is not used.
     fn recover(&mut self, remains: &dyn Remains) {
         let is_known = |last: &PoseEstimate| last.tracking != Tracking::Waiting.code();
         let Some(last) = remains.of(ESTIMATE).filter(is_known) else { return };

@@ -1,11 +1,11 @@
-//! The planner in drawings: drives the robot to its goals.
+//! The planner drives the robot to its goals in a drawing.
 //!
-//! It answers every estimate with a plan where one is due, one command and, last, one status. In lockstep the first
-//! estimate waits for the sketch, the route and the order to start. In real time the robot stands still until they
-//! have come. Orders come from the supervisor and from the pad.
+//! The planner answers every estimate with a plan, if one is due, with one command and, last, with one status. In lockstep, the
+//! first estimate waits for the sketch, the route and the order to start. In real time, the robot stands still until these have
+//! arrived. Orders come from the supervisor and from the pad.
 //!
-//! `driving` goes from the estimate to the velocity. Task order, orders and time limits are those of the [`Agenda`].
-//! Nothing is allocated but when a sketch or a route arrives.
+//! The module `driving` computes velocities from estimates, and the [`Agenda`] is responsible for the order of tasks, people's
+//! orders and time limits. Memory is only allocated when a sketch or a route arrives.
 
 mod arrival;
 mod driving;
@@ -37,28 +37,28 @@ use crate::paths::parameters::{ParameterError, Parameters};
 use crate::sketch::{CellsError, SketchGrid};
 use crate::task::Task;
 
-/// What the planner cannot work with.
+/// An error that prevents the planner from working.
 #[derive(Debug, thiserror::Error)]
 pub enum PlannerError {
-    /// The mission's part for this navigator.
+    /// An error in the mission's part for this navigator.
     #[error(transparent)]
     Mission(#[from] MissionError),
     /// The robot lacks the laser or the odometry.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// An invalid parameter.
+    /// A parameter is invalid.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
-    /// The robot's laser cannot be mapped with.
+    /// The robot's laser is not suitable for mapping.
     #[error(transparent)]
     Mapping(#[from] sketchnav_mapping::Error),
-    /// The sketch does not hold what it says.
+    /// The sketch's cells do not match its size.
     #[error(transparent)]
     Cells(#[from] CellsError),
 }
 
-/// What changes from step to step, for a checkpoint; the sketch and the route are not in it. `D` is the driver's part,
-/// or where it lies.
+/// Everything that changes from step to step, for a checkpoint. The sketch and the route are not included. `D` is the driver's
+/// state, or a view of it if the state is only to be written.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct State<D = driving::State> {
     agenda: Standing,
@@ -67,16 +67,16 @@ pub struct State<D = driving::State> {
     driver: D,
 }
 
-/// What a person is asked.
+/// The state of questions to a person.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 struct Asking {
-    /// For so long, seconds.
+    /// Time for which the current question has been open, in seconds.
     for_s: f64,
-    /// The kind of question that was sent last: a number of [`QuestionKind`].
+    /// Kind of the question that was sent last, as the code of a [`QuestionKind`].
     sent: u32,
 }
 
-/// The numbers of the sketch and of the route that have come last; 0 before the first.
+/// The numbers of the last sketch and of the last route that have arrived, or 0 before the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 struct DrawingSeq {
     sketch: u64,
@@ -90,13 +90,13 @@ pub struct Planner {
     wall_direction_rad: f64,
     pad: Pad,
     tasks: Option<Vec<Task>>,
-    /// The sketch that the tasks are places of, where the route says so.
+    /// Number of the sketch that the tasks refer to, if the route says so.
     tasks_sketch: u64,
-    /// Width and height of the drawing.
+    /// Width and height of the drawing, in pixels.
     size_px: [f64; 2],
     ask_patience_s: f64,
     asking: Asking,
-    /// Places that were told up to this time are too old, nanoseconds.
+    /// Time, in nanoseconds, up to which people's reports of where the robot is are too old to use.
     too_old_ns: Option<u64>,
     driver: Driver,
     agenda: Agenda,
@@ -104,15 +104,14 @@ pub struct Planner {
 }
 
 impl Planner {
-    /// For a run: its robot and the parameters of its mission.
+    /// Creates the planner of a run, with the run's robot and the parameters of its mission.
     ///
     /// # Errors
-    /// [`PlannerError`] where the mission's table `parameters.planner` is not as it should be, or the robot lacks a
-    /// sensor.
+    /// [`PlannerError`] if the mission's table `parameters.planner` is invalid or the robot lacks a sensor.
     pub fn new(run: &RunConfig) -> Result<Self, PlannerError> {
         let mut parameters = parameters(&run.mission)?;
         if run.pad.is_absent() {
-            // Nobody could answer.
+            // Without a pad, nobody could answer.
             parameters.ask_margin = 0.0;
         }
         let robot = &run.robot;
@@ -134,8 +133,8 @@ impl Planner {
         })
     }
 
-    /// Takes over a drawing and its cells. Where people draw while the robot runs, another drawing than
-    /// before ends whatever was under way, and tasks that belong to the one before.
+    /// Accepts a drawing and its cells. If people draw during the run, a new drawing ends whatever is under way, and discards tasks
+    /// that belong to the previous drawing.
     fn on_sketch(&mut self, map: &SketchMap, cells: &[u8]) -> Result<(), PlannerError> {
         let sketch = SketchGrid::of_map(map, cells)?;
         self.wall_direction_rad = map.wall_direction_rad;
@@ -152,8 +151,8 @@ impl Planner {
         Ok(())
     }
 
-    /// Takes over the tasks, until the first has begun; then they stand. Where people draw while the robot runs,
-    /// others take their place whenever it does not drive.
+    /// Accepts the tasks of a route, unless the first task has begun. If people draw during the run, new tasks are accepted
+    /// whenever the robot does not drive.
     fn on_route(&mut self, route: &Route) {
         let is_open = match self.pad.draws() {
             true => !self.agenda.is_driving(),
@@ -175,7 +174,7 @@ impl Planner {
         self.tasks = tasks;
     }
 
-    /// Takes in what a person orders of a robot that was held like this before.
+    /// Handles a person's order. `held` says why the robot was held before the order, if it was.
     fn on_order(&mut self, order: &MissionCommand, held: Option<Hold>) {
         let now_s = self.agenda.elapsed_s();
         if let Some(here) = order.here().filter(|here| self.is_told(order, here)) {
@@ -186,14 +185,14 @@ impl Planner {
         }
     }
 
-    /// Whether a place that a person tells is one of the drawing, and newer than what was known at the beginning.
+    /// Returns true if the place that a person reports is in the drawing, and newer than what was known when the planner started.
     fn is_told(&self, order: &MissionCommand, here: &Here) -> bool {
         let is_old = self.too_old_ns.is_some_and(|old_ns| order.header.stamp_ns <= old_ns);
         let [width, height] = self.size_px;
         !is_old && (0.0..width).contains(&here.at.x) && (0.0..height).contains(&here.at.y)
     }
 
-    /// What of the drawing is missing.
+    /// Returns which part of the drawing is missing, if any.
     fn missing(&self) -> Option<Reason> {
         match (self.driver.has_sketch(), &self.tasks) {
             (false, _) => Some(Reason::NoSketch),
@@ -224,7 +223,7 @@ impl Planner {
         }
     }
 
-    /// A question that nobody answers in time lapses.
+    /// Lets a question lapse that nobody has answered in time.
     fn await_answer(&mut self, dt_s: f64) {
         if self.agenda.held() != Some(Hold::Asks) {
             return;
@@ -272,7 +271,7 @@ impl Planner {
         plan.local_count = thin(local, &mut plan.local_px) as u32;
     }
 
-    /// Sends a question where it is another than the last one, or the last one is over.
+    /// Sends a question if it differs from the last one, or reports that the last one is over.
     fn ask(&mut self, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let kind = match self.agenda.held() {
             Some(Hold::Asks) => QuestionKind::Which,
@@ -326,7 +325,7 @@ impl Stage for Planner {
         self.agenda.is_ready(self.missing().is_none())
     }
 
-    /// An instant has no answer before the first scan and odometry: the world stops a robot without commands.
+    /// Before the first scan and odometry, an instant has no answer. This is safe because the world stops a robot without commands.
     fn step(&mut self, instant: &Instant<'_>, out: &mut Outbox<'_>) -> Result<(), StageError> {
         let (Some(estimate), Some(odometry), Some(_)) =
             (instant.newest(ESTIMATE)?, instant.newest(ODOMETRY)?, instant.newest(SCAN)?)
@@ -348,8 +347,8 @@ impl Stage for Planner {
         State { agenda, drawing: self.drawing, asking: self.asking, driver }
     }
 
-    /// The state's sketch and route must have come again. Where people draw while the robot runs, newer ones may have:
-    /// then it waits for the order to start.
+    /// The sketch and the route of the state must have arrived again. If people draw during the run, newer ones may have arrived
+    /// instead, and the planner then waits for the order to start.
     fn restore(&mut self, state: State) -> Result<(), StageError> {
         self.agenda.restore(state.agenda);
         self.asking = state.asking;
@@ -368,7 +367,7 @@ impl Stage for Planner {
     }
 }
 
-/// The parameters that a mission gives the planner.
+/// Returns the parameters that a mission gives the planner.
 ///
 /// # Errors
 /// [`PlannerError`] with the key of the mission.
@@ -379,8 +378,8 @@ pub fn parameters(mission: &Mission) -> Result<Parameters, PlannerError> {
     Ok(parameters)
 }
 
-/// Writes `points` into `out`, evenly thinned where there are too many, the last one always in;
-/// what lies behind is zero. Returns how many were written.
+/// Writes `points` to `out` and returns how many were written. Points are thinned evenly if there are too many, but the last one is
+/// always written. The rest of `out` is zero.
 fn thin<const N: usize>(points: impl ExactSizeIterator<Item = [f32; 2]>, out: &mut [[f32; 2]; N]) -> usize {
     *out = [[0.0; 2]; N];
     let (len, count) = (points.len(), points.len().min(N));

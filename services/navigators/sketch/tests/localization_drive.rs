@@ -1,5 +1,5 @@
-//! A robot drives through a small building and is tracked in drawings of it. They are stretched differently along and across the
-//! corridor, turned and wobbly, and lack the furniture.
+//! A robot drives through a small building and is tracked in drawings of the building. The drawings are stretched differently along
+//! and across the corridor, are turned and wobbly, and lack the furniture.
 
 mod support;
 
@@ -15,7 +15,7 @@ const STRETCHED: Drawing = Drawing { size: [500, 500], a: 21.0, b: 13.0, turn_ra
 struct Outcome {
     median_error_m: f64,
     final_error_m: f64,
-    /// Mean of the logarithm of estimated over true scale, in the last two thirds of the path.
+    /// Mean of the logarithm of the ratio of estimated to true scale, in the last two thirds of the path.
     scale_a_error: f64,
     scale_b_error: f64,
     tracking: Tracking,
@@ -26,7 +26,7 @@ fn drive(drawing: Drawing, parameters: Parameters, seed: u64) -> Outcome {
     drive_with(drawing, parameters, seed, |_, _| ())
 }
 
-/// Drives the whole path; `meddle` is called after each step.
+/// Drives the whole path and calls `meddle` after each step.
 fn drive_with(
     drawing: Drawing,
     parameters: Parameters,

@@ -1,4 +1,4 @@
-//! The localizer, tested through its messages.
+//! Tests the localizer through its messages.
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{self, Channel, ChannelSpec, ODOMETRY, ORDERS, SCAN};
@@ -67,7 +67,7 @@ fn localizer_of(robot: Robot, parameters: &str) -> Result<Localizer, LocalizerEr
     Localizer::new(&RunConfig::lockstep("test", mission, robot, 1))
 }
 
-/// A localizer, and what it has sent.
+/// A localizer, with the messages that it has sent.
 struct Hosted {
     stage: Localizer,
     sent: InProcess,
@@ -80,7 +80,7 @@ impl Hosted {
         Self { stage: localizer(parameters).unwrap(), sent }
     }
 
-    /// A localizer that has the sketch of the room.
+    /// Creates a localizer that has the sketch of the room.
     fn in_room(parameters: &str) -> Self {
         let (mut hosted, (map, cells)) = (Self::new(parameters), room());
         hosted.hear(SKETCH, &map, &cells).unwrap();
@@ -96,7 +96,7 @@ impl Hosted {
         self.hear(ORDERS, order, &[]).unwrap();
     }
 
-    /// Its answer to an instant with a scan, without the header.
+    /// Returns the localizer's answer to an instant with a scan, without the header.
     fn answer(&mut self, odometry: &Odometry, scan: &LaserScan) -> PoseEstimate {
         self.step(odometry, Some(scan), scan.header.stamp_ns)
     }
@@ -110,13 +110,13 @@ impl Hosted {
         PoseEstimate { header: Header::zeroed(), ..*self.said(ESTIMATE).unwrap() }
     }
 
-    /// The message that it sent in the last step.
+    /// Returns the message that the localizer sent on a channel in the last step.
     fn said<T: Message>(&self, channel: Channel<T>) -> Option<&T> {
         let said = self.sent.newest(channel.spec).filter(|said| said.is_fresh);
         said.map(|said| bytemuck::from_bytes(said.message))
     }
 
-    /// Places and headings of the particles that it sent in the last step.
+    /// Returns the places and headings of the particles that the localizer sent in the last step.
     fn particles(&self) -> Vec<[f32; 3]> {
         let Particles { particles, count, .. } = self.said(PARTICLES).unwrap();
         particles[..*count as usize].iter().map(|p| [p.x_px, p.y_px, p.yaw_rad]).collect()
@@ -131,7 +131,7 @@ impl Hosted {
     }
 }
 
-/// The sensors' messages.
+/// The messages of the sensors.
 struct Senses<'a> {
     odometry: &'a Odometry,
     scan: Option<&'a LaserScan>,
@@ -168,7 +168,7 @@ fn a_robot_without_a_sensor_that_the_localizer_needs_is_named_with_the_key_of_it
     }
 }
 
-/// A room of 80 × 60 px, and the robot in its middle.
+/// Returns a room of 80 × 60 px with the robot in its middle.
 fn room() -> (SketchMap, Vec<u8>) {
     let mut map = SketchMap::zeroed();
     (map.width_px, map.height_px) = (100, 80);
@@ -177,12 +177,12 @@ fn room() -> (SketchMap, Vec<u8>) {
     (map, (0..8000).map(|i| if free(i) { FREE } else { WALL }).collect())
 }
 
-/// The room as the laser sees it from its middle, at 20 px per metre.
+/// Returns a scan of the room from its middle, at 20 px per metre.
 fn scan(seq: u64) -> LaserScan {
     scan_at(seq, 0.0)
 }
 
-/// The same from `x` metres ahead of the middle.
+/// Returns a scan of the room from `x` metres ahead of its middle.
 fn scan_at(seq: u64, x: f32) -> LaserScan {
     let mut scan = LaserScan::zeroed();
     (scan.header.seq, scan.header.stamp_ns) = (seq, (seq - 1) * 100_000_000);
@@ -195,12 +195,12 @@ fn scan_at(seq: u64, x: f32) -> LaserScan {
     scan
 }
 
-/// A robot that has not moved.
+/// Returns the odometry of a robot that has not moved.
 fn at_the_origin() -> Odometry {
     ahead(0.0)
 }
 
-/// One that has driven `x` metres.
+/// Returns the odometry of a robot that has driven `x` metres straight ahead.
 fn ahead(x: f64) -> Odometry {
     Odometry { pose: PoseM::new(&Pose::<()>::new(x, 0.0, 0.0)), ..Odometry::zeroed() }
 }
@@ -226,8 +226,8 @@ fn each_scan_is_answered_and_the_scales_are_found() {
     }
 }
 
-/// A building is assumed to be 25 m long by default, and this one is a room of 4 m. The first look by itself shows little; driving
-/// a few metres shows enough.
+/// A building is assumed to be 25 m long by default, but this one is a room of 4 m. The first look by itself shows too little to
+/// tell, whereas driving a few metres shows enough.
 #[test]
 fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
     let mut localizer = Hosted::in_room("");
@@ -239,7 +239,7 @@ fn a_room_far_smaller_than_expected_is_doubtful_until_the_robot_drives() {
         assert_ne!(out.tracking, Tracking::Lost.code());
     }
     assert_eq!(out.tracking, Tracking::Tracking.code());
-    // The laser hardly sees the wall behind, and the expected scale, 4 px/m, draws the estimate back.
+    // The laser hardly sees the wall behind the robot, and the expected scale of 4 px/m draws the estimate back.
     let expected = 50.0 + 20.0 * 1.2 * 5.9_f64.sin();
     assert!((out.pose.x_px - expected).abs() < 15.0 && (out.pose.y_px - 40.0).abs() < 5.0, "{:?}", out.pose);
 }
@@ -267,7 +267,7 @@ fn here(x: f64, y: f64, yaw_rad: Option<f64>) -> MissionCommand {
     order
 }
 
-/// A localizer of the room that has seen five scans.
+/// Returns a localizer in the room that has seen five scans.
 fn settled() -> Hosted {
     let mut localizer = Hosted::in_room("");
     for seq in 1..=5 {
@@ -276,8 +276,8 @@ fn settled() -> Hosted {
     localizer
 }
 
-/// The estimate, and the places and headings of the particles, after an order and the scan that follows it, a second after the
-/// first.
+/// Returns the estimate, and the places and headings of the particles, after an order and the scan that follows it, one second
+/// after the first scan.
 fn particles_after(localizer: &mut Hosted, order: &MissionCommand) -> (PoseEstimate, Vec<[f32; 3]>) {
     localizer.order(order);
     (localizer.answer(&at_the_origin(), &scan(11)), localizer.particles())
@@ -289,12 +289,12 @@ fn a_person_who_says_where_the_robot_is_has_its_particles_drawn_there() {
     assert!((out.pose.x_px - 25.0).abs() < 15.0 && (out.pose.y_px - 55.0).abs() < 15.0, "{:?}", out.pose);
     assert!(particles.iter().all(|at| (at[0] - 25.0).hypot(at[1] - 55.0) < 30.0));
     assert!(particles.iter().all(|at| (at[2] - 1.0).abs() < 1.0), "{particles:?}");
-    // Without a heading the robot is taken to face as before.
+    // Without a heading, the robot is assumed to face the same direction as before.
     let (_, particles) = particles_after(&mut settled(), &here(25.0, 55.0, None));
     assert!(particles.iter().all(|at| at[2].abs() < 1.0), "{particles:?}");
 }
 
-/// A lost robot does not know its heading either.
+/// A lost robot does not know its heading either, so it has to try all of them.
 #[test]
 fn a_lost_robot_that_is_told_a_place_tries_every_heading() {
     let mut localizer = settled();
@@ -321,7 +321,7 @@ fn a_lost_robot_that_is_told_a_place_tries_every_heading() {
         "{:?}",
         [0.0, 1.0, 2.0, 3.0].map(quarter)
     );
-    // In the middle of a room that is longer than wide, it recovers.
+    // It recovers in the middle of a room, since the room is longer than wide.
     for seq in 7..40 {
         let x = (0.1 * f64::from(seq)).sin();
         out = localizer.answer(&ahead(9.9 + x), &scan_at(u64::from(seq as u32), x as f32));
@@ -329,7 +329,7 @@ fn a_lost_robot_that_is_told_a_place_tries_every_heading() {
     assert_ne!(out.tracking, Tracking::Lost.code());
 }
 
-/// Between the order and the next scan the place is stored only in the checkpoint.
+/// Between the order and the next scan, the place is stored only in the checkpoint.
 #[test]
 fn a_place_that_was_told_survives_the_localizer() {
     let mut whole = settled();
@@ -343,8 +343,8 @@ fn a_place_that_was_told_survives_the_localizer() {
     assert_eq!((again, successor.particles()), expected);
 }
 
-/// An order has no effect without a drawing, outside of it, or if it is older than what the robot already knew. A localizer without
-/// a checkpoint receives old orders again.
+/// An order has no effect without a drawing, if its place is outside the drawing, or if it is older than what the robot already
+/// knew. A localizer without a checkpoint receives old orders again.
 #[test]
 fn a_place_that_is_none_or_is_old_changes_nothing() {
     let nothing = MissionCommand { order: Order::Pause.code(), ..MissionCommand::zeroed() };
@@ -365,8 +365,8 @@ fn a_place_that_is_none_or_is_old_changes_nothing() {
     );
 }
 
-/// An estimate that waits for a sketch is at (0, 0), which is a place in every drawing. A localizer that started there forgot the
-/// start that the person had marked.
+/// An estimate that waits for a sketch is at (0, 0), which is a place in every drawing. The localizer used to start there and to
+/// forget the start that the person had marked.
 #[test]
 fn an_estimate_that_waits_is_no_place_to_begin_at() {
     let (mut localizer, (map, cells)) = (Hosted::new(""), room());
@@ -378,8 +378,8 @@ fn an_estimate_that_waits_is_no_place_to_begin_at() {
     assert!((out.pose.x_px - 50.0).abs() < 5.0, "{:?}", out.pose);
 }
 
-/// A scan without any reading used to fit best of all: a robot with a covered lens was sure of itself, and even a lost one seemed
-/// to recover.
+/// A scan without any reading used to fit best of all, so a robot with a covered lens was sure of its place, and even a lost one
+/// seemed to recover.
 #[test]
 fn a_robot_that_sees_nothing_is_lost_and_one_that_sees_again_is_not() {
     let (mut localizer, mut out) = (Hosted::in_room(""), PoseEstimate::zeroed());
@@ -416,7 +416,7 @@ fn particles_are_due_once_a_second() {
     assert_eq!(sent, [1, 11, 21]);
 }
 
-/// With a heartbeat faster than the laser, the last estimate remains valid in between, with the odometry that it belongs to.
+/// If the heartbeat is faster than the laser, the last estimate remains valid in between, with the odometry that it belongs to.
 #[test]
 fn without_a_new_scan_the_last_estimate_holds() {
     let mut localizer = Hosted::in_room("");

@@ -1,4 +1,4 @@
-//! A running filter allocates nothing, on one thread or on two, and two threads give the same bits as one.
+//! Tests that a running filter allocates nothing, on one thread or on two, and that two threads give the same bits as one.
 
 mod support;
 
@@ -14,7 +14,7 @@ use support::{Drawing, Drive, WAY};
 
 const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_rad: 0.1, wobble_px: 0.0 };
 
-/// Counts the allocations of the counted threads.
+/// An allocator that counts the allocations of the threads that have opted in.
 struct Counting;
 
 static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
@@ -29,15 +29,15 @@ fn count() {
     }
 }
 
-// SAFETY: every call goes to the system's allocator unchanged; neither the flag nor the counter has a destructor.
+// SAFETY: every call goes to the system's allocator unchanged, and neither the flag nor the counter has a destructor.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller upholds the contract of `GlobalAlloc::alloc`.
         unsafe { System.alloc(layout) }
     }
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller promises.
+        // SAFETY: the caller upholds the contract of `GlobalAlloc::dealloc`.
         unsafe { System.dealloc(pointer, layout) }
     }
 }
@@ -53,7 +53,7 @@ fn pool(threads: usize) -> Arc<ThreadPool> {
     Arc::new(pool)
 }
 
-/// Takes `count` steps, none of which may allocate; returns the filter's belief after each, to the bit.
+/// Takes `count` steps, none of which may allocate, and returns the bits of the filter's belief after each.
 fn steps(drive: &mut Drive, count: usize) -> Vec<[u64; 3]> {
     let mut beliefs = Vec::with_capacity(count);
     for _ in 0..count {
@@ -78,7 +78,7 @@ fn a_steady_update_allocates_nothing_and_two_threads_change_no_bit() {
         drive
     };
     let alone = both.each_ref().map(|parameters| steps(&mut warm(parameters), 40));
-    // One pool for both: the threads of a pool that ends allocate something while the next steps are counted.
+    // Both runs share one pool, because the threads of a pool that is dropped would allocate while the next steps are counted.
     let pool = pool(2);
     for (parameters, alone) in both.iter().zip(&alone) {
         let together = pool.install(|| {

@@ -1,6 +1,6 @@
 //! The `landmark-unknowns` suite varies what Chronis 2007 leaves open, one reading at a time, with sketches without errors.
 //!
-//! Both scenes of the thesis are lost. Here each is rebuilt [`REBUILT`] times: once as in the other suites, and then with
+//! Both scenes of the thesis are lost. Here each is rebuilt 30 times: once as in the other suites, and then with
 //! every object except the goal moved at random by up to the tolerance of the relations that the scenes were rebuilt from.
 //! The sketch is the scene itself, in whole pixels of a PDA, with the exact route. Any failure is therefore not due to how
 //! people draw.

@@ -1,33 +1,33 @@
-//! How near a place is to a wall of the map, rasterised around the robot, and its maxima over blocks.
+//! A raster around the robot that says how close each cell is to a wall of the map, and its maxima over blocks of cells.
 
 use crate::grid::floor;
 use crate::occupancy::Occupancy;
 
-/// Sides of the blocks, in cells; block k of a cell begins there and goes to the right and up.
+/// Sides of the blocks of each level, in cells. A cell's block begins at that cell and extends to the right and up.
 pub const BLOCKS: [usize; 4] = [1, 2, 4, 8];
-/// Number of cells by which a row of the kernel is drawn at once.
+/// Number of cells of a kernel's row that are drawn at once.
 const TOGETHER: usize = 16;
 
-/// Values of a square of cells: exp(−d² / 2σ²) times 255, d the distance to the nearest occupied cell.
+/// A square of cells whose values are 255 · exp(−d² / 2σ²), where d is the distance to the nearest occupied cell.
 #[derive(Debug)]
 pub struct Field {
-    /// The map's cell at the lower left.
+    /// The lower left cell, as a cell of the map.
     low: [i32; 2],
     side: usize,
     cell_m: f64,
-    /// The kernel's rows, `reach` cells to each side, then zeros up to a multiple of [`TOGETHER`].
+    /// The rows of the kernel, which extend `reach` cells to each side and are padded with zeros to a multiple of [`TOGETHER`].
     kernel: Vec<[u8; TOGETHER]>,
     reach: usize,
     levels: [Vec<u8>; 4],
 }
 
 impl Field {
-    /// A field of zeros that is complete up to `half_m` from its middle.
+    /// Creates a field of zeros that is complete up to `half_m` from its centre.
     pub fn new(cell_m: f64, half_m: f64, blur_m: f64) -> Self {
         let blur = blur_m / cell_m;
         let reach = (2.5 * blur).ceil() as usize;
         let width = (2 * reach + 1).next_multiple_of(TOGETHER);
-        // The margin holds the padded rows of the kernel, and blocks that extend beyond a place.
+        // The margin leaves room for the padded rows of the kernel and for blocks that extend beyond a place.
         let side = 2 * ((half_m / cell_m).ceil() as usize + width + BLOCKS[BLOCKS.len() - 1]);
         let value = |k: usize| {
             let [x, y] = [k % width, k / width].map(|at| at as f64 - reach as f64);
@@ -40,22 +40,22 @@ impl Field {
         Self { low: [0, 0], side, cell_m, kernel, reach, levels }
     }
 
-    /// Side of a cell, metres.
+    /// Returns the length of a cell's side, in metres.
     pub fn cell_m(&self) -> f64 {
         self.cell_m
     }
 
-    /// The map's cell at the lower left.
+    /// Returns the lower left cell, as a cell of the map.
     pub fn low(&self) -> [i32; 2] {
         self.low
     }
 
-    /// Cells in a row, and rows.
+    /// Returns the number of cells in a row, which is also the number of rows.
     pub fn side(&self) -> usize {
         self.side
     }
 
-    /// Redraws the walls around a cell of the map.
+    /// Redraws the field from the walls around a cell of the map.
     pub fn rebuild(&mut self, map: &Occupancy, middle: [i32; 2]) {
         let half = (self.side / 2) as i32;
         self.low = middle.map(|at| at - half);
@@ -80,14 +80,16 @@ impl Field {
         }
     }
 
-    /// The largest value of a block; 0 outside the field. `level` is an index into [`BLOCKS`], `at` counts from [`Self::low`].
+    /// Returns the largest value in a block, or 0 outside the field. `level` is an index into [`BLOCKS`], and `at` counts from
+    /// [`Self::low`].
     #[inline]
     pub(crate) fn block(&self, level: usize, at: [i32; 2]) -> u8 {
         let (x, y) = (at[0] as usize, at[1] as usize);
         if x < self.side && y < self.side { self.levels[level][y * self.side + x] } else { 0 }
     }
 
-    /// The value at a place, metres in the map: 0 to 1, smooth (a quadratic B-spline over nine cells).
+    /// Returns the value at a place in the map, in metres. Values are from 0 to 1 and smooth, interpolated by a quadratic B-spline
+    /// over nine cells.
     #[inline]
     pub(crate) fn sample(&self, at: [f64; 2]) -> f64 {
         let cells = [0, 1].map(|axis| at[axis] / self.cell_m - f64::from(self.low[axis]));
@@ -102,7 +104,7 @@ impl Field {
         (up[0] * below + up[1] * here + up[2] * above) / 255.0
     }
 
-    /// The values of a cell and its eight neighbours, row by row; `None` if one of them lies outside the field.
+    /// Returns the values of a cell and its eight neighbours, row by row, or `None` if one of them lies outside the field.
     #[inline]
     fn around(&self, x: i32, y: i32) -> Option<[[u8; 3]; 3]> {
         let (x, y) = (usize::try_from(x).ok()?.checked_sub(1)?, usize::try_from(y).ok()?.checked_sub(1)?);
@@ -115,14 +117,15 @@ impl Field {
     }
 }
 
-/// Weights of a cell's left neighbour, the cell and its right neighbour at a place in the cell, 0 to 1.
+/// Returns the spline's weights of a cell's left neighbour, the cell itself and its right neighbour, at a position from 0 to 1 in
+/// the cell.
 fn spline(at: f64) -> [f64; 3] {
     let right = 0.5 * at * at;
     let left = 0.5 * (1.0 - at) * (1.0 - at);
     [left, 1.0 - left - right, right]
 }
 
-/// Maxima over blocks twice as large, each from four blocks of the finer level.
+/// Computes the maxima over blocks twice as large, each from four blocks of the finer level.
 fn double(finer: &[u8], coarser: &mut [u8], side: usize, block: usize) {
     for y in 0..side {
         let upper = (y + block).min(side - 1);

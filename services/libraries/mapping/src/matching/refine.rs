@@ -1,5 +1,6 @@
-//! From the best cell to the best pose: the posterior is a parabola near its peak. Its slopes and curvatures are measured on
-//! the interpolated field, over a cell and then over half a cell, which evens out the steps of the raster.
+//! Refines the best cell to the best pose, on the assumption that the posterior is a parabola near its peak. Its slopes and
+//! curvatures are measured on the interpolated field, first over a cell and then over half a cell, which evens out the steps of the
+//! raster.
 
 use nalgebra::{Matrix3, Vector3};
 use sketchnav_schemas::geometry::{Pose, wrap_angle};
@@ -8,9 +9,9 @@ use super::field::Field;
 use super::{Fit, Prior};
 use crate::Map;
 
-/// Over how many cells slopes and curvatures are measured, step by step.
+/// Distance over which slopes and curvatures are measured in each step, in cells.
 const STENCILS: [f64; 5] = [1.0, 1.0, 0.5, 0.5, 0.5];
-/// Longest step, cells.
+/// Maximum length of a step, in cells.
 const LONGEST_CELLS: f64 = 1.0;
 
 /// The part of the posterior that comes from the scan.
@@ -21,7 +22,7 @@ struct Likelihood<'a> {
 }
 
 impl Likelihood<'_> {
-    /// Mean value of the field under the points.
+    /// Returns the mean value of the field at the points.
     fn score(&self, pose: &Pose<Map>) -> f64 {
         let (sin, cos) = pose.yaw_rad.sin_cos();
         let place = |[x, y]: &[f64; 2]| [pose.x + cos * x - sin * y, pose.y + sin * x + cos * y];
@@ -33,7 +34,8 @@ impl Likelihood<'_> {
         self.evidence * self.score(pose)
     }
 
-    /// Slope, and information: the negative of the curvature, if that is positive.
+    /// Returns the slope and the information. The information is the negative of the curvature, with negative eigenvalues set to
+    /// zero.
     fn parabola(&self, pose: &Pose<Map>, stencil: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
         let at = |a: usize, by_a: f64, b: usize, by_b: f64| {
             let mut off = Vector3::zeros();
@@ -60,7 +62,7 @@ impl Likelihood<'_> {
     }
 }
 
-/// Refines a pose, which stays as it is if no step makes the posterior larger.
+/// Refines a pose. The pose does not change if no step increases the posterior.
 pub(super) fn refine(
     field: &Field,
     points: &[[f64; 2]],
@@ -109,7 +111,7 @@ fn moved(pose: &Pose<Map>, by: &Vector3<f64>) -> Pose<Map> {
     Pose::new(pose.x + by.x, pose.y + by.y, pose.yaw_rad + by.z)
 }
 
-/// The step, shortened to a length in metres.
+/// Shortens a step to at most `longest_m`.
 fn limited(step: Vector3<f64>, longest_m: f64) -> Vector3<f64> {
     let length = step.x.hypot(step.y);
     if length > longest_m { step * (longest_m / length) } else { step }
@@ -121,7 +123,7 @@ mod tests {
     use crate::occupancy::Occupancy;
     use crate::{Parameters, matching::Matcher};
 
-    /// A room of 3 by 2 m, its walls in cells.
+    /// Returns the field of a room of 3 by 2 m.
     fn room() -> Field {
         let parameters = Parameters { max_tiles: 64, extent_m: 10.0, ..Parameters::default() };
         let mut map = Occupancy::new(&parameters);
@@ -135,7 +137,7 @@ mod tests {
         field
     }
 
-    /// Ends of beams on the middles of the walls' cells, seen from a pose.
+    /// Returns the ends of beams that hit the centres of the walls' cells, seen from a pose.
     fn seen_from(pose: &Pose<Map>) -> Vec<[f64; 2]> {
         let along = (0..60).map(|k| -1.475 + 0.05 * f64::from(k));
         let up = (0..40).map(|k| -0.975 + 0.05 * f64::from(k));
@@ -170,7 +172,7 @@ mod tests {
         }
     }
 
-    /// Two long walls say nothing about the way along them: the prior decides there, and the covariance shows it.
+    /// Two long walls say nothing about the position along them, so the prior decides, and the covariance shows the uncertainty.
     #[test]
     fn a_corridor_leaves_its_direction_to_the_odometry() {
         let field = room();

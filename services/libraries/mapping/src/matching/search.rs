@@ -1,5 +1,5 @@
-//! The best pose on a raster of cells and angles, by branch and bound (Hess et al. 2016, algorithm 2). A block of
-//! shifts is searched only if its bound beats the best pose so far. The result is that of a full search.
+//! Finds the best pose on a raster of cells and angles, by branch and bound (Hess et al. 2016, algorithm 2). A block of shifts is
+//! searched only if its bound beats the best pose so far, so the result is as good as that of a full search.
 
 use sketchnav_schemas::geometry::Pose;
 
@@ -8,18 +8,18 @@ use super::field::{BLOCKS, Field};
 use crate::grid::floor;
 use crate::{Map, Parameters};
 
-/// Most angles that are tried; the step is wider if the window has more.
+/// Maximum number of angles to try. The step between angles grows if the window would need more.
 const MAX_ANGLES: usize = 161;
 const COARSEST: usize = BLOCKS.len() - 1;
 
-/// How far from the prior is searched.
+/// The extent of the search on either side of the prior.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Window {
     pub half_m: f64,
     pub half_rad: f64,
 }
 
-/// A block of shifts of one angle.
+/// A block of shifts at one angle.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     angle: usize,
@@ -31,12 +31,12 @@ struct Node {
 /// Working memory of a search.
 #[derive(Debug)]
 pub(super) struct Search {
-    /// For each angle, the cells of the points, counted from the field's corner.
+    /// For each angle, the cells that the points fall into, counted from the field's corner.
     cells: Vec<[i32; 2]>,
     nodes: Vec<Node>,
 }
 
-/// What is given to a search.
+/// The input of a search.
 struct Problem<'a> {
     field: &'a Field,
     cells: &'a [[i32; 2]],
@@ -44,7 +44,7 @@ struct Problem<'a> {
     half: i32,
     middle_angle: usize,
     step_rad: f64,
-    /// Half the inverse variances, per square cell and per square radian.
+    /// Half the inverse variances of position and heading, per square cell and per square radian.
     weights: [f64; 2],
     evidence: f64,
 }
@@ -54,12 +54,12 @@ impl Search {
         let per_side = (2.0 * parameters.window_max_m / parameters.cell_m) as usize / BLOCKS[COARSEST] + 2;
         Self {
             cells: Vec::with_capacity(MAX_ANGLES * parameters.max_points),
-            // All blocks of all angles and, on the way down, three siblings per level.
+            // Room for all blocks of all angles and, on the way down, three siblings per level.
             nodes: Vec::with_capacity(MAX_ANGLES * per_side * per_side + 4 * BLOCKS.len()),
         }
     }
 
-    /// The pose of the raster with the largest posterior.
+    /// Returns the pose on the raster with the largest posterior.
     pub fn best(
         &mut self,
         field: &Field,
@@ -118,7 +118,7 @@ impl Problem<'_> {
                 nodes.push(self.node(angle, shift, COARSEST));
             }
         }
-        // The best on top. Equal bounds have an order that depends on nothing else.
+        // Sorts the best block last. Ties are broken by angle and shift, so that the order is deterministic.
         let order = |a: &Node, b: &Node| {
             a.bound.total_cmp(&b.bound).then(b.angle.cmp(&a.angle)).then(b.shift.cmp(&a.shift))
         };
@@ -145,7 +145,7 @@ impl Problem<'_> {
         best
     }
 
-    /// A block with the bound of the posterior in it: exact for a single shift.
+    /// Creates the node of a block, with an upper bound of the posterior in the block. The bound is exact for a single shift.
     fn node(&self, angle: usize, shift: [i32; 2], level: usize) -> Node {
         let cells = &self.cells[angle * self.points..][..self.points];
         let sum: u32 = cells

@@ -1,4 +1,4 @@
-//! Reads corrected CARMEN logs: scans with the reference pose, and odometry chained over the ODOM lines.
+//! Reads corrected CARMEN logs. Each scan comes with its reference pose and with odometry chained over the ODOM lines.
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -12,7 +12,7 @@ pub struct LogScan {
     pub odometry: Pose<Odom>,
 }
 
-/// All scans of a log; `None`, with a notice, if the file is missing.
+/// Reads all scans of a log. Returns `None` and prints a notice if the file is missing.
 #[allow(clippy::disallowed_methods, reason = "a test reads its data")]
 pub fn read(path: &Path) -> Option<Vec<LogScan>> {
     let Ok(file) = std::fs::File::open(path) else {

@@ -1,4 +1,4 @@
-//! A robot's surroundings: its sensors, in its own axes.
+//! A view of a robot's surroundings, drawn from its sensors in the robot's own axes.
 
 use sketchnav_schemas::channels::{SCAN, SONAR};
 use sketchnav_schemas::geometry::Pose;
@@ -8,22 +8,22 @@ use sketchnav_schemas::robot::{MarkerCamera, Robot};
 use super::{Color, Lookout, Picture, Shape, thinned};
 use crate::{Denied, Heard};
 
-/// The most that is shown to each side, metres.
+/// Maximum distance shown to each side, in metres.
 const MOST_REACH_M: f64 = 6.0;
-/// How many windows of a camera that looks down are shown to each side.
+/// Distance shown to each side for a camera that looks down, in sides of its view.
 const WINDOWS: f64 = 3.0;
-/// Corners of an arc.
+/// Number of corners of an arc.
 const ARC: usize = 6;
 
-/// How much of the surroundings the sheet around a robot shows: a square with the robot in its middle, looking up.
+/// The part of the surroundings that the sheet around a robot shows. It is a square with the robot at its centre, facing up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Around {
-    /// From the robot to each side, metres.
+    /// Distance from the robot to each side, in metres.
     pub reach_m: f64,
 }
 
 impl Around {
-    /// As far as the robot's sensors reach.
+    /// Returns the surroundings that the robot's sensors reach.
     pub fn robot(robot: &Robot) -> Self {
         let ranges = [
             robot.laser.as_ref().map(|laser| laser.range_max_m),
@@ -31,25 +31,25 @@ impl Around {
             robot.camera.as_ref().map(|camera| camera.range_max_m),
         ];
         let reach_m = match &robot.view {
-            // For a robot that looks down.
+            // A robot with a camera that looks down.
             Some(view) => WINDOWS * view.side_m,
             None => ranges.into_iter().flatten().fold(0.0, f64::max).clamp(1.0, MOST_REACH_M),
         };
         Self { reach_m }
     }
 
-    /// Whether the sheet shows the place.
+    /// Returns true if the sheet shows the place.
     pub fn shows(&self, place: [f64; 2]) -> bool {
         place.iter().all(|v| v.abs() <= self.reach_m)
     }
 }
 
-/// A place in a direction from another one, metres.
+/// Returns the place at a distance and in a direction from `origin`.
 pub fn polar(origin: [f64; 2], range_m: f64, angle_rad: f64) -> [f64; 2] {
     [origin[0] + range_m * angle_rad.cos(), origin[1] + range_m * angle_rad.sin()]
 }
 
-/// The robot's laser, sonars, and what its camera could see.
+/// A lookout that shows the readings of the robot's laser and sonars, and the field of view of its camera.
 pub struct Sensors {
     robot: Robot,
     around: Around,
@@ -58,12 +58,12 @@ pub struct Sensors {
 }
 
 impl Sensors {
-    /// Those of a robot.
+    /// Creates the view of a robot's sensors.
     pub fn new(robot: &Robot) -> Self {
         Self { robot: robot.clone(), around: Around::robot(robot), scan: None, sonar: None }
     }
 
-    /// What the laser sees.
+    /// Returns what the laser sees.
     fn hits(&self) -> Option<Shape> {
         let scan = self.scan.as_ref()?;
         let mount: Pose<_> = self.robot.laser.as_ref()?.mount();
@@ -94,7 +94,7 @@ impl Lookout for Sensors {
     }
 }
 
-/// What the sonars hear: an arc for each echo.
+/// Returns an arc for each echo of the sonars.
 fn echoes(scan: &SonarScan) -> Vec<Shape> {
     let echo = |(i, range): (usize, &f32)| {
         let direction = f64::from(scan.angle_min_rad) + i as f64 * f64::from(scan.angle_increment_rad);
@@ -109,7 +109,7 @@ fn arc(origin: [f64; 2], range_m: f64, direction_rad: f64, half_rad: f64, color:
     Shape::line((0..ARC).map(|i| polar(origin, range_m, angle(i))).collect::<Vec<_>>(), color)
 }
 
-/// What a camera can see.
+/// Returns the outline of a camera's field of view.
 fn view_cone(camera: &MarkerCamera) -> Vec<Shape> {
     let origin = [camera.mount_x_m, camera.mount_y_m];
     let (yaw, half) = (camera.mount_yaw_deg.to_radians(), camera.field_of_view_deg.to_radians() / 2.0);

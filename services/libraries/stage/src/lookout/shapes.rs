@@ -1,105 +1,105 @@
-//! What lookouts draw.
+//! The shapes that lookouts draw.
 
 use serde::Serialize;
 
-/// Most points left in a thinned list.
+/// Maximum number of points left in a thinned list.
 const MAX_POINTS: usize = 256;
 
-/// A thing on the sheet.
+/// A shape on the sheet.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "shape", rename_all = "kebab-case")]
 pub enum Shape {
     /// A line through points.
     Line {
-        /// The points.
+        /// Points of the line.
         points: Vec<[f64; 2]>,
-        /// Its colour.
+        /// Colour of the line.
         color: Color,
-        /// How it is drawn.
+        /// Style of the line.
         stroke: Stroke,
     },
-    /// A filled polygon, half transparent.
+    /// A filled, half-transparent polygon.
     Area {
-        /// The corners.
+        /// Corners of the polygon.
         points: Vec<[f64; 2]>,
-        /// Its colour.
+        /// Colour of the polygon.
         color: Color,
     },
     /// Small squares.
     Dots {
-        /// Their middles.
+        /// Centres of the squares.
         points: Vec<[f64; 2]>,
-        /// Their colour.
+        /// Colour of the squares.
         color: Color,
     },
     /// Circles.
     Rings {
-        /// Their middles.
+        /// Centres of the circles.
         points: Vec<[f64; 2]>,
-        /// Their colour.
+        /// Colour of the circles.
         color: Color,
     },
     /// Filled circles.
     Discs {
-        /// Their middles.
+        /// Centres of the circles.
         points: Vec<[f64; 2]>,
-        /// Their colour.
+        /// Colour of the circles.
         color: Color,
     },
-    /// Words.
+    /// A text.
     Text {
-        /// Their centre.
+        /// Centre of the text.
         at: [f64; 2],
-        /// The words.
+        /// The text itself.
         text: String,
-        /// Their colour.
+        /// Colour of the text.
         color: Color,
     },
 }
 
-/// How a line is drawn.
+/// The style of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stroke {
     /// An ordinary line.
     Plain,
-    /// With gaps.
+    /// A dashed line.
     Dashed,
-    /// Wide.
+    /// A wide line.
     Bold,
 }
 
-/// A colour of the page's theme, by what it stands for.
+/// A colour of the page's theme, named after what it stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Color {
-    /// Edges of what a sensor could see.
+    /// Edges of a sensor's field of view.
     Edge,
-    /// Words and outlines.
+    /// Text and outlines.
     Ink,
-    /// What is in the way.
+    /// Obstacles.
     Obstacle,
-    /// What a sensor sees.
+    /// Readings of a sensor.
     Scan,
-    /// What is remembered.
+    /// Particles, and other things that are remembered.
     Particle,
-    /// What the robot is heading for or navigating by.
+    /// Things that the robot is heading for or navigating by.
     Goal,
-    /// Where the robot is about to go.
+    /// The path that the robot is about to take.
     Plan,
-    /// The part of the drawing that it has seen.
+    /// The part of the drawing that the robot has seen.
     Seen,
-    /// The part of the drawing that it could not see.
+    /// The part of the drawing that the robot could not see.
     Hidden,
 }
 
 impl Shape {
-    /// A plain line.
+    /// Creates a plain line.
     pub fn line(points: impl Into<Vec<[f64; 2]>>, color: Color) -> Self {
         Self::Line { points: points.into(), color, stroke: Stroke::Plain }
     }
 
-    /// The same shape elsewhere: `place` moves each of its points.
+    /// Moves each point of the shape by `place`.
     #[must_use]
     pub fn placed(mut self, place: impl Fn([f64; 2]) -> [f64; 2]) -> Self {
         match &mut self {
@@ -114,7 +114,7 @@ impl Shape {
     }
 }
 
-/// Every n-th of a list, so that what is sent stays small on a slow link.
+/// Keeps every n-th item of a list, so that what is sent stays small on a slow link.
 pub fn thinned<T>(list: impl ExactSizeIterator<Item = T>) -> impl Iterator<Item = T> {
     let step = list.len().div_ceil(MAX_POINTS).max(1);
     list.step_by(step)

@@ -1,4 +1,4 @@
-//! How long an update of the localization takes, and how many particle-beams it weighs per second.
+//! Times an update of the localization, and measures how many particle-beams it weighs per second.
 
 #[path = "../../tests/support/mod.rs"]
 mod support;
@@ -14,7 +14,7 @@ use sketchnav_sketch::filter::parameters::Parameters;
 use sketchnav_sketch::filter::workers::Workers;
 use support::{Drive, WAY};
 
-/// A whole update of the default method: motion, weighing, mode, resampling, estimate.
+/// Times a whole update of the beam model: motion, weighing, mode, resampling and estimate.
 fn update(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("a whole update, ours");
     for particles in [1_000, 10_000, 100_000] {
@@ -31,7 +31,7 @@ fn update(criterion: &mut Criterion) {
             group.bench_function(id, |bencher| {
                 pool.install(|| {
                     bencher.iter(|| {
-                        // There and back again, so that every scan is used.
+                        // The robot goes back and forth, so that every scan is used.
                         away = !away;
                         let odometry = Pose::<Odom>::new(if away { 0.25 } else { 0.0 }, 0.0, 0.0);
                         black_box(drive.localizer.step(&odometry, &scan))

@@ -1,9 +1,9 @@
-//! The hot loop against its yardsticks, on a map of 400 × 400 cells with 180 beams: every particle against every beam, resampling,
-//! and the preparation of a drawing.
+//! Times the hot loop, which weighs every particle by every beam, as well as resampling and the preparation of a drawing, on a map
+//! of 400 × 400 cells with 180 beams.
 //!
-//! Yardsticks, on one core of such a machine, in particle-beams per second: beluga 2.1.1 weighs 441 to 457 million with its
-//! likelihood field and three-dimensional state; nav2's filter weighs 27 to 34 million. beluga resamples 100,000 particles in 12.8
-//! ms. The groups `…/scalar` are this crate's own plain loops, for ratios within one run.
+//! The yardsticks are, on one core of such a machine and in particle-beams per second, the 441 to 457 million that beluga 2.1.1
+//! weighs with its likelihood field and three-dimensional state, and the 27 to 34 million of nav2's filter. beluga resamples
+//! 100,000 particles in 12.8 ms. The group `scalar` has this crate's own plain loops, for ratios within one run.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ pub const DRAWING: Drawing = Drawing { size: [400, 400], a: 22.0, b: 28.0, turn_
 const BEAMS: usize = 180;
 const SIZES: [usize; 3] = [2_000, 10_000, 100_000];
 
-/// A drawing with its tables, and a scan taken in it.
+/// A drawing with its tables, and a scan made in it.
 struct Scene {
     grid: Grid,
     table: RangeTable,
@@ -85,7 +85,7 @@ impl Scene {
     }
 }
 
-/// Particles around the scan's position, as in tracking.
+/// Returns particles around the position of the scan, as in tracking.
 fn around(count: usize) -> ParticleSet {
     let mut rng: Pcg64Mcg = seed::stream(3, "bench");
     let mut normal = || -> f32 { StandardNormal.sample(&mut rng) };
@@ -101,7 +101,7 @@ fn around(count: usize) -> ParticleSet {
     set
 }
 
-/// Particles anywhere in the drawing, as at a global start.
+/// Returns particles anywhere in the drawing, as at the start of a global localization.
 fn anywhere(count: usize) -> ParticleSet {
     let mut rng: Pcg64Mcg = seed::stream(4, "bench");
     let mut set = around(count);
@@ -198,8 +198,8 @@ pub fn resampling(criterion: &mut Criterion) {
     }
 }
 
-/// The work that a filter does on a drawing before its first scan. The yardstick is the memory: writing the bytes of the table of
-/// ranges once.
+/// Times the work that a filter does on a drawing before the first scan. The yardstick is the memory's speed, as the time of
+/// writing the bytes of the table of ranges once.
 pub fn preparing(criterion: &mut Criterion) {
     let scene = Scene::new();
     let sketch = DRAWING.sketch();

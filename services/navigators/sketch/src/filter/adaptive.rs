@@ -1,7 +1,8 @@
-//! How many particles the belief needs (Fox 2003, *Adapting the sample size in particle filters through KLD-sampling*): so many
-//! that with probability 1 − δ the particles' distribution over bins is no farther than ε (Kullback-Leibler) from the belief's.
+//! Determines how many particles the belief needs (Fox 2003, *Adapting the sample size in particle filters through KLD-sampling*).
+//! With this number, the Kullback-Leibler divergence between the distribution of the particles over bins and that of the belief is
+//! at most ε with probability 1 − δ.
 //!
-//! The bins are of x, y and θ. The scales have none, since they spread about equally wherever the robot is: bins of five dimensions
+//! The bins divide x, y and θ, but not the scales, which spread about equally wherever the robot is. Bins of all five dimensions
 //! would contain one particle each, and the bound would always be the maximum. Nothing is allocated after [`SampleSize::new`].
 
 use std::f32::consts::TAU;
@@ -11,24 +12,25 @@ use super::particles::ParticleSet;
 
 /// Upper 1 − δ quantile of the standard normal distribution for δ = 0.01.
 const Z: f64 = 2.326_347_9;
-/// Bins of direction in a turn.
+/// Number of bins for the heading.
 const DIRECTIONS: f32 = 36.0;
 
-/// Counts bins, with a buffer for them.
+/// Computes the number of particles needed, with a buffer for the bins.
 #[derive(Debug, Clone)]
 pub struct SampleSize {
     bins: Vec<u64>,
 }
 
 impl SampleSize {
-    /// For sets of at most `most` particles.
+    /// Creates a buffer for sets of at most `most` particles.
     pub fn new(most: usize) -> Self {
         Self { bins: Vec::with_capacity(most) }
     }
 
-    /// The number of particles that the belief needs, within the parameters' limits. `set` has equal weights, having just been
-    /// resampled: the number of bins that it fills says how far the belief is spread. (Fox draws one particle after the other until
-    /// there are enough for the bins met so far; with systematic resampling all exist at once.)
+    /// Returns the number of particles that the belief needs, within the parameters' limits. `set` must have equal weights, as just
+    /// after resampling, because the number of bins that it fills then tells how far the belief is spread. Fox draws one particle
+    /// after the other until there are enough for the bins filled so far, but with systematic resampling all particles exist at
+    /// once.
     pub fn wanted(&mut self, set: &ParticleSet, scale_pxpm: f32, parameters: &Parameters) -> usize {
         let bin_px = parameters.bin_m * scale_pxpm;
         self.bins.clear();
@@ -41,15 +43,15 @@ impl SampleSize {
     }
 }
 
-/// The number of a bin: 24 bits each for column and row, 16 for the direction.
+/// Returns the number of a bin, which has 24 bits each for column and row and 16 for the direction.
 fn bin(column: f32, row: f32, yaw_rad: f32) -> u64 {
     let cell = |v: f32| u64::from((v.floor() as i32).wrapping_add(1 << 23) as u32 & 0xff_ffff);
     let direction = (yaw_rad / TAU * DIRECTIONS).floor().rem_euclid(DIRECTIONS) as u64;
     cell(column) << 40 | cell(row) << 16 | direction
 }
 
-/// Equation (7) of Fox 2003, the Wilson-Hilferty approximation of the χ² quantile: for k bins
-/// n = (k − 1)/2ε · (1 − 2/9(k − 1) + √(2/9(k − 1))·z)³.
+/// Returns the number of particles by equation (7) of Fox 2003, the Wilson-Hilferty approximation of the χ² quantile. For k bins, n
+/// = (k − 1)/2ε · (1 − 2/9(k − 1) + √(2/9(k − 1))·z)³.
 fn bound(bins: usize, error: f64) -> usize {
     if bins < 2 {
         return 1;
@@ -63,8 +65,8 @@ fn bound(bins: usize, error: f64) -> usize {
 mod tests {
     use super::*;
 
-    /// k − 1 = 50 and ε = 0.05: c = 2/450 = 0.004444, √c·z = 0.066667·2.326348 = 0.155090;
-    /// (1 − 0.004444 + 0.155090)³ = 1.150645³ = 1.523446; · 50/0.1 = 761.7.
+    /// For k − 1 = 50 and ε = 0.05: c = 2/450 = 0.004444, √c·z = 0.066667·2.326348 = 0.155090; (1 − 0.004444 + 0.155090)³ =
+    /// 1.150645³ = 1.523446; · 50/0.1 = 761.7.
     #[test]
     fn the_bound_by_hand() {
         assert_eq!(bound(51, 0.05), 762);

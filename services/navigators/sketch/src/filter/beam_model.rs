@@ -1,23 +1,24 @@
-//! The beam model: how likely a scan is from a pose with two scales, given what is visible from there.
+//! The beam model gives the likelihood of a scan at a pose with two scales, given what is visible from there.
 //!
-//! A drawing errs in range by proportion, and it errs in bearing: a door is drawn too narrow or next to its true place, so that
-//! some beams pass where the drawing has a wall, even from the true pose. The range r of a beam is therefore explained by what the
-//! drawing shows at nearby bearings β + δ,
+//! Ranges in a drawing are off by a factor, and bearings are off as well: a door may be drawn too narrow or next to its true place,
+//! so that even from the true pose some beams pass where the drawing has a wall. The range r of a beam is therefore explained by
+//! what the drawing shows at nearby bearings β + δ,
 //!
 //! ```text
 //! p(r) = Σ_δ q(δ) p(r | expected range at β + δ),
 //! ```
 //!
-//! which is the proper likelihood of a reading whose error in bearing is unknown. (Using only the best δ, a maximum, forgives most
-//! where most is visible, and pulls the estimate there.)
+//! which is the proper likelihood of a reading whose error in bearing is unknown. Taking only the best δ, a maximum, would be most
+//! forgiving where most is visible, and would pull the estimate there.
 //!
-//! Around an expected range x, with e = ln(r / x), a reading r is one of three. It is near the expected range (Laplace, of width
-//! w); or it is anywhere; or it falls short, since things that are not drawn set a level below which the Laplace term does not fall
-//! on that side. A beam without return says that the wall is beyond the sensor's range. With r and x to the power 1/w at hand, the
-//! Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w), so that five bearings need no exponential and no table.
+//! Around an expected range x, with e = ln(r / x), a reading r is one of three kinds. It is near the expected range (a Laplace
+//! distribution of width w), it is anywhere, or it falls short, because objects that are not drawn set a level below which the
+//! Laplace term does not fall on that side. A beam without return says that the wall is beyond the sensor's range. Once r and x to
+//! the power 1/w are known, the Laplace term is the lesser of (r/x)^(1/w) and (x/r)^(1/w), so that five bearings need no
+//! exponential and no table.
 //!
-//! The width w depends on the author: a surveyed map errs by its cells, a drawing from memory by a quarter. The filter learns it
-//! while driving ([`learned`]).
+//! The width w depends on the author: a surveyed map is off by the size of its cells, a drawing from memory by a quarter. The
+//! filter learns the width while driving ([`learned`]).
 
 use fearless_simd::{f32x16, prelude::*};
 
@@ -27,25 +28,25 @@ use super::lanes::{self, LANES};
 use super::metric::{PxFromBase, wrap};
 use super::parameters::Parameters;
 
-/// Rays are followed up to this multiple of the sensor's longest range, beyond which everything is treated alike.
+/// Multiple of the sensor's maximum range up to which rays are followed. Everything beyond is treated alike.
 pub const LOOK_BEYOND: f32 = 1.5;
-/// The thickest wall that a robot may be believed to stand in, metres of the local metric.
+/// Thickness of the thickest wall that a robot may be believed to stand in, in metres of the local metric.
 pub const LEAVE_WALL_M: f32 = 0.4;
-/// The number of bearings at which the drawing is compared with a reading.
+/// Number of bearings at which the drawing is compared with a reading.
 const BEARINGS: usize = 5;
-/// Density of a reading anywhere, over e, and the level short of the expected range if all readings there were short.
+/// Density over e of a reading anywhere, and the density short of the expected range if all readings were short.
 const ANYWHERE: f32 = 0.25;
 const ANYWHERE_SHORT: f32 = 0.3;
-/// Brings the probability of no return to the level of the density of a return.
+/// Factor that makes the probability of no return comparable with the density of a return.
 const LOST_LEVEL: f32 = 1.2;
-/// Share of the beams without return that the expected range explains, and share of those that occur at any place.
+/// Share of the beams without return that the expected range explains, and share of those that occur anywhere.
 const LOST_SHARES: [f32; 2] = [0.9, 0.03];
-/// The number of readings whose likelihoods are multiplied before a logarithm is taken: no product leaves the range of single
-/// precision.
+/// Number of readings whose likelihoods are multiplied before a logarithm is taken. It is small enough that no product leaves the
+/// range of single precision.
 const PER_LOGARITHM: usize = 4;
 
-/// Range from the sensor to the first drawn wall along beam `i`, metres of the local metric, at most `LOOK_BEYOND` times the
-/// longest range. `place_px` is the robot's position.
+/// Returns the range from the sensor to the first drawn wall along beam `i`, in metres of the local metric, but at most
+/// [`LOOK_BEYOND`] times the maximum range. `place_px` is the robot's position.
 #[inline]
 pub fn expected_range(grid: &Grid, beams: &Beams, i: usize, place_px: [f32; 2], metric: &PxFromBase) -> f32 {
     let origin = metric.apply(beams.origin_m[0], beams.origin_m[1]);
@@ -54,41 +55,43 @@ pub fn expected_range(grid: &Grid, beams: &Beams, i: usize, place_px: [f32; 2], 
     grid.cast(from, direction, LEAVE_WALL_M, beams.range_max_m * LOOK_BEYOND)
 }
 
-/// Greater errors of the ranges count as this, in ln(measured / expected).
+/// Maximum error of the ranges, as |ln(measured / expected)|. Greater errors are capped.
 const MOST_ERROR: f32 = 0.5;
-/// How fast the believed error rises and falls, as a share per update: a drawing with a corridor that happens to fit is not a map.
+/// Rates at which the believed error rises and falls, as a share per update. It falls slowly because a drawing with one corridor
+/// that happens to fit is not a map.
 const ERROR_RISES: f32 = 0.1;
 const ERROR_FALLS: f32 = 0.02;
 
-/// The believed error of a drawing, the typical |ln(measured / expected)|, after an update in which `seen` was measured.
+/// Returns the believed error of a drawing, which is the typical |ln(measured / expected)|, after an update in which the error
+/// `seen` was measured.
 pub fn learned(believed: f32, seen: f32) -> f32 {
     let follow = if seen > believed { ERROR_RISES } else { ERROR_FALLS };
     believed + follow * (seen.min(MOST_ERROR) - believed)
 }
 
-/// The model, and the readings of the last scan.
+/// The beam model, with the readings of the last scan.
 #[derive(Debug, Clone)]
 pub struct BeamModel {
-    /// The least and the largest Laplace width.
+    /// The minimum and the maximum Laplace width.
     widths: [f32; 2],
-    /// w and 1/w.
+    /// The width w, and 1/w.
     width: f32,
     inverse_width: f32,
-    /// Shares of the readings at the expected range, and levels of the other two densities.
+    /// Share of the readings at the expected range, and the levels of the other two densities.
     hit: f32,
     short: f32,
     random: f32,
-    /// Errors of the bearing, radians, and their shares, which add up to 1.
+    /// Errors of the bearing, in radians, and their shares, which add up to 1.
     bearing_error_rad: [f32; BEARINGS],
     shares: [f32; BEARINGS],
     readings: Vec<Reading>,
-    /// Binary logarithm of the sensor's longest range, metres: the unit of [`Powers`].
+    /// Binary logarithm of the sensor's maximum range in metres, which is the unit of [`Powers`].
     unit_log2: f32,
-    /// Binary logarithms of the shortest and the longest range of the table, metres.
+    /// Binary logarithms of the bounds to which ranges are clamped, in metres.
     bounds_log2: [f32; 2],
 }
 
-/// Buffers for the plain form of the model.
+/// Working memory for the plain form of the model.
 #[derive(Debug, Clone, Default)]
 pub struct Room {
     expected: Vec<Powers<f32>>,
@@ -96,25 +99,25 @@ pub struct Room {
 }
 
 impl Room {
-    /// Buffers for `beams` beams.
+    /// Creates working memory for `beams` beams.
     pub fn new(beams: usize) -> Self {
         Self { expected: Vec::with_capacity(beams), errors: Vec::with_capacity(beams) }
     }
 }
 
-/// A beam as it was measured.
+/// The measurement of a beam.
 #[derive(Debug, Clone, Copy)]
 struct Reading {
     returned: bool,
     range: Powers<f32>,
-    /// The beams at the bearings that it is compared with.
+    /// Indices of the beams at the bearings with which the reading is compared.
     beside: [u16; BEARINGS],
-    /// For each of these r^(1/w) and its inverse, both times the density of a reading that is exactly as expected there.
+    /// For each of these bearings, r^(1/w) and its inverse, both times the density of a reading that is exactly as expected.
     sharp: [f32; BEARINGS],
     inverse: [f32; BEARINGS],
 }
 
-/// A range x in units of the longest one: x^(1/w), and its inverse.
+/// Powers x^(1/w) and x^(−1/w) of a range x, which is in units of the sensor's maximum range.
 #[derive(Debug, Clone, Copy)]
 pub struct Powers<T> {
     sharp: T,
@@ -122,7 +125,7 @@ pub struct Powers<T> {
 }
 
 impl BeamModel {
-    /// The model with these parameters, and buffers for `parameters.beams` readings.
+    /// Creates the model with these parameters, and buffers for `parameters.beams` readings.
     pub fn new(parameters: &Parameters) -> Self {
         let p = parameters;
         let step = p.bearing_error_rad / (BEARINGS / 2) as f32;
@@ -144,10 +147,10 @@ impl BeamModel {
         }
     }
 
-    /// Takes in the beams of a scan, for a drawing that is believed to have the error `error`.
+    /// Reads the beams of a scan, for a drawing that is believed to have the error `error`.
     pub fn read(&mut self, beams: &Beams, error: f32) {
         let [least, largest] = self.widths;
-        // The square distinguishes a map from a drawing that happens to fit for a while.
+        // Squaring the error makes maps stand out from drawings that happen to fit for a while.
         self.width = (error * error / largest).clamp(least, largest);
         self.inverse_width = 1.0 / self.width;
         self.unit_log2 = beams.range_max_m.log2();
@@ -169,21 +172,22 @@ impl BeamModel {
         }
     }
 
-    /// How many times as much a scan counts as it would in a drawing by hand, depending on how much more exact this drawing is
-    /// believed to be. The remaining errors are the sensor's, which are independent for each beam.
+    /// Returns the factor by which a scan counts more than it would in a drawing by hand, depending on how much more exact this
+    /// drawing is believed to be. In an exact drawing, the remaining errors are those of the sensor, which are independent between
+    /// beams.
     pub fn exactness(&self) -> f32 {
         (self.widths[1] / self.width).sqrt()
     }
 
-    /// A range, given by its binary logarithm, metres.
+    /// Returns the powers of a range, which is given by its binary logarithm, in metres.
     fn powers(&self, log2_m: f32) -> Powers<f32> {
         let log2 = log2_m.clamp(self.bounds_log2[0], self.bounds_log2[1]) - self.unit_log2;
         let sharp = (log2 * self.inverse_width).exp2();
         Powers { sharp, inverse: 1.0 / sharp }
     }
 
-    /// Σ ln p over all beams of the scan that was read, `beams`: the plain form of what
-    /// [`super::weighing`] computes.
+    /// Returns Σ ln p over all beams of the scan that was read, `beams`. This is the plain form of what [`super::weighing`]
+    /// computes.
     pub fn log_likelihood(
         &self,
         grid: &Grid,
@@ -198,8 +202,8 @@ impl BeamModel {
         self.readings.iter().map(|reading| self.likelihood(reading, &room.expected).ln()).sum()
     }
 
-    /// The median of |ln(measured / expected)| over the beams that returned, at their own bearings, from the last call of
-    /// [`Self::log_likelihood`] with this `room`; `None` if none returned.
+    /// Returns the median of |ln(measured / expected)| over the beams that returned, at their own bearings, from the last call of
+    /// [`Self::log_likelihood`] with this `room`. Returns `None` if no beam returned.
     pub fn error(&self, room: &mut Room) -> Option<f32> {
         let Room { expected, errors } = room;
         errors.clear();
@@ -210,7 +214,7 @@ impl BeamModel {
         (middle < errors.len()).then(|| *errors.select_nth_unstable_by(middle, f32::total_cmp).1 * self.width)
     }
 
-    /// The likelihood of a reading, given the ranges that the drawing shows.
+    /// Returns the likelihood of a reading, given the ranges that the drawing shows.
     fn likelihood(&self, reading: &Reading, expected: &[Powers<f32>]) -> f32 {
         let of_each = (0..BEARINGS).map(|k| {
             let expected = &expected[usize::from(reading.beside[k])];
@@ -229,7 +233,8 @@ impl BeamModel {
         of_each.sum()
     }
 
-    /// The expected ranges of sixteen particles in one direction, from their binary logarithms, metres.
+    /// Returns the powers of the expected ranges of sixteen particles along one beam, given the binary logarithms of the ranges in
+    /// metres.
     #[inline(always)]
     pub fn expect<S: Simd>(&self, log2_m: f32x16<S>) -> Powers<[f32; LANES]> {
         let [least, most] = self.bounds_log2;
@@ -238,7 +243,7 @@ impl BeamModel {
         Powers { sharp, inverse }
     }
 
-    /// Σ ln p of sixteen particles, from what each expects of each beam.
+    /// Returns Σ ln p of sixteen particles, given the range that each particle expects of each beam.
     #[inline(always)]
     pub fn of<S: Simd>(&self, simd: S, expected: &[Powers<[f32; LANES]>]) -> f32x16<S> {
         let mut sum = f32x16::splat(simd, 0.0);
@@ -260,7 +265,7 @@ impl BeamModel {
         expected: &[Powers<[f32; LANES]>],
     ) -> f32x16<S> {
         let mut near = f32x16::splat(simd, 0.0);
-        // By index: with iterators over both arrays, a tenth of the time went into copying the shares.
+        // Indexing is deliberate. With iterators over both arrays, a tenth of the time went into copying the shares.
         if reading.returned {
             for k in 0..BEARINGS {
                 let expected = &expected[usize::from(reading.beside[k])];
@@ -281,7 +286,7 @@ impl BeamModel {
     }
 }
 
-/// The index of the one of `angles`, which go round once in either sense, that is nearest to `angle`.
+/// Returns the index of the one of `angles` that is nearest to `angle`. The angles rise or fall and cover at most one turn.
 fn nearest(angles: &[f32], angle: f32) -> u16 {
     use std::f32::consts::TAU;
     let rises = angles.first() <= angles.last();
@@ -305,7 +310,7 @@ mod tests {
     use fearless_simd::{Level, dispatch};
     use proptest::prelude::*;
 
-    /// A fan of beams 0.1 rad apart with these ranges; the longest one is 5 m.
+    /// Creates a fan of beams 0.1 rad apart with these ranges, for a sensor with a maximum range of 5 m.
     fn fan(ranges_m: &[f32]) -> Beams {
         let mut beams = Beams::with_capacity(ranges_m.len());
         beams.range_max_m = 5.0;
@@ -314,7 +319,7 @@ mod tests {
         beams
     }
 
-    /// Likelihood of the reading in the middle of `measured` if the drawing shows `drawn`.
+    /// Returns the likelihood of the reading in the middle of `measured` if the drawing shows `drawn`.
     fn likelihood(parameters: &Parameters, measured: &[f32], drawn: &[f32]) -> f32 {
         let mut beam_model = BeamModel::new(parameters);
         beam_model.read(&fan(measured), parameters.hit_width);
@@ -334,7 +339,7 @@ mod tests {
             let expected = anywhere + if e < 0.0 { hit(e).max(short) } else { hit(e) };
             assert!((level(measured) / expected - 1.0).abs() < 1e-4, "{measured}");
         }
-        // No return from a wall at 2 m, ln 2.5 nearer than the sensor's longest range.
+        // A wall at 2 m, which is closer than the sensor's maximum range by ln 2.5, gives no return.
         let lost = 1.2 * (0.9 * 0.5 * (2.0_f32 / 5.0).powf(1.0 / p.hit_width) + 0.03);
         assert!((level(6.0) / lost - 1.0).abs() < 1e-4);
         assert!(likelihood(&p, &[6.0], &[7.4]) > 10.0 * level(6.0));
@@ -347,20 +352,20 @@ mod tests {
         let measured = [1.0, 1.0, 4.0, 1.0, 1.0];
         let beside = [1.0, 1.0, 1.0, 4.0, 1.0];
         assert!(likelihood(&ours, &measured, &beside) > 2.0 * likelihood(&rigid, &measured, &beside));
-        // Where it is drawn, it is better still; without any door it is worse.
+        // The likelihood is higher still if the door is in its place, and lower without any door.
         assert!(likelihood(&ours, &measured, &measured) > likelihood(&ours, &measured, &beside) * 1.05);
         assert!(likelihood(&ours, &measured, &[1.0; 5]) < 0.5 * likelihood(&ours, &measured, &beside));
     }
 
-    /// Likelihoods of a reading by sixteen particles that expect the same range everywhere.
+    /// Returns the likelihoods of a reading for sixteen particles that expect the same range at every bearing.
     #[inline(always)]
     fn of_sixteen<S: Simd>(simd: S, beam_model: &BeamModel, reading: &Reading, range: f32) -> [f32; LANES] {
         let expected = beam_model.expect(f32x16::splat(simd, range.log2()));
         beam_model.likelihood_of_each(simd, reading, &vec![expected; beam_model.readings.len()]).into()
     }
 
-    /// With a laser of 79 m, a reading and a wall both under 7 cm were an infinite fit: their ratio to the longest range, to the
-    /// power 1/w of a map, left the range of single precision.
+    /// With a laser of 79 m, a reading and a wall both closer than 7 cm used to fit infinitely well, because their ratio to the
+    /// maximum range, to the power 1/w of a map, left the range of single precision.
     #[test]
     fn the_shortest_ranges_of_a_long_laser_are_as_likely_as_any() {
         let p = Parameters::default();

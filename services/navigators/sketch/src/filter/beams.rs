@@ -3,14 +3,14 @@
 use sketchnav_schemas::message::{LaserScan, MAX_BEAMS};
 use sketchnav_schemas::robot::Laser;
 
-/// Where a laser is mounted on the robot.
+/// The pose at which a laser is mounted on the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Mounting {
-    /// Forward of the robot's centre, metres.
+    /// Distance forward of the robot's centre, in metres.
     pub x_m: f32,
-    /// Left of the robot's centre, metres.
+    /// Distance to the left of the robot's centre, in metres.
     pub y_m: f32,
-    /// Direction of the sensor's forward axis, radians.
+    /// Direction of the sensor's forward axis, in radians.
     pub yaw_rad: f32,
 }
 
@@ -21,34 +21,34 @@ impl From<&Laser> for Mounting {
     }
 }
 
-/// The shortest range that counts, metres; shorter readings are invalid.
+/// Minimum range of a valid reading, in metres.
 pub const SHORTEST_M: f32 = 0.05;
 
-/// An even selection of a scan's valid beams, one array for each property.
+/// An even selection of a scan's valid beams, as one array per property.
 #[derive(Debug, Clone, Default)]
 pub struct Beams {
-    /// Directions in the robot's axes, radians.
+    /// Directions in the robot's axes, in radians.
     pub angle_rad: Vec<f32>,
-    /// Directions as unit vectors: forward.
+    /// Forward components of the directions, as unit vectors.
     pub forward: Vec<f32>,
-    /// Directions as unit vectors: left.
+    /// Left components of the directions, as unit vectors.
     pub left: Vec<f32>,
-    /// Measured ranges, metres; the longest range if nothing returned.
+    /// Measured ranges, in metres, or the sensor's maximum range if nothing returned.
     pub range_m: Vec<f32>,
-    /// Binary logarithms of the ranges.
+    /// Binary logarithms of the ranges in metres.
     pub log2_range: Vec<f32>,
-    /// Whether the beam returned.
+    /// Whether each beam returned.
     pub returned: Vec<bool>,
-    /// End points of the beams that returned, in the robot's axes: forward and left, metres.
+    /// End points of the beams that returned, as forward and left in the robot's axes, in metres.
     pub end_m: Vec<[f32; 2]>,
-    /// The sensor's position in the robot's axes, metres.
+    /// Position of the sensor in the robot's axes, in metres.
     pub origin_m: [f32; 2],
-    /// Longest range that the sensor measures, metres.
+    /// Maximum range of the sensor, in metres.
     pub range_max_m: f32,
 }
 
 impl Beams {
-    /// Buffers for `capacity` beams; [`Self::select`] allocates nothing.
+    /// Creates buffers for `capacity` beams, so that [`Self::select`] allocates nothing.
     pub fn with_capacity(capacity: usize) -> Self {
         let room = || Vec::with_capacity(capacity.min(MAX_BEAMS));
         Self {
@@ -64,18 +64,18 @@ impl Beams {
         }
     }
 
-    /// The number of beams.
+    /// Returns the number of beams.
     pub fn len(&self) -> usize {
         self.range_m.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no beams.
     pub fn is_empty(&self) -> bool {
         self.range_m.is_empty()
     }
 
-    /// Takes at most `wanted` beams of `scan`, evenly spread. Invalid beams (NaN, too near) are left out. Beams that
-    /// did not return (+∞, or beyond the longest range) count as such.
+    /// Selects at most `wanted` beams of `scan`, evenly spread, and leaves out the invalid ones (NaN, or too near). Beams that did
+    /// not return (+∞, or no less than the maximum range) are kept and marked as such.
     pub fn select(&mut self, scan: &LaserScan, mounting: &Mounting, wanted: usize) {
         self.clear();
         self.origin_m = [mounting.x_m, mounting.y_m];

@@ -1,20 +1,20 @@
-//! Cells as bits, 64 to a word, so that spreading works on a word at once.
+//! Cells stored as bits, 64 to a word, so that spreading works on whole words.
 
 use std::ops::Range;
 
 const WORD: usize = u64::BITS as usize;
 
-/// Rows of bits, each starting at a word's first bit; bits after a row's last cell have no meaning.
+/// Rows of bits. Each row starts at the first bit of a word, and the bits after its last cell have no meaning.
 #[derive(Debug, Clone)]
 pub struct Bits {
     width: usize,
-    /// Words per row.
+    /// Number of words per row.
     stride: usize,
     words: Vec<u64>,
 }
 
 impl Bits {
-    /// Cells in rows of `width`, surrounded by a frame of `margin` cells that are not set.
+    /// Creates bits from cells in rows of `width`, surrounded by a frame of `margin` cells that are not set.
     pub fn framed(cells: &[bool], width: usize, margin: usize) -> Self {
         let framed = width + 2 * margin;
         let (stride, height) = (framed.div_ceil(WORD), cells.len() / width + 2 * margin);
@@ -32,17 +32,17 @@ impl Bits {
         bits
     }
 
-    /// The same number of cells, none set.
+    /// Returns a grid of the same size with no cell set.
     pub fn blank(&self) -> Self {
         Self { words: vec![0; self.words.len()], ..*self }
     }
 
-    /// The number of rows.
+    /// Returns the number of rows.
     pub fn height(&self) -> usize {
         self.words.len() / self.stride
     }
 
-    /// The cells without a frame of `margin` cells, row by row.
+    /// Returns the cells inside a frame of `margin` cells, row by row.
     pub fn inner(&self, margin: usize) -> Vec<bool> {
         let width = self.width - 2 * margin;
         let mut cells = vec![false; width * (self.height() - 2 * margin)];
@@ -70,7 +70,7 @@ impl Bits {
         }
     }
 
-    /// The stretches of a row that are not set.
+    /// Returns the stretches of a row that are not set.
     pub fn free(&self, row: usize) -> impl Iterator<Item = Range<usize>> + '_ {
         let words = &self.words[row * self.stride..][..self.stride];
         let mut end = 0;
@@ -81,7 +81,7 @@ impl Bits {
         })
     }
 
-    /// Sets every cell that is at most `reach` from one that is set, along columns and rows.
+    /// Sets every cell within `reach` columns and rows of one that is set.
     pub fn spread(mut self, reach: usize) -> Self {
         for row in self.words.chunks_exact_mut(self.stride) {
             let mut down = row.to_vec();
@@ -97,16 +97,16 @@ impl Bits {
     }
 }
 
-/// Up to eight cells as bits, from the lowest on.
+/// Packs up to eight cells into bits, the first cell into the lowest bit.
 fn packed(cells: &[bool]) -> u64 {
     let Ok(eight) = <[bool; 8]>::try_from(cells) else {
         return cells.iter().rev().fold(0, |bits, &cell| bits << 1 | u64::from(cell));
     };
-    // Byte k's lowest bit goes to bit 56 + k, by the k-th of the factor's bits.
+    // The factor has one bit for each byte, which shifts the lowest bit of byte k to bit 56 + k.
     u64::from_le_bytes(eight.map(u8::from)).wrapping_mul(0x0102_0408_1020_4080) >> 56
 }
 
-/// The first cell from `from` on whose bit differs from those of `skipped`; past the end if there is none.
+/// Returns the first cell from `from` on whose bit differs from those of `skipped`, or a cell past the end if there is none.
 fn next(words: &[u64], from: usize, skipped: u64) -> usize {
     let first = u64::MAX << (from % WORD);
     for (k, word) in words.iter().enumerate().skip(from / WORD) {
@@ -118,7 +118,8 @@ fn next(words: &[u64], from: usize, skipped: u64) -> usize {
     words.len() * WORD
 }
 
-/// Calls `smear` with the steps by which a set that is repeatedly joined with itself, shifted, spreads by `reach` cells in total.
+/// Calls `smear` with a sequence of steps. A set that is joined with itself shifted by each step in turn spreads by `reach` cells
+/// in total.
 fn doubling(reach: usize, mut smear: impl FnMut(usize)) {
     let mut covered = 1;
     while covered <= reach {

@@ -1,19 +1,19 @@
-//! How sure the localization is, with hysteresis so that the judgement does not flicker.
+//! Judges the confidence in the localization, with hysteresis so that the judgement does not flicker.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::codes::Tracking;
 
 use super::parameters::Parameters;
 
-/// Share of the weight near the mode below which several places are in question.
+/// Share of the weight near the mode below which other places are plausible, too.
 const ONE_PLACE: f64 = 0.3;
-/// How fast the fit's running mean follows, as a share per update.
+/// Rate at which the running mean of the fit follows, as a share per update.
 const FOLLOW: f32 = 0.25;
-/// How fast the quick and the slow mean likelihood follow (Thrun, Burgard and Fox, table 8.3).
+/// Rates at which the quick and the slow mean likelihood follow (Thrun, Burgard and Fox, table 8.3).
 const QUICK: f32 = 0.25;
 const SLOW: f32 = 0.02;
 
-/// The judgement and its memory.
+/// The current judgement and the means that it is based on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Confidence {
     level: u32,
@@ -30,17 +30,18 @@ impl Default for Confidence {
 }
 
 impl Confidence {
-    /// The judgement.
+    /// Returns the current judgement.
     pub fn tracking(&self) -> Tracking {
         Tracking::from_code(self.level).unwrap_or(Tracking::Waiting)
     }
 
-    /// How much worse the scans fit than before, 0 to 1.
+    /// Returns how much worse the scans fit than before, from 0 to 1.
     pub fn decline(&self) -> f32 {
         if self.slow > 0.0 { (1.0 - self.quick / self.slow).clamp(0.0, 1.0) } else { 0.0 }
     }
 
-    /// Takes in an update: `fit`, the mean log likelihood of a beam at the estimate, and the share of the weight near it.
+    /// Updates the judgement with `fit`, the mean log likelihood of a beam at the estimate, and `share`, the share of the weight
+    /// near the estimate.
     pub fn update(&mut self, fit: f32, share: f64, parameters: &Parameters) {
         let likelihood = fit.exp();
         if !self.seen {

@@ -1,35 +1,40 @@
-//! Doors at their usual width.
+//! Widens doors to their usual width.
 //!
-//! A person who draws a door leaves a gap in a wall. The gap is a sign: its place counts, its width does not, and hasty hands leave
-//! it narrow. Taken as a measure, the gap makes the drawing seem smaller here than it is, and the robot drives past the right door.
-//! Gaps in walls that are narrower than a door are therefore widened before the filter uses the drawing, as far as the walls next
-//! to them allow.
+//! A person who draws a door leaves a gap in a wall. The gap is only a symbol: its position matters, but its width does not, and
+//! hasty hands leave it narrow. If the width were taken literally, the scale of the drawing would seem smaller there than it is,
+//! and the robot would drive past the right door. Gaps in walls that are narrower than a door are therefore widened before the
+//! filter uses the drawing, as far as the walls next to them allow.
 //!
-//! Some passages stay as drawn: those that do not open out on both sides, such as a corridor, or a door along a wall that runs on
-//! past it; those whose walls are thicker than about half the gap; slips of the pen; and gaps within a door's width of a narrower
-//! one. Posts between two gaps stay, too.
+//! Some passages stay as drawn:
+//!
+//! - passages that do not open out on both sides, such as a corridor or a door along a wall that runs on past it;
+//! - passages through walls that are thicker than about half the gap;
+//! - slips of the pen;
+//! - gaps within a door's width of a narrower one.
+//!
+//! Posts between two gaps stay, too.
 
 use fearless_simd::{Level, dispatch};
 use nalgebra::Vector2;
 
 use crate::sketch::SketchGrid;
 
-/// A gap narrower than this share of a door is a slip of the pen, not a door.
+/// Share of a door's width below which a gap is a slip of the pen rather than a door.
 const SLIP: f32 = 0.2;
-/// Cosine of the least angle between the two sides of a gap, seen from its middle.
+/// Cosine of the minimum angle between the two sides of a gap, seen from its middle.
 const OPPOSITE: f32 = -0.7;
-/// There is more room beyond a gap than in it, by at least this factor. (In a corridor there is equally much.)
+/// Minimum ratio of the room beyond a door to the room in it. In a corridor, both are equal.
 const OPENS_OUT: f32 = 1.15;
-/// Where that is checked: this far beyond half the gap's width from its middle, pixels.
+/// Distance, in pixels and in addition to half the gap's width, from the gap's middle to where the room beyond it is checked.
 const BEYOND_PX: f32 = 3.0;
-/// A wall may be off the gap's line by this share of the gap, ...
+/// Maximum distance by which a wall may be off the gap's line, as a share of the gap.
 const BESIDE: f32 = 0.5;
-/// ... and lead away from it by this slope.
+/// Maximum slope at which a wall may lead away from the gap's line.
 const SLOPE: f32 = 0.3;
-/// A gap takes no more than this share of the wall next to it, since small rooms have doors drawn small.
+/// Maximum share of the wall next to a gap that widening may take. It is limited because small rooms are drawn with small doors.
 const TAKES: f32 = 0.25;
 
-/// `sketch` with the gaps in its walls widened towards `door_px`; `None` if that changes nothing.
+/// Returns `sketch` with the gaps in its walls widened towards `door_px`, or `None` if that changes nothing.
 pub fn widened(sketch: &SketchGrid, door_px: f32) -> Option<SketchGrid> {
     let nearest = Nearest::new(sketch, door_px);
     let mut gaps = nearest.gaps(SLIP * door_px..door_px);
@@ -51,7 +56,7 @@ pub fn widened(sketch: &SketchGrid, door_px: f32) -> Option<SketchGrid> {
     cleared.contains(&true).then(|| sketch.cleared(&cleared))
 }
 
-/// Calls `visit` with the place and the index of each cell of the square of 2·`reach_px` around `middle`.
+/// Calls `visit` with the position and the index of each cell in the square of side 2·`reach_px` around `middle`.
 fn around(sketch: &SketchGrid, middle: Vector, reach_px: f32, mut visit: impl FnMut(Vector, usize)) {
     let cells = |axis: usize, size: usize| {
         let cell = |v: f32| v.clamp(0.0, size as f32 - 1.0) as usize;
@@ -66,7 +71,7 @@ fn around(sketch: &SketchGrid, middle: Vector, reach_px: f32, mut visit: impl Fn
 
 type Vector = Vector2<f32>;
 
-/// Two wall cells with free cells between.
+/// Two wall cells with free cells between them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Gap {
     ends: [Vector; 2],
@@ -104,18 +109,19 @@ impl Gap {
 }
 
 impl Side {
-    /// How far off the gap's line its wall may lie, `along` pixels from the gap's end.
+    /// Returns how far off the gap's line its wall may lie, in pixels, at `along` pixels from the gap's end.
     fn band_px(&self, along: f32) -> f32 {
         BESIDE * self.width_px + SLOPE * along.max(0.0)
     }
 
-    /// The place at this distance along the wall and this distance off the gap's line.
+    /// Returns the position at this distance along the wall and this distance off the gap's line.
     fn at(&self, along: f32, beside: f32) -> Vector {
         self.end + self.away * along + turned(self.away) * beside
     }
 
-    /// How much of its wall the side gives to the gap, at most `missing_px`: no more than its share of the wall's length up to its
-    /// end or the next wall, and nothing if the wall ends before it is as long as the gap is wide: it is a post then.
+    /// Returns how much of its wall this side gives to the gap, in pixels and at most `missing_px`. It gives no more than a share
+    /// of the wall's length up to the wall's end or the next wall. It gives nothing if the wall is shorter than the gap is wide,
+    /// because such a wall is a post.
     fn yields_px(&self, sketch: &SketchGrid, missing_px: f32) -> f32 {
         let is_wall = |along: f32, beside: i32| {
             let [x, y] = self.at(along, beside as f32).map(|v| v.round() as i64).into();
@@ -136,7 +142,7 @@ impl Side {
         missing_px
     }
 
-    /// Marks the wall's cells up to `along_px` from the gap.
+    /// Marks the cells of the wall up to `along_px` from the gap.
     fn clear(&self, sketch: &SketchGrid, along_px: f32, cleared: &mut [bool]) {
         if along_px < 1.0 {
             return;
@@ -150,30 +156,30 @@ impl Side {
     }
 }
 
-/// The column of a vector to no wall: farther than any that counts, and still so whatever is added to it.
+/// Column of a vector that leads to no wall. It is larger than that of any wall that counts, whatever is added to it.
 const NONE: i16 = 20_000;
-/// Cells that are checked together: most are far from walls.
+/// Number of cells that are checked together, since most cells are far from walls.
 const TOGETHER: usize = 32;
 
-/// The nearest wall cell of each free cell, if it is near enough to be the side of a door.
+/// The nearest wall cell of each free cell, if that is near enough to be the side of a door.
 struct Nearest<'a> {
     sketch: &'a SketchGrid,
-    /// Cells per row, with one on either side that knows no wall; there is such a row below and above, too.
+    /// Number of cells per row, including a cell at either end that knows no wall. Such a row exists below and above, too.
     stride: usize,
-    /// From the cell to its wall, in columns ([`NONE`]: there is none) and in rows.
+    /// Vectors from the cells to their walls, in columns and rows. The column is [`NONE`] if there is no wall.
     x: Vec<i16>,
     y: Vec<i16>,
     reach2: i32,
 }
 
-/// For each cell of a row, a wall that other cells know of.
+/// For each cell of a row, the nearest wall that other cells know of.
 struct Known {
     x: Vec<i16>,
     y: Vec<i16>,
     distance2: Vec<i32>,
 }
 
-/// Whether the walls of two cells lie roughly opposite to that of a third.
+/// Marks the cells whose wall lies roughly opposite to that of the right or the upper neighbour.
 #[inline(always)]
 fn face_away(x: &[i16], y: &[i16], rx: &[i16], ry: &[i16], ux: &[i16], uy: &[i16], maybe: &mut [bool]) {
     let count = maybe.len();
@@ -187,21 +193,21 @@ fn face_away(x: &[i16], y: &[i16], rx: &[i16], ry: &[i16], ux: &[i16], uy: &[i16
     }
 }
 
-/// What the cells of a row know, with one on either side that knows nothing.
+/// The walls known to the cells of a row, including a cell at either end that knows nothing.
 struct Row<'a> {
     x: &'a mut [i16],
     y: &'a mut [i16],
-    /// Only walls nearer than this matter, pixels².
+    /// Square of the distance within which walls matter, in pixels².
     reach2: i32,
 }
 
 impl<'a> Nearest<'a> {
-    /// Computed by two passes over the eight neighbours, which know the nearest wall or one that is hardly farther away (Danielsson
-    /// 1980).
+    /// Finds the nearest walls in two passes over the eight neighbours. A neighbour knows the cell's nearest wall or one that is
+    /// hardly farther away (Danielsson 1980).
     fn new(sketch: &'a SketchGrid, door_px: f32) -> Self {
         let [width, height] = [sketch.width(), sketch.height()];
         let stride = width + 2;
-        // No farther than vectors of 16 bits reach.
+        // Vectors of 16 bits reach no farther.
         let reach_px = (OPENS_OUT * door_px / 2.0 + 2.0).min(16_000.0);
         let cells = stride * (height + 2);
         let reach2 = (reach_px * reach_px) as i32;
@@ -236,7 +242,7 @@ impl<'a> Nearest<'a> {
         (self.x[at] != NONE).then(|| [self.x[at], self.y[at]])
     }
 
-    /// Two neighbours whose nearest walls are on opposite sides have a gap between these walls.
+    /// Finds the gaps of these widths. Two neighbours whose nearest walls are on opposite sides have a gap between these walls.
     fn gaps(&self, widths_px: std::ops::Range<f32>) -> Vec<Gap> {
         let mut gaps = Vec::new();
         let mut maybe = vec![false; self.sketch.width()];
@@ -255,7 +261,7 @@ impl<'a> Nearest<'a> {
         gaps
     }
 
-    /// Which cells of a row have their walls roughly opposite to a neighbour's.
+    /// Marks the cells of a row whose walls lie roughly opposite to a neighbour's.
     #[inline(always)]
     fn face_away(&self, row: usize, maybe: &mut [bool]) {
         let (first, count) = ((row + 1) * self.stride + 1, maybe.len());
@@ -264,7 +270,7 @@ impl<'a> Nearest<'a> {
         face_away(x, y, rx, ry, ux, uy, maybe);
     }
 
-    /// The gap between the walls of a cell and of the neighbour `to`, if they are on opposite sides.
+    /// Returns the gap between the walls of a cell and of its neighbour at this offset, if the walls are on opposite sides.
     fn gap(&self, [column, row]: [usize; 2], [dx, dy]: [usize; 2]) -> Option<Gap> {
         let here = vector(self.get([column, row])?);
         let there = vector(self.get([column + dx, row + dy])?);
@@ -274,7 +280,7 @@ impl<'a> Nearest<'a> {
         is_opposite.then(|| Gap::between(place + here, next + there))
     }
 
-    /// Whether there is more room on both sides of the wall than in the gap.
+    /// Returns true if there is more room on both sides of the wall than in the gap.
     fn opens_out(&self, gap: &Gap) -> bool {
         let [middle, side] = [gap.middle(), gap.sides()[0].away];
         let step = gap.width_px / 2.0 + BEYOND_PX;
@@ -291,21 +297,21 @@ fn vector(to_wall: [i16; 2]) -> Vector {
     to_wall.map(f32::from).into()
 }
 
-/// A vector turned by a quarter.
+/// Turns a vector by a right angle, counter-clockwise.
 fn turned(v: Vector) -> Vector {
     Vector::new(-v.y, v.x)
 }
 
 impl Known {
-    /// Asks the three cells of a row on the side `SIDE`.
+    /// Finds the nearest walls that the three adjacent cells of the row on the side `SIDE` know.
     #[inline(always)]
     fn ask<const SIDE: isize>(&mut self, row: Row<'_>) {
         ask::<SIDE>(row.x, row.y, &mut self.x, &mut self.y, &mut self.distance2);
     }
 }
 
-/// What the three cells of a row on the side `SIDE` know: the nearest wall, and among equal ones the first from that side. (Here
-/// and below with masks and plain slices, which the compiler can vectorize.)
+/// Finds, for each cell, the nearest wall that the three adjacent cells of the row on the side `SIDE` know. Of equally near ones,
+/// the first from that side wins. This function and those below use masks and plain slices, which the compiler can vectorize.
 #[inline(always)]
 fn ask<const SIDE: isize>(
     x: &[i16],
@@ -335,13 +341,13 @@ fn ask<const SIDE: isize>(
     }
 }
 
-/// The cells of a row with what others know, before they ask each other.
+/// The cells of a row merged with what other rows know, before the cells ask each other.
 struct Merged {
     x: Vec<i16>,
     y: Vec<i16>,
-    /// The squared distances of the cells' own walls, pixels².
+    /// The squared distances of the cells' own walls, in pixels².
     own2: Vec<i32>,
-    /// Whether the previous cell has a nearer one.
+    /// Whether the previous cell knows a nearer wall.
     gains: Vec<bool>,
 }
 
@@ -351,9 +357,9 @@ impl Merged {
         Self { x, y, own2: vec![0; width], gains: vec![false; width] }
     }
 
-    /// Runs along a row, away from the side `SIDE`. Each cell takes the wall of the previous cell, or of what is `known`, if that
-    /// is nearer than its own. Cells are asked one after the other only if one of them gains by it: if none gains by what the
-    /// previous cell had at first, none gains at all.
+    /// Runs along a row, away from the side `SIDE`. Each cell takes over the wall of the previous cell, or the `known` one, if that
+    /// is nearer than its own. The cells of a block are asked one after the other only if one of them gains by it, since no cell
+    /// gains at all if none gains by what the previous cell had at first.
     fn pass<const SIDE: isize>(&mut self, row: Row<'_>, known: &Known) {
         dispatch!(Level::new(), _simd => self.merge::<SIDE>(&row, known));
         let count = self.own2.len();
@@ -377,7 +383,7 @@ impl Merged {
         }
     }
 
-    /// Whether a wall is nearer to a cell than its own, and no farther than those that others know.
+    /// Returns true if a wall is nearer to a cell than its own, and no farther than the one that other rows know.
     fn gains_by(&self, at: usize, (x, y): (i16, i16), known: &Known) -> bool {
         let distance2 = squared([x, y]);
         distance2 < self.own2[at] && distance2 <= known.distance2[at]
@@ -395,7 +401,7 @@ impl Merged {
     }
 }
 
-/// Takes what is known if it is nearer than a cell's own wall, and returns its distance.
+/// Replaces each cell's wall by the known one if that is nearer. Writes the squared distances of the cells' own walls to `own2`.
 #[expect(clippy::too_many_arguments, reason = "plain slices")]
 #[inline(always)]
 fn merge(
@@ -423,7 +429,8 @@ fn merge(
     }
 }
 
-/// Whether the wall of the previous cell is nearer than a cell's own, and no farther than those that others know.
+/// Marks the cells for which the wall of the previous cell is nearer than their own, and no farther than the one that other rows
+/// know.
 #[inline(always)]
 fn gains(step: i32, x: &[i16], y: &[i16], own2: &[i32], known2: &[i32], gains: &mut [bool]) {
     let count = gains.len();
@@ -436,7 +443,7 @@ fn gains(step: i32, x: &[i16], y: &[i16], own2: &[i32], known2: &[i32], gains: &
 }
 
 impl Row<'_> {
-    /// The wall of the cell on the side `SIDE` of a cell, relative to the latter.
+    /// Returns the wall of the cell on the side `SIDE` of a cell, relative to the latter.
     fn passed<const SIDE: isize>(&self, at: usize) -> Option<(i16, i16)> {
         let before = (at + 1).wrapping_add_signed(SIDE);
         (self.x[before] != NONE).then(|| (self.x[before] + SIDE as i16, self.y[before]))
@@ -457,18 +464,18 @@ mod tests {
     const SIZE: usize = 200;
     const DOOR_PX: f32 = 30.0;
 
-    /// A sheet of 200 × 200 px; `is_wall` says which cells are wall.
+    /// Draws a sheet of 200 × 200 px, on which `is_wall` says which cells are wall.
     fn sheet(is_wall: impl Fn(usize, usize) -> bool) -> SketchGrid {
         let cell = |i: usize| if is_wall(i % SIZE, i / SIZE) { WALL } else { FREE };
         SketchGrid::new(SIZE, SIZE, &(0..SIZE * SIZE).map(cell).collect::<Vec<u8>>(), 0.0).unwrap()
     }
 
-    /// Whether a row is one of the three that a wall along the sheet's middle fills.
+    /// Returns true for the three rows that a wall along the middle of the sheet fills.
     fn is_in_wall(row: usize) -> bool {
         (99..=101).contains(&row)
     }
 
-    /// The columns of row 100 that are free.
+    /// Returns the columns of row 100 that are free.
     fn open(sketch: &SketchGrid) -> Vec<i64> {
         (0..SIZE as i64).filter(|&column| !sketch.is_wall_cell(column, 100)).collect()
     }
@@ -487,7 +494,7 @@ mod tests {
         }
     }
 
-    /// Between the flat ends of two blocks the gap is as long as the blocks are thick.
+    /// Between the flat ends of two blocks, the gap is as long as the blocks are thick.
     #[test]
     fn a_passage_through_a_thick_wall_does_not_open_out() {
         let thick = |half: usize| {
@@ -506,7 +513,7 @@ mod tests {
         assert!(widened(&walls, DOOR_PX).is_none());
     }
 
-    /// Posts of 5 px between gaps of 28.
+    /// A post of 5 px stands between two gaps of 28 px.
     #[test]
     fn posts_stay() {
         let walls = sheet(|x, y| {
@@ -516,21 +523,22 @@ mod tests {
         assert!((108..113).all(|x| found.is_wall_cell(x, 100)));
     }
 
-    /// A drawing that is cut off next to its outline.
+    /// The drawing is cut off right next to its outline.
     #[test]
     fn a_door_at_the_edge_of_the_sheet_is_a_door() {
         let found = widened(&sheet(|x, y| y < 3 && !(95..105).contains(&x)), DOOR_PX).unwrap();
         assert!((86..114).all(|x| !found.is_wall_cell(x, 1)));
     }
 
-    /// A wall that runs on past both sides of the door: there is no more room beyond than in the gap.
+    /// One wall runs on past both sides of the door, so there is no more room beyond the gap than in it.
     #[test]
     fn a_door_along_another_wall_stays_as_it_is() {
         let walls = sheet(|x, y| (88..=90).contains(&x) || is_in_wall(y) && x > 103);
         assert!(widened(&walls, DOOR_PX).is_none());
     }
 
-    /// Two walls 32 px apart, between them a door of 17 px: some 8 px of wall on each side, of which a quarter.
+    /// Two walls are 32 px apart with a door of 17 px between them. That leaves about 8 px of wall on each side, of which the door
+    /// may take a quarter.
     #[test]
     fn a_door_takes_no_more_than_its_share_of_the_wall_beside_it() {
         let across = |x: usize, y: usize| y > 100 && [83, 84, 117, 118].contains(&x);
@@ -540,7 +548,7 @@ mod tests {
     }
 
     proptest! {
-        /// A door in a wall at any angle, more than twice as wide as the pen.
+        /// The wall with the door runs at any angle, and the door is more than twice as wide as the pen.
         #[test]
         fn a_door_is_widened_in_a_wall_that_runs_anywhere(
             angle in 0.0_f32..std::f32::consts::PI,
@@ -570,7 +578,7 @@ mod tests {
             }
         }
 
-        /// Whatever is drawn, on however small a sheet: cells that were wall and no longer are lie next to a gap.
+        /// Whatever is drawn, on however small a sheet, only wall cells next to a gap become free.
         #[test]
         fn walls_give_way_only_beside_what_is_free(
             strokes in prop::collection::vec(prop::array::uniform4(0.0_f32..80.0), 0..12),

@@ -1,22 +1,22 @@
-//! How likely a scan is according to the paper's likelihood field (Boniardi et al. 2015, equation 7).
+//! The likelihood of a scan by the paper's likelihood field (Boniardi et al. 2015, equation 7).
 
 use super::beams::Beams;
 use super::grid::Grid;
 use super::metric::PxFromBase;
 use super::parameters::Parameters;
 
-/// The likelihood field (Thrun, Burgard and Fox, section 6.4): ln p of an end point as a function of its distance to the nearest
-/// drawn wall.
+/// The likelihood field (Thrun, Burgard and Fox, section 6.4), which gives ln p of an end point as a function of its distance to
+/// the nearest drawn wall.
 #[derive(Debug, Clone)]
 pub struct Field {
     cells: [usize; 2],
     px_per_cell: f32,
-    /// ln p of an end point in each cell.
+    /// Value of ln p for an end point in each cell.
     by_cell: Vec<f32>,
 }
 
 impl Field {
-    /// Tabulates the kernel for a drawing of mean scale `scale_pxpm`.
+    /// Tabulates the field of a drawing with the mean scale `scale_pxpm`.
     pub fn new(grid: &Grid, parameters: &Parameters, scale_pxpm: f32) -> Self {
         let sigma_px = (parameters.field_sigma_m * scale_pxpm).max(grid.px_per_cell());
         let kernel = |step: u8| {
@@ -29,22 +29,22 @@ impl Field {
         Self { cells: grid.cells(), px_per_cell: grid.px_per_cell(), by_cell }
     }
 
-    /// Columns and rows, including the ring around the drawing.
+    /// Returns the numbers of columns and rows, including the ring around the drawing.
     pub fn cells(&self) -> [usize; 2] {
         self.cells
     }
 
-    /// Pixels along an edge of a cell.
+    /// Returns the length of a cell's side, in pixels.
     pub fn px_per_cell(&self) -> f32 {
         self.px_per_cell
     }
 
-    /// ln p of an end point in each cell, row by row from the bottom.
+    /// Returns ln p of an end point in each cell, row by row from the bottom.
     pub fn by_cell(&self) -> &[f32] {
         &self.by_cell
     }
 
-    /// Σ ln p over the beams that returned: the plain form of what [`super::weighing`] computes.
+    /// Returns Σ ln p over the beams that returned. This is the plain form of what [`super::weighing`] computes.
     pub fn log_likelihood(&self, beams: &Beams, place_px: [f32; 2], metric: &PxFromBase) -> f32 {
         let inverse = 1.0 / self.px_per_cell;
         let cell = |px: f32, size: usize| ((px * inverse + 1.0) as usize).min(size - 1);

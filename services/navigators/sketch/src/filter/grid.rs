@@ -1,33 +1,33 @@
-//! The drawing as the filter queries it: how far it is to the next wall, and how far along a beam.
+//! The drawing in the form that the filter queries for the distance to the nearest wall and for the range along a beam.
 //!
 //! A drawing of millions of pixels is reduced until it fits into a cache. A cell is a wall if any of its pixels is, so that no wall
-//! gets a hole. Rays jump from box to box: around a free cell whose nearest wall is `r` cells away (chessboard distance) lies a
-//! square of `2r − 1` free cells, and a ray may go to its edge at once. The jump is exact: the result is that of a walk cell by
-//! cell.
+//! gets a hole. Rays jump from box to box: a free cell whose nearest wall is `r` cells away (chessboard distance) lies at the
+//! centre of a square with sides of `2r − 1` free cells, and a ray may go to the edge of that square at once. Jumps are exact, so
+//! the result is that of a walk from cell to cell.
 //!
-//! The grid does not know the scale; the length of the direction vector determines the unit of a result.
+//! The grid does not know the scale. The length of the direction vector determines the unit of a result.
 
 use crate::sketch::SketchGrid;
 
-/// Steps of the stored Euclidean distance per cell.
+/// Number of steps of the stored Euclidean distance per cell.
 const STEPS_PER_CELL: f32 = 2.0;
 
 /// The reduced drawing, with distances. A ring of wall runs around it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    /// Width and height of the drawing, pixels.
+    /// Width and height of the drawing, in pixels.
     size_px: [f32; 2],
     width: usize,
     height: usize,
     px_per_cell: f32,
-    /// Chessboard distance to the nearest wall cell, cells, at most 255; 0 in a wall.
+    /// Chessboard distance to the nearest wall cell, in cells, at most 255. Zero in a wall.
     free_radius: Vec<u8>,
-    /// Euclidean distance to the nearest surface cell of a wall, half cells, at most 255.
+    /// Euclidean distance to the nearest surface cell of a wall, in half cells, at most 255.
     distance: Vec<u8>,
 }
 
 impl Grid {
-    /// Reduces `sketch` to at most `max_cells` cells (not counting the ring).
+    /// Reduces `sketch` to at most `max_cells` cells, not counting the ring.
     pub fn new(sketch: &SketchGrid, max_cells: usize) -> Self {
         let reduction = reduction(sketch, max_cells);
         let width = sketch.width().div_ceil(reduction) + 2;
@@ -39,38 +39,39 @@ impl Grid {
         Self { size_px, width, height, px_per_cell: reduction as f32, free_radius, distance }
     }
 
-    /// Width and height of the drawing, pixels.
+    /// Returns the width and the height of the drawing, in pixels.
     pub fn size_px(&self) -> [f32; 2] {
         self.size_px
     }
 
-    /// Columns and rows, including the ring.
+    /// Returns the numbers of columns and rows, including the ring.
     pub fn cells(&self) -> [usize; 2] {
         [self.width, self.height]
     }
 
-    /// Whether each cell is wall, row by row from the bottom, including the ring.
+    /// Returns, for each cell, whether it is wall, row by row from the bottom and including the ring.
     pub fn walls(&self) -> impl Iterator<Item = bool> + '_ {
         self.free_radius.iter().map(|&radius| radius == 0)
     }
 
-    /// The distance from each cell to the nearest surface of a wall, in steps of half a cell. Rows run from the bottom, including
-    /// the ring. Within a wall it grows again, since a laser measures a surface and not the inside of a pillar.
+    /// Returns the distance from each cell to the nearest surface of a wall, in steps of half a cell, row by row from the bottom
+    /// and including the ring. Within a wall the distance grows again, because a laser measures the surface of a pillar and not its
+    /// inside.
     pub fn distance_steps(&self) -> &[u8] {
         &self.distance
     }
 
-    /// Pixels along an edge of a cell.
+    /// Returns the length of a cell's side, in pixels.
     pub fn px_per_cell(&self) -> f32 {
         self.px_per_cell
     }
 
-    /// The length of a distance step, pixels.
+    /// Converts a distance from steps to pixels.
     pub fn distance_px(&self, step: u8) -> f32 {
         f32::from(step) / STEPS_PER_CELL * self.px_per_cell
     }
 
-    /// Whether a place in pixels is in a wall or outside the drawing.
+    /// Returns true if a place, in pixels, is in a wall or outside the drawing.
     #[inline]
     pub fn is_wall(&self, x_px: f32, y_px: f32) -> bool {
         let inv = 1.0 / self.px_per_cell;
@@ -78,9 +79,9 @@ impl Grid {
         self.free_radius[at] == 0
     }
 
-    /// How far the ray (x, y) + t·(dx, dy), all in pixels, goes before it enters a wall: t, at most `t_max`. A ray that starts in a
-    /// wall leaves it first, if that takes no more than `t_leave`; if it takes more, the result is 0. A drawn line only shows where
-    /// a person's hand went, so a robot that is believed to stand on it does see the rooms next to it; but no robot stands inside a
+    /// Returns the t, at most `t_max`, at which the ray (x, y) + t·(dx, dy), all in pixels, enters a wall. A ray that starts in a
+    /// wall leaves it first if it can do so by `t_leave`; otherwise the result is 0. A drawn line only shows where a person's hand
+    /// went, so a robot that is believed to stand on the line does see the rooms next to it, whereas no robot stands inside a
     /// pillar.
     #[inline]
     pub fn cast(&self, from_px: [f32; 2], direction_px: [f32; 2], t_leave: f32, t_max: f32) -> f32 {
@@ -110,12 +111,12 @@ impl Grid {
         t_max
     }
 
-    /// Whether the straight line from one place to another, pixels, enters a wall or ends in one.
+    /// Returns true if the straight line from one place to another, in pixels, enters a wall or ends in one.
     pub fn crosses_wall(&self, from: [f32; 2], to: [f32; 2]) -> bool {
         self.is_wall(to[0], to[1]) || self.cast(from, [to[0] - from[0], to[1] - from[1]], 1.0, 1.0) < 1.0
     }
 
-    /// Returns whether the ray left the wall that it started in, if any, by `t_leave`.
+    /// Moves the ray out of the wall that it starts in, if any. Returns false if it does not get out by `t_leave`.
     fn leave_wall(&self, ray: &mut Ray, t_leave: f32) -> bool {
         while self.free_radius[self.index(ray.column, ray.row)] == 0 {
             if ray.t >= t_leave || !self.within(ray) {
@@ -130,7 +131,8 @@ impl Grid {
         (1..self.width as i32 - 1).contains(&ray.column) && (1..self.height as i32 - 1).contains(&ray.row)
     }
 
-    /// Index of a cell along an axis from its coordinate in cells; that of the ring if it lies outside.
+    /// Returns the index of a cell along an axis, given a coordinate in cells. A coordinate outside the drawing gives a cell of the
+    /// ring.
     #[inline]
     fn cell(&self, coordinate: f32, size: usize) -> i32 {
         ((coordinate + 1.0) as i32).clamp(0, size as i32 - 1)
@@ -156,8 +158,9 @@ struct Ray {
 }
 
 impl Ray {
-    /// Moves to the cell beyond the edge of the square of `2·radius − 1` cells around the cell. Cell indices are kept as integers,
-    /// so that rounding cannot stop the ray or let it slip through. (Without the branch this took a fifth longer.)
+    /// Moves to the cell beyond the edge of the square with sides of `2·radius − 1` cells around the current cell. Cell indices are
+    /// integers, so that rounding cannot stop the ray or let it slip through a wall. A version without the branch took a fifth
+    /// longer.
     #[inline]
     fn leave_box(&mut self, radius: i32) {
         let (forward, up) = (self.dx >= 0.0, self.dy >= 0.0);
@@ -179,13 +182,13 @@ impl Ray {
     }
 }
 
-/// 1 / d; +∞ for both zeros, since an axis along which the ray does not move is never the first to end.
+/// Returns 1 / d, or +∞ for both zeros, because an axis along which the ray does not move is never the first to end.
 #[inline]
 fn reciprocal(d: f32) -> f32 {
     if d == 0.0 { f32::INFINITY } else { 1.0 / d }
 }
 
-/// How many pixels make up a cell along an edge.
+/// Returns the number of pixels along a cell's side.
 fn reduction(sketch: &SketchGrid, max_cells: usize) -> usize {
     let cells = |k: &usize| sketch.width().div_ceil(*k) * sketch.height().div_ceil(*k);
     (1..).find(|k| cells(k) <= max_cells.max(1)).unwrap_or(1)
@@ -216,7 +219,7 @@ fn reduced_walls(sketch: &SketchGrid, reduction: usize, width: usize, height: us
     wall
 }
 
-/// Wall cells next to a free cell.
+/// Returns the wall cells that are next to a free cell.
 fn surface(wall: &[bool], width: usize, height: usize) -> Vec<bool> {
     let mut surface = vec![false; wall.len()];
     let row = |row: usize| &wall[row * width..][..width];
@@ -230,7 +233,8 @@ fn surface(wall: &[bool], width: usize, height: usize) -> Vec<bool> {
     surface
 }
 
-/// Two passes over the eight neighbours: exact for the chessboard distance (Rosenfeld and Pfaltz 1966).
+/// Computes the chessboard distance to the nearest wall. Two passes over the eight neighbours make it exact (Rosenfeld and Pfaltz
+/// 1966).
 fn chessboard_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
     let mut distance: Vec<u8> = wall.iter().map(|&w| if w { 0 } else { u8::MAX }).collect();
     for row in 1..height - 1 {
@@ -251,7 +255,7 @@ fn chessboard_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
     distance
 }
 
-/// Passes the distances of a row on to the adjacent row.
+/// Propagates the distances of a row to the adjacent row.
 fn pass_row(from: &[u8], to: &mut [u8]) {
     let inner = to.len() - 1;
     for (to, from) in to[1..inner].iter_mut().zip(from.windows(3)) {
@@ -259,8 +263,8 @@ fn pass_row(from: &[u8], to: &mut [u8]) {
     }
 }
 
-/// Exact, in half cells: distances in the columns, then the lower envelope of parabolas row by row (Meijster, Roerdink and
-/// Hesselink 2000).
+/// Computes the exact Euclidean distance to the nearest wall, rounded down to half cells, from the distances in the columns and
+/// then, row by row, the lower envelope of parabolas (Meijster, Roerdink and Hesselink 2000).
 fn euclidean_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
     let mut distance = column_distance(wall, width);
     let farthest = (width * width + height * height) as i64;
@@ -273,7 +277,7 @@ fn euclidean_distance(wall: &[bool], width: usize, height: usize) -> Vec<u8> {
     distance
 }
 
-/// The distance to the nearest wall in the column, cells; 255 if it is farther or there is none.
+/// Returns the distance to the nearest wall in the same column, in cells, or 255 if that is farther or there is none.
 fn column_distance(wall: &[bool], width: usize) -> Vec<u8> {
     let mut distance: Vec<u8> = wall.iter().map(|&w| if w { 0 } else { u8::MAX }).collect();
     let mut passed = vec![u8::MAX; width];
@@ -288,15 +292,15 @@ fn column_distance(wall: &[bool], width: usize) -> Vec<u8> {
     distance
 }
 
-/// The lower envelope of the parabolas over one row: each with its apex, its height there, and the position from which on it is the
-/// lowest.
+/// The lower envelope of the parabolas over one row. Each parabola has its apex, its height there, and the position from which on
+/// it is the lowest.
 #[derive(Default)]
 struct Envelope {
     parabolas: Vec<[i64; 3]>,
 }
 
 impl Envelope {
-    /// Writes the squared distances from the distances in the columns; nothing if there are none.
+    /// Computes the squared distances from the distances in the columns. Writes nothing if no column has a wall.
     fn write(&mut self, columns: &[u8], squared: &mut [i64]) {
         self.build(columns);
         let mut until = squared.len();
@@ -342,7 +346,7 @@ mod tests {
         })
     }
 
-    /// A walk cell by cell (Amanatides and Woo 1987), in double precision.
+    /// Casts a ray by walking from cell to cell (Amanatides and Woo 1987), in double precision.
     fn brute_force(sketch: &SketchGrid, x: f64, y: f64, dx: f64, dy: f64, t_max: f64) -> f64 {
         let (mut column, mut row, mut t) = (x.floor() as i64, y.floor() as i64, 0.0);
         let mut left_wall = !sketch.is_wall_cell(column, row);
@@ -368,12 +372,12 @@ mod tests {
             sketch in sketch_strategy(), fx in 0.02f64..0.98, fy in 0.02f64..0.98, angle in 0.01f64..6.27,
         ) {
             let grid = Grid::new(&sketch, 1_000_000);
-            // Off the grid's lines, so that single and double precision agree about the cells.
+            // The start is off the grid's lines, so that single and double precision agree about the cells.
             let (x, y) = ((fx * sketch.width() as f64).floor() + 0.37, (fy * sketch.height() as f64).floor() + 0.61);
             let (dy, dx) = angle.sin_cos();
             let found = f64::from(grid.cast([x as f32, y as f32], [dx as f32, dy as f32], 1e3, 1e3));
             let expected = brute_force(&sketch, x, y, dx, dy, 1e3);
-            // A ray through a corner may take either side; the two directions next to it decide.
+            // A ray through a corner may pass on either side, so the two directions next to it are accepted as well.
             let beside = [-1e-4, 1e-4].map(|d: f64| brute_force(&sketch, x, y, (angle + d).cos(), (angle + d).sin(), 1e3));
             let near = |t: f64| (found - t).abs() < 0.02;
             prop_assert!(near(expected) || beside.into_iter().any(near), "{found} {expected} {beside:?}");

@@ -1,14 +1,15 @@
-//! Sixteen numbers at once: the functions that the filter's inner loops need.
+//! Mathematical functions for the filter's inner loops, on sixteen numbers at once.
 //!
-//! Every operation is one that IEEE 754 rounds exactly: no fused multiply-add, no estimated reciprocals, no library call. Their
-//! order is fixed here, so every set of vector instructions gives the same bits. Coefficients: Cody and Waite 1980, Cephes.
+//! Every operation here is one that IEEE 754 rounds exactly, so there are no fused multiply-adds, estimated reciprocals or library
+//! calls. The order of operations is fixed, too, so every set of vector instructions gives the same bits. The coefficients are from
+//! Cody and Waite 1980 and from Cephes.
 
 use fearless_simd::{f32x16, i32x16, prelude::*};
 
-/// How many particles are processed together, whatever the processor: on narrower vectors in several steps.
+/// Number of particles that are processed together, whatever the processor. On narrower vectors this takes several steps.
 pub const LANES: usize = 16;
 
-/// Sixteen elements of `column` from `first` on; past the end the last one is repeated.
+/// Loads sixteen elements of `column` from `first` on. Past the end, the last element is repeated.
 #[inline(always)]
 pub fn load<S: Simd>(simd: S, column: &[f32], first: usize) -> f32x16<S> {
     match column.get(first..first + LANES) {
@@ -17,7 +18,7 @@ pub fn load<S: Simd>(simd: S, column: &[f32], first: usize) -> f32x16<S> {
     }
 }
 
-/// Sixteen elements of `column` from `first` on; 0 past the end.
+/// Loads sixteen elements of `column` from `first` on, and zeros past the end.
 #[inline(always)]
 pub fn load_or_zero<S: Simd>(simd: S, column: &[f32], first: usize) -> f32x16<S> {
     match column.get(first..first + LANES) {
@@ -26,7 +27,7 @@ pub fn load_or_zero<S: Simd>(simd: S, column: &[f32], first: usize) -> f32x16<S>
     }
 }
 
-/// The elements of `table` at `index`; the last one for an index past the end.
+/// Looks up the elements of `table` at `index`. An index out of range gives the last element.
 #[inline(always)]
 pub fn gather<S: Simd>(simd: S, table: &[f32], index: i32x16<S>) -> f32x16<S> {
     let index: [i32; LANES] = index.into();
@@ -34,7 +35,7 @@ pub fn gather<S: Simd>(simd: S, table: &[f32], index: i32x16<S>) -> f32x16<S> {
     f32x16::from_fn(simd, |lane| table[(index[lane] as u32 as usize).min(last)])
 }
 
-/// Sine and cosine, to 10⁻⁶ for angles up to some ten turns.
+/// Returns sine and cosine, to within 10⁻⁶ for angles of up to about ten turns.
 #[inline(always)]
 pub fn sin_cos<S: Simd>(angle_rad: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
     let quarter = (angle_rad * std::f32::consts::FRAC_2_PI).round_ties_even();
@@ -49,13 +50,14 @@ pub fn sin_cos<S: Simd>(angle_rad: f32x16<S>) -> (f32x16<S>, f32x16<S>) {
     (negated(s, quadrant & 2), negated(c, (quadrant + 1) & 2))
 }
 
-/// −x if `two` is 2, x if it is 0.
+/// Returns −x if `two` is 2, and x if it is 0.
 #[inline(always)]
 fn negated<S: Simd>(x: f32x16<S>, two: i32x16<S>) -> f32x16<S> {
     (x.bitcast::<i32x16<S>>() ^ (two << 30)).bitcast()
 }
 
-/// eˣ to a relative 2·10⁻⁷ for x from −87 to 88; e⁸⁸ above that range and 0 below it, also for −∞ and NaN.
+/// Returns eˣ with a relative error of up to 2·10⁻⁷ for x from −87 to 88. Returns e⁸⁸ above that range, and 0 below it and for −∞
+/// and NaN.
 #[inline(always)]
 pub fn exp<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     let something = x.simd_ge(-87.0);
@@ -70,7 +72,7 @@ pub fn exp<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     something.select(value, f32x16::splat(x.simd, 0.0))
 }
 
-/// [`exp`] of all of `from`, written to `to`, which has the same length.
+/// Writes [`exp`] of all elements of `from` to `to`, which has the same length.
 #[inline(always)]
 pub fn exp_all<S: Simd>(simd: S, from: &[f32], to: &mut [f32]) {
     for (k, to) in to.chunks_mut(LANES).enumerate() {
@@ -78,14 +80,14 @@ pub fn exp_all<S: Simd>(simd: S, from: &[f32], to: &mut [f32]) {
     }
 }
 
-/// The equivalent angle in [−π, π), like [`super::metric::wrap`].
+/// Wraps angles to [−π, π), like [`super::metric::wrap`].
 #[inline(always)]
 pub fn wrap<S: Simd>(angle_rad: f32x16<S>) -> f32x16<S> {
     use std::f32::consts::{PI, TAU};
     angle_rad - ((angle_rad + PI) / TAU).floor() * TAU
 }
 
-/// log₂ of positive, normal numbers to 10⁻²: exponent plus a parabola through the mantissa.
+/// Returns log₂ of positive, normal numbers to within 10⁻², as the exponent plus a parabola through the mantissa.
 #[inline(always)]
 pub fn fast_log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     let bits: i32x16<S> = x.bitcast();
@@ -95,12 +97,12 @@ pub fn fast_log2<S: Simd>(x: f32x16<S>) -> f32x16<S> {
     exponent + above_one * (above_one * -0.346_555_3 + 1.346_555_3)
 }
 
-/// The largest power of two for which [`fast_exp2`] is defined; its inverse is the smallest.
+/// Maximum exponent for which [`fast_exp2`] is defined. The minimum is its negative.
 pub const MOST_EXP2: f32 = 120.0;
 
-/// 2 to the power x·times, from −120 to 120, and its inverse, both to 0.3 %. The bits of a number are nearly its logarithm
-/// (Schraudolph 1999). The straight line between two powers is too high, which a parabola corrects: the same one for both, since it
-/// is even about the middle.
+/// Returns 2 to the power x·times and its inverse, both to within 0.3 %, for exponents from −120 to 120. The bits of a number are
+/// nearly its logarithm (Schraudolph 1999). The straight line between two powers of two is too high, which a parabola corrects. One
+/// parabola serves both results, because it is symmetric about its middle.
 #[inline(always)]
 pub fn fast_exp2<S: Simd>(x: f32x16<S>, times: f32) -> [f32x16<S>; 2] {
     const UNIT: f32 = (1 << 23) as f32;
@@ -113,8 +115,9 @@ pub fn fast_exp2<S: Simd>(x: f32x16<S>, times: f32) -> [f32x16<S>; 2] {
     [bits(one + log2 * UNIT), bits(one - log2 * UNIT)]
 }
 
-/// The direction of (x, y) in `per_turn`-ths of a turn, to 0.0001 turns and not yet rounded, from −½ to ½ of a turn. Within a
-/// quarter it is the arc tangent of the offset from the middle (Hastings 1955), which is mirrored into the other quarters.
+/// Returns the direction of (x, y), from −½ to ½ of a turn, in units of which `per_turn` make a turn. The result is not rounded and
+/// is accurate to 0.0001 turns. Within a quarter turn, it is the arc tangent of the offset from the quarter's middle (Hastings
+/// 1955), which is mirrored into the other quarters.
 #[inline(always)]
 pub fn direction<S: Simd>(x: f32x16<S>, y: f32x16<S>, per_turn: f32) -> f32x16<S> {
     let (along, across) = (x.abs(), y.abs());
@@ -126,7 +129,7 @@ pub fn direction<S: Simd>(x: f32x16<S>, y: f32x16<S>, per_turn: f32) -> f32x16<S
     y.simd_lt(0.0).select(-half, half)
 }
 
-/// The sets of vector instructions that this processor has.
+/// Returns the sets of vector instructions that this processor has.
 #[cfg(test)]
 pub(super) fn levels() -> Vec<fearless_simd::Level> {
     let best = fearless_simd::Level::new();

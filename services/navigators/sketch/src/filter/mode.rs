@@ -1,4 +1,5 @@
-//! The densest place of the particle set. Never a mean over several places, since the robot is certainly not between two modes.
+//! Finds the densest place of the particle set. The result is never a mean over several places, since the robot is certainly not
+//! between two modes.
 
 use fearless_simd::{Level, dispatch, f32x16, prelude::*};
 
@@ -10,26 +11,26 @@ use super::scales::ScaledPose;
 /// The densest place and the spread of the particles around it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mode {
-    /// Weighted mean of the particles there.
+    /// Weighted mean of the particles near the mode.
     pub pose: ScaledPose,
-    /// Covariance of those particles: (x, y, yaw, a, b), row by row.
+    /// Covariance of (x, y, yaw, a, b) around the mode, in row-major order.
     pub covariance: [f64; 25],
-    /// Share of the weight there.
+    /// Share of the weight near the mode.
     pub share: f64,
 }
 
-/// What counts as near.
+/// Radii within which particles count as near.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kernel {
-    /// Radius in position, pixels.
+    /// Radius in position, in pixels.
     pub radius_px: f32,
-    /// Radius in heading, radians.
+    /// Radius in heading, in radians.
     pub radius_rad: f32,
 }
 
-/// The number of particles, drawn evenly by weight, that are tried as the densest place.
+/// Number of particles, drawn evenly by weight, that are tried as the densest place.
 const CANDIDATES: usize = 4 * LANES;
-/// How many times the mean of the nearby particles becomes the new middle (mean shift).
+/// Number of rounds of mean shift, each of which makes the mean of the nearby particles the new centre.
 const SHIFTS: usize = 3;
 
 impl Kernel {
@@ -40,7 +41,7 @@ impl Kernel {
     }
 }
 
-/// Candidates and the density around each.
+/// Candidates for the densest place, and the density around each.
 struct Candidates {
     particle: [usize; CANDIDATES],
     density: [f32; CANDIDATES],
@@ -48,7 +49,7 @@ struct Candidates {
 }
 
 impl Candidates {
-    /// The particles at the middles of [`CANDIDATES`] equal shares of the weight.
+    /// Returns the particles at the middles of [`CANDIDATES`] equal shares of the weight.
     fn of(set: &ParticleSet) -> Self {
         let (mut particle, mut count, mut passed, mut next) = ([0; CANDIDATES], 0, 0.0, 0.5);
         for (i, weight) in set.weight.iter().enumerate() {
@@ -62,7 +63,7 @@ impl Candidates {
         Self { particle, density: [0.0; CANDIDATES], count }
     }
 
-    /// Epanechnikov's kernel density around each.
+    /// Computes the density around each candidate, with Epanechnikov's kernel.
     fn weigh(&mut self, level: Level, set: &ParticleSet, kernel: &Kernel) {
         dispatch!(level, simd => self.weigh_by(simd, set, kernel));
     }
@@ -85,8 +86,8 @@ impl Candidates {
     }
 }
 
-/// The mode of `set`. Near `last`, the robot's last believed pose, the density counts `hysteresis` times, so that two equal rivals
-/// do not take turns.
+/// Finds the mode of `set`. Near `last`, the robot's last believed pose, the density is multiplied by `hysteresis`, so that the
+/// estimate does not alternate between two equal rivals.
 pub fn find_mode(set: &ParticleSet, kernel: &Kernel, last: Option<&ScaledPose>, hysteresis: f32) -> Mode {
     let mut candidates = Candidates::of(set);
     candidates.weigh(Level::new(), set, kernel);
@@ -106,7 +107,8 @@ pub fn find_mode(set: &ParticleSet, kernel: &Kernel, last: Option<&ScaledPose>, 
     Mode { pose, covariance: covariance_near(Level::new(), set, kernel, &pose), share }
 }
 
-/// Weighted mean of the particles within the kernel's radius (scales in the logarithm), and their weight; `None` if there are none.
+/// Returns the weighted mean of the particles within the kernel's radius and their total weight, or `None` if there are none.
+/// Scales are averaged as logarithms.
 fn mean_near(
     level: Level,
     set: &ParticleSet,
@@ -131,7 +133,7 @@ fn mean_near(
     Some((mean, weights))
 }
 
-/// Covariance of (x, y, yaw, a, b) of the particles within twice the kernel's radius.
+/// Returns the covariance of (x, y, yaw, a, b) of the particles within twice the kernel's radius.
 fn covariance_near(level: Level, set: &ParticleSet, kernel: &Kernel, pose: &ScaledPose) -> [f64; 25] {
     let products: [f64; 16] = dispatch!(level, simd => sum_near(simd, set, kernel, pose, 4.0, |[x, y, yaw, ln_a, ln_b]| {
         let away = [x, y, yaw, lanes::exp(ln_a) - pose.a_pxpm, lanes::exp(ln_b) - pose.b_pxpm];
@@ -148,7 +150,7 @@ fn covariance_near(level: Level, set: &ParticleSet, kernel: &Kernel, pose: &Scal
     covariance
 }
 
-/// The weight, and the entries on and above the diagonal.
+/// The sums for a covariance: first the weight, then the entries on and above the diagonal.
 const TRIANGLE: [Option<(usize, usize)>; 16] = {
     let mut entries = [None; 16];
     let (mut k, mut row) = (1, 0);
@@ -163,8 +165,8 @@ const TRIANGLE: [Option<(usize, usize)>; 16] = {
     entries
 };
 
-/// The sums of weight times each of `values` over the particles nearer to `pose` than √`reach` radii. The values are computed from
-/// (x, y, yaw) relative to `pose` and the logarithms of the scales.
+/// Returns the sums of weight times each of `values` over the particles closer to `pose` than √`reach` radii. The values are
+/// computed from (x, y, yaw) relative to `pose` and the logarithms of the scales.
 #[inline(always)]
 fn sum_near<S: Simd, const N: usize>(
     simd: S,
@@ -199,14 +201,14 @@ mod tests {
 
     const KERNEL: Kernel = Kernel { radius_px: 10.0, radius_rad: 0.5 };
 
-    /// Squared distance in radii.
+    /// Returns the squared distance in radii.
     fn distance2(set: &ParticleSet, i: usize, pose: &ScaledPose) -> f32 {
         let (dx, dy) = (set.x_px[i] - pose.x_px, set.y_px[i] - pose.y_px);
         let yaw = wrap(set.yaw_rad[i] - pose.yaw_rad) / KERNEL.radius_rad;
         (dx * dx + dy * dy) / (KERNEL.radius_px * KERNEL.radius_px) + yaw * yaw
     }
 
-    /// Two heaps of particles, the first of share `share`, `apart` pixels from each other.
+    /// Creates two clusters of particles `apart` pixels from each other, the first with a share of `share`.
     fn two_heaps(share: f32, apart: f32, turned: f32) -> ParticleSet {
         let mut set = ParticleSet::new(200);
         for i in 0..200 {
@@ -291,7 +293,7 @@ mod tests {
             for (i, &weight) in set.weight.iter().enumerate() {
                 let begin = end;
                 end += f64::from(weight) * CANDIDATES as f64;
-                // Sums are rounded: a middle at the very end of a piece may fall on either side.
+                // Sums are rounded, so a middle at the very end of a piece may fall on either side.
                 let middles = |slack: f64| (begin - 0.5 - slack).ceil() < (end - 0.5 + slack).ceil();
                 let tried = found.particle[..found.count].contains(&i);
                 prop_assert!(if tried { middles(1e-3) } else { !middles(-1e-3) }, "{i}: {begin} to {end}");

@@ -1,8 +1,9 @@
-//! The evolution of the state (Boniardi et al. 2015, equation 6): odometry through the local metric, and Gamma noise on the scales.
+//! The evolution of the state (Boniardi et al. 2015, equation 6) applies odometry through the local metric, and Gamma noise to the
+//! scales.
 //!
-//! Noise that grows with the distance depends on the drive. An omnidirectional drive errs ahead, to the left and in its heading,
-//! each independently. A differential one does not slide sideways: it turns, rolls and turns, and errs in each (Thrun, Burgard and
-//! Fox, *Probabilistic Robotics*, table 5.6).
+//! Noise that grows with the distance travelled depends on the drive. An omnidirectional drive has independent errors ahead, to the
+//! left and in its heading. A differential drive does not slide sideways. It turns, rolls and turns again, with an error in each
+//! (Thrun, Burgard and Fox, *Probabilistic Robotics*, table 5.6).
 
 use std::f32::consts::TAU;
 
@@ -17,18 +18,18 @@ use super::metric::{ScaleFrame, wrap};
 use super::parameters::{Parameters, Scales};
 use super::particles::ParticleSet;
 
-/// Odometry between two updates, in the robot's axes at the first of them.
+/// The odometry's motion between two updates, in the robot's axes at the first of them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motion {
-    /// Forward, metres.
+    /// Displacement forward, in metres.
     pub forward_m: f32,
-    /// Left, metres.
+    /// Displacement to the left, in metres.
     pub left_m: f32,
-    /// Turn, radians.
+    /// Turn, in radians.
     pub turn_rad: f32,
-    /// Length of the path, metres.
+    /// Length of the path, in metres.
     pub distance_m: f32,
-    /// Sum of the absolute values of all turns, radians.
+    /// Sum of the absolute values of all turns, in radians.
     pub turned_rad: f32,
 }
 
@@ -37,37 +38,37 @@ pub struct Motion {
 pub struct Terrain<'a> {
     /// The drawing.
     pub grid: &'a Grid,
-    /// The axes along which it is stretched.
+    /// The axes along which the drawing is stretched.
     pub frame: &'a ScaleFrame,
-    /// How it is stretched as a whole.
+    /// Proportions of the drawing as a whole.
     pub proportions: Proportions,
 }
 
-/// How the drawing is stretched as a whole, as the first scan suggests.
+/// The proportions of the drawing as a whole, as the first scan suggests them.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Proportions {
-    /// Its mean scales, (ln a, ln b).
+    /// Mean scales of the drawing, as (ln a, ln b).
     pub mean_ln_scales: [f32; 2],
-    /// Half the logarithm of scale a over scale b in the first scan.
+    /// Half the logarithm of the ratio of scale a to scale b in the first scan.
     pub first_anisotropy: f32,
 }
 
 impl Proportions {
-    /// The geometric mean of the two mean scales, pixels per metre.
+    /// Returns the geometric mean of the two mean scales, in pixels per metre.
     pub fn mean_scale_pxpm(&self) -> f32 {
         let [ln_a, ln_b] = self.mean_ln_scales;
         ((ln_a + ln_b) / 2.0).exp()
     }
 
-    /// The mean scales, (ln a, ln b), of a drawing that is stretched by `anisotropy` as a whole.
+    /// Returns the mean scales, as (ln a, ln b), of a drawing that is stretched by `anisotropy` as a whole.
     pub(super) fn mean_ln_scales_by(&self, anisotropy: f32) -> [f32; 2] {
         let [mean_a, mean_b] = self.mean_ln_scales;
         [mean_a + anisotropy, mean_b - anisotropy]
     }
 
-    /// The stretch of the whole drawing that a particle assumes. Most assume none; a share of `anisotropic_share` assumes a part of
-    /// the stretch at the place of the first scan. A drawing is mostly in proportion except at single places, yet some are a strip
-    /// from end to end.
+    /// Draws the stretch of the whole drawing that a particle assumes. Most particles assume none, but a share of
+    /// `anisotropic_share` assumes a part of the stretch at the place of the first scan. Most drawings are in proportion except at
+    /// single places, yet some are a strip from end to end.
     pub(super) fn anisotropy(&self, p: &Parameters, rng: &mut Pcg64Mcg) -> f32 {
         let is_anisotropic = p.anisotropic_share > 0.0 && rng.random::<f32>() < p.anisotropic_share;
         if is_anisotropic { self.first_anisotropy * rng.random::<f32>() } else { 0.0 }
@@ -78,13 +79,13 @@ impl Proportions {
 struct Spread {
     forward_m: f32,
     left_m: f32,
-    /// Of the heading before the motion, ...
+    /// Standard deviation of the heading before the motion.
     first_yaw_rad: f32,
-    /// ... and after it.
+    /// Standard deviation of the heading after the motion.
     yaw_rad: f32,
-    /// Γ(σ⁻², σ²), mean one; `None` if the scales do not change.
+    /// Distribution Γ(σ⁻², σ²) of the factor on the scales, whose mean is one. `None` if the scales do not change.
     scale: Option<Gamma<f32>>,
-    /// The share by which a scale returns to the mean scale.
+    /// Share by which a scale returns to the mean scale.
     reversion: f32,
 }
 
@@ -111,7 +112,8 @@ impl Spread {
         }
     }
 
-    /// The logarithm of a scale after the motion: drawn back to `mean`, times Gamma noise, within limits.
+    /// Returns the logarithm of a scale after the motion, which draws the scale back to `mean`, multiplies it by Gamma noise and
+    /// clamps it to within `limit` of `mean`.
     fn evolve(&self, ln_scale: f32, mean: f32, limit: f32, rng: &mut Pcg64Mcg) -> f32 {
         let noise = self.scale.as_ref().map_or(0.0, |gamma| gamma.sample(rng).max(1e-3).ln());
         let drawn_back = ln_scale - self.reversion * (ln_scale - mean);
@@ -119,8 +121,8 @@ impl Spread {
     }
 }
 
-/// Moves every particle by `motion` and noise, each with its own scales as they were before; reduces the weight of those that cross
-/// a drawn wall.
+/// Moves every particle by `motion` and noise, through the scales that the particle had before. Reduces the weight of particles
+/// that cross a drawn wall.
 pub fn propagate(
     set: &mut ParticleSet,
     motion: &Motion,
@@ -153,8 +155,8 @@ pub fn propagate(
     }
 }
 
-/// Perturbs each particle with probability `share`. Position, heading and scales get wide noise, so that the set can find back to a
-/// place that it had given up. None is moved into a wall.
+/// Perturbs each particle with probability `share`. Position, heading and scales get wide noise, so that the set can recover a
+/// place that it had given up. No particle is moved into a wall.
 pub fn perturb(
     set: &mut ParticleSet,
     share: f32,
@@ -185,8 +187,8 @@ pub fn perturb(
     }
 }
 
-/// Moves each particle with probability `share` to anywhere in the free space (Thrun, Burgard and Fox, table 8.3, line 13), with
-/// any heading and with scales around the drawing's mean.
+/// Moves each particle, with probability `share`, to a random place in the free space (Thrun, Burgard and Fox, table 8.3, line 13),
+/// with a random heading and with scales around the drawing's mean.
 pub fn inject(
     set: &mut ParticleSet,
     share: f32,
@@ -207,13 +209,13 @@ pub fn inject(
     }
 }
 
-/// A free place anywhere in the drawing; `None` if a hundred attempts find none.
+/// Returns a random free place in the drawing, or `None` if a hundred attempts find none.
 fn free_place(terrain: &Terrain<'_>, rng: &mut Pcg64Mcg) -> Option<[f32; 2]> {
     let mut place = || terrain.grid.size_px().map(|size| size * rng.random::<f32>());
     std::iter::repeat_with(&mut place).take(100).find(|&[x, y]| !terrain.grid.is_wall(x, y))
 }
 
-/// Scales around the mean, (ln a, ln b): part of the error is common to both axes, the rest is independent.
+/// Draws scales, as (ln a, ln b), around their mean. Part of the error is common to both axes, and the rest is independent.
 pub fn scales_about(mean_ln_scales: [f32; 2], parameters: &Parameters, rng: &mut Pcg64Mcg) -> [f32; 2] {
     let shared = 0.6 * normal(rng);
     let mut error = || parameters.start_log_scale_spread * (shared + 0.8 * normal(rng));
@@ -224,7 +226,7 @@ pub fn scales_about(mean_ln_scales: [f32; 2], parameters: &Parameters, rng: &mut
     }
 }
 
-/// A draw from the standard normal distribution.
+/// Draws from the standard normal distribution.
 pub fn normal(rng: &mut Pcg64Mcg) -> f32 {
     StandardNormal.sample(rng)
 }
@@ -250,7 +252,7 @@ mod tests {
         }
     }
 
-    /// Twenty thousand particles with the scales 30 and 10 px/m, all at one place, after a motion.
+    /// Returns twenty thousand particles with the scales 30 and 10 px/m after a motion, which started at the same place.
     fn moved(motion: &Motion, parameters: &Parameters) -> ParticleSet {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
         let mut set = ParticleSet::new(20_000);
@@ -261,8 +263,9 @@ mod tests {
         set
     }
 
-    /// A drawing is stretched along its walls, not along the picture's edges. The perturbation used to take the picture's axes. In
-    /// a drawing tilted by 45° it moved particles equally far along and across a corridor that is drawn nine times too long.
+    /// A drawing is stretched along its walls, not along the edges of the picture. The perturbation used to be along the axes of
+    /// the picture. In a drawing tilted by 45°, it moved particles equally far along and across a corridor that is drawn nine times
+    /// too long.
     #[test]
     fn a_perturbation_is_stretched_along_the_walls() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(std::f64::consts::FRAC_PI_4));
@@ -273,7 +276,7 @@ mod tests {
         set.ln_b.fill(5.0_f32.ln());
         let parameters = Parameters { perturbation_m: 1.0, ..Parameters::default() };
         perturb(&mut set, 1.0, &terrain(&grid, &frame), &parameters, &mut seed::stream(1, "test"));
-        // In the axes of the walls: u = (x + y)/√2, v = (y − x)/√2, standard deviations 45 and 5 px.
+        // In the axes of the walls, u = (x + y)/√2 and v = (y − x)/√2, the standard deviations are 45 and 5 px.
         let spread = |sign: f32| {
             let along = |(x, y): (&f32, &f32)| ((y - 200.0) + sign * (x - 200.0)) / 2.0_f32.sqrt();
             (set.x_px.iter().zip(&set.y_px).map(|p| along(p).powi(2)).sum::<f32>() / 20_000.0).sqrt()
@@ -293,13 +296,13 @@ mod tests {
         (mean, variance.sqrt())
     }
 
-    /// η and ζ of Γ(σ⁻², σ²), equation (6): mean σ⁻²·σ² = 1, variance σ⁻²·σ⁴ = σ², independent; the mean scales remain 30 and 10 in
-    /// any case.
+    /// In equation (6), η and ζ are drawn independently from Γ(σ⁻², σ²), with the mean σ⁻²·σ² = 1 and the variance σ⁻²·σ⁴ = σ². The
+    /// mean scales remain 30 and 10 in any case.
     #[test]
     fn the_scales_are_martingales() {
         for (parameters, motion) in [
             (Parameters { step_scale_noise: 0.15, ..Parameters::paper() }, Motion::default()),
-            // The same as a function of distance: 0.1/√m over 2.25 m.
+            // The same noise as a function of distance, 0.1/√m over 2.25 m.
             (
                 Parameters { step_scale_noise: 0.0, scale_noise: 0.1, ..Parameters::paper() },
                 Motion { distance_m: 2.25, ..Motion::default() },
@@ -315,8 +318,8 @@ mod tests {
         }
     }
 
-    /// 1 m ahead with 0.1/√m: an omnidirectional robot is off by 0.1 m to either side, a differential one at first only by its
-    /// heading: √(0.04/2) rad, 0.141 m.
+    /// After 1 m ahead with 0.1/√m, an omnidirectional robot is off by 0.1 m to either side. A differential robot is off to the
+    /// side only because of its heading at first, by √(0.04/2) rad or 0.141 m.
     #[test]
     fn who_cannot_slide_is_off_to_the_side_by_its_heading_alone() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
@@ -356,8 +359,8 @@ mod tests {
         assert!((sample(thrown.iter().map(|&i| set.y_px[i])).0 - 200.0).abs() < 20.0);
     }
 
-    /// Scales used to be drawn back to the same mean along and across the walls in every particle. Some drawings are nine times as
-    /// wide as high from end to end, and out of three thousand particles hardly one fitted such a drawing.
+    /// Every particle's scales used to be drawn back to the same mean along and across the walls. In some drawings one scale is
+    /// nine times the other from end to end, and hardly one of three thousand particles fitted such a drawing.
     #[test]
     fn some_believe_that_the_whole_is_drawn_as_the_first_scan_has_it() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));
@@ -369,11 +372,11 @@ mod tests {
         inject(&mut set, 1.0, &terrain, &parameters, &mut rng);
         let believers: Vec<f32> = set.anisotropy.iter().copied().filter(|&part| part != 0.0).collect();
         assert!((3800..4200).contains(&believers.len()), "a fifth of them: {}", believers.len());
-        // Each assumes a part of its own: uniform from 0 to 1.1.
+        // Each assumes its own part of the stretch, uniform from 0 to 1.1.
         let (mean, deviation) = sample(believers.iter().copied());
         assert!((mean - 0.55).abs() < 0.02 && (deviation - 1.1 / 12.0_f64.sqrt()).abs() < 0.02);
         assert!(believers.iter().all(|part| (0.0..=1.1).contains(part)));
-        // After a long way, each has the scales of the drawing that it believes in.
+        // After a long drive, each has the scales of the drawing that it believes in.
         let far = Motion { distance_m: 100.0, ..Motion::default() };
         propagate(&mut set, &far, OMNI, &terrain, &parameters, &mut rng);
         for i in 0..set.len() {
@@ -394,8 +397,8 @@ mod tests {
         assert!(sample(set.ln_a.iter().copied()).1 > 0.1);
     }
 
-    /// ε of equation (6) is in metres. With the scales 30 and 10, σ₁ = σ₂ = 0.1 m are 3 px along the walls and 1 px across. σ₃ =
-    /// 0.2 rad.
+    /// The noise ε of equation (6) is in metres. With the scales 30 and 10, σ₁ = σ₂ = 0.1 m are 3 px along the walls and 1 px
+    /// across. In addition, σ₃ = 0.2 rad.
     #[test]
     fn the_noise_of_a_step_goes_through_the_scales() {
         let parameters = Parameters { step_noise_m: 0.1, step_noise_rad: 0.2, ..Parameters::paper() };
@@ -409,7 +412,7 @@ mod tests {
         }
     }
 
-    /// Equation (6) with the scales 30 along the walls and 10 across: 0.5 m ahead are 15 px along the walls and 5 px across.
+    /// By equation (6), with the scales 30 along the walls and 10 across, 0.5 m ahead are 15 px along the walls and 5 px across.
     #[test]
     fn a_step_is_stretched_by_each_particle_own_scales() {
         let (grid, frame) = (open_floor(), ScaleFrame::new(0.0));

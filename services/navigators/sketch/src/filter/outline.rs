@@ -1,8 +1,8 @@
-//! The outline of the drawn building. A robot that starts inside stays inside: particles have no place around the building, however
-//! well the scan would fit there.
+//! Encloses the drawn building. A robot that starts inside stays inside, so no particle may be outside the building, however well
+//! the scan would fit there.
 //!
-//! People leave their outlines open, for an entrance or in haste. What counts as outside is therefore what a square brush reaches
-//! from beyond the edge of the sheet; the brush is as wide as the widest opening that counts as closed (a morphological opening of
+//! People leave their outlines open, for an entrance or in haste. Outside is therefore whatever a square brush can reach from
+//! beyond the edge of the sheet, and the brush is as wide as the widest opening that counts as closed (a morphological opening of
 //! the surroundings).
 
 use std::ops::Range;
@@ -12,16 +12,16 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 use super::bits::Bits;
 use crate::sketch::SketchGrid;
 
-/// The drawing with everything outside the building as wall; openings up to `gap_px` count as closed. `None` if `inside` is outside
-/// by that measure: the outline is then open.
+/// Returns the drawing with everything outside the building as wall. Openings of up to `gap_px` count as closed. Returns `None` if
+/// `inside` turns out to be outside, which means that the outline is open.
 pub fn enclosed(sketch: &SketchGrid, inside: Point<Sketch>, gap_px: f32) -> Option<SketchGrid> {
     let outside = outside(sketch, gap_px);
     let (column, row) = (inside.x.floor() as usize, inside.y.floor() as usize);
     (!outside[row * sketch.width() + column]).then(|| sketch.walled(&outside))
 }
 
-/// Which cells of the sheet the brush reaches. It starts beyond the edge of the sheet, where there is room for it however close to
-/// the edge people draw.
+/// Returns, for each cell of the sheet, whether the brush reaches it. The brush starts beyond the edge of the sheet, where there is
+/// room for it however close to the edge people draw.
 fn outside(sketch: &SketchGrid, gap_px: f32) -> Vec<bool> {
     // The brush is 2·radius − 1 cells wide.
     let radius = ((gap_px + 1.0) / 2.0).ceil().clamp(1.0, 250.0) as usize;
@@ -29,7 +29,8 @@ fn outside(sketch: &SketchGrid, gap_px: f32) -> Vec<bool> {
     reached(&blocked).spread(radius - 1).inner(radius)
 }
 
-/// The cells that the brush's middle reaches from the corner, over sides of cells that are not `blocked`.
+/// Returns the cells that the centre of the brush reaches from the corner, from cell to cell through sides and never into `blocked`
+/// ones.
 fn reached(blocked: &Bits) -> Bits {
     let rows: Vec<Vec<Range<usize>>> = (0..blocked.height()).map(|row| blocked.free(row).collect()).collect();
     let mut is_reached: Vec<Vec<bool>> = rows.iter().map(|stretches| vec![false; stretches.len()]).collect();
@@ -61,7 +62,7 @@ mod tests {
 
     const SIZE: usize = 100;
 
-    /// A sheet of 100 × 100 px with a room from (20, 20) to (80, 80). Its upper wall is open for `gap` px, starting at its middle.
+    /// Draws a sheet of 100 × 100 px with a room from (20, 20) to (80, 80). The upper wall is open for `gap` px from its middle on.
     fn room(gap: usize) -> SketchGrid {
         let cell = |i: usize| {
             let (column, row) = (i % SIZE, i / SIZE);
@@ -83,8 +84,8 @@ mod tests {
         assert!(!free(10, 50) && !free(50, 90) && !free(0, 0) && !free(99, 99));
     }
 
-    /// People fill the sheet. A brush that was assumed to fit at every cell of the sheet's edge reached too far: by its own width
-    /// it came into the rooms inside the outer walls.
+    /// People fill the sheet. The brush used to be assumed to fit at every cell along the edge of the sheet, and so reached into
+    /// the rooms behind the outer walls by its own width.
     #[test]
     fn a_room_that_fills_its_sheet_stays_whole() {
         for margin in [0, 1, 3, 8] {
@@ -116,7 +117,7 @@ mod tests {
         #[test]
         fn an_opening_narrower_than_the_gap_is_closed(gap in 0usize..25, limit in 2u32..24) {
             let found = enclosed(&room(gap), Point::new(50.0, 30.0), limit as f32);
-            // The brush may be a cell wider, since it has a middle cell.
+            // The brush may be one cell wider than the limit, because it needs a centre cell.
             if (gap as u32) < limit {
                 prop_assert!(found.is_some_and(|sketch| !sketch.is_wall_cell(50, 50)));
             } else if gap as u32 > limit + 1 {

@@ -1,165 +1,169 @@
-//! The parameters of the localization, with defaults that were measured in closed loop.
+//! The parameters of the localization. The defaults were found by closed-loop measurements.
 
 use crate::method::Method;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::message::MAX_BEAMS;
 
-/// How the likelihood of a scan is computed.
+/// The method by which the likelihood of a scan is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Likelihood {
-    /// Boniardi et al. 2015, equation (7): the scaled end points in a likelihood field, and Laplace terms on the
-    /// virtual scales of equation (8).
+    /// Equation (7) of Boniardi et al. 2015, which has the scaled end points in a likelihood field and Laplace terms on the virtual
+    /// scales of equation (8).
     Field,
-    /// Measured ranges are compared with ray-cast ones by the logarithm of their ratio; beams without return count.
+    /// A beam model that compares measured ranges with ray-cast ones by the logarithm of their ratio. Beams without return count,
+    /// too.
     Beam,
 }
 
-/// How many local scales there are.
+/// The number of local scales.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Scales {
-    /// Two: along the walls and across, independent of each other (Boniardi et al. 2015, equation 3).
+    /// Two independent scales, along the walls and across them (Boniardi et al. 2015, equation 3).
     Two,
-    /// One for both directions, as in the paper's predecessor, its reference 1.
+    /// One scale for both directions, as in the predecessor of the paper, its reference 1.
     One,
 }
 
-/// How the scales follow from the first scan.
+/// The method by which the scales are estimated from the first scan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StartScales {
-    /// The least squares of equation (8).
+    /// Least squares by equation (8).
     LeastSquares,
-    /// Means of the logarithms without outliers, such as things that stand in front of the walls.
+    /// Means of the logarithms without outliers, such as objects that stand in front of the walls.
     TrimmedMean,
 }
 
-/// Parameters of the localization: the table `parameters.localizer` of a mission.
+/// Parameters of the localization, from the table `parameters.localizer` of a mission.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
-    /// The most particles, 16 to 100 000.
+    /// Maximum number of particles, 16 to 100 000.
     pub particles: usize,
-    /// The fewest particles if their number follows the belief (Fox 2003); 0: there are always `particles`.
+    /// Minimum number of particles if their number adapts to the belief (Fox 2003). With 0, there are always `particles`.
     pub least_particles: usize,
-    /// ε, how far the particles' distribution may be from the belief (Kullback-Leibler divergence).
+    /// Maximum Kullback-Leibler divergence ε of the particles' distribution from the belief.
     pub kld_error: f32,
-    /// Width of the bins over which the belief's spread is counted, metres.
+    /// Width of the bins by which the spread of the belief is measured, in metres.
     pub bin_m: f32,
-    /// The number of beams of a scan that are used, 4 to 1440, evenly spread.
+    /// Number of beams of a scan that are used, 4 to 1440, evenly spread.
     pub beams: usize,
-    /// How the likelihood of a scan is computed.
+    /// Method by which the likelihood of a scan is computed.
     pub likelihood: Likelihood,
-    /// The beams of a scan are not independent. In a drawing by hand, all of them together count as this many. In a more exact
-    /// drawing they count as more, by the root of its narrower width.
+    /// Number of independent beams that all beams of a scan together count as in a drawing by hand, since the beams of a scan are
+    /// not independent. In a more exact drawing they count as more, by the square root of the ratio of the widths.
     pub independent_beams: f32,
-    /// Travelled distance after which a scan is used, metres.
+    /// Distance travelled after which a scan is used, in metres.
     pub update_distance_m: f64,
-    /// Turn after which a scan is used, radians.
+    /// Angle turned after which a scan is used, in radians.
     pub update_turn_rad: f64,
-    /// Resample below this share of effective particles.
+    /// Share of effective particles below which the set is resampled.
     pub resample_below: f64,
-    /// Most cells of the grid that the filter works on; a larger drawing is reduced.
+    /// Maximum number of cells of the grid that the filter works on. A larger drawing is reduced.
     pub grid_cells: usize,
 
-    /// How many local scales there are.
+    /// Number of local scales.
     pub scales: Scales,
-    /// Standard deviation of ε along the robot's axes and across, metres per update (equation 6: σ₁, σ₂).
+    /// Standard deviation of ε along each of the robot's axes, in metres per update (σ₁ and σ₂ of equation 6).
     pub step_noise_m: f32,
-    /// Standard deviation of ε in the heading, radians per update (equation 6: σ₃).
+    /// Standard deviation of ε in the heading, in radians per update (σ₃ of equation 6).
     pub step_noise_rad: f32,
-    /// Standard deviation of the Gamma noise η and ζ of the scales, per update (equation 6: σ of Γ).
+    /// Standard deviation of the Gamma noise η and ζ of the scales, per update (σ of Γ in equation 6).
     pub step_scale_noise: f32,
-    /// Variance of the heading per metre travelled, rad²/m.
+    /// Variance of the heading per metre travelled, in rad²/m.
     pub yaw_variance_per_m: f32,
-    /// Variance of the heading per radian turned, rad²/rad.
+    /// Variance of the heading per radian turned, in rad²/rad.
     pub yaw_variance_per_rad: f32,
-    /// Standard deviation of the position after a metre, each axis, m/√m.
+    /// Standard deviation of the position along each axis after a metre, in m/√m.
     pub position_noise: f32,
-    /// Standard deviation of the multiplicative Gamma noise of the scales after a metre, 1/√m.
+    /// Standard deviation of the multiplicative Gamma noise of the scales after a metre, in 1/√m.
     pub scale_noise: f32,
-    /// How fast a scale is drawn back to the drawing's mean scale, 1/m; 0 is the paper's martingale.
+    /// Rate at which a scale is drawn back to the drawing's mean scale, in 1/m. With 0, the scales are martingales as in the paper.
     pub scale_reversion_per_m: f32,
-    /// How far the logarithm of a scale may be from the drawing's mean.
+    /// Maximum distance of the logarithm of a scale from the drawing's mean.
     pub scale_limit: f32,
-    /// Factor on the weight of a particle that crosses a drawn wall; 1 switches it off.
+    /// Factor on the weight of a particle that crosses a drawn wall. With 1, walls have no effect.
     pub wall_crossing_factor: f32,
-    /// The robot stays within the drawn outline if that has no opening wider than this, metres by the drawing's extent; 0: it may
-    /// leave.
+    /// Maximum opening, in metres by the drawing's extent, up to which the drawn outline counts as closed. The robot stays within a
+    /// closed outline. With 0, it may always leave.
     pub outline_gap_m: f32,
-    /// Gaps in walls that are narrower than this are widened towards it, metres by the drawing's extent; 0: none are. Less than
-    /// `outline_gap_m`, which would otherwise take wider doors for an open outline.
+    /// Width of a door, in metres by the drawing's extent, towards which narrower gaps in walls are widened. With 0, no gap is
+    /// widened. Must be less than `outline_gap_m`, because a widened door would otherwise make the outline an open one.
     pub door_width_m: f32,
 
-    /// Least spread of the start position, metres.
+    /// Minimum spread of the start position, in metres.
     pub start_spread_m: f32,
-    /// Least spread of the start heading, radians.
+    /// Minimum spread of the start heading, in radians.
     pub start_spread_rad: f32,
-    /// Spread of the logarithm of the scales at the start.
+    /// Spread of the logarithms of the scales at the start.
     pub start_log_scale_spread: f32,
-    /// How the scales are found from the first scan.
+    /// Method by which the scales are estimated from the first scan.
     pub start_scales: StartScales,
-    /// How much of the two scales' difference in the first scan is believed, 0 to 1.
+    /// Share of the two scales' difference in the first scan that is believed, from 0 to 1.
     pub start_anisotropy: f32,
-    /// Share of the particles that assume the whole drawing to be stretched, each by its own part of the stretch at the first
-    /// scan's place. The others assume it to be in proportion as a whole.
+    /// Share of the particles that assume the whole drawing to be stretched, each by its own part of the stretch at the place of
+    /// the first scan. The others assume that the drawing as a whole is in proportion.
     pub anisotropic_share: f32,
-    /// Extent of a building, metres: together with the extent of the drawing it gives a scale.
+    /// Extent of a typical building, in metres. Together with the extent of the drawing, it gives a guess of the scale.
     pub building_size_m: f32,
-    /// How much of the drawing's mean scale comes from that rather than from the first scan, 0 to 1 (geometric mean). A first scan
-    /// is a sample of one place, and people draw places at very different scales. If the first scan sees nothing, all of it does.
+    /// Share of the drawing's mean scale that comes from `building_size_m` rather than from the first scan, from 0 to 1 (geometric
+    /// mean). The first scan alone is not reliable, because it samples a single place and people draw places at very different
+    /// scales. If the first scan sees nothing, the whole scale comes from `building_size_m`.
     pub start_size_share: f32,
 
-    /// Standard deviation of the likelihood field, metres.
+    /// Standard deviation of the likelihood field, in metres.
     pub field_sigma_m: f32,
     /// Share of readings that the drawing does not explain.
     pub field_random: f32,
-    /// Width of the Laplace terms on the virtual scales, as a share of the mean scale (λ and ν of equation 7). 0
-    /// switches them off.
+    /// Width of the Laplace terms on the virtual scales, as a share of the mean scale (λ and ν of equation 7). With 0, there are no
+    /// such terms.
     pub field_scale_width: f32,
 
     /// Width of the Laplace distribution of ln(measured / expected) for a drawing by hand.
     pub hit_width: f32,
-    /// The same for a surveyed map; the drawing's own, between the two, is learned while driving.
+    /// Width of that distribution for a surveyed map. The width for the drawing at hand is between the two and is learned while
+    /// driving.
     pub least_hit_width: f32,
     /// Share of readings at the expected range.
     pub z_hit: f32,
-    /// Share of readings in front of it: things that are not drawn. It sets the level that the density keeps there.
+    /// Share of readings short of the expected range, from objects that are not drawn. It sets the minimum of the density there.
     pub z_short: f32,
-    /// Share of readings anywhere.
+    /// Share of readings that occur at any range.
     pub z_rand: f32,
-    /// By how much a bearing in the drawing may be wrong, radians; 0: bearings are exact.
+    /// Maximum error of a bearing in the drawing, in radians. With 0, bearings are exact.
     pub bearing_error_rad: f32,
-    /// Width of the Laplace distribution of that error, radians.
+    /// Width of the Laplace distribution of the error of a bearing, in radians.
     pub bearing_width_rad: f32,
 
     /// Share of particles that resampling perturbs.
     pub perturbed_share: f32,
-    /// How many more of them are perturbed if the scans fit worse than before.
+    /// Additional share of particles to perturb if the scans fit worse than before. It is multiplied by how much worse they fit,
+    /// from 0 to 1.
     pub perturbed_share_lost: f32,
-    /// Share of particles moved to anywhere in the drawing's free space, times how much worse the scans fit than before (Thrun,
-    /// Burgard and Fox, table 8.3).
+    /// Share of particles to move to anywhere in the drawing's free space if the scans fit worse than before. It is multiplied by
+    /// how much worse they fit, from 0 to 1 (Thrun, Burgard and Fox, table 8.3).
     pub injected_share_lost: f32,
-    /// Standard deviation of a perturbation of the position, metres.
+    /// Standard deviation of a perturbation of the position, in metres.
     pub perturbation_m: f32,
-    /// Standard deviation of a perturbation of the heading, radians.
+    /// Standard deviation of a perturbation of the heading, in radians.
     pub perturbation_rad: f32,
-    /// Standard deviation of a perturbation of the logarithm of the scales.
+    /// Standard deviation of a perturbation of the logarithms of the scales.
     pub perturbation_log_scale: f32,
 
-    /// Radius of the kernel that finds the densest place, metres.
+    /// Radius of the kernel that finds the densest place, in metres.
     pub mode_radius_m: f32,
-    /// Radius of the kernel in heading, radians.
+    /// Radius of the kernel in heading, in radians.
     pub mode_radius_rad: f32,
-    /// Factor on the density near the last estimate, which a rival must exceed.
+    /// Factor on the density near the last estimate. A rival has to exceed the product.
     pub mode_hysteresis: f32,
 
     /// Mean log likelihood of a beam below which the estimate is doubtful.
     pub doubtful_below: f32,
     /// Mean log likelihood of a beam below which the robot is lost.
     pub lost_below: f32,
-    /// How much better the fit must get for the estimate to be believed again.
+    /// Amount by which the fit must exceed `doubtful_below` or `lost_below` for the estimate to be believed again.
     pub hysteresis: f32,
 }
 
@@ -225,7 +229,7 @@ impl Default for Parameters {
 }
 
 impl Parameters {
-    /// The default parameters of a method.
+    /// Returns the default parameters of a method.
     pub fn of(method: Method) -> Self {
         match method {
             Method::Beam | Method::Outline => Self::default(),
@@ -235,21 +239,22 @@ impl Parameters {
         }
     }
 
-    /// Boniardi et al. 2015, equations 2 to 8, as written. Values that it does not give were chosen as its authors say that they
-    /// chose theirs (Boniardi et al. 2016, V-B): those of odometry and sensor with the true floor plan as the drawing, and the
-    /// scales' variances between following the drawing and false matches.
+    /// Returns parameters that follow equations 2 to 8 of Boniardi et al. 2015 as written. Values that the paper does not give were
+    /// chosen as its authors say that they chose theirs (Boniardi et al. 2016, V-B): those of odometry and sensor with the true
+    /// floor plan as the drawing, and the variances of the scales as a compromise between following the drawing and avoiding false
+    /// matches.
     pub fn paper() -> Self {
         Self {
             // Not given.
             particles: 2000,
-            // N of equation (7): not given.
+            // N of equation (7), not given.
             beams: 48,
-            // Equation (7), a product over all beams: they count as independent.
+            // Equation (7) is a product over all beams, which therefore count as independent.
             independent_beams: MAX_BEAMS as f32,
             likelihood: Likelihood::Field,
             // III-A: "finally resampled", in each iteration.
             resample_below: 1.0,
-            // Equation (6), independent of the distance driven: σ₁ = σ₂, σ₃ and Γ(σ⁻², σ²); not given.
+            // Noise of equation (6), independent of the distance driven: σ₁ = σ₂, σ₃ and Γ(σ⁻², σ²). Not given.
             step_noise_m: 0.03,
             step_noise_rad: 0.05,
             step_scale_noise: 0.07,
@@ -257,10 +262,10 @@ impl Parameters {
             yaw_variance_per_m: 0.0,
             yaw_variance_per_rad: 0.0,
             scale_noise: 0.0,
-            // Equation (6): martingales on all of ℝ₊; e⁴ only bounds the arithmetic.
+            // The scales of equation (6) are martingales on all of ℝ₊. The limit of e⁴ only keeps the arithmetic in bounds.
             scale_reversion_per_m: 0.0,
             scale_limit: 4.0,
-            // The drawn walls do not stop a particle.
+            // Drawn walls do not stop a particle.
             wall_crossing_factor: 1.0,
             outline_gap_m: 0.0,
             door_width_m: 0.0,
@@ -270,17 +275,17 @@ impl Parameters {
             anisotropic_share: 0.0,
             start_size_share: 0.0,
             start_log_scale_spread: 0.15,
-            // σ of equation (7), λ and ν: not given.
+            // σ, λ and ν of equation (7), not given.
             field_sigma_m: 0.25,
             field_random: 0.1,
             field_scale_width: 0.3,
-            // How well a scan fits is judged by a plain comparison of ranges, which learns nothing.
+            // The fit of a scan is judged by a plain comparison of ranges, which learns nothing.
             z_hit: 0.75,
             z_short: 0.15,
             z_rand: 0.1,
             least_hit_width: 0.25,
             bearing_error_rad: 0.0,
-            // There is no recovery in the paper.
+            // The paper has no recovery.
             perturbed_share: 0.0,
             perturbed_share_lost: 0.0,
             injected_share_lost: 0.0,
@@ -288,7 +293,7 @@ impl Parameters {
         }
     }
 
-    /// The paper's special case of one scale, which follows from the first scan and never changes.
+    /// Returns the parameters of the paper's special case of one scale, which follows from the first scan and never changes.
     pub fn fixed_scale() -> Self {
         Self {
             scales: Scales::One,
@@ -299,7 +304,8 @@ impl Parameters {
         }
     }
 
-    /// The paper's special case of one local scale, tracked, as in its predecessor, its reference 1.
+    /// Returns the parameters of the paper's special case of one local scale that is tracked, as in the predecessor of the paper,
+    /// its reference 1.
     pub fn one_scale() -> Self {
         Self { scales: Scales::One, ..Self::paper() }
     }
@@ -307,7 +313,7 @@ impl Parameters {
     /// Checks every value.
     ///
     /// # Errors
-    /// [`ParameterError`] with the key, what was expected and what was found.
+    /// [`ParameterError`] for the first invalid parameter, with the key, what was expected and what was found.
     pub fn check(&self) -> Result<(), ParameterError> {
         let counts = [
             ("particles", "16 to 100000", self.particles, 16..=100_000),

@@ -1,4 +1,4 @@
-//! The particle set: a structure of arrays, weights, systematic resampling.
+//! The particle set, as a structure of arrays, with its weights and systematic resampling.
 
 use std::hint::select_unpredictable;
 
@@ -9,33 +9,33 @@ use super::lanes::{self, LANES};
 use super::scales::ScaledPose;
 use crate::messages::{MAX_PARTICLES, Particle, Particles};
 
-/// Weighted samples of (x, y, θ, a, b) and of the drawing's anisotropy, one array per coordinate.
+/// Weighted samples of (x, y, θ, a, b) and of the drawing's anisotropy, as one array per coordinate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParticleSet {
-    /// Position, pixels.
+    /// Positions along x, in pixels.
     pub x_px: Vec<f32>,
-    /// Position, pixels, upwards.
+    /// Positions along y, upwards, in pixels.
     pub y_px: Vec<f32>,
-    /// Heading, radians in [−π, π).
+    /// Headings, in radians from −π up to but excluding π.
     pub yaw_rad: Vec<f32>,
-    /// Natural logarithm of scale a, pixels per metre.
+    /// Natural logarithms of the scales a, in pixels per metre.
     pub ln_a: Vec<f32>,
-    /// Natural logarithm of scale b, pixels per metre.
+    /// Natural logarithms of the scales b, in pixels per metre.
     pub ln_b: Vec<f32>,
-    /// The stretch of the whole drawing that the particle assumes: half the logarithm of mean scale a over mean scale b, beyond the
-    /// drawing's mean.
+    /// The stretch of the whole drawing that each particle assumes, which is half the logarithm of the ratio of mean scale a to
+    /// mean scale b, in addition to that of the drawing's mean scales.
     pub anisotropy: Vec<f32>,
-    /// Logarithm of the weight, up to a constant.
+    /// Logarithms of the weights, up to a constant.
     pub log_weight: Vec<f32>,
-    /// Normalized weight; valid after [`Self::normalize`].
+    /// Normalized weights. Valid after [`Self::normalize`].
     pub weight: Vec<f32>,
 }
 
-/// The number of coordinates of a particle.
+/// Number of coordinates of a particle.
 const COORDINATES: usize = 6;
 
 impl ParticleSet {
-    /// `count` particles at the origin, of equal weight.
+    /// Creates `count` particles of equal weight at the origin.
     pub fn new(count: usize) -> Self {
         let zeros = || vec![0.0; count];
         Self {
@@ -50,14 +50,14 @@ impl ParticleSet {
         }
     }
 
-    /// Reserves room for `count` particles in total: the set may grow up to this number without allocating.
+    /// Reserves room for `count` particles in total, so that the set can grow to this number without allocating.
     pub fn reserve(&mut self, count: usize) {
         let reserve = |column: &mut Vec<f32>| column.reserve_exact(count.saturating_sub(column.len()));
         self.columns_mut().into_iter().for_each(reserve);
         [&mut self.log_weight, &mut self.weight].into_iter().for_each(reserve);
     }
 
-    /// Resizes the set to `count` particles of equal weight, wherever they are.
+    /// Resizes the set to `count` particles of equal weight. Their coordinates are left for the caller to set.
     pub(super) fn make_anew(&mut self, count: usize) {
         self.columns_mut().into_iter().for_each(|column| column.resize(count, 0.0));
         self.log_weight.clear();
@@ -66,24 +66,24 @@ impl ParticleSet {
         self.weight.resize(count, 1.0 / count as f32);
     }
 
-    /// The coordinates, which are all that is copied with a particle.
+    /// Returns the columns of the coordinates, which are all that has to be copied with a particle.
     pub(super) fn columns_mut(&mut self) -> [&mut Vec<f32>; COORDINATES] {
         let Self { x_px, y_px, yaw_rad, ln_a, ln_b, anisotropy, .. } = self;
         [x_px, y_px, yaw_rad, ln_a, ln_b, anisotropy]
     }
 
-    /// The number of particles.
+    /// Returns the number of particles.
     pub fn len(&self) -> usize {
         self.x_px.len()
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no particles.
     pub fn is_empty(&self) -> bool {
         self.x_px.is_empty()
     }
 
-    /// Makes the weights sum to one, from their logarithms; the largest is first scaled to one so that nothing underflows. All
-    /// weights are equal if no particle has any left.
+    /// Computes weights that sum to one from their logarithms. The largest weight is first scaled to one, so that not all of them
+    /// underflow. If no particle has any weight left, all weights become equal.
     pub fn normalize(&mut self) {
         let largest = self.log_weight.iter().copied().fold(f32::NEG_INFINITY, f32::max);
         if !largest.is_finite() {
@@ -100,19 +100,19 @@ impl ParticleSet {
         self.weight.iter_mut().for_each(|weight| *weight *= inverse);
     }
 
-    /// Kish's effective sample size, 1 / Σ w², of normalized weights.
+    /// Returns Kish's effective sample size, 1 / Σ w², of the normalized weights.
     pub fn effective_sample_size(&self) -> f64 {
         1.0 / self.weight.iter().map(|&w| f64::from(w) * f64::from(w)).sum::<f64>()
     }
 
-    /// The particle of the largest weight, compared by its logarithm.
+    /// Returns the particle with the largest weight, compared by its logarithm.
     pub fn best(&self) -> ScaledPose {
         let heavier =
             |best: usize, i: usize| if self.log_weight[i] > self.log_weight[best] { i } else { best };
         self.pose((1..self.len()).fold(0, heavier))
     }
 
-    /// Pose and scales of particle `i`.
+    /// Returns the pose and the scales of particle `i`.
     pub fn pose(&self, i: usize) -> ScaledPose {
         ScaledPose {
             x_px: self.x_px[i],
@@ -123,7 +123,7 @@ impl ParticleSet {
         }
     }
 
-    /// Writes every n-th particle into a message, as many as fit.
+    /// Writes every n-th particle into a message, with the smallest n for which they fit.
     pub fn sample(&self, message: &mut Particles) {
         let stride = self.len().div_ceil(MAX_PARTICLES).max(1);
         let count = self.len().div_ceil(stride);
@@ -141,28 +141,29 @@ impl ParticleSet {
     }
 }
 
-/// Systematic resampling, with its buffers.
+/// Performs systematic resampling. Owns the buffers for it.
 #[derive(Debug, Clone)]
 pub struct Resampler {
-    /// For each particle of the new set, the one that it comes from; one entry more than there are particles.
+    /// For each particle of the new set, the particle of the old set that it is a copy of. Has one more entry than there are
+    /// particles, as a place for marks that do not count.
     ancestor: Vec<u32>,
-    /// A column of the new set; afterwards it contains the old version of the previous column.
+    /// Buffer for a column of the new set, which is then swapped with the old one.
     spare: Vec<f32>,
 }
 
 impl Resampler {
-    /// For sets of `count` particles.
+    /// Creates buffers for sets of `count` particles.
     pub fn new(count: usize) -> Self {
         Self { ancestor: vec![0; count + 1], spare: Vec::with_capacity(count) }
     }
 
-    /// Replaces the set by one of equal weights, with each particle as often as its weight says. A single random number `offset` in
-    /// [0, 1) serves for all of them (Thrun, Burgard and Fox, table 4.4).
+    /// Replaces the set by one of equal weights, in which each particle occurs as often as its weight says. A single random number
+    /// `offset` in [0, 1) serves for all particles (Thrun, Burgard and Fox, table 4.4).
     pub fn resample(&mut self, set: &mut ParticleSet, offset: f64) {
         self.resample_to(set, set.len(), offset);
     }
 
-    /// The same with `count` particles in the new set, at most as many as there is room for.
+    /// Like [`Self::resample`], but with `count` particles in the new set, which may be at most as many as there is room for.
     pub fn resample_to(&mut self, set: &mut ParticleSet, count: usize, offset: f64) {
         self.ancestor.resize(count + 1, 0);
         self.mark(&set.weight, offset);
@@ -179,14 +180,17 @@ impl Resampler {
         set.log_weight.resize(count, 0.0);
     }
 
-    /// Pointer k of the new set is (k + offset) / count. It lies in the piece of the first particle with which the sum of weights
-    /// exceeds it. No branch depends on a weight, since the processor would mispredict it at every other particle. Instead, each
-    /// particle marks the pointer at which its piece begins, overwriting the marks of earlier particles with no pointer in theirs.
-    /// The last mark up to a pointer is its ancestor ([`fill_up`]). Particles without weight mark the entry after the last pointer.
+    /// Marks the first copy of each particle in the new set.
+    ///
+    /// Pointer k of the new set is (k + offset) / count. It lies in the piece of the first particle at which the sum of weights
+    /// exceeds the pointer. No branch here depends on a weight, since the processor would mispredict it at every other particle.
+    /// Instead, each particle marks the first pointer after the beginning of its piece, and so overwrites the marks of earlier
+    /// particles without a pointer in their pieces. The last mark up to a pointer is its ancestor ([`fill_up`]). Particles without
+    /// weight mark the entry after the last pointer.
     fn mark(&mut self, weight: &[f32], offset: f64) {
         let count = self.ancestor.len() - 1;
         self.ancestor.fill(0);
-        // Chosen so that the whole part is the least whole number that is not below the weights so far − offset.
+        // This start makes the integer part of `passed` the least integer that is not below the weights so far minus the offset.
         let mut passed = (ONE - 1) - (offset * ONE as f64) as u64;
         let mut pieces = [0; LANES];
         for (k, weights) in weight.chunks(LANES).enumerate() {
@@ -200,8 +204,8 @@ impl Resampler {
     }
 }
 
-/// Fills each gap with the last mark before it. That is the maximum up to each entry, computed sixteen at a time by doubling steps
-/// (Hillis and Steele 1986).
+/// Fills each gap with the last mark before it. Since marks only increase, this is the running maximum, which is computed for
+/// sixteen entries at a time by doubling steps (Hillis and Steele 1986).
 #[inline(always)]
 fn fill_up<S: Simd>(simd: S, marks: &mut [u32]) {
     let none = u32x16::splat(simd, 0);
@@ -222,13 +226,14 @@ fn fill_up<S: Simd>(simd: S, marks: &mut [u32]) {
     }
 }
 
-/// One pointer, in fixed point with 32 bits after the point: sums are exact, however many there are.
+/// The distance between two pointers, in fixed point with 32 fractional bits. In fixed point, sums are exact, however many terms
+/// they have.
 const ONE: u64 = 1 << 32;
 
-/// How many of `count` pointers a weight is worth, rounded to the nearest 2⁻³².
+/// Returns the number of pointers, out of `count`, that a weight is worth, rounded to the nearest multiple of 2⁻³².
 #[inline]
 fn pointers(weight: f32, count: usize) -> u64 {
-    // From 2⁵² on, the last bit of a double's mantissa is worth one.
+    // From 2⁵² on, the last bit of a double's mantissa is worth one, so adding this rounds to an integer.
     const WHOLE: f64 = (1_u64 << 52) as f64;
     let pointers = f64::from(weight) * (count as f64 * ONE as f64);
     (pointers + WHOLE).to_bits().wrapping_sub(WHOLE.to_bits())
@@ -274,8 +279,8 @@ mod tests {
         }
     }
 
-    /// Table 4.4 of Thrun, Burgard and Fox: pointer by pointer, particle by particle, and never past the last one that has any
-    /// weight.
+    /// Resamples as in table 4.4 of Thrun, Burgard and Fox, pointer by pointer and particle by particle, but never goes past the
+    /// last particle that has any weight.
     fn two_loops(weight: &[f32], count: usize, offset: f64) -> Vec<u32> {
         let scale = count as f64 * 2.0_f64.powi(32);
         let pieces: Vec<u64> =
@@ -293,7 +298,7 @@ mod tests {
         (0..count).map(&mut ancestor).collect()
     }
 
-    /// The origin of each particle after resampling a set at the places 0, 1, 2, …
+    /// Returns the ancestor of each particle after resampling a set whose particles are at x = 0, 1, 2, …
     fn ancestors(set: &ParticleSet, count: usize, offset: f64) -> Vec<u32> {
         let mut after = set.clone();
         Resampler::new(count).resample_to(&mut after, count, offset);
@@ -320,8 +325,8 @@ mod tests {
         }
     }
 
-    /// In single precision 100,000 weights sum to a little less than one. The last pointer then went to the last particle, whatever
-    /// its weight.
+    /// In single precision, 100,000 weights sum to a little less than one. The last pointer then used to go to the last particle,
+    /// whatever its weight.
     #[test]
     fn who_has_no_weight_is_never_an_ancestor() {
         let count = 100_000;

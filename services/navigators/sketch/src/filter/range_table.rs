@@ -1,10 +1,11 @@
-//! The visible range from everywhere in every direction, tabulated: the beam model looks this up thousands of times per update.
+//! A table of the visible range from everywhere in every direction, which the beam model looks up thousands of times per update.
 //!
-//! The table has an entry for each cell of the reduced drawing and each of [`DIRECTIONS`] directions: the logarithm of the range to
-//! the first wall, in a byte. It is filled by parallel lines that sweep over the drawing (`sweep.rs`). An entry is the exact range
-//! from a place in the cell, in a direction that is off by half a step at most.
+//! The table has an entry for each cell of the reduced drawing and each of [`DIRECTIONS`] directions, which is the logarithm of the
+//! range to the first wall, in a byte. The table is filled by parallel lines that sweep over the drawing (`sweep.rs`). An entry is
+//! the exact range from a place in the cell, in a direction that is off by at most half a step.
 //!
-//! A cell in a wall also has the distance out of that wall (see [`Grid::cast`]). The table does not know the scale.
+//! For a cell in a wall, the table also has the distance out of that wall (see [`Grid::cast`]). The table does not depend on the
+//! scale.
 
 use std::ops::Range;
 
@@ -13,38 +14,39 @@ use super::range_code::{DIRECTIONS, NEVER, PER_OCTAVE, SHORTEST_LOG2};
 use super::sweep::{SQUARE, Sweep, Views, Walls, transpose_bytes, transposed};
 use fearless_simd::{Level, dispatch, prelude::*, u8x16};
 
-/// Most cells of a drawing's table. Their ranges fill 32 MB, and the distances out of walls as much again if everything is wall. (A
-/// table of 200,000 cells has thicker walls and narrower doors. With it the filter lost the way in 11 of 40 drives through a wobbly
-/// drawing, with this one in none.)
+/// Maximum number of cells in the table of a drawing. The ranges fill 32 MB, and the distances out of walls as much again if
+/// everything is wall. A table of 200,000 cells has thicker walls and narrower doors: with it, the filter got lost in 11 of 40
+/// drives through a wobbly drawing, and with this one in none.
 pub const RANGE_TABLE_CELLS: usize = 500_000;
-/// The row for the distances out of the ring around the drawing: there is no way out.
+/// Row of distances for the ring around the drawing. There is no way out of the ring.
 const OUTSIDE: u32 = 1;
-/// Directions that are swept before they are written to the rows.
+/// Number of directions that are swept before they are written to the rows.
 const TOGETHER: usize = SQUARE;
 
-/// The codes of all cells for one direction: the ranges and, in walls, the distances out of them.
+/// The codes of all cells for one direction. The first plane has the ranges and the second, for cells in walls, the distances out
+/// of them.
 type Planes = [Vec<u8>; 2];
 
 /// The codes of one cell, by direction.
 pub type Row = [u8; DIRECTIONS];
 
-/// The codes of one cell; [`RangeTable::log2_px`] decodes both kinds.
+/// The codes of one cell. [`RangeTable::log2_px`] says how to decode both kinds.
 #[derive(Debug, Clone, Copy)]
 pub struct Rows<'a> {
-    /// Ranges to the first wall.
+    /// Codes of the ranges to the first wall.
     pub range: &'a Row,
-    /// In a wall, the distances out of it: code 0 means that there is none.
+    /// Codes of the distances out of the wall, for a cell in a wall. Code 0 means that no wall has to be left.
     pub leave: Option<&'a Row>,
 }
 
-/// The table.
+/// The table of ranges.
 #[derive(Debug, Clone)]
 pub struct RangeTable {
     width: usize,
     height: usize,
     px_per_cell: f32,
     range: Vec<Row>,
-    /// The first row is for all free cells, the second ([`OUTSIDE`]) for the ring.
+    /// Rows of distances out of walls. The first row is for all free cells, and the second ([`OUTSIDE`]) for the ring.
     leave: Vec<Row>,
     leave_row: Vec<u32>,
 }
@@ -79,17 +81,17 @@ impl RangeTable {
         table
     }
 
-    /// Columns and rows, including the ring around the drawing.
+    /// Returns the numbers of columns and rows, including the ring around the drawing.
     pub fn cells(&self) -> [usize; 2] {
         [self.width, self.height]
     }
 
-    /// Pixels along an edge of a cell.
+    /// Returns the length of a cell's side, in pixels.
     pub fn px_per_cell(&self) -> f32 {
         self.px_per_cell
     }
 
-    /// The ranges visible from a cell.
+    /// Returns the codes of the ranges visible from a cell.
     #[inline(always)]
     pub fn rows(&self, cell: usize) -> Rows<'_> {
         let cell = cell.min(self.range.len() - 1);
@@ -97,7 +99,7 @@ impl RangeTable {
         Rows { range: &self.range[cell], leave: (row > 0).then(|| &self.leave[row]) }
     }
 
-    /// Factor and summand that convert a code to the binary logarithm of a distance in pixels.
+    /// Returns the factor and the summand that convert a code to the binary logarithm of a distance in pixels.
     pub fn log2_px(&self) -> [f32; 2] {
         [1.0 / PER_OCTAVE, SHORTEST_LOG2 + self.px_per_cell.log2()]
     }
@@ -122,7 +124,8 @@ impl RangeTable {
         }
     }
 
-    /// Copies the planes of directions into the cells' rows. (Writing each code into its row at once took three times as long.)
+    /// Copies the planes of some directions into the cells' rows. Writing each code into its row straight away took three times as
+    /// long.
     #[inline(always)]
     fn interleave<S: Simd>(&mut self, simd: S, first: usize, planes: &[Planes; TOGETHER]) {
         let Self { range, leave, leave_row, .. } = self;
@@ -143,7 +146,7 @@ impl RangeTable {
     }
 }
 
-/// The codes of some cells, one plane after the other.
+/// Returns the codes of some cells, each from one plane after the other.
 #[inline(always)]
 fn codes<'a, S: Simd>(
     simd: S,
@@ -158,7 +161,7 @@ fn codes<'a, S: Simd>(
     transposed(std::array::from_fn(|k| u8x16::from_slice(simd, &plane(k)[cells.clone()]))).map(Into::into)
 }
 
-/// For each cell, its row in the table of distances out of walls.
+/// Returns, for each cell, its row in the table of distances out of walls.
 fn leave_rows(wall: &[bool], width: usize) -> Vec<u32> {
     let height = wall.len() / width;
     let ring = |at: usize| [0, width - 1].contains(&(at % width)) || [0, height - 1].contains(&(at / width));
@@ -182,18 +185,18 @@ mod tests {
     use proptest::prelude::*;
     use sketchnav_schemas::codes::WALL;
 
-    /// The code of the distance out of a cell's wall; 0 if there is none.
+    /// Returns the code of the distance out of a cell's wall, or 0 if there is no wall to leave.
     fn leave(table: &RangeTable, cell: usize, direction: usize) -> u8 {
         table.rows(cell).leave.map_or(0, |row| row[direction])
     }
 
-    /// Whether a distance in cells has the code, up to the rounding of both tables.
+    /// Returns true if a distance in cells has the code, up to the rounding of both tables.
     fn has_code(way: f32, code: u8) -> bool {
         let found = (f32::from(code) / PER_OCTAVE + SHORTEST_LOG2).exp2();
         (way.max(SHORTEST_LOG2.exp2()) - found).abs() < 0.03 * found + 1.5 / PARTS
     }
 
-    /// The place in `cell` from which direction `direction` was swept, and its unit vector.
+    /// Returns the place in `cell` from which a direction was swept, and the unit vector of that direction.
     fn swept_from(cell: [usize; 2], size: [usize; 2], direction: usize) -> ([f32; 2], [f32; 2]) {
         let (dy, dx) = (direction as f64 / DIRECTIONS as f64 * std::f64::consts::TAU).sin_cos();
         let major = usize::from(dy.abs() > dx.abs());
@@ -221,7 +224,7 @@ mod tests {
             for row in 1..size[1] - 1 {
                 for column in 1..size[0] - 1 {
                     let (place, d) = swept_from([column, row], size, direction);
-                    // A ray through a corner may take either side; those next to it decide.
+                    // A ray through a corner may pass on either side, so the rays next to it are accepted as well.
                     let cast = |off: f32| {
                         let from = [place[0] - 1.0 - off * d[1], place[1] - 1.0 + off * d[0]];
                         grid.cast(from, d, 1e6, 1e6)
@@ -239,7 +242,7 @@ mod tests {
     #[test]
     fn a_thin_slanted_wall_is_never_seen_through() {
         let (w, h) = (60, 60);
-        // Cells that touch only at their corners.
+        // The cells of the wall touch only at their corners.
         let cells: Vec<u8> = (0..w * h).map(|i| if i % w == i / w { WALL } else { 0 }).collect();
         let grid = Grid::new(&SketchGrid::new(w, h, &cells, 0.0).unwrap(), 1_000_000);
         let (table, [width, _]) = (RangeTable::new(&grid), grid.cells());
@@ -251,7 +254,7 @@ mod tests {
                 let range = (f32::from(table.rows(row * width + column).range[direction]) / PER_OCTAVE
                     + SHORTEST_LOG2)
                     .exp2();
-                // Half a cell across, and a cell of wall, along a ray that may arrive at a flat angle.
+                // Allows for half a cell across and a cell of wall, along a ray that may arrive at a shallow angle.
                 let slack = 2.0 / approach.abs();
                 assert!(
                     approach <= 0.0 || range < (to_wall + slack) * 1.04,
@@ -270,13 +273,13 @@ mod tests {
         let grid = Grid::new(&SketchGrid::new(w, h, &cells, 0.0).unwrap(), 1_000_000);
         let (table, [width, _]) = (RangeTable::new(&grid), grid.cells());
         let cell = |column: usize, row: usize| (row + 1) * width + column + 1;
-        // Along x: off the line at once, and nine and a half cells further to the pillar.
+        // Along x, the ray leaves the line at once and goes nine and a half cells to the pillar.
         let range = table.rows(cell(10, 25)).range[0];
         assert!(leave(&table, cell(10, 25), 0) == 0 && has_code(9.5, range), "{range}");
-        // From the pillar's middle it is four and a half cells to its last cell.
+        // From the middle of the pillar, the ray goes four and a half cells to the pillar's last cell.
         let way = leave(&table, cell(24, 25), 0);
         assert!(has_code(4.5, way), "{way}");
-        // Along the line there is no way out of the wall.
+        // Along the line, there is no way out of the wall.
         assert_eq!(leave(&table, cell(10, 25), DIRECTIONS / 4), NEVER);
     }
 }

@@ -1,5 +1,5 @@
-//! Virtual measurements of the scales (Boniardi et al. 2015, equation 8): the scales at which the ray-traced end points would
-//! coincide with those of the scan. Equation 7 derives from them how likely other scales are.
+//! Virtual measurements of the scales (Boniardi et al. 2015, equation 8), which are the scales at which the ray-traced end points
+//! would coincide with those of the scan. Equation 7 uses them to compute the likelihood of a particle's scales.
 
 use super::beam_model::expected_range;
 use super::beams::Beams;
@@ -8,39 +8,43 @@ use super::metric::ScaleFrame;
 use super::parameters::Scales;
 use serde::{Deserialize, Serialize};
 
-/// A pose with scales, as a particle has it.
+/// A pose with the two local scales, like that of a particle.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ScaledPose {
-    /// Position, pixels.
+    /// Position along x, in pixels.
     pub x_px: f32,
-    /// Position, pixels, upwards.
+    /// Position along y, upwards, in pixels.
     pub y_px: f32,
-    /// Heading, radians.
+    /// Heading, in radians.
     pub yaw_rad: f32,
-    /// Scale along the wall direction, pixels per metre.
+    /// Scale along the wall direction, in pixels per metre.
     pub a_pxpm: f32,
-    /// Scale across, pixels per metre.
+    /// Scale across the wall direction, in pixels per metre.
     pub b_pxpm: f32,
 }
 
-/// Scales that ray tracing suggests; `None` along an axis that no beam looks along. If there is only one scale, it is `a_pxpm`.
+/// The scales that ray tracing suggests. A scale is `None` if no beam looks along its axis. If there is only one scale, it is
+/// `a_pxpm`.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct VirtualScales {
-    /// a′ of equation (8), pixels per metre.
+    /// Scale a′ of equation (8), in pixels per metre.
     pub a_pxpm: Option<f32>,
-    /// b′ of equation (8), pixels per metre.
+    /// Scale b′ of equation (8), in pixels per metre.
     pub b_pxpm: Option<f32>,
 }
 
-/// Sum of squared projections of the end points below which an axis is not observed, m².
+/// Sum of squared projections of the end points, in m², up to which an axis does not count as observed.
 const SEEN_M2: f32 = 1.0;
 
-/// Solves equation (8) at `pose`: min over A, B of Σ [π_a(pᵢ − A zᵢ)]² + [π_b(pᵢ − B zᵢ)]², hence A = Σ π_a(pᵢ) π_a(zᵢ) / Σ
-/// π_a(zᵢ)², and B likewise. zᵢ are the measured end points around the robot, metres, pᵢ the ray-traced ones, pixels. A ray has the
-/// direction of its beam, turned by the pose. If the pose's scales turned it as well, it would look farther along an axis whose
-/// scale is believed to be larger, and a wrong scale would confirm itself. (The paper goes on to call the average of the ratios
-/// π_a(pᵢ)/π_a(zᵢ) the solution. That is a different estimate, which is unbounded for a beam across the axis. The code follows the
-/// equation.) With one scale the two sums are added.
+/// Solves equation (8) at `pose`, which minimizes Σ [π_a(pᵢ − A zᵢ)]² + [π_b(pᵢ − B zᵢ)]² over A and B. Hence A = Σ π_a(pᵢ) π_a(zᵢ)
+/// / Σ π_a(zᵢ)², and B likewise, where zᵢ are the measured end points around the robot, in metres, and pᵢ the ray-traced ones, in
+/// pixels. With a single scale, the sums of both axes are added.
+///
+/// A ray has the direction of its beam, turned by the pose. If the pose's scales distorted the direction as well, the ray would
+/// look farther along an axis whose scale is believed to be larger, and a wrong scale would confirm itself.
+///
+/// Note that the paper goes on to call the average of the ratios π_a(pᵢ)/π_a(zᵢ) the solution. That is a different estimate, which
+/// is unbounded for a beam across the axis. The code follows the equation.
 pub fn least_squares(
     grid: &Grid,
     frame: &ScaleFrame,
@@ -54,7 +58,7 @@ pub fn least_squares(
     for i in (0..beams.len()).filter(|&i| beams.returned[i]) {
         let traced_m = expected_range(grid, beams, i, [pose.x_px, pose.y_px], &metric);
         if traced_m <= 0.0 {
-            // Inside a wall nothing can be traced.
+            // Rays cannot be traced from inside a wall.
             continue;
         }
         let end = |range_m: f32| {
@@ -79,8 +83,8 @@ pub fn least_squares(
 }
 
 impl VirtualScales {
-    /// ln L_λ,a(a′) + ln L_ν,b(b′) of equation (7), up to a constant: Laplace distributions around a particle's scales (ln a, ln
-    /// b), of widths λ and ν, pixels per metre.
+    /// Returns ln L_λ,a(a′) + ln L_ν,b(b′) of equation (7), up to a constant. These are Laplace distributions around a particle's
+    /// scales, which are given as (ln a, ln b), with the widths λ and ν in pixels per metre.
     pub fn log_likelihood(&self, ln_scales: [f32; 2], widths_pxpm: [f32; 2]) -> f32 {
         let term = |found: Option<f32>, axis: usize| {
             found.map_or(0.0, |scale| -(scale - ln_scales[axis].exp()).abs() / widths_pxpm[axis])
@@ -89,22 +93,22 @@ impl VirtualScales {
     }
 }
 
-/// Beams farther than this from an axis say nothing about its scale: squared cosine.
+/// Squared cosine of the angle from an axis beyond which a beam says nothing about the axis's scale.
 const LOOKS_ALONG: f32 = 0.5;
 /// Sum of squared cosines below which an axis is not observed.
 const OBSERVED: f32 = 2.0;
-/// Logarithms of ratios farther than this from their mean are outliers: a door, a piece of furniture.
+/// Distance from the mean beyond which the logarithm of a ratio is an outlier, such as a door or a piece of furniture.
 const OUTLIER: f32 = 0.5;
-/// Rounds of averaging without the outliers.
+/// Number of rounds of averaging, of which all but the first leave out outliers.
 const ROUNDS: usize = 3;
 
-/// A robust relative of equation (8): along each axis, the logarithmic mean of the ratio of the ray-traced to the measured
-/// projection. Along a beam, whose direction follows from `pose`'s own scales, the ratio of the projections is that of the lengths
-/// times the scale. The mean is taken again without the outliers.
+/// Computes a robust relative of equation (8). Each scale is the logarithmic mean of the ratio of the ray-traced to the measured
+/// projections along its axis. Since the direction of a traced beam follows from `pose`'s own scales, the ratio of the projections
+/// is the ratio of the lengths times the scale. The mean is taken again without outliers.
 pub fn trimmed_means(grid: &Grid, frame: &ScaleFrame, beams: &Beams, pose: &ScaledPose) -> VirtualScales {
     let metric = frame.px_from_base(pose.yaw_rad, pose.a_pxpm, pose.b_pxpm);
     let expected = |i: usize| expected_range(grid, beams, i, [pose.x_px, pose.y_px], &metric);
-    // Inside a wall nothing can be traced.
+    // Rays cannot be traced from inside a wall.
     let ratio = |i: usize| Some(expected(i) / beams.range_m[i]).filter(|&r| r > 0.0).map(f32::ln);
     let along_a = |i: usize| frame.share_of_a(pose.yaw_rad + beams.angle_rad[i]);
     let a = trimmed_mean(beams, ratio, along_a);
@@ -140,7 +144,7 @@ mod tests {
     use crate::sketch::SketchGrid;
     use sketchnav_schemas::codes::WALL;
 
-    /// A room from (10, 10) to (70, 50) px, inner sides, in a drawing of 80 × 60.
+    /// Draws a room whose inside is from (10, 10) to (70, 50) px, on a sheet of 80 × 60 px.
     fn room() -> Grid {
         let inside = |i: usize| (10..70).contains(&(i % 80)) && (10..50).contains(&(i / 80));
         let cells: Vec<u8> = (0..80 * 60).map(|i| if inside(i) { 0 } else { WALL }).collect();
@@ -155,9 +159,9 @@ mod tests {
 
     const POSE: ScaledPose = ScaledPose { x_px: 40.0, y_px: 30.0, yaw_rad: 0.0, a_pxpm: 10.0, b_pxpm: 10.0 };
 
-    /// From the middle, (40, 30), the wall ahead is drawn at 30 px and measured at 2 m, the one behind at 30 px and 1 m, the one to
-    /// the left at 20 px and 4 m. A = (30·2 + 30·1)/(2² + 1²) = 18, B = 20·4/4² = 5; with one scale (30·2 + 30·1 + 20·4)/(2² + 1² +
-    /// 4²) = 170/21. The average of the ratios would be (15 + 30)/2.
+    /// From the middle, (40, 30), the wall ahead is drawn at 30 px and measured at 2 m, the one behind at 30 px and 1 m, and the
+    /// one to the left at 20 px and 4 m. Hence A = (30·2 + 30·1)/(2² + 1²) = 18 and B = 20·4/4² = 5, or with a single scale (30·2 +
+    /// 30·1 + 20·4)/(2² + 1² + 4²) = 170/21. The average of the ratios would be (15 + 30)/2.
     #[test]
     fn equation_8_by_hand() {
         use std::f32::consts::{FRAC_PI_2, PI};
@@ -172,7 +176,7 @@ mod tests {
         assert!((one.a_pxpm.unwrap() - 170.0 / 21.0).abs() < 1e-3 && one.b_pxpm.is_none(), "{one:?}");
     }
 
-    /// A beam to the left says nothing about the scale ahead.
+    /// A beam to the left says nothing about the scale along the robot's heading.
     #[test]
     fn an_axis_that_no_beam_looks_along_is_not_observed() {
         let seen = beams(&[(std::f32::consts::FRAC_PI_2, 4.0)]);
@@ -180,7 +184,7 @@ mod tests {
         assert!(found.a_pxpm.is_none() && found.b_pxpm.is_some());
     }
 
-    /// a′ = 18, b′ = 5 against a = 12, b = 6 with λ = 3, ν = 2: −|18 − 12|/3 − |5 − 6|/2 = −2.5.
+    /// For a′ = 18 and b′ = 5 against a = 12 and b = 6, with λ = 3 and ν = 2: −|18 − 12|/3 − |5 − 6|/2 = −2.5.
     #[test]
     fn the_laplace_terms_of_equation_7_by_hand() {
         let found = VirtualScales { a_pxpm: Some(18.0), b_pxpm: Some(5.0) };

@@ -1,5 +1,5 @@
-//! Where the filter starts: the place at which the person says that the robot is, and the scales that the first scan suggests.
-//! Nothing here has an effect once the filter runs.
+//! The start of the filter, from the pose at which a person says that the robot is and from the scales that the first scan
+//! suggests. Once the filter runs, nothing here has an effect, unless a person says again where the robot is.
 
 use std::f64::consts::PI;
 
@@ -18,36 +18,36 @@ use super::particles::ParticleSet;
 use super::scales::{ScaledPose, least_squares, trimmed_means};
 use crate::sketch::SketchGrid;
 
-/// Where the person says that the robot starts.
+/// The pose at which a person says that the robot is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
-    /// The pose in the drawing.
+    /// Pose in the drawing.
     pub pose: Pose<Sketch>,
-    /// How far off the position may be, pixels.
+    /// Standard deviation of the position, in pixels.
     pub spread_px: f64,
-    /// How far off the heading may be, radians; with π or more it may be any.
+    /// Standard deviation of the heading, in radians. With π or more, the heading is unknown.
     pub spread_rad: f64,
 }
 
-/// Rounds of solving equation (8), since the direction of a beam in the drawing depends on the scales.
+/// Number of rounds of estimating the scales. Several are needed because the result depends on the scales of the pose.
 const ROUNDS: usize = 6;
-/// The largest factor by which a scale from the first scan may differ from the guess.
+/// Maximum factor by which a scale from the first scan may differ from the guess.
 const FARTHEST: f32 = 8.0;
 
 impl Start {
-    /// Refuses a start outside the drawing.
+    /// Rejects a start outside the drawing.
     pub(super) fn check_within(&self, [width, height]: [usize; 2]) -> Result<(), FilterError> {
         let (x, y) = (self.pose.x, self.pose.y);
         let inside = (0.0..width as f64).contains(&x) && (0.0..height as f64).contains(&y);
         if inside { Ok(()) } else { Err(FilterError::StartOutside { x, y, width, height }) }
     }
 
-    /// Whether the heading may be any.
+    /// Returns true if the heading is unknown.
     pub(super) fn has_any_heading(&self) -> bool {
         self.spread_rad >= PI
     }
 
-    /// The pose with the scales that the first scan suggests; `guess_pxpm` if it sees nothing.
+    /// Returns the pose with the scales that the first scan suggests, or with `guess_pxpm` if the scan sees nothing.
     pub(super) fn scaled_pose(
         &self,
         grid: &Grid,
@@ -67,7 +67,8 @@ impl Start {
         ScaledPose { a_pxpm, b_pxpm, ..pose }
     }
 
-    /// The drawing's mean scales (ln a, ln b): between those of the first scan and the one that follows from its size.
+    /// Returns the drawing's mean scales, as (ln a, ln b). They are between those of the first scan and the one that follows from
+    /// the size of the drawing.
     pub(super) fn mean_ln_scales(
         &self,
         first: &ScaledPose,
@@ -78,7 +79,7 @@ impl Start {
         [first.a_pxpm, first.b_pxpm].map(|scale| scale.ln() + share * (size_pxpm / scale).ln())
     }
 
-    /// Spreads the particles around the start, in free cells if any can be found, with scales around (ln a, ln b) there.
+    /// Scatters the particles around the start, in free cells if any can be found, with scales around (ln a, ln b).
     pub(super) fn scatter(
         &self,
         particles: &mut ParticleSet,
@@ -89,7 +90,7 @@ impl Start {
     ) {
         let middle = [self.pose.x as f32, self.pose.y as f32];
         let spread_rad = (self.spread_rad as f32).max(parameters.start_spread_rad);
-        // The person's own doubt is in pixels, the least one in metres, along the walls and across.
+        // The person's own uncertainty is in pixels. The minimum uncertainty is in metres, along the walls and across.
         let spread_px = |ln: f32| (self.spread_px as f32).max(parameters.start_spread_m * ln.exp());
         let px_from_draw = terrain.frame.px_from_frame(spread_px(ln_a), spread_px(ln_b));
         for i in 0..particles.len() {
@@ -108,8 +109,9 @@ impl Start {
     }
 }
 
-/// Scales at the start, from the first scan. An axis that is not observed takes the other's scale; if neither is, the scales of
-/// `pose` are taken, which are a guess. The result stays within a factor of eight of the guess.
+/// Estimates the scales at the start from the first scan. An axis that is not observed takes the scale of the other one. If neither
+/// is observed, both scales are the guess, which is the scale of `pose`. The result stays within a factor of [`FARTHEST`] of the
+/// guess.
 fn initial_scales(
     grid: &Grid,
     frame: &ScaleFrame,
@@ -131,7 +133,8 @@ fn initial_scales(
     [pose.a_pxpm, pose.b_pxpm]
 }
 
-/// The stretch at the first scan's place: half the logarithm of scale a over scale b; 0 with one scale.
+/// Returns the stretch at the place of the first scan, which is half the logarithm of the ratio of scale a to scale b, or 0 with a
+/// single scale.
 pub(super) fn first_anisotropy(first: &ScaledPose, parameters: &Parameters) -> f32 {
     match parameters.scales {
         Scales::Two => (first.a_pxpm / first.b_pxpm).ln() / 2.0,
@@ -139,8 +142,8 @@ pub(super) fn first_anisotropy(first: &ScaledPose, parameters: &Parameters) -> f
     }
 }
 
-/// The scales of the first scan, to the extent that they are believed to differ: a `start_anisotropy` of 1 leaves them as they are,
-/// 0 makes them equal.
+/// Returns the pose with the scales of the first scan to the extent that they are believed to differ. A `start_anisotropy` of 1
+/// leaves them unchanged, and 0 makes them equal.
 pub(super) fn believed(first: &ScaledPose, parameters: &Parameters) -> ScaledPose {
     let share = match parameters.scales {
         Scales::Two => parameters.start_anisotropy,
@@ -152,7 +155,7 @@ pub(super) fn believed(first: &ScaledPose, parameters: &Parameters) -> ScaledPos
     ScaledPose { a_pxpm, b_pxpm, ..*first }
 }
 
-/// A place around `middle`; a free one if ten attempts find one.
+/// Returns a free place around `middle`, or `middle` itself if ten attempts find none.
 fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mut Pcg64Mcg) -> [f32; 2] {
     for _ in 0..10 {
         let step = px_from_draw.apply(normal(rng), normal(rng));
@@ -164,13 +167,13 @@ fn free_place(grid: &Grid, middle: [f32; 2], px_from_draw: &PxFromBase, rng: &mu
     middle
 }
 
-/// The longer side of the box around all walls, along the walls' direction or across, pixels; that of the drawing if it has no
-/// walls.
+/// Returns the longer side, in pixels, of the box around all walls that is aligned with the walls' direction, or the longer side of
+/// the drawing if it has no walls.
 pub(super) fn extent_px(sketch: &SketchGrid) -> f32 {
     let (sin, cos) = (sketch.wall_direction_rad() as f32).sin_cos();
     let (mut least, mut most) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
     for (row, walls) in sketch.walls().chunks_exact(sketch.width()).enumerate() {
-        // Along a row either coordinate only rises or only falls, so its ends are enough.
+        // Along a row, each coordinate only rises or only falls, so the ends of the row are enough.
         let ends = [walls.iter().position(|&wall| wall), walls.iter().rposition(|&wall| wall)];
         for column in ends.into_iter().flatten() {
             let (x, y) = (column as f32, row as f32);
@@ -189,8 +192,8 @@ pub(super) fn extent_px(sketch: &SketchGrid) -> f32 {
 mod tests {
     use super::*;
 
-    /// The first scan gives 10 and 40 px/m, the drawing's size 90. Half way between, in logarithms, are √(10·90) = 30 and √(40·90)
-    /// = 60.
+    /// The first scan gives 10 and 40 px/m, and the size of the drawing gives 90. Halfway between, in logarithms, are √(10·90) = 30
+    /// and √(40·90) = 60.
     #[test]
     fn the_mean_scale_is_between_the_first_scans_and_the_drawings() {
         let start = Start { pose: Pose::new(0.0, 0.0, 0.0), spread_px: 0.0, spread_rad: 0.0 };

@@ -1,8 +1,8 @@
-//! Parallel lines, swept over a drawing: the visible range from every cell in one direction.
+//! Sweeps parallel lines over a drawing to find the visible range from every cell in one direction.
 //!
-//! There is one line for each cell across. All are followed backwards at once, through every cell that they touch, so that they
-//! never slip through a wall, however thin or slanted. Each cell takes the range from its line's point in the middle column (or
-//! row). Scale plays no role here.
+//! There is one line for each cell across. All lines are followed backwards at once, through every cell that they touch, so that
+//! they never slip through a wall, however thin or slanted. Each cell takes the range from the point of its line at the middle of
+//! the cell's column (or row). The scale plays no role here.
 
 use std::ops::Range;
 
@@ -10,37 +10,37 @@ use fearless_simd::{Level, dispatch, prelude::*, u8x16};
 
 use super::range_code::{DIRECTIONS, NEVER, code};
 
-/// Codes of distances are looked up by the distance along the line in these parts of a cell.
+/// Number of parts of a cell, in which distances along a line are measured to look up their codes.
 pub const PARTS: f32 = 16.0;
 
-/// A place along the lines: twice the number of whole parts of a cell, plus one if it lies beyond them. Look-ups use whole parts,
-/// but it must be possible to tell whether a cell begins exactly at a place.
+/// A place along the lines, as twice the number of whole parts of a cell, plus one if the place lies between two parts. Look-ups
+/// use whole parts, but it must be possible to tell whether a cell begins exactly at a place.
 type Place = u32;
 
-/// All bits set: in a wall.
+/// Mask of a line in a wall, with all bits set.
 const IN_WALL: u32 = u32::MAX;
 
-/// Beyond every wall.
+/// A place beyond every wall.
 const FAR: Place = Place::MAX;
 
-/// The place at this number of cells along the lines.
+/// Returns the place at this number of cells along the lines.
 fn place(cells: f32) -> Place {
     let parts = cells * PARTS;
     2 * parts as Place + Place::from(parts.fract() > 0.0)
 }
 
-/// Where lines pass the middle of the drawing, in parts of a cell. It is nearly the cells' middle, but such that lines at 45° do
-/// not run from corner to corner, where rounding would choose the side.
+/// Where lines pass through a cell at the middle of the drawing, as a fraction of the cell. This is nearly the middle of the cell,
+/// but lines at 45° must not run from corner to corner, where rounding would choose the side.
 pub const OFF_CORNERS: f64 = 0.4;
 
-/// The wall cells, row by row and column by column, for lines that cross either.
+/// The wall cells, both row by row and column by column, for lines in either direction.
 pub struct Walls {
     by_row: Vec<bool>,
     by_column: Vec<bool>,
 }
 
 impl Walls {
-    /// Made of cells in rows of `width`.
+    /// Creates the walls from cells in rows of `width`.
     pub fn new(by_row: Vec<bool>, width: usize) -> Self {
         let mut by_column = vec![false; by_row.len()];
         transpose(&by_row, width, &mut by_column);
@@ -48,9 +48,9 @@ impl Walls {
     }
 }
 
-/// The cells of rows of `width`, column by column.
+/// Transposes cells in rows of `width` to columns.
 pub fn transpose<T: Copy>(from: &[T], width: usize, to: &mut [T]) {
-    /// Squares of this side stay in the first-level cache.
+    /// Side of squares that fit into the first-level cache.
     const SIDE: usize = 32;
     let height = from.len() / width;
     for top in (0..height).step_by(SIDE) {
@@ -64,7 +64,7 @@ pub fn transpose<T: Copy>(from: &[T], width: usize, to: &mut [T]) {
     }
 }
 
-/// The bytes of rows of `width`, column by column.
+/// Transposes bytes in rows of `width` to columns.
 pub fn transpose_bytes(from: &[u8], width: usize, to: &mut [u8]) {
     dispatch!(Level::new(), simd => transpose_bytes_by(simd, from, width, to));
 }
@@ -87,11 +87,11 @@ fn transpose_bytes_by<S: Simd>(simd: S, from: &[u8], width: usize, to: &mut [u8]
     }
 }
 
-/// Bytes along a side of a square that is transposed at once.
+/// Number of bytes along a side of a square that is transposed at once.
 pub const SQUARE: usize = 16;
 
-/// The columns of a square of bytes, from its rows: four times, the bytes of the first half of the rows are interleaved with those
-/// of the second.
+/// Transposes a square of bytes from rows to columns. The bytes of the first half of the rows are interleaved with those of the
+/// second half, four times.
 #[inline(always)]
 pub fn transposed<S: Simd>(mut rows: [u8x16<S>; SQUARE]) -> [u8x16<S>; SQUARE] {
     for _ in 0..SQUARE.ilog2() {
@@ -103,45 +103,45 @@ pub fn transposed<S: Simd>(mut rows: [u8x16<S>; SQUARE]) -> [u8x16<S>; SQUARE] {
     rows
 }
 
-/// The lines in one direction. Positions along the *major* axis, the one that the direction is nearer
-/// to, count forward in the direction; cells across lie on the *minor* axis.
+/// The lines in one direction. Positions count forward in that direction along the *major* axis, which is the axis that the
+/// direction is nearer to. Cells across lie along the *minor* axis.
 pub struct Sweep {
     steps: Vec<Step>,
-    /// Whether the major axis is y.
+    /// True if the major axis is y.
     upright: bool,
-    /// Whether positions count down the axis.
+    /// True if positions count down the axis.
     backward: bool,
-    /// Cells across.
+    /// Number of cells across.
     across: usize,
-    /// The greatest `minor` of all steps: there, line 0 is the first of all lines that is in the drawing.
+    /// The greatest `minor` of all steps. At that step, line 0 is the first line within the drawing.
     highest: i32,
-    /// The codes of ranges, by whole parts of a cell; ...
+    /// The codes of ranges, by whole parts of a cell.
     codes: Vec<u8>,
-    /// ... and of the distances out of walls, by differences of places; the last one is for walls without a way out.
+    /// The codes of distances out of walls, by differences of places. The last code is for walls without a way out.
     leave_codes: Vec<u8>,
 }
 
-/// Where line 0 runs at one position of the major axis, and how it continues to the next.
+/// The cell of line 0 at one position of the major axis, and how the line continues to the next position.
 #[derive(Clone, Copy)]
 struct Step {
-    /// The cell on the minor axis at the middle.
+    /// The cell on the minor axis, at the middle of the position.
     minor: i32,
-    /// The cell between this one and the next, if the line touches a third.
+    /// The cell between this one and that of the next position, if the line touches such a cell.
     between: Option<Between>,
-    /// Where the next position's cell begins.
+    /// The place where the next position's cell begins.
     next_entry: Place,
 }
 
 #[derive(Clone, Copy)]
 struct Between {
-    /// Whether it already lies at the next position.
+    /// True if the cell lies at the next position already.
     ahead: bool,
     minor: i32,
     entry: Place,
 }
 
 impl Sweep {
-    /// The sweep in one of [`DIRECTIONS`], over a drawing of `size` columns and rows.
+    /// Creates the sweep in one of [`DIRECTIONS`] directions over a drawing of these columns and rows.
     pub fn new(direction: usize, [width, height]: [usize; 2]) -> Self {
         let angle = direction as f64 / DIRECTIONS as f64 * std::f64::consts::TAU;
         let (dy, dx) = angle.sin_cos();
@@ -163,13 +163,13 @@ impl Sweep {
         }
     }
 
-    /// Whether its planes are stored row by row; otherwise they are stored column by column.
+    /// Returns true if the sweep writes planes row by row, and false if it writes them column by column.
     pub fn is_upright(&self) -> bool {
         self.upright
     }
 
-    /// Writes the code of the range from each cell into `plane`, and the codes of the distances out of the wall, for each cell in
-    /// one, into `leave`.
+    /// Writes the code of the range from each cell to `plane`, and the code of the distance out of the wall to `leave` for each
+    /// cell in a wall.
     pub fn run(&self, walls: &Walls, views: &mut Views, plane: &mut [u8], leave: &mut [u8]) {
         dispatch!(Level::new(), _simd => self.run_through(walls, views, plane, leave));
     }
@@ -186,7 +186,7 @@ impl Sweep {
         }
     }
 
-    /// Continues the lines, backwards, into the cells at a position.
+    /// Continues the lines backwards into the cells at a position.
     #[inline(always)]
     fn pass(&self, position: usize, wall: &[bool], views: &mut Views) {
         let (step, lines) = (&self.steps[position], self.lines(position));
@@ -211,14 +211,15 @@ impl Sweep {
         }
     }
 
-    /// The lines that are within the drawing at a position, counted from the first that ever is. Their number is the same at every
-    /// position.
+    /// Returns the lines that are within the drawing at a position, counted from the first line that ever is. Their number is the
+    /// same at every position.
     fn lines(&self, position: usize) -> Range<usize> {
         let first = (self.highest - self.steps[position].minor) as usize;
         first..first + self.across
     }
 
-    /// Those of `lines` that are within the drawing at another position as well; none if that position is outside.
+    /// Returns those of `lines` that are within the drawing at another position as well. The result is empty if that position is
+    /// outside.
     fn common(&self, lines: &Range<usize>, position: usize) -> Range<usize> {
         if position >= self.steps.len() {
             return lines.end..lines.end;
@@ -227,14 +228,14 @@ impl Sweep {
         lines.start.max(other.start)..lines.end.min(other.end)
     }
 
-    /// The row, or column, at a position.
+    /// Returns the row, or column, at a position.
     fn row(&self, position: usize) -> usize {
         if self.backward { self.steps.len() - 1 - position } else { position }
     }
 }
 
-/// The codes of the first `count` distances in parts of a cell, with `cells_per_step` cells of distance per position. (They never
-/// decrease, so the start of the next one is found by bisection.)
+/// Returns the codes of the first `count` distances in parts of a cell, with `cells_per_step` cells of distance per position. Codes
+/// never decrease, so the start of the next code is found by bisection.
 fn codes(count: usize, cells_per_step: f64) -> Vec<u8> {
     let code = |parts: usize| code(parts as f64 / f64::from(PARTS) * cells_per_step);
     let mut codes = Vec::with_capacity(count);
@@ -251,7 +252,7 @@ fn codes(count: usize, cells_per_step: f64) -> Vec<u8> {
 }
 
 impl Step {
-    /// The line near the middle of the cell at half of `along`, with `slope` cells per position.
+    /// Creates the step at `position` of the line with a slope of `slope` cells per position that passes the middle of the drawing.
     fn new(position: usize, along: usize, slope: f64) -> Self {
         let middle = (along / 2) as f64 + 0.5;
         let height = |at: f64| OFF_CORNERS + slope * (at - middle);
@@ -271,7 +272,7 @@ impl Step {
     }
 }
 
-/// The codes of the distances out of walls by differences of places, from the `codes` of whole parts of a cell.
+/// Returns the codes of the distances out of walls by differences of places, given the `codes` of whole parts of a cell.
 fn leave_codes(codes: &[u8]) -> Vec<u8> {
     let mut leave: Vec<u8> = codes.iter().flat_map(|&code| [code.clamp(1, NEVER - 1); 2]).collect();
     leave[0] = 0;
@@ -279,22 +280,22 @@ fn leave_codes(codes: &[u8]) -> Vec<u8> {
     leave
 }
 
-/// What lies ahead on each of the lines that are followed backwards.
+/// What lies ahead on each line while the lines are followed backwards.
 pub struct Views {
-    /// All bits set in a wall, none outside.
+    /// Masks with all bits set in a wall, and none outside.
     in_wall: Vec<u32>,
-    /// Where the nearest wall ahead begins.
+    /// The place where the nearest wall ahead begins.
     wall: Vec<Place>,
-    /// In a wall: where its last cell begins, ...
+    /// For lines in a wall, the place where the wall's last cell begins.
     last_cell: Vec<Place>,
-    /// ... and where the next wall after it does.
+    /// For lines in a wall, the place where the next wall after it begins.
     wall_behind: Vec<Place>,
-    /// Distances along the lines of a position, parts of a cell.
+    /// Distances along the lines at a position, in parts of a cell or as differences of places.
     ways: Vec<u32>,
 }
 
 impl Views {
-    /// Buffers for a drawing of `size` columns and rows.
+    /// Creates buffers for a drawing of these columns and rows.
     pub fn new([width, height]: [usize; 2]) -> Self {
         // Lines at 45° begin at every cell of both sides.
         let lines = width + height + 1;
@@ -308,7 +309,7 @@ impl Views {
         }
     }
 
-    /// Starts lines that come from outside, where everything is wall.
+    /// Begins lines that come from outside, where everything is wall.
     fn begin(&mut self, lines: Range<usize>) {
         self.in_wall[lines.clone()].fill(IN_WALL);
         for column in [&mut self.wall, &mut self.last_cell, &mut self.wall_behind] {
@@ -316,7 +317,7 @@ impl Views {
         }
     }
 
-    /// Lets the lines enter their next cells, at `entry`.
+    /// Lets the lines enter their next cells, which begin at `entry`.
     #[inline(always)]
     fn enter(&mut self, lines: Range<usize>, cells: &[bool], entry: Place) {
         let lines = lines.start..lines.start + cells.len();
@@ -334,10 +335,10 @@ impl Views {
         out.iter_mut().zip(ways).for_each(|(out, way)| *out = codes[*way as usize]);
     }
 
-    /// Writes the codes of the distances out of the walls, for the cells in one.
+    /// Writes the codes of the distances out of walls, for the cells in a wall.
     #[inline(always)]
     fn leaves(&mut self, lines: Range<usize>, at: Place, codes: &[u8], out: &mut [u8]) {
-        /// Many cells are free, so this many are checked together.
+        /// Number of cells that are checked together, since many cells are free.
         const TOGETHER: usize = 32;
         let ways = &mut self.ways[..out.len()];
         ways_out(&self.last_cell[lines.clone()], at, codes.len() as u32 - 1, ways);
@@ -351,7 +352,7 @@ impl Views {
     }
 }
 
-/// Lets lines enter their next cells, at `entry`. (With masks, since conditional writes were not vectorized.)
+/// Lets lines enter their next cells, which begin at `entry`. Masks are used because conditional writes were not vectorized.
 #[inline(always)]
 fn enter(
     in_wall: &mut [u32],
@@ -374,7 +375,7 @@ fn enter(
     }
 }
 
-/// The distances to the next walls, whole parts of a cell, at most `last`.
+/// Computes the distances to the next walls, in whole parts of a cell and at most `last`.
 #[inline(always)]
 fn ways_ahead(in_wall: &[u32], wall: &[Place], behind: &[Place], at: Place, last: u32, ways: &mut [u32]) {
     let count = ways.len();
@@ -386,7 +387,8 @@ fn ways_ahead(in_wall: &[u32], wall: &[Place], behind: &[Place], at: Place, last
     }
 }
 
-/// The distances to the last cells of walls, as differences of places, less than `never`, which stands for walls without a way out.
+/// Computes the distances to the last cells of walls, as differences of places. They are less than `never`, which stands for walls
+/// without a way out.
 #[inline(always)]
 fn ways_out(last_cell: &[Place], at: Place, never: u32, ways: &mut [u32]) {
     let last_cell = &last_cell[..ways.len()];

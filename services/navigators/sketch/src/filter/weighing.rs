@@ -1,8 +1,8 @@
-//! The hot loop: every particle against every beam, sixteen particles at a time.
+//! The hot loop, which weighs every particle by every beam, sixteen particles at a time.
 //!
-//! A particle's pose and scales become one 2 × 2 matrix. With the likelihood field a beam then costs two multiply-adds per axis, an
-//! index and a look-up. Particles are independent of each other, and each adds up its beams in their order, so neither the width of
-//! the processor's vectors nor the number of threads changes a bit.
+//! A particle's pose and scales become one 2 × 2 matrix. With the likelihood field, a beam then costs two multiply-adds per axis,
+//! an index and a look-up. Particles are independent of each other, and each adds up its beams in order, so neither the width of
+//! the processor's vectors nor the number of threads affects any bit of the result.
 
 use std::cell::Cell;
 
@@ -18,10 +18,10 @@ use super::range_code::DIRECTIONS;
 use super::range_table::RangeTable;
 use super::workers::Workers;
 
-/// Particles that a thread takes at a time.
+/// Number of particles that a thread takes at a time.
 const BLOCK: usize = 256;
 
-/// Sixteen particles: positions in pixels, and the matrices from metres in the robot's axes to pixels.
+/// Sixteen particles, as their positions in pixels and their matrices from metres in the robot's axes to pixels.
 pub struct Group<S: Simd> {
     x: f32x16<S>,
     y: f32x16<S>,
@@ -31,13 +31,13 @@ pub struct Group<S: Simd> {
     yy: f32x16<S>,
 }
 
-/// How likely the scan is from sixteen particles.
+/// A model of the likelihood of a scan from sixteen particles.
 pub trait Model: Sync {
-    /// Σ ln p over the beams.
+    /// Returns Σ ln p over the beams, for each particle.
     fn log_likelihood<S: Simd>(&self, simd: S, group: &Group<S>) -> f32x16<S>;
 }
 
-/// Adds `per_beam` times the log likelihood of the scan to each particle's weight.
+/// Adds `per_beam` times the log likelihood of the scan to the logarithm of each particle's weight.
 pub fn weigh(
     set: &mut ParticleSet,
     model: &impl Model,
@@ -79,7 +79,7 @@ fn weigh_block<S: Simd>(
 }
 
 impl<S: Simd> Group<S> {
-    /// Equation (3) of Boniardi et al. 2015: R(φ)·diag(a, b)·R(−φ)·R(θ).
+    /// Loads sixteen particles and computes their matrices R(φ)·diag(a, b)·R(−φ)·R(θ), by equation (3) of Boniardi et al. 2015.
     #[inline(always)]
     fn load(simd: S, columns: &Columns, first: usize, frame: &ScaleFrame) -> Self {
         let column = |column: &[f32]| lanes::load(simd, column, first);
@@ -96,7 +96,7 @@ impl<S: Simd> Group<S> {
         }
     }
 
-    /// The same in units of `px` pixels, from the corner of the ring of cells of that size.
+    /// Converts the group to units of cells of `px` pixels, counted from the corner of the ring of cells around the drawing.
     #[inline(always)]
     fn in_cells(&self, px: f32) -> Self {
         let inverse = 1.0 / px;
@@ -110,20 +110,20 @@ impl<S: Simd> Group<S> {
         }
     }
 
-    /// Where the vector (forward, left), metres, leads from the particles.
+    /// Returns the places to which the vector (forward, left), in metres, leads from the particles.
     #[inline(always)]
     fn end(&self, [forward, left]: [f32; 2]) -> [f32x16<S>; 2] {
         [self.x + self.xx * forward + self.xy * left, self.y + self.yx * forward + self.yy * left]
     }
 
-    /// The vector itself.
+    /// Returns the vector (forward, left), in metres, in the drawing's axes.
     #[inline(always)]
     fn span(&self, [forward, left]: [f32; 2]) -> [f32x16<S>; 2] {
         [self.xx * forward + self.xy * left, self.yx * forward + self.yy * left]
     }
 }
 
-/// The index of the cell that contains a place in cells; for a place outside, the nearest one of the ring.
+/// Returns the index of the cell that contains a place, given in cells. For a place outside, this is the nearest cell of the ring.
 #[inline(always)]
 fn cell<S: Simd>([x, y]: [f32x16<S>; 2], [width, height]: [usize; 2]) -> i32x16<S> {
     let column: i32x16<S> = x.max(0.0).min((width - 1) as f32).to_int();
@@ -131,11 +131,11 @@ fn cell<S: Simd>([x, y]: [f32x16<S>; 2], [width, height]: [usize; 2]) -> i32x16<
     row * width as i32 + column
 }
 
-/// The likelihood field, for the end points of a scan.
+/// The likelihood field, applied to the end points of a scan.
 pub struct FieldOfScan<'a> {
-    /// The model.
+    /// The likelihood field.
     pub field: &'a Field,
-    /// The scan.
+    /// Beams of the scan.
     pub beams: &'a Beams,
 }
 
@@ -152,19 +152,20 @@ impl Model for FieldOfScan<'_> {
     }
 }
 
-/// Within this arc, only the first and the last beam are computed exactly. Between them the look is nearly linear: at 6°, in a
-/// drawing that is stretched twofold, to 0.2° and a hundredth of an octave. More than one beam every 3° is therefore cheap.
+/// Arc within which only the first and the last beam are computed exactly. Between them, the look is interpolated linearly. At 6°,
+/// in a drawing that is stretched twofold, this is accurate to 0.2° and a hundredth of an octave. Scans with more than one beam
+/// every 3° are therefore cheap.
 const ARC_RAD: f32 = 0.105;
 
-/// Where sixteen particles look along a beam, in directions of the table, and the binary logarithm of the length of a metre there,
-/// pixels.
+/// The directions in which sixteen particles look along a beam, in directions of the table, and the binary logarithms of the length
+/// of a metre in these directions, in pixels.
 struct Look<S: Simd> {
     direction: f32x16<S>,
     log2_scale: f32x16<S>,
 }
 
 impl<S: Simd> Look<S> {
-    /// The difference from this one to the next, the short way round.
+    /// Returns the difference from this look to the next, the short way round.
     #[inline(always)]
     fn to(&self, next: &Self) -> Self {
         let turn = next.direction - self.direction;
@@ -172,7 +173,7 @@ impl<S: Simd> Look<S> {
         Self { direction: turn - round, log2_scale: next.log2_scale - self.log2_scale }
     }
 
-    /// The look at a part of the difference `way`.
+    /// Returns the look that is further by a part of the difference `way`.
     #[inline(always)]
     fn further(&self, way: &Self, part: f32) -> Self {
         Self {
@@ -181,10 +182,10 @@ impl<S: Simd> Look<S> {
         }
     }
 
-    /// The nearest entry of the table, modulo its directions.
+    /// Rounds the look to the nearest entry of the table, modulo its directions.
     #[inline(always)]
     fn nearest(&self) -> NearestLook {
-        // One turn more, since the conversion truncates towards zero.
+        // Adds one turn, since the conversion truncates towards zero.
         let direction: i32x16<S> = (self.direction + (DIRECTIONS as f32 + 0.5)).to_int();
         NearestLook { direction: direction.into(), log2_scale: self.log2_scale.into() }
     }
@@ -197,8 +198,8 @@ struct NearestLook {
     log2_scale: [f32; LANES],
 }
 
-/// A thread's buffers, with one entry per beam. (The steps of the model go over all beams one after the other: a beam needs a long
-/// chain of operations, and a processor overlaps several short ones.)
+/// A thread's buffers, with one entry per beam. Each step of the model is done for all beams before the next step, because a single
+/// beam needs a long chain of dependent operations, whereas a processor can overlap several short ones.
 #[derive(Debug, Default)]
 struct Scratch {
     looks: Vec<NearestLook>,
@@ -209,13 +210,13 @@ thread_local! {
     static SCRATCH: Cell<Scratch> = const { Cell::new(Scratch { looks: Vec::new(), expected: Vec::new() }) };
 }
 
-/// The beam model, with the table of ranges.
+/// The beam model, applied to a scan with the table of ranges.
 pub struct BeamModelOfScan<'a> {
-    /// The model, which has read the beams.
+    /// The beam model, which has read the beams.
     pub beam_model: &'a BeamModel,
-    /// The drawing's ranges.
+    /// Table of the drawing's ranges.
     pub table: &'a RangeTable,
-    /// The scan.
+    /// Beams of the scan.
     pub beams: &'a Beams,
 }
 
@@ -232,7 +233,7 @@ impl Model for BeamModelOfScan<'_> {
 }
 
 impl BeamModelOfScan<'_> {
-    /// Where the particles look along each beam.
+    /// Computes where the particles look along each beam.
     #[inline(always)]
     fn look_around<S: Simd>(&self, group: &Group<S>, looks: &mut Vec<NearestLook>) {
         looks.clear();
@@ -260,7 +261,7 @@ impl BeamModelOfScan<'_> {
         Look { direction, log2_scale: lanes::fast_log2(x * x + y * y) * 0.5 }
     }
 
-    /// What the particles expect of each beam, from where they look.
+    /// Computes the range that the particles expect of each beam, given where they look.
     #[inline(always)]
     fn expect<S: Simd>(&self, simd: S, group: &Group<S>, scratch: &mut Scratch) {
         let place = group.in_cells(self.table.px_per_cell()).end(self.beams.origin_m);
@@ -305,7 +306,7 @@ mod tests {
     use sketchnav_schemas::seed;
     use std::sync::Arc;
 
-    /// A drawing of some strokes and a scan of random ranges.
+    /// A drawing of a few strokes and a scan of random ranges.
     struct Scene {
         grid: Grid,
         table: RangeTable,
@@ -360,7 +361,7 @@ mod tests {
     fn random_beams(rng: &mut Pcg64Mcg) -> Beams {
         let mut scan: LaserScan = bytemuck::Zeroable::zeroed();
         scan.beam_count = 37;
-        // All around, or so dense that the looks along some beams follow from those of their neighbours.
+        // The beams go all around, or are so dense that the looks along some beams follow from those of their neighbours.
         let step_rad = [0.17, -0.17, 0.03, -0.03][rng.random_range(0..4)];
         (scan.range_min_m, scan.range_max_m, scan.angle_increment_rad) = (0.02, 5.0, step_rad);
         scan.ranges_m[..37].fill_with(|| 0.1 + 6.0 * rng.random::<f32>());
@@ -415,7 +416,7 @@ mod tests {
         let mut rng = seed::stream(3, "weighing");
         let (scene, set) = (Scene::new(&mut rng), random_set(&mut rng, 2000));
         let found = scene.weighed(&set, false, Level::new(), &Workers::default());
-        // Rounding may put an end point into the adjacent cell; over many particles that does not matter.
+        // Rounding may put an end point into the adjacent cell, which does not matter over many particles.
         let off = |i: usize| {
             let metric = scene.frame.px_from_base(set.yaw_rad[i], set.ln_a[i].exp(), set.ln_b[i].exp());
             let plain = scene.field.log_likelihood(&scene.beams, [set.x_px[i], set.y_px[i]], &metric);
@@ -425,7 +426,8 @@ mod tests {
         assert!(offs.iter().all(|&off| off < 0.05) && offs.iter().filter(|&&off| off > 1e-4).count() < 20);
     }
 
-    /// Where all particles look along each beam, according to the model, or computed for each beam by itself.
+    /// Returns where all particles look along each beam, either as the model computes it or, with `each`, computed for each beam by
+    /// itself.
     #[inline(always)]
     fn looks<S: Simd>(simd: S, scene: &Scene, set: &ParticleSet, each: bool) -> Vec<NearestLook> {
         let ParticleSet { x_px, y_px, yaw_rad, ln_a, ln_b, .. } = set;
@@ -447,7 +449,7 @@ mod tests {
         let mut dense = 0;
         for _ in 0..40 {
             let (scene, mut set) = (Scene::new(&mut rng), random_set(&mut rng, LANES));
-            // Stretched twofold at most.
+            // The drawing is stretched twofold at most.
             set.ln_b = set.ln_a.iter().map(|ln_a| ln_a + rng.random_range(-0.7..0.7)).collect();
             let [around, each] =
                 [false, true].map(|each| dispatch!(Level::new(), simd => looks(simd, &scene, &set, each)));
@@ -467,8 +469,8 @@ mod tests {
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(24))]
-        /// Every entry of the table is exact for a place in the cell and a nearby direction (which is tested next to it). This
-        /// tests the whole model, in the mean over particles anywhere.
+        /// Every entry of the table is exact for a place in the cell and a nearby direction, which the table's own tests cover.
+        /// This tests the model as a whole, by the mean over particles anywhere.
         #[test]
         fn the_table_agrees_with_ray_casting(case in 0u64..1_000_000) {
             let mut rng = seed::stream(case, "beam_model");

@@ -1,26 +1,27 @@
-//! The threads that do the work: the calling one, or a pool that the shell passed in.
+//! The threads that do the filter's work, which are either just the calling thread or a pool that the host passed in.
 //!
-//! Nothing here starts a thread. Work is divided into blocks whose bounds do not depend on the number of threads, so no result does
-//! either.
+//! Nothing here starts a thread. Work is divided into blocks whose bounds do not depend on the number of threads, so results do not
+//! depend on it either.
 
 use std::sync::Arc;
 
 use rayon_core::ThreadPool;
 
-/// Only the calling thread (the default), or a pool of threads.
+/// Either just the calling thread, which is the default, or a pool of threads.
 #[derive(Debug, Clone, Default)]
 pub struct Workers {
     pool: Option<Arc<ThreadPool>>,
 }
 
 impl Workers {
-    /// The threads of `pool`. A caller that is one of them does not wait for the others to wake up, and nothing is allocated.
+    /// Uses the threads of `pool`. A caller that is one of these threads does not wait for the others to wake up, and nothing is
+    /// allocated.
     pub fn of(pool: Arc<ThreadPool>) -> Self {
         Self { pool: Some(pool) }
     }
 
-    /// Calls `job` once for each block of `block` elements, the last one shorter, with the index of
-    /// its first element.
+    /// Calls `job` once for each block of `block` elements, with the index of the block's first element. The last block may be
+    /// shorter.
     pub fn each<T: Send>(&self, all: &mut [T], block: usize, job: impl Fn(usize, &mut [T]) + Sync) {
         match &self.pool {
             None => all.chunks_mut(block).enumerate().for_each(|(i, part)| job(i * block, part)),

@@ -1,31 +1,31 @@
 //! The chart that joins the drawing and the metres around the robot (Boniardi et al. 2015, equations 2 and 3).
 //!
-//! Near the estimated pose the drawing is an affine image of the floor: it is turned by the heading, and stretched by a along the
-//! walls' direction φ and by b across. The chart is valid for a few metres around the robot; farther away the drawing has a
-//! different scale.
+//! Near the estimated pose, the drawing is an affine image of the floor. It is turned by the heading, and stretched by a along the
+//! walls' direction φ and by b across it. The chart is valid for a few metres around the robot, because the drawing has a different
+//! scale farther away.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Pose, Sketch};
 
 use crate::messages::PoseEstimate;
 
-/// Carries places of the drawing into the odometry frame and back.
+/// Converts places in the drawing to the odometry frame and back.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Chart {
     robot_px: Pose<Sketch>,
     robot_m: Pose<Odom>,
     scales_pxpm: [f64; 2],
-    /// R(φ)·diag(a, b)⁻¹·R(−φ): from pixels to metres, still along the drawing's axes.
+    /// R(φ)·diag(a, b)⁻¹·R(−φ), which converts pixels to metres along the drawing's axes.
     metres_from_pixels: [[f64; 2]; 2],
-    /// Its inverse.
+    /// The inverse of `metres_from_pixels`.
     pixels_from_metres: [[f64; 2]; 2],
-    /// Cosine and sine of the angle from the drawing's axes to those of the odometry.
+    /// Cosine and sine of the angle from the drawing's axes to those of the odometry frame.
     turn: [f64; 2],
 }
 
 impl Chart {
-    /// Made from an estimate, whose own odometry gives the robot's pose in the odometry frame, and the walls' direction in radians.
-    /// `None` if a number is not finite or a scale is not positive.
+    /// Creates a chart from an estimate and the walls' direction, in radians. The estimate's own odometry gives the robot's pose in
+    /// the odometry frame. Returns `None` if a number is not finite or a scale is not positive.
     pub fn new(estimate: &PoseEstimate, wall_direction_rad: f64) -> Option<Self> {
         let (robot_px, robot_m) = (estimate.pose.pose(), estimate.odometry());
         let [a, b] = [estimate.scale_a_pxpm, estimate.scale_b_pxpm];
@@ -44,27 +44,28 @@ impl Chart {
         })
     }
 
-    /// The robot's pose in the drawing.
+    /// Returns the robot's pose in the drawing.
     pub fn robot_px(&self) -> Pose<Sketch> {
         self.robot_px
     }
 
-    /// The robot's pose in the odometry frame.
+    /// Returns the robot's pose in the odometry frame.
     pub fn robot_m(&self) -> Pose<Odom> {
         self.robot_m
     }
 
-    /// The geometric mean of the two scales, pixels per metre.
+    /// Returns the geometric mean of the two scales, in pixels per metre.
     pub fn mean_scale_pxpm(&self) -> f64 {
         (self.scales_pxpm[0] * self.scales_pxpm[1]).sqrt()
     }
 
-    /// The smaller of the two scales, pixels per metre: a length in pixels divided by it is an upper bound on the length in metres.
+    /// Returns the smaller of the two scales, in pixels per metre. A length in pixels divided by this scale is an upper bound on
+    /// the length in metres.
     pub fn least_scale_pxpm(&self) -> f64 {
         self.scales_pxpm[0].min(self.scales_pxpm[1])
     }
 
-    /// The position in the odometry frame of a place in the drawing.
+    /// Converts a place in the drawing to the odometry frame.
     pub fn to_odom(&self, place: Point<Sketch>) -> Point<Odom> {
         let offset = [place.x - self.robot_px.x, place.y - self.robot_px.y];
         let [x, y] = apply(&self.metres_from_pixels, offset);
@@ -72,7 +73,7 @@ impl Chart {
         Point::new(self.robot_m.x + cos * x - sin * y, self.robot_m.y + sin * x + cos * y)
     }
 
-    /// The position in the drawing of a place in the odometry frame.
+    /// Converts a place in the odometry frame to the drawing.
     pub fn to_sketch(&self, place: Point<Odom>) -> Point<Sketch> {
         let offset = [place.x - self.robot_m.x, place.y - self.robot_m.y];
         let [cos, sin] = self.turn;
@@ -81,7 +82,7 @@ impl Chart {
         Point::new(self.robot_px.x + x, self.robot_px.y + y)
     }
 
-    /// Distance in the local metric ‖·‖_S of the drawing, metres.
+    /// Returns the distance between two places in the local metric ‖·‖_S of the drawing, in metres.
     pub fn distance_m(&self, from: Point<Sketch>, to: Point<Sketch>) -> f64 {
         let [x, y] = apply(&self.metres_from_pixels, [to.x - from.x, to.y - from.y]);
         x.hypot(y)

@@ -1,11 +1,12 @@
-//! The global connectivity planner (Boniardi et al. 2015, III-C): what it costs to reach the goal from every place in the drawing.
+//! The global connectivity planner (Boniardi et al. 2015, III-C), which computes the cost of reaching the goal from every place in
+//! the drawing.
 //!
-//! One run of Dijkstra's algorithm from the goal serves the whole journey: a path is a descent from wherever the robot is. Paths
-//! near drawn walls cost more, so that they keep to the middle of corridors and doors. Paths through drawn walls cost far more, so
-//! that one is taken only in a drawing without any other. A large drawing is planned on a coarser grid, of which a cell is a wall
-//! if any of its pixels is.
+//! One run of Dijkstra's algorithm from the goal serves the whole drive, because a path is a descent from wherever the robot is.
+//! Paths near drawn walls cost more, so that they keep to the middle of corridors and doors. Paths through drawn walls cost far
+//! more, so that one is taken only if the drawing shows no other. A large drawing is planned on a coarser grid, in which a cell is
+//! a wall if any of its pixels is.
 //!
-//! Lengths and costs are in pixels, since the drawing's metric is unknown away from the robot.
+//! Lengths and costs are in pixels, because the drawing's metric is unknown away from the robot.
 
 use sketchnav_schemas::geometry::{Point, Sketch};
 
@@ -13,19 +14,19 @@ use super::parameters::Parameters;
 use crate::sketch::SketchGrid;
 use sketchnav_motion::weighted_grid::{Frontier, Weights, chamfer};
 
-/// Most cells of the planning grid, which keeps a solution below about 50 ms.
+/// Maximum number of cells of the planning grid. This keeps the time to solve it below about 50 ms.
 const MAX_CELLS: usize = 160_000;
-/// Most points of a path.
+/// Maximum number of points of a path.
 pub const MAX_PATH: usize = 8192;
 
 /// A place where a passage in the drawing turned out to be shut.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Blockage {
-    /// Its middle.
+    /// Centre of the blockage.
     pub place: Point<Sketch>,
-    /// Its radius, pixels.
+    /// Radius of the blockage, in pixels.
     pub radius_px: f64,
-    /// The least cost of a path through it, per length.
+    /// Minimum cost of a path through the blockage, per unit of length.
     pub weight: f64,
 }
 
@@ -43,7 +44,7 @@ pub struct CostField {
 }
 
 impl CostField {
-    /// A field for a drawing; without a goal, every cost is infinite.
+    /// Creates a field for a drawing. As long as it has no goal, every cost is infinite.
     pub fn new(sketch: &SketchGrid) -> Self {
         let pixels = sketch.width() * sketch.height();
         let pixels_per_cell = (1..).find(|k| pixels / (k * k) <= MAX_CELLS).unwrap_or(1);
@@ -61,8 +62,8 @@ impl CostField {
         Self { columns, rows, pixels_per_cell, wall, clearance_px, weight, frontier, goal: None }
     }
 
-    /// Finds the cost-to-go to `goal`, or to the free place nearest to it. `scale_pxpm` is the scale by which the parameters'
-    /// metres are converted here; `blocked` are passages known to be shut.
+    /// Computes the cost-to-go to `goal`, or to the free place nearest to it. `scale_pxpm` is the scale that converts the
+    /// parameters' metres to pixels, and `blocked` are passages known to be shut.
     pub fn solve(
         &mut self,
         goal: Point<Sketch>,
@@ -80,23 +81,23 @@ impl CostField {
         weights.flood(&mut self.frontier, seed, None, f32::INFINITY);
     }
 
-    /// The goal, or the free place nearest to it; `None` before [`Self::solve`].
+    /// Returns the goal or the free place nearest to it, or `None` before [`Self::solve`].
     pub fn goal(&self) -> Option<Point<Sketch>> {
         self.goal
     }
 
-    /// The cost-to-go from `place`, or from the nearest free place if it lies in a wall.
+    /// Returns the cost-to-go from `place`, or from the nearest free place if `place` lies in a wall.
     pub fn cost_px(&self, place: Point<Sketch>) -> f64 {
         f64::from(self.frontier.costs()[self.free_cell(place)])
     }
 
-    /// The cost-to-go from exactly `place`, wall or not.
+    /// Returns the cost-to-go from exactly `place`, even if it lies in a wall.
     pub fn raw_cost_px(&self, place: Point<Sketch>) -> f64 {
         f64::from(self.frontier.costs()[self.cell(place)])
     }
 
-    /// Writes the path from `from` to the goal: `from` first, then one point per cell, the goal last; at most [`MAX_PATH`] points.
-    /// If `from` lies in a wall, the path starts at the nearest free place.
+    /// Writes the path from `from` to the goal, with `from` first, one point per cell, the goal last, and at most [`MAX_PATH`]
+    /// points. If `from` lies in a wall, the path starts at the nearest free place.
     pub fn descend(&self, from: Point<Sketch>, path: &mut Vec<Point<Sketch>>) {
         path.clear();
         let weights = weights(&self.weight, self.columns, self.pixels_per_cell);
@@ -111,7 +112,7 @@ impl CostField {
         }
     }
 
-    /// Whether the drawing shows a path from `from` to the goal that crosses no wall.
+    /// Returns true if the drawing shows a path from `from` to the goal that crosses no wall.
     pub fn is_open(&self, from: Point<Sketch>) -> bool {
         let weights = weights(&self.weight, self.columns, self.pixels_per_cell);
         let mut cell = self.free_cell(from);
@@ -126,8 +127,8 @@ impl CostField {
         self.goal.is_some_and(|goal| self.free_cell(goal) == cell)
     }
 
-    /// Whether no drawn wall lies between the two places. Walls in which the places themselves lie do not count, since a cell is a
-    /// wall even if only a corner of it is.
+    /// Returns true if no drawn wall lies between the two places. Walls in which the places themselves lie do not count, because a
+    /// cell is a wall even if only a corner of it is.
     pub fn sees(&self, from: Point<Sketch>, to: Point<Sketch>) -> bool {
         let steps = (from.distance(&to) / self.pixels_per_cell as f64 * 2.0).ceil().max(1.0) as usize;
         let (mut left_first_wall, last) = (false, self.cell(to));
@@ -141,7 +142,7 @@ impl CostField {
         })
     }
 
-    /// Whether the place lies in a drawn wall or outside the drawing.
+    /// Returns true if the place lies in a drawn wall. A place outside the drawing counts as the nearest one inside.
     pub fn is_wall(&self, place: Point<Sketch>) -> bool {
         self.wall[self.cell(place)]
     }
@@ -166,7 +167,7 @@ impl CostField {
         }
     }
 
-    /// The cell of a place; a place outside counts as the nearest one inside.
+    /// Returns the cell of a place. A place outside counts as the nearest one inside.
     fn cell(&self, place: Point<Sketch>) -> usize {
         let along = |v: f64, count: usize| {
             (v / self.pixels_per_cell as f64).floor().clamp(0.0, (count - 3) as f64) as usize + 1
@@ -179,7 +180,7 @@ impl CostField {
         Point::new(middle(cell % self.columns), middle(cell / self.columns))
     }
 
-    /// The place's cell, or the nearest free one; the place's own cell if none is free.
+    /// Returns the cell of a place if it is free, or else the nearest free cell. If no cell is free, returns the place's own cell.
     fn free_cell(&self, place: Point<Sketch>) -> usize {
         let own = self.cell(place);
         if !self.wall[own] {
@@ -230,7 +231,7 @@ mod tests {
 
     use super::*;
 
-    /// Two rooms, 200 × 100 px, joined by a door from y = 60 to y = 80 in the wall at x = 100.
+    /// Draws two rooms on 200 × 100 px, joined by a door from y = 60 to y = 80 in the wall at x = 100.
     fn two_rooms() -> SketchGrid {
         let mut cells = vec![FREE; 200 * 100];
         for y in (0..100).filter(|y| !(60..80).contains(y)) {
@@ -277,8 +278,8 @@ mod tests {
         assert!(!field.sees(Point::new(50.0, 20.0), Point::new(150.0, 20.0)));
     }
 
-    /// A cell is a wall if a single pixel of it is. A route that ended next to a wall was once considered invisible from
-    /// everywhere, and its task ended as blocked.
+    /// A cell is a wall if a single pixel of it is. The end of a route next to a wall therefore used to be invisible from
+    /// everywhere, and the task ended as blocked.
     #[test]
     fn a_place_beside_a_wall_is_seen_and_one_behind_it_is_not() {
         let (width, height) = (800, 600);

@@ -1,98 +1,99 @@
-//! All parameters of planning: the table `parameters.planner` of a mission.
+//! All parameters of planning, from the table `parameters.planner` of a mission.
 
 use crate::method::Method;
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::progress::ProgressParameters;
 
-/// Parameters of the planner. What a mission leaves out keeps its default.
+/// Parameters of the planner. Parameters that a mission leaves out keep their defaults.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Parameters {
-    /// A goal counts as reached within this distance in the local metric, metres.
+    /// Distance in the local metric, in metres, within which a goal counts as reached.
     pub arrival_radius_m: f64,
-    /// It also counts as reached within this distance, metres, if the robot cannot get any nearer.
+    /// Distance, in metres, within which a goal counts as reached if the robot cannot get any closer.
     pub near_radius_m: f64,
-    /// ρ, the radius of the local window (Boniardi et al. 2015, III-C), metres by the mean local scale.
+    /// Radius ρ of the local window (Boniardi et al. 2015, III-C), in metres by the mean local scale.
     pub window_radius_m: f64,
-    /// r_L, the radius in which the robot looks for its place on a drawn route (Boniardi et al. 2016, III-A), metres.
+    /// Radius r_L, in metres, within which the robot looks for its place on a drawn route (Boniardi et al. 2016, III-A).
     pub route_window_m: f64,
-    /// r_H, how far to look ahead on a drawn route (Boniardi et al. 2016, III-A), metres.
+    /// Look-ahead distance r_H on a drawn route, in metres (Boniardi et al. 2016, III-A).
     pub route_look_ahead_m: f64,
-    /// Time between two local plans, seconds.
+    /// Time between two local plans, in seconds.
     pub plan_period_s: f64,
-    /// Within this distance of a drawn wall a path through the drawing costs more, metres.
+    /// Distance from a drawn wall, in metres, within which a path through the drawing costs more.
     pub inflation_radius_m: f64,
-    /// How much more it costs right at the wall, per length.
+    /// Extra cost of a path right at a drawn wall, per unit of length.
     pub inflation_weight: f64,
-    /// What a path through a drawn wall costs, per length.
+    /// Cost of a path through a drawn wall, per unit of length.
     pub wall_weight: f64,
-    /// Free space that the local planner keeps around the robot's footprint, metres.
+    /// Free space, in metres, that the local planner keeps around the robot's footprint.
     pub footprint_padding_m: f64,
-    /// Within this distance beyond the padding a local path costs more, metres.
+    /// Distance beyond the padding, in metres, within which a local path costs more.
     pub local_inflation_radius_m: f64,
-    /// How long the robot remembers what it no longer sees, seconds.
+    /// Time, in seconds, for which the robot remembers obstacles that it no longer sees.
     pub obstacle_memory_s: f64,
     /// Share of the robot's top speed that is used.
     pub speed_share: f64,
     /// Share of the robot's top turn rate that is used.
     pub turn_share: f64,
-    /// A robot that has not moved for this long is stuck, seconds. The time is proportionally longer for a robot that may drive at
-    /// less than half a metre per second.
+    /// Time without moving, in seconds, after which the robot is stuck. It is proportionally longer for a robot whose speed limit
+    /// is below half a metre per second.
     pub stuck_time_s: f64,
-    /// Moving less than this counts as not moving, metres.
+    /// Minimum distance, in metres, that counts as moving.
     pub stuck_radius_m: f64,
-    /// A robot that has not come nearer for this long is stuck, seconds; longer for a slow robot as above.
+    /// Time without getting closer to the goal, in seconds, after which the robot is stuck. It is longer for a slow robot, like
+    /// `stuck_time_s`.
     pub no_progress_time_s: f64,
-    /// A robot that drives around one place for as long as this path takes at its top speed is stuck, whatever the estimate says,
-    /// metres.
+    /// Length of a path, in metres. A robot that drives around one place for as long as this path takes at its top speed is stuck,
+    /// whatever the estimate says.
     pub circling_path_m: f64,
-    /// Distances below this from where it started count as around one place, metres.
+    /// Distance from where it started, in metres, within which the robot counts as driving around one place.
     pub circling_radius_m: f64,
-    /// How often to recover around one place.
+    /// Maximum number of recoveries around one place.
     pub recoveries: u32,
-    /// How often to recover during one task.
+    /// Maximum number of recoveries during one task.
     pub recoveries_per_task: u32,
-    /// A robot is lost, and not where the estimate says, if it is under way for longer than this multiple of the time that the
-    /// drawn path plus `astray_m` takes. The drawn path is timed at half a metre per second, or at the robot's limit if that is
-    /// lower.
+    /// Multiple of the time that the drawn path plus `astray_m` takes, at half a metre per second or the robot's speed limit if
+    /// that is lower. A robot that is under way for longer counts as lost, because it cannot be where the estimate says.
     pub astray_factor: f64,
-    /// What is added to the drawn path before it is multiplied, metres.
+    /// Length, in metres, that is added to the drawn path before it is multiplied by `astray_factor`.
     pub astray_m: f64,
-    /// An arrival is doubted by how badly the scans fit: minus the mean log likelihood of a beam, plus half the logarithm of how
-    /// often the estimate jumped. Above this the robot looks around before it believes the arrival.
+    /// Doubt about an arrival above which the robot looks around before it believes the arrival. The doubt is minus the mean log
+    /// likelihood of a beam, plus half the logarithm of one plus the number of times that the estimate jumped.
     pub look_above: f64,
-    /// Above this, after having looked around, it is lost.
+    /// Doubt about an arrival above which the robot counts as lost after it has looked around.
     pub doubt_above: f64,
-    /// Whether goals are found from the outline of what was seen.
+    /// True if goals are found from the outline of what was seen.
     pub by_outline: bool,
-    /// Only on open floors: if passages as narrow as doors are closed, the largest part of what was seen must keep this share of
-    /// the area, whatever the doors' width. Among rooms the robot drives by the filter.
+    /// Minimum share of the area that the largest part of what was seen must have once passages as narrow as doors are closed, for
+    /// each assumed width of doors. Below this share, the floor consists of rooms and the robot drives by the filter instead of by
+    /// the outline.
     pub least_open_share: f64,
-    /// The size of buildings, metres, from which the outline's proportions start.
+    /// Typical size of a building, in metres, from which the initial scale of the drawing's outline follows.
     pub building_size_m: f64,
-    /// A goal counts as seen if less than this share of the outline around it lies behind gaps.
+    /// Share of a goal's outline hidden behind gaps, below which the goal counts as seen.
     pub goal_hidden_share: f64,
-    /// How many times more the walls around the goal count in aligning the outlines.
+    /// Additional weight of the walls around the goal when outlines are aligned, as a multiple of the ordinary weight.
     pub goal_emphasis: f64,
-    /// An arrival is believed if the best alignment with the goal elsewhere costs more than the best one by over this amount; 0:
-    /// every arrival is believed.
+    /// Amount by which the best alignment with the goal elsewhere must cost more than the best alignment for an arrival to be
+    /// believed. With 0, every arrival is believed.
     pub rival_margin: f64,
-    /// Elsewhere means farther away than this, metres.
+    /// Minimum distance, in metres, at which a goal counts as elsewhere.
     pub rival_away_m: f64,
-    /// How often to look where a rival places the goal.
+    /// Maximum number of times to look where a rival places the goal.
     pub rival_looks: u32,
-    /// A person is asked where the robot is if the best rival costs at most this much more and its place was looked at; 0: no one
-    /// is asked. Without a pad there is no one to answer.
+    /// Maximum amount by which the best rival may cost more for a person to be asked where the robot is, once the rival's place was
+    /// looked at. With 0, nobody is asked. Without a pad, there is nobody to answer.
     pub ask_margin: f64,
-    /// How long the robot waits for the answer before it believes the arrival, seconds.
+    /// Time, in seconds, that the robot waits for an answer before it believes the arrival.
     pub ask_patience_s: f64,
-    /// The distance, beyond the footprint's padding, that paths through the map keep from walls, metres.
+    /// Distance beyond the footprint's padding, in metres, that paths through the map keep from walls.
     pub map_clearance_m: f64,
-    /// A task fails after the localizer was lost for this long, seconds.
+    /// Time, in seconds, after which a task fails if the localizer is lost.
     pub lost_s: f64,
 }
 
-/// A doubt that is never reached.
+/// A limit that no doubt ever reaches.
 const NEVER: f64 = 100.0;
 
 impl Default for Parameters {
@@ -152,7 +153,7 @@ pub struct ParameterError {
 }
 
 impl Parameters {
-    /// The default parameters of a method.
+    /// Returns the default parameters of a method.
     pub fn of(method: Method) -> Self {
         match method {
             Method::Beam => Self::default(),
@@ -161,14 +162,14 @@ impl Parameters {
         }
     }
 
-    /// Planning as Boniardi et al. 2015, III-C, describes it. What the paper leaves open (the radius ρ, the distance from walls,
-    /// the speeds) is as in this project's methods, so that the methods differ only in what defines them. Every arrival is
-    /// believed.
+    /// Returns parameters for planning as described in Boniardi et al. 2015, III-C. Values that the paper leaves open (the radius
+    /// ρ, the distance from walls, the speeds) are those of this project's methods, so that the methods differ only in what defines
+    /// them. Every arrival is believed.
     pub fn paper() -> Self {
         Self { look_above: NEVER, doubt_above: NEVER, ..Self::default() }
     }
 
-    /// When a robot is stuck, and how often it may be.
+    /// Returns the criteria for the robot to be stuck, and the limits on how often it may be.
     pub fn progress(&self) -> ProgressParameters {
         ProgressParameters {
             stuck_time_s: self.stuck_time_s,

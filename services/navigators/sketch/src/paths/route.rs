@@ -1,22 +1,22 @@
-//! Following a drawn route (Boniardi et al. 2016, III-A): where the robot is on it, and where to go next.
+//! Follows a drawn route (Boniardi et al. 2016, III-A), that is, determines where the robot is on the route and where to go next.
 //!
-//! The route Π is kept as evenly spaced waypoints. The robot's place on it, k(t), is the waypoint at half the arc length of the
-//! sub-path that lies in the local window W(x, r_L). If the route crosses itself, the window contains several pieces of it; the
-//! order of the waypoints, and the mark up to which they were visited, determine which piece counts. The next waypoint is the first
-//! one after k(t) outside the look-ahead window W(x_k, r_H), or the first free one from there.
+//! The route Π is stored as evenly spaced waypoints. The robot's place k(t) on the route is the waypoint at half the arc length of
+//! the sub-path that lies in the local window W(x, r_L). If the route crosses itself, the window contains several pieces of it, and
+//! the order of the waypoints together with the mark up to which they were visited determines which piece counts. The next waypoint
+//! is the first one after k(t) outside the look-ahead window W(x_k, r_H), or the first free one from there.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Point, Sketch};
 
 use super::chart::Chart;
 
-/// Most waypoints of a route.
+/// Maximum number of waypoints of a route.
 pub const MAX_WAYPOINTS: usize = 4096;
-/// A piece of the route counts as the next one if it starts within this many window radii, along the route, of the part that was
-/// visited. A robot that is driven off its route must not skip a loop of it.
+/// Distance along the route, in window radii, from the part that was visited within which a piece of the route must start to count
+/// as the next one. The limit keeps a robot that is driven off its route from skipping a loop.
 const LONGEST_JUMP: f64 = 3.0;
 
-/// A drawn route and how far the robot has come on it.
+/// A drawn route, and the robot's progress along it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct DrawnRoute {
     waypoints: Vec<Point<Sketch>>,
@@ -31,8 +31,8 @@ impl Default for DrawnRoute {
 }
 
 impl DrawnRoute {
-    /// Takes over a drawn line and starts at its first point. The waypoints' spacing is `spacing_px`, or more if there would be too
-    /// many.
+    /// Begins a drawn route at its first point. The spacing of the waypoints is `spacing_px`, or larger if there would be too many
+    /// of them.
     pub fn begin(&mut self, points: impl Iterator<Item = Point<Sketch>> + Clone, spacing_px: f64) {
         let length = length(points.clone());
         self.spacing_px = spacing_px.max(length / (MAX_WAYPOINTS - 2) as f64);
@@ -40,37 +40,37 @@ impl DrawnRoute {
         resample(points, self.spacing_px, &mut self.waypoints);
     }
 
-    /// Reserves room for the longest route, after one was restored from a checkpoint.
+    /// Reserves room for the longest route, after a route was restored from a checkpoint.
     pub fn reserve(&mut self) {
         self.waypoints.reserve(MAX_WAYPOINTS.saturating_sub(self.waypoints.len()));
     }
 
-    /// The waypoints that remain, from the robot's place on.
+    /// Returns the remaining waypoints, from the robot's place on.
     pub fn remaining(&self) -> &[Point<Sketch>] {
         &self.waypoints[self.visited.min(self.waypoints.len())..]
     }
 
-    /// The index of the robot's place on the route, k(t).
+    /// Returns the index k(t) of the robot's place on the route.
     pub fn place(&self) -> usize {
         self.visited
     }
 
-    /// The route's first point.
+    /// Returns the first point of the route.
     pub fn start(&self) -> Option<Point<Sketch>> {
         self.waypoints.first().copied()
     }
 
-    /// The route's last point.
+    /// Returns the last point of the route.
     pub fn end(&self) -> Option<Point<Sketch>> {
         self.waypoints.last().copied()
     }
 
-    /// Length of the route that remains, pixels.
+    /// Returns the remaining length of the route, in pixels.
     pub fn remaining_px(&self) -> f64 {
         self.remaining().len().saturating_sub(1) as f64 * self.spacing_px
     }
 
-    /// Whether the piece of the route around the robot's place reaches the route's end.
+    /// Returns true if the piece of the route around the robot's place reaches the end of the route.
     pub fn is_last_piece(&self, chart: &Chart, window_m: f64) -> bool {
         let robot = chart.robot_px().position();
         self.remaining().iter().all(|&w| chart.distance_m(robot, w) < window_m)
@@ -83,8 +83,8 @@ impl DrawnRoute {
         }
     }
 
-    /// The connected piece of the sub-path in the window that contains the last visited waypoint, or the next one after it, as the
-    /// indices of its first and last waypoint.
+    /// Returns the connected piece of the sub-path in the window that contains the last visited waypoint or else comes next after
+    /// it, as the indices of its first and last waypoints.
     fn piece(&self, chart: &Chart, window_m: f64) -> Option<(usize, usize)> {
         let robot = chart.robot_px().position();
         let inside = |k: &usize| chart.distance_m(robot, self.waypoints[*k]) < window_m;
@@ -96,8 +96,9 @@ impl DrawnRoute {
         Some((first, last))
     }
 
-    /// The next waypoint to drive to: the first one beyond the look-ahead window around the robot's place, or the route's last one.
-    /// If that is not free, the next one for which `is_free` holds; if none is free, the blocked one.
+    /// Returns the next waypoint to drive to. This is the first waypoint beyond the look-ahead window around the robot's place, or
+    /// the last one of the route. If that waypoint is not free, it is the next one for which `is_free` returns true, or the blocked
+    /// one if there is none.
     pub fn next(
         &self,
         chart: &Chart,
@@ -116,7 +117,7 @@ fn length(points: impl Iterator<Item = Point<Sketch>> + Clone) -> f64 {
     points.clone().zip(points.skip(1)).map(|(a, b)| a.distance(&b)).sum()
 }
 
-/// Writes waypoints `spacing` apart along the line through `points`, including both of its ends.
+/// Writes waypoints `spacing` apart along the line through `points`, including both ends of the line.
 fn resample(points: impl Iterator<Item = Point<Sketch>>, spacing: f64, out: &mut Vec<Point<Sketch>>) {
     out.clear();
     let mut last: Option<Point<Sketch>> = None;

@@ -1,24 +1,23 @@
-//! Whether to believe that the goal is here.
+//! Decides whether to believe that the robot has arrived at its goal.
 //!
-//! Rooms look alike: an estimate that is wrong arrives all the same. Two things give many wrong arrivals away. The
-//! scans fit worse than at a goal that is truly reached. On the way, the estimate jumped from one place of the drawing
-//! to another. Who doubts an arrival looks around first, once a task: a full turn shows what the laser did not see on
-//! its way in. Who still doubts then says so.
+//! Rooms look alike, so a wrong estimate arrives at the goal just as a right one does. Two signs give many wrong arrivals away: the
+//! scans fit worse than at a goal that is truly reached, and the estimate has jumped from one place in the drawing to another on
+//! the way. If an arrival is in doubt, the robot first looks around, once per task, because a full turn shows what the laser did
+//! not see on the way in. If the arrival is still in doubt, the robot reports that it is lost.
 
 use crate::paths::chart::Chart;
 use crate::paths::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 use sketchnav_schemas::geometry::{Odom, Point, Sketch};
 
-/// The fit is averaged over about this time, seconds.
+/// Time over which the fit is averaged, in seconds.
 const FIT_S: f64 = 4.0;
-/// An estimate that moves by so much more than the robot has jumped, metres.
+/// Distance, in metres, by which an estimate must move farther than the robot to have jumped.
 const JUMP_M: f64 = 1.0;
-/// What the logarithm of the jumps counts for against the fit: as a logistic regression over wrong and right
-/// arrivals has it, half as much.
+/// Weight of the logarithm of the number of jumps relative to the fit, from a logistic regression over wrong and right arrivals.
 const JUMP_WEIGHT: f64 = 0.5;
 
-/// How the estimate came here.
+/// The history of the estimate on the way to the goal.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Arrival {
     fit: Option<f64>,
@@ -27,31 +26,31 @@ pub struct Arrival {
     look: Look,
 }
 
-/// The look around.
+/// State of the look around.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 enum Look {
-    /// Not yet needed.
+    /// The look has not been needed yet.
     #[default]
     Ahead,
-    /// Under way.
+    /// The robot is looking around.
     UnderWay,
-    /// Done.
+    /// The robot has looked around.
     Done,
 }
 
 /// What to do about an arrival.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Belief {
-    /// It is the goal.
+    /// Believe that this is the goal.
     Reached,
-    /// Look around first.
+    /// Look around before deciding.
     Look,
-    /// It is not: the estimate jumped so often and fits so badly, in the mean log likelihood of a beam.
+    /// Do not believe that this is the goal, with the number of jumps and the fit of the estimate (mean log likelihood of a beam).
     Doubted(u32, f64),
 }
 
 impl Arrival {
-    /// The estimate is `chart` now, and fits so well: the mean log likelihood of a beam.
+    /// Takes in the estimate of a step. `chart` is that of the estimate, and `fit` is its mean log likelihood of a beam.
     pub fn follow(&mut self, chart: &Chart, fit: f64, dt_s: f64) {
         let before = self.fit.unwrap_or(fit);
         self.fit = Some(before + (dt_s / FIT_S).min(1.0) * (fit - before));
@@ -62,7 +61,7 @@ impl Arrival {
         }
     }
 
-    /// What to do about arriving now.
+    /// Decides what to do about an arrival now.
     pub fn judge(&self, parameters: &Parameters) -> Belief {
         let fit = self.fit.unwrap_or_default();
         let doubt = JUMP_WEIGHT * f64::from(self.jumps).ln_1p() - fit;
@@ -73,17 +72,17 @@ impl Arrival {
         }
     }
 
-    /// The look begins.
+    /// Records that the look around begins.
     pub fn begin_look(&mut self) {
         self.look = Look::UnderWay;
     }
 
-    /// Whether the robot is looking around.
+    /// Returns true if the robot is looking around.
     pub fn is_looking(&self) -> bool {
         self.look == Look::UnderWay
     }
 
-    /// A recovery behaviour has ended; it may have been the look.
+    /// Records that a recovery behaviour has ended, which may have been the look around.
     pub fn end_look(&mut self) {
         if self.is_looking() {
             self.look = Look::Done;
@@ -100,7 +99,7 @@ mod tests {
 
     use super::*;
 
-    /// The estimate at x px where the odometry says x m, at 20 px/m.
+    /// Returns the chart of an estimate at `x_px` with the odometry at `x_m`, at 20 px/m.
     fn chart(x_px: f64, x_m: f64) -> Chart {
         let estimate = PoseEstimate {
             pose: PosePx::new(&Pose::<Sketch>::new(x_px, 0.0, 0.0)),
@@ -112,7 +111,7 @@ mod tests {
         Chart::new(&estimate, 0.0).unwrap()
     }
 
-    /// After a minute's drive in which the scans fit so well and the estimate jumped so often.
+    /// Returns the state after a minute's drive in which the scans had this fit and the estimate jumped this often.
     fn after(fit: f64, jumps: u32) -> Arrival {
         let mut arrival = Arrival::default();
         for i in 0..600 {

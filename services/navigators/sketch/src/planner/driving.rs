@@ -1,7 +1,7 @@
-//! Driving to a goal or along a drawn route: from the chart of the estimate to a velocity.
+//! Drives to a goal or along a drawn route, by computing a velocity from the chart of the estimate.
 //!
-//! A step keeps to the drawn route, and checks whether the task has ended or the robot is stuck. It plans where that
-//! is due, and follows the local path.
+//! A step tracks the drawn route, checks whether the task has ended or the robot is stuck, plans if that is due, and follows the
+//! local path.
 
 mod exploring;
 mod state;
@@ -31,35 +31,34 @@ use super::pace::Pace;
 use super::reason::Reason;
 pub use state::State;
 
-/// Most blockages remembered of a task.
+/// Maximum number of blockages remembered during a task.
 const MAX_BLOCKAGES: usize = 16;
-/// What a way through a blockage costs more, times the length: it sends the robot some tens of
-/// metres around.
+/// Cost of a path through a blockage, per unit of length. It makes detours of a few tens of metres worthwhile.
 const BLOCKAGE_WEIGHT: f64 = 30.0;
-/// A blockage's radius, metres.
+/// Radius of a blockage, in metres.
 const BLOCKAGE_M: f64 = 0.6;
-/// Distance of a drawn route's waypoints, metres by the scale at its begin.
+/// Distance between the waypoints of a drawn route, in metres by the scale where the robot begins the route.
 const WAYPOINT_M: f64 = 0.05;
-/// Share of the speed at which a lost robot goes on, so that the localizer sees more.
+/// Share of the speed at which a lost robot continues, so that the localizer sees more.
 const LOST_SHARE: f64 = 0.5;
 
-/// What drives the robot at the moment.
+/// The source of the robot's path at the moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 enum Guide {
-    /// The cost field, to the goal.
+    /// The cost field guides the robot to the goal.
     Goal,
-    /// The cost field, to the first point of the drawn route.
+    /// The cost field guides the robot to the first point of the drawn route.
     ToRoute,
-    /// The drawn route.
+    /// The robot follows the drawn route.
     Route,
-    /// The explorer, to where the goal must lie in what was seen.
+    /// The explorer guides the robot to where the goal must lie in what was seen.
     Outline,
 }
 
-/// How a step ended.
+/// Status of a task after a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TaskStatus {
-    /// The task goes on.
+    /// The task continues.
     Driving(Reason),
     /// The robot waits until a person says where it is.
     Asks(Reason),
@@ -67,7 +66,7 @@ pub enum TaskStatus {
     Ended(TaskState, Reason),
 }
 
-/// An attempt at a task: the driver's state from its begin to its end.
+/// An attempt at a task, which is the driver's state from the beginning to the end of the task.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 struct Attempt {
     guide: Guide,
@@ -78,7 +77,7 @@ struct Attempt {
     stuck: StuckCounter,
     recovery: Option<Recovery>,
     blocked: Vec<Blockage>,
-    /// Whether the drawing shows a way.
+    /// True if the drawing shows a path to the goal.
     drawn: bool,
     lost_s: f64,
     limit_s: f64,
@@ -89,19 +88,19 @@ struct Attempt {
     target_px: Point<Sketch>,
 }
 
-/// For what the cost field was solved last, beside the attempt's blockages.
+/// The goal and the scale for which the cost field was solved last, in addition to the attempt's blockages.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Solved {
     goal: Point<Sketch>,
     scale_pxpm: f64,
 }
 
-/// Drives the robot; see the module.
+/// Drives the robot to a goal or along a drawn route.
 #[derive(Debug)]
 pub struct Driver {
     parameters: Parameters,
     room: Room,
-    /// The most that the robot may drive.
+    /// Maximum speed of the robot, in m/s.
     speed_mps: f64,
     turn_rate_radps: f64,
     radius_m: f64,
@@ -123,10 +122,10 @@ pub struct Driver {
 }
 
 impl Driver {
-    /// At rest, without a drawing.
+    /// Creates a driver that is at rest and has no drawing.
     ///
     /// # Errors
-    /// A robot whose laser cannot be mapped with.
+    /// Returns an error if the robot's laser is not suitable for mapping.
     pub fn new(
         parameters: Parameters,
         robot: &Robot,
@@ -167,7 +166,7 @@ impl Driver {
         })
     }
 
-    /// Takes over the drawing, and the start in it.
+    /// Sets the drawing, and the start in it.
     pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
         self.field = Some(CostField::new(sketch));
         if let Some(explorer) = &mut self.explorer {
@@ -175,7 +174,7 @@ impl Driver {
         }
     }
 
-    /// Forgets the attempt and its ways: they belong to another drawing.
+    /// Forgets the attempt and its paths, because they belong to another drawing.
     pub fn forget(&mut self) {
         self.solved = None;
         self.route = DrawnRoute::default();
@@ -186,17 +185,17 @@ impl Driver {
         self.attempt = Attempt::new(Guide::Goal, nowhere, Point::new(0.0, 0.0), blocked);
     }
 
-    /// Whether there is a drawing.
+    /// Returns true if there is a drawing.
     pub fn has_sketch(&self) -> bool {
         self.field.is_some()
     }
 
-    /// Nothing is planned yet in this step.
+    /// Begins a step, in which nothing is planned yet.
     pub fn begin_step(&mut self) {
         self.planned = false;
     }
 
-    /// Takes in a scan made at `sensor` by a robot at `robot`.
+    /// Processes a scan made at `sensor` by a robot at `robot`.
     pub fn observe(&mut self, robot: &Pose<Odom>, sensor: &Pose<Odom>, scan: &LaserScan) {
         self.obstacles.observe(robot, self.radius_m, sensor, scan);
         if let Some(explorer) = &mut self.explorer {
@@ -204,7 +203,7 @@ impl Driver {
         }
     }
 
-    /// Begins a task from where `chart` says that the robot is.
+    /// Begins a task from the robot's current position, which is that of `chart`.
     pub fn begin(&mut self, task: &Task, chart: &Chart) {
         let start = task.points.first().copied().unwrap_or(task.end());
         let far = chart.distance_m(chart.robot_px().position(), start) > self.parameters.route_window_m;
@@ -229,13 +228,13 @@ impl Driver {
         self.attempt.drawn = self.field.as_ref().is_some_and(|field| field.is_open(robot));
     }
 
-    /// Brakes.
+    /// Brakes as hard as the limits allow.
     pub fn stop(&mut self, dt_s: f64) {
         self.pursuit.stop(dt_s);
     }
 
-    /// Drives on for `dt_s` seconds; `now_s` is the time since the task began. The estimate, `chart`, fits so well:
-    /// the mean log likelihood of a beam.
+    /// Continues to drive for `dt_s` seconds. `chart` is that of the estimate, `fit` is the estimate's mean log likelihood of a
+    /// beam, `lost` says whether the localizer is lost, and `now_s` is the time since the task began.
     pub fn drive(&mut self, chart: &Chart, fit: f64, lost: bool, now_s: f64, dt_s: f64) -> TaskStatus {
         self.chart = Some(*chart);
         self.attempt.lost_s = if lost { self.attempt.lost_s + dt_s } else { 0.0 };
@@ -270,44 +269,44 @@ impl Driver {
         })
     }
 
-    /// The last command.
+    /// Returns the last command.
     pub fn command(&self) -> Twist {
         self.pursuit.last()
     }
 
-    /// Whether this step planned.
+    /// Returns true if this step has planned.
     pub fn planned(&self) -> bool {
         self.planned
     }
 
-    /// Whether the task follows a drawn route.
+    /// Returns true if the task follows a drawn route.
     pub fn follows_route(&self) -> bool {
         matches!(self.attempt.guide, Guide::Route | Guide::ToRoute)
     }
 
-    /// The place in the drawing that the local path leads to.
+    /// Returns the place in the drawing that the local path leads to.
     pub fn target_px(&self) -> Point<Sketch> {
         self.attempt.target_px
     }
 
-    /// The way that remains, metres by the local scale.
+    /// Returns the remaining distance, in metres by the local scale.
     pub fn remaining_m(&self) -> f64 {
         self.attempt.remaining_m
     }
 
-    /// The way through the drawing, or what remains of the drawn route.
+    /// Returns the path through the drawing, or the remaining part of the drawn route.
     pub fn global_path(&self) -> &[Point<Sketch>] {
         if self.attempt.guide == Guide::Route { self.route.remaining() } else { &self.global_path }
     }
 
-    /// The local path, in the drawing.
+    /// Returns the local path, converted to the drawing.
     pub fn local_path_px(&self) -> impl ExactSizeIterator<Item = Point<Sketch>> + '_ {
         let chart = self.chart;
         let path = if chart.is_some() { self.local_path.as_slice() } else { &[] };
         path.iter().map(move |&place| chart.map_or(Point::new(0.0, 0.0), |chart| chart.to_sketch(place)))
     }
 
-    /// Tracks the robot's place on the drawn route, from its first point on.
+    /// Tracks the robot's place on the drawn route, once the robot has reached its first point.
     fn keep_to_route(&mut self, chart: &Chart, now_s: f64) {
         let (robot, window_m) = (chart.robot_px().position(), self.parameters.route_window_m);
         let near_start =
@@ -333,13 +332,13 @@ impl Driver {
         Some((TaskState::Lost, Reason::Astray(on_way_s, drawn_m)))
     }
 
-    /// The distance to the task's end, metres, where the robot is there and is not looking around.
+    /// Returns the distance to the end of the task, in metres, if the robot has arrived there and is not looking around.
     fn arrives(&self, chart: &Chart, lost: bool) -> Option<f64> {
         let may = !lost && !self.attempt.arrival.is_looking();
         may.then(|| self.goal_within(chart, self.parameters.arrival_radius_m)).flatten()
     }
 
-    /// Ends the task where the arrival is to be believed; else looks around first.
+    /// Ends the task, or begins to look around if the arrival is in doubt and the robot has not looked around yet.
     fn arrive(&mut self, reason: Reason, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
         match self.attempt.arrival.judge(&self.parameters) {
@@ -354,8 +353,7 @@ impl Driver {
         }
     }
 
-    /// The distance to the task's end, metres, where it is within `radius_m` and no drawn wall lies
-    /// between.
+    /// Returns the distance to the end of the task, in metres, if it is within `radius_m` and no drawn wall lies between.
     fn goal_within(&self, chart: &Chart, radius_m: f64) -> Option<f64> {
         let on_last_piece = match self.attempt.guide {
             Guide::Goal | Guide::Outline => true,
@@ -368,7 +366,7 @@ impl Driver {
         (on_last_piece && off_m <= radius_m && field.sees(robot, goal)).then_some(off_m)
     }
 
-    /// Solves the cost field for the attempt's goal and what was found to be shut.
+    /// Solves the cost field for the attempt's goal and the passages that were found to be shut.
     fn solve(&mut self, chart: &Chart) {
         self.solved = Some(Solved { goal: self.attempt.goal, scale_pxpm: chart.mean_scale_pxpm() });
         self.solve_again();
@@ -399,7 +397,8 @@ impl Driver {
         )
     }
 
-    /// A robot that is stuck near the goal has arrived; one that is stuck too often is blocked.
+    /// Begins to recover from being stuck. A robot that is stuck near the goal counts as having arrived instead, and one that has
+    /// been stuck too often ends the task as blocked.
     fn begin_recovery(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
         if let Some(off_m) = self.goal_within(chart, self.parameters.near_radius_m) {
@@ -425,7 +424,7 @@ impl Driver {
         }
     }
 
-    /// The first place on the way where the laser sees no room; somewhat ahead where there is none.
+    /// Returns the first place on the path where the laser sees no room, or a place somewhat ahead if there is none.
     fn shut_place(&self, chart: &Chart) -> Point<Sketch> {
         let robot = chart.robot_px().position();
         let ahead = |p: &&Point<Sketch>| chart.distance_m(robot, **p) > 0.3;
@@ -479,7 +478,7 @@ impl Driver {
 }
 
 impl Attempt {
-    /// Doubts of where the robot is begin anew: somebody has helped it.
+    /// Resets all doubt about where the robot is, because a person has helped or has not answered.
     fn look_again(&mut self, now_s: f64, chart: Option<&Chart>) {
         (self.arrival, self.pace) = (Arrival::default(), Pace::new(now_s));
         (self.recovery, self.lost_s, self.plan_due_s) = (None, 0.0, now_s);
@@ -488,7 +487,7 @@ impl Attempt {
         }
     }
 
-    /// `blocked` is emptied: its room serves again, so that nothing is allocated while driving.
+    /// Creates an attempt. `blocked` is emptied and its memory is reused, so that nothing is allocated while driving.
     fn new(guide: Guide, goal: Point<Sketch>, robot: Point<Odom>, mut blocked: Vec<Blockage>) -> Self {
         blocked.clear();
         Self {

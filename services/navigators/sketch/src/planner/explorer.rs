@@ -1,14 +1,14 @@
-//! Where the goal must lie in what the robot has seen, and where to look for it.
+//! Finds where the goal must lie in what the robot has seen, and where to look for it.
 //!
-//! The explorer maps the whole drive ([`sketchnav_mapping`]), takes the outline of what it has seen, and aligns it with the drawing's.
-//! The goal has a share of each piece of the drawing's outline (its harmonic measure). Where these pieces
-//! were seen, their places in the map say where the goal is. Where they lie behind a gap, the robot drives to that gap and
-//! looks; a gap that shows nothing is shut. Before it believes an arrival it asks for the best *rival*: the best
-//! alignment by which the goal lies elsewhere. If the rival costs hardly more, it looks there first. What looking does not
-//! settle a person may: see `doubt`.
+//! The explorer maps the whole drive ([`sketchnav_mapping`]), takes the outline of what was seen, and aligns it with the outline of
+//! the drawing. The goal has a share of each piece of the drawing's outline, its harmonic measure. If these pieces were seen, their
+//! places in the map say where the goal is. If they lie behind a gap, the robot drives to that gap and looks, and a gap that shows
+//! nothing is shut. Before the explorer believes an arrival, it computes the best *rival*, which is the best alignment that has the
+//! goal elsewhere. If the rival costs hardly more, the robot looks there first. If looking does not settle the matter, a person may
+//! (see `doubt`).
 //!
-//! An alignment is spread over steps: each takes a fixed part of the work. The explorer knows no clock and no channel; the same scans
-//! give the same courses.
+//! An alignment is spread over steps, each of which does a fixed amount of the work. The explorer uses no clock and no channel, and
+//! the same scans give the same courses.
 
 mod correspondence;
 mod course;
@@ -38,66 +38,67 @@ use doubt::{Doubt, Settled, Told};
 use paper::Paper;
 use path_grid::{Field, PathGrid};
 
-/// Samples of the drawing's outline.
+/// Number of samples of the drawing's outline.
 const SAMPLES: usize = 220;
-/// Steps of the dynamic programme that are taken in a step.
+/// Number of steps of the dynamic programme in each step of the explorer.
 const WORK: usize = 600_000;
-/// Most pieces of a seen outline.
+/// Maximum number of pieces of a seen outline.
 const MOST_PIECES: usize = 900;
-/// The robot is at most this far from the free part of its map, metres.
+/// Maximum distance of the robot from the free part of its map, in metres.
 const OFF_FREE_M: f64 = 0.6;
-/// Most places of gaps that are shut.
+/// Maximum number of places in gaps that are shut.
 const MOST_SHUT: usize = 4096;
-/// The outline is aligned anew after so many metres on the way to a gap or the goal.
+/// Distance, in metres, after which the outline is aligned again on the way to a gap or the goal.
 const ANEW_M: f64 = 0.9;
-/// How open the floor is is judged again after so many metres.
+/// Distance, in metres, after which the openness of the floor is judged again.
 const JUDGED_M: f64 = 0.9;
-/// A gap is reached within this distance of the nearest place, metres.
+/// Distance from the end of a course, in metres, within which a gap is reached.
 const AT_GAP_M: f64 = 0.3;
-/// The goal is reached within this distance of the nearest place, metres.
+/// Distance from the end of a course, in metres, within which the goal is reached.
 const AT_GOAL_M: f64 = 0.35;
-/// A rival's place is reached within this distance, metres.
+/// Distance from the end of a course, in metres, within which a rival's place is reached.
 const AT_RIVAL_M: f64 = 0.6;
-/// A rival that has the goal within this distance of where another one had it is not looked at again, metres.
+/// Distance, in metres, within which two rivals have the goal at the same place, which is then not looked at again.
 const LOOKED_AT_M: f64 = 1.5;
-/// A look that shows no more than this is one that shows nothing, square metres.
+/// Area, in square metres, below which a look has shown nothing new.
 const SHOWS_M2: f64 = 0.08;
-/// What is shut of a gap lies within this distance of the robot, metres, ...
+/// Distance from the robot, in metres, within which points of a gap are shut.
 const SHUT_M: f64 = 0.8;
-/// ... or so much farther than the robot is from the middle of the gap.
+/// Distance, in metres, beyond the robot's distance to the middle of the gap, within which points of the gap are shut as well.
 const SHUT_BEYOND_M: f64 = 0.3;
-/// The speed that one may count on, m/s.
+/// Speed that a robot can be expected to reach, in m/s.
 const USUAL_MPS: f64 = 0.42;
-/// Ways are so many times as long as the straight line.
+/// Typical ratio of the length of a path to that of the straight line.
 const WINDING: f64 = 1.5;
-/// Time that is kept for the end, seconds.
+/// Time that is reserved for the end of a task, in seconds.
 const SPARE_S: f64 = 25.0;
-/// A sample with this share of the goal has the whole emphasis.
+/// Share of the goal at which a sample has the full emphasis.
 const WHOLE_SHARE: f64 = 0.05;
-/// A goal of which less than this was seen has no place.
+/// Minimum share of a goal that must have been seen for the goal to have a place in the map.
 const LEAST_SEEN: f64 = 0.02;
 
-/// What the robot is to do.
+/// What the robot should do next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Advice {
-    /// Go on along the course; wait where there is none.
+    /// Continue along the course, or wait if there is none.
     Drive,
-    /// Turn on the spot, to see what is all around.
+    /// Turn on the spot, to see everything around.
     Look,
-    /// The goal is here.
+    /// Stop, because the goal is here.
     Arrived(Evidence),
-    /// Wait: a person is to say where the robot is.
+    /// Wait for a person to say where the robot is.
     Ask,
 }
 
-/// What an arrival is believed by.
+/// The evidence for an arrival.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
-    /// What the best rival costs more, and how far from here it has the goal, metres; `None` where there was no time to ask.
+    /// Amount by which the best rival costs more, and the distance from here to where the rival has the goal, in metres. `None` if
+    /// there was no time to compute the rival.
     pub rival: Option<(f64, f64)>,
-    /// How far the walls around the goal differ in direction from what was seen.
+    /// Difference in direction between the walls around the goal and what was seen, as 1 − cos, weighted by the goal's shares.
     pub misfit: f64,
-    /// Whether a person was asked, and agrees.
+    /// True if a person was asked and agrees.
     pub is_confirmed: bool,
 }
 
@@ -118,75 +119,75 @@ struct Job {
     seen: SeenOutline,
     anchor: Anchor,
     forbidden: Vec<Forbidden>,
-    /// What the best alignment costs, where this is one for its rival.
+    /// Cost of the best alignment, if this job computes a rival.
     best: Option<f64>,
     search: Search,
 }
 
-/// What was asked about the best rival.
+/// The best rival of an alignment.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Rival {
     margin: f64,
     place: Place,
 }
 
-/// All that changes, except for the map.
+/// Everything in the explorer that changes, except for the map.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Exploration {
-    /// What is looked for now.
+    /// The goal that the robot is looking for.
     goal: Option<Point<Sketch>>,
     has_looked: bool,
-    /// How open the floor is by what was seen ([`floor::open_share`]), and where that was judged last.
+    /// Openness of the floor that was seen (see [`floor::Judge::open_share`]).
     open_share: Option<f64>,
     judged_at: Option<Place>,
     job: Option<Job>,
     course: Option<Course>,
-    /// Where the robot was when the outline was taken last.
+    /// Where the robot was when the outline was last taken.
     taken_at: Option<Place>,
     shut: Vec<Place>,
-    /// What is to be shut if the look shows nothing: its places, and how much was free before.
+    /// The places to shut if the current look shows nothing, and the number of free cells before it.
     looking: Option<(Vec<Place>, u32)>,
     looks: u32,
-    /// Where rivals had the goal, or the gaps behind which they had it, that the robot has looked at.
+    /// Places that the robot has looked at because rivals had the goal there, or behind a gap there.
     looked_at: Vec<Place>,
     rival: Option<Rival>,
     doubt: Option<Doubt>,
     settled: Option<Settled>,
-    /// Where the goal does not lie, by what a person has said.
+    /// Partners that are ruled out by what a person has said, because the goal does not lie there.
     denied: Vec<Forbidden>,
     told: Option<Told>,
     is_news: bool,
-    /// The last alignment, with its outline.
+    /// The last alignment, with the outline that it is for.
     last: Option<(SeenOutline, Alignment)>,
 }
 
-/// The explorer's state as it is read back from a checkpoint.
+/// The explorer's state, as read back from a checkpoint.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     exploration: Exploration,
     mapper: mapper::State,
 }
 
-/// The same where it lies.
+/// A [`State`] by reference, for writing it without a copy.
 #[derive(Debug, Serialize)]
 pub struct StateView<'a> {
     exploration: &'a Exploration,
     mapper: &'a mapper::State,
 }
 
-/// See the module.
+/// Finds goals by the outline of what was seen. The module's documentation describes how.
 #[derive(Debug)]
 pub struct Explorer {
     parameters: Parameters,
     mapping: sketchnav_mapping::Parameters,
     mapper: Mapper,
     survey: Survey,
-    /// Whether `survey` shows the current map.
+    /// True if `survey` shows the current map.
     is_surveyed: bool,
     judge: floor::Judge,
     paper: Option<Paper>,
     shares: Vec<f64>,
-    /// How many times as much each sample of the drawing counts: walls around the goal say most about it.
+    /// Weight of each sample of the drawing. Walls around the goal count more, because they say most about where it is.
     emphasis: Vec<f64>,
     weights: Weights,
     aligner: Aligner,
@@ -195,10 +196,10 @@ pub struct Explorer {
 }
 
 impl Explorer {
-    /// For a robot whose laser sees so far. It has seen nothing.
+    /// Creates an explorer that has seen nothing, for a robot whose laser has this range.
     ///
     /// # Errors
-    /// An invalid parameter of the mapper.
+    /// Returns an error if a parameter of the mapper is invalid.
     pub fn new(parameters: &Parameters, range_max_m: f64) -> Result<Self, sketchnav_mapping::Error> {
         let mut mapping = sketchnav_mapping::Parameters::default();
         mapping.open_range_m = range_max_m.min(mapping.mapping_range_m);
@@ -220,7 +221,7 @@ impl Explorer {
         })
     }
 
-    /// Takes over the drawing and the start in it. What was seen before belongs to another drawing.
+    /// Sets the drawing and the start in it. Discards what was seen before, because it belongs to another drawing.
     pub fn on_sketch(&mut self, sketch: &SketchGrid, start: Pose<Sketch>) {
         self.paper = Paper::new(sketch, start, self.parameters.building_size_m);
         self.exploration = Exploration::default();
@@ -229,12 +230,13 @@ impl Explorer {
         }
     }
 
-    /// Its state, without copying it.
+    /// Returns the explorer's state without copying it.
     pub fn state(&self) -> StateView<'_> {
         StateView { exploration: &self.exploration, mapper: self.mapper.state() }
     }
 
-    /// Goes on from the state of an explorer with the same drawing and parameters; from nothing where it is of others.
+    /// Restores the state of an explorer with the same drawing and parameters. A state that does not match the parameters is
+    /// ignored.
     pub fn restore(&mut self, state: State) {
         if let Ok(mapper) = Mapper::restore(self.mapping, state.mapper) {
             (self.mapper, self.exploration, self.is_surveyed) = (mapper, state.exploration, false);
@@ -245,18 +247,18 @@ impl Explorer {
         }
     }
 
-    /// Whether goals are to be found this way: as long as what was seen is an open floor.
+    /// Returns true if goals are to be found by the outline, which is the case as long as what was seen is an open floor.
     pub fn is_in_charge(&self) -> bool {
         let share = self.exploration.open_share.unwrap_or(1.0);
         self.paper.is_some() && share >= self.parameters.least_open_share
     }
 
-    /// Whether what was seen is rooms, so that goals are to be found by the filter.
+    /// Returns true if the floor that was seen consists of rooms, so that goals are to be found by the filter.
     pub fn sees_rooms(&self) -> bool {
         self.paper.is_some() && !self.is_in_charge()
     }
 
-    /// Judges the floor, on the way to a goal, where the robot has gone some way since or has looked around.
+    /// Judges the floor on the way to a goal, if the robot has moved some distance since the last time or has looked around.
     fn judge_floor(&mut self) {
         let place = self.place();
         if self.exploration.goal.is_some()
@@ -268,7 +270,7 @@ impl Explorer {
         }
     }
 
-    /// Takes in a scan of a robot that believes to be at `robot` by its wheels.
+    /// Processes a scan of a robot whose pose by odometry is `robot`.
     pub fn observe(&mut self, robot: Pose<Odom>, base_from_laser: Pose<Base>, scan: &LaserScan) {
         if self.paper.is_none() {
             return;
@@ -281,13 +283,13 @@ impl Explorer {
             range_max_m: scan.range_max_m.into(),
             base_from_laser,
         };
-        // A scan that no laser sends was rejected before; nothing would change.
+        // An invalid scan returns an error, which can be ignored because nothing changes then.
         let _ = self.mapper.update(robot, &scan);
         self.is_surveyed = false;
         self.judge_floor();
     }
 
-    /// Begins to look for a goal.
+    /// Begins looking for a goal.
     pub fn begin(&mut self, goal: Point<Sketch>) {
         self.exploration.goal = Some(goal);
         (self.exploration.job, self.exploration.course, self.exploration.taken_at) = (None, None, None);
@@ -308,10 +310,10 @@ impl Explorer {
         self.emphasis = self.shares.iter().map(more).collect();
     }
 
-    /// Takes a step: `left_s` seconds are left for the task.
+    /// Takes a step, with `left_s` seconds left for the task.
     pub fn step(&mut self, left_s: f64) -> Advice {
         if !std::mem::replace(&mut self.exploration.has_looked, true) {
-            // Slow work is done in a step that computes nothing else.
+            // Slow work happens in a step that computes nothing else.
             self.weigh_goal();
             return Advice::Look;
         }
@@ -336,7 +338,7 @@ impl Explorer {
         Advice::Drive
     }
 
-    /// The look around has ended.
+    /// Records that a look around has ended, and takes in what was seen.
     pub fn end_look(&mut self) {
         self.exploration.judged_at = None;
         if let Some((places, before)) = self.exploration.looking.take() {
@@ -348,7 +350,7 @@ impl Explorer {
         self.begin_job(Vec::new(), None);
     }
 
-    /// The robot gets no farther on its course.
+    /// Gives up the course, because the robot gets no farther on it.
     pub fn give_way(&mut self) {
         if let Some(course) = self.exploration.course.take() {
             let gap = course.gap.clone();
@@ -358,27 +360,28 @@ impl Explorer {
         self.begin_job(Vec::new(), None);
     }
 
-    /// What the robot is driving to.
+    /// Returns what the robot is driving to.
     pub fn aim(&self) -> Option<Aim> {
         self.exploration.course.as_ref().map(|course| course.aim)
     }
 
-    /// How often it has looked where a rival had the goal.
+    /// Returns the number of times that the robot has looked where a rival had the goal.
     pub fn looks(&self) -> u32 {
         self.exploration.looks
     }
 
-    /// Where its course ends.
+    /// Returns where the course ends.
     pub fn course_end(&self) -> Option<Place> {
         self.exploration.course.as_ref().map(|course| course.end)
     }
 
-    /// The cost of the way from a place to the end of the course, metres at least; infinite where there is none.
+    /// Returns the cost of the path from a place to the end of the course, which is at least the path's length in metres. Infinite
+    /// if there is no path.
     pub fn cost_m(&self, place: Point<Map>) -> f64 {
         self.field.as_ref().map_or(f64::INFINITY, |field| field.cost_m([place.x, place.y]))
     }
 
-    /// Writes the way from the robot to the end of the course.
+    /// Writes the path from the robot to the end of the course.
     pub fn descend(&self, path: &mut Vec<Point<Map>>) {
         path.clear();
         if let Some(field) = &self.field {
@@ -387,7 +390,7 @@ impl Explorer {
         }
     }
 
-    /// Where the robot is in the map.
+    /// Returns the robot's pose in the map.
     pub fn robot(&self) -> Pose<Map> {
         self.mapper.pose()
     }
@@ -417,7 +420,7 @@ impl Explorer {
         is_there || has_moved && course.aim != Aim::Rival
     }
 
-    /// Takes the outline of what was seen, and begins to align it.
+    /// Takes the outline of what was seen and begins to align it.
     fn begin_job(&mut self, mut forbidden: Vec<Forbidden>, best: Option<f64>) {
         self.take_survey();
         if self.shares.is_empty() {
@@ -425,14 +428,14 @@ impl Explorer {
         }
         let (Some(paper), place) = (&self.paper, self.place()) else { return };
         let seen = match (&self.exploration.last, best) {
-            // The rival of an alignment is one of the same outline.
+            // A rival must align the same outline as the alignment that it rivals.
             (Some((seen, _)), Some(_)) => seen.clone(),
             _ => SeenOutline::of_map(&self.survey, &self.exploration.shut, &paper.taking()),
         };
         if best.is_none() {
             (self.exploration.taken_at, self.exploration.doubt) = (Some(place), None);
         }
-        // The map's x is where the robot looked at its first scan.
+        // The map's x axis is where the robot faced at its first scan.
         let marked = Told { drawn: [paper.start.x, paper.start.y], seen: [0.0; 2], turn_rad: None };
         let Told { drawn, seen: at, turn_rad } = self.exploration.told.unwrap_or(marked);
         let turn_rad = turn_by_walls(&paper.outline, &seen, turn_rad.unwrap_or(paper.start.yaw_rad));
@@ -469,7 +472,7 @@ impl Explorer {
         }
     }
 
-    /// Drives to the goal where it was seen, or to the gap that leads to it.
+    /// Sets a course to the goal if it was seen, or else to the gap that leads to it.
     fn choose(&mut self, left_s: f64) -> Advice {
         let Some((seen, alignment)) = self.exploration.last.take() else { return Advice::Drive };
         let likely = Likely::new(&self.shares, &seen, &alignment);
@@ -522,7 +525,8 @@ impl Explorer {
         }
     }
 
-    /// The places by which the goal lies where it lies: most of its mass on walls, the heaviest first.
+    /// Returns the places that determine where the goal lies. These have most of the goal's mass on walls, and the heaviest come
+    /// first.
     fn goal_places(&self, alignment: &Alignment) -> Vec<Forbidden> {
         const MOST: f64 = 0.6;
         let mut walls: Vec<_> = alignment
@@ -546,7 +550,7 @@ impl Explorer {
         heaviest.map(|(_, forbidden)| *forbidden).collect()
     }
 
-    /// The goal seems to be here, and the best rival costs `margin` more.
+    /// Decides about an arrival, given the best rival, which costs `margin` more.
     fn weigh_rival(&mut self, seen: &SeenOutline, rival: &Alignment, margin: f64, left_s: f64) -> Advice {
         const LIKELY: f64 = 0.3;
         let likely = Likely::new(&self.shares, seen, rival);
@@ -606,7 +610,8 @@ impl Explorer {
         self.exploration.looked_at.push(target);
     }
 
-    /// Drives to the place in reach that is nearest to `target`; the way there, metres, or `None` where nothing is in reach.
+    /// Sets a course to the place in reach that is nearest to `target`. Returns the length of the path there, in metres, or `None`
+    /// if nothing is in reach.
     fn set_course(&mut self, aim: Aim, target: Place, gap: Vec<Place>) -> Option<f64> {
         self.take_survey();
         let place = self.place();
@@ -626,7 +631,7 @@ impl Explorer {
         Some(way_m)
     }
 
-    /// What of a gap the robot has before it.
+    /// Returns the points of a gap that are close to the robot.
     fn near_of(&self, gap: &[Place], middle: Place) -> Vec<Place> {
         let robot = self.place();
         let reach_m = SHUT_M.max(distance(robot, middle) + SHUT_BEYOND_M);

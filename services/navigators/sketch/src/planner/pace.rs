@@ -1,43 +1,44 @@
-//! How long the robot has been on its way, against the way that the drawing shows.
+//! Compares how long the robot has been under way with the length of the path that the drawing shows.
 //!
-//! A robot that drives past the right door comes to places that look like others. It may go on among them for long,
-//! since each step seems to lead nearer. That it takes out of all proportion to the drawn way gives it away. It is the
-//! time that counts, not the way driven: who goes astray also stands, backs up and looks around.
+//! A robot that drives past the right door comes to places that look like others. It may wander among them for a long time, since
+//! each step seems to lead closer to the goal. What gives it away is a time out of all proportion to the drawn path. The time
+//! counts rather than the distance travelled, because a robot that has gone astray also stands still, backs up and looks around.
 
 use crate::paths::parameters::Parameters;
 use serde::{Deserialize, Serialize};
 
 use sketchnav_motion::progress::USUAL_MPS;
 
-/// The way of a task.
+/// The time and the drawn path of a task.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Pace {
     began_s: f64,
     drawn_m: Option<f64>,
-    /// Whether the next plan's way counts.
+    /// True if the path of the next plan counts.
     counts: bool,
 }
 
 impl Pace {
-    /// Begins.
+    /// Begins to watch the pace.
     pub fn new(now_s: f64) -> Self {
         Self { began_s: now_s, drawn_m: None, counts: true }
     }
 
-    /// The drawing shows a way of `drawn_m` from here; the first word counts.
+    /// Records that the drawing shows a path of length `drawn_m` from here. Only the first call counts, and the first call after
+    /// each [`Pace::go_around`].
     pub fn plan(&mut self, drawn_m: f64) {
         if std::mem::take(&mut self.counts) {
             self.drawn_m = Some(self.drawn_m.map_or(drawn_m, |known_m| known_m.max(drawn_m)));
         }
     }
 
-    /// The way was found to be shut: that around it counts, too, if it is longer.
+    /// Records that the path was found to be shut. The next plan's path around the blockage then counts if it is longer.
     pub fn go_around(&mut self) {
         self.counts = true;
     }
 
-    /// The time on the way, seconds, and the length of the drawn way, metres. `None` unless the time is out of
-    /// proportion for a robot that may drive `speed_mps`.
+    /// Returns the time under way, in seconds, and the length of the drawn path, in metres, if the time is out of proportion for a
+    /// robot that may drive at up to `speed_mps`.
     pub fn astray(&self, now_s: f64, speed_mps: f64, parameters: &Parameters) -> Option<(f64, f64)> {
         let (on_way_s, drawn_m) = (now_s - self.began_s, self.drawn_m?);
         let most_m = parameters.astray_factor * (drawn_m + parameters.astray_m);
@@ -53,7 +54,7 @@ mod tests {
         Parameters { astray_factor: 3.0, astray_m: 5.0, ..Parameters::default() }
     }
 
-    /// 3·(10 + 5) m are 90 s at half a metre a second, 450 s at a tenth.
+    /// 3·(10 + 5) m take 90 s at half a metre per second, and 450 s at a tenth.
     #[test]
     fn whoever_is_far_longer_on_the_way_than_is_drawn_is_astray() {
         let mut pace = Pace::new(100.0);
@@ -68,8 +69,8 @@ mod tests {
         assert_eq!(at(&pace, 451.0, 0.1), Some((451.0, 10.0)));
     }
 
-    /// The watch once began anew whenever a place was found to be shut. A robot that was elsewhere found one after the
-    /// other, and went on until its time was over.
+    /// The watch used to start over whenever a place was found to be shut. A robot that was elsewhere found one such place after
+    /// the other, and kept going until its time ran out.
     #[test]
     fn a_way_around_gets_the_time_that_it_takes_and_no_more() {
         let mut pace = Pace::new(0.0);

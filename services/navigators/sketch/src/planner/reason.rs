@@ -1,4 +1,4 @@
-//! Why a task stands as it does, in words, without an allocation.
+//! The reasons for a task's status, in words and without allocations.
 
 use std::fmt;
 
@@ -6,15 +6,15 @@ use sketchnav_schemas::geometry::{Point, Sketch};
 
 use super::explorer::{Aim, Evidence};
 
-/// What the planner of the method `outline` says on its way to a goal where it has seen rooms.
+/// What the planner of the method `outline` reports on the way to a goal if it has seen rooms.
 pub const ROOMS: &str = "among rooms: driving as by `beam`";
 
-/// Why the state is what it is.
+/// The reason for a task's status.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reason {
-    /// Nothing to say.
+    /// There is nothing to say.
     None,
-    /// What was seen is rooms, so the robot does not go by its outline.
+    /// The floor that was seen consists of rooms, so the robot does not drive by its outline.
     Rooms,
     /// The sketch is missing.
     NoSketch,
@@ -22,39 +22,40 @@ pub enum Reason {
     NoRoute,
     /// The localizer has no pose yet.
     NoPose,
-    /// At the goal, so many metres off.
+    /// The robot has arrived, with its distance from the goal in metres.
     Arrived(f64),
-    /// Near the goal, so many metres off, and no way leads nearer.
+    /// The robot cannot get any closer to the goal, with its distance from the goal in metres.
     NearEnough(f64),
-    /// At the goal by the estimate: looking around before believing it.
+    /// The robot seems to have arrived, but is looking around to make sure.
     LookingAround,
-    /// At the goal by an estimate that is not to be believed: it jumped so often and fits so badly.
+    /// The robot seems to have arrived, but the estimate is not credible, with the number of its jumps and its fit.
     Doubted(u32, f64),
-    /// Going around something, on another way than the drawing's.
+    /// The robot is making a detour around something that is not in the drawing.
     Detour,
-    /// Stuck, and trying a recovery behaviour for the so-manieth time.
+    /// The robot is stuck and is trying to recover, with the number of attempts so far.
     Recovering(u32),
-    /// The way is shut here, after so many attempts.
+    /// The path is shut at this place, with the number of attempts to get past it.
     Shut(Point<Sketch>, u32),
-    /// The drawing shows no way to the goal, and there is none.
+    /// The drawing shows no way to the goal, and none was found.
     NoDrawnWay(Point<Sketch>),
-    /// The scans did not fit anywhere near for so many seconds.
+    /// The scans have not fitted anywhere near the estimate, with the time for which they have not, in seconds.
     Lost(f64),
-    /// Turning on the spot to see what is all around.
+    /// The robot turns on the spot to see everything around it.
     Surveying,
-    /// The walls that were seen are being compared with the drawing.
+    /// The walls seen are being compared with the drawing.
     Comparing,
-    /// On a course that the comparison has set.
+    /// The robot follows a course that the comparison has set.
     Exploring(Aim),
-    /// The walls seen have the goal here; by so much the next best comparison is worse, where it was asked for.
+    /// The walls seen put the goal here, with the evidence for this.
     Matched(Evidence),
-    /// So many seconds on a way for which the drawing shows so many metres.
+    /// The robot must have gone astray, with the time under way in seconds and the length of the drawn path in metres.
     Astray(f64, f64),
-    /// A person is to say at which of so many places the robot is; the second one's alignment costs so much more.
+    /// A person has to say at which of several places the robot is, with the number of places and the amount by which the second
+    /// one's alignment costs more.
     Asks(usize, f64),
 }
 
-/// A reason of a lost robot, short enough to stand behind what a person is to do about it.
+/// The reason why a robot is lost, preceded by what a person should do about it. Kept short to fit into a status.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Help(pub Reason);
 
@@ -71,7 +72,7 @@ impl fmt::Display for Help {
     }
 }
 
-/// The letter of a place that a person is asked about: A, B, C, …
+/// Returns the letter of a place that a person is asked about: A, B, C, …
 fn letter(place: usize) -> char {
     char::from(b'A' + (place % 26) as u8)
 }

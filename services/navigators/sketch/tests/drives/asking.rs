@@ -1,4 +1,4 @@
-//! A robot that asks a person where it is, and what it does with the answer.
+//! Tests of a robot that asks a person where it is, and of what it does with the answer.
 
 use sketchnav_schemas::codes::{TaskState, Tracking};
 use sketchnav_schemas::message::MissionStatus;
@@ -11,7 +11,7 @@ use crate::support::*;
 
 const GOAL: [f64; 2] = [9.2, 7.0];
 
-/// A run with a person at the pad, in which every rival is in doubt, since the two arms are alike.
+/// Returns a run with a person at the pad, in which every arrival is in doubt because of a rival, since the two arms are alike.
 fn doubtful(pad: Pad) -> RunConfig {
     let planner = "by_outline = true\nrival_margin = 1000.0\nask_margin = 1000.0\nask_patience_s = 30.0";
     RunConfig { pad, ..config(ROBOTINO, planner) }
@@ -25,7 +25,7 @@ fn is(state: TaskState) -> impl Fn(&MissionStatus) -> bool {
     move |status| status.state == state.code()
 }
 
-/// Drives until the robot asks; returns the question.
+/// Drives until the robot asks, and returns the status and the question.
 fn asked(drive: &mut Drive) -> (MissionStatus, Question) {
     let status = drive.until("asking", is(TaskState::Paused));
     let question = *drive.said(QUESTION).expect("it is news");
@@ -43,7 +43,7 @@ fn it_asks_at_which_place_of_the_drawing_it_is_and_stands() {
     assert!(status.reason.as_str().starts_with("is the robot at A"), "{:?}", status.reason);
     assert_eq!(question.kind, QuestionKind::Which.code());
     assert!((2..=4).contains(&question.places().len()), "{question:?}");
-    // The first one is where the best alignment places the robot: at the goal.
+    // The first place is where the best alignment places the robot, which is at the goal.
     let [x, y] = bent(GOAL[0], GOAL[1]).0;
     let first = question.places()[0];
     assert!(off_m([first.x_px, first.y_px], [x, y]) < 40.0, "{question:?}, the goal is at {x}, {y}");
@@ -72,7 +72,8 @@ fn who_says_the_likeliest_place_has_the_arrival_believed() {
     assert!(off_m(drive.place(), GOAL) < 1.2);
 }
 
-/// The goal then lies where the rival places it. That is farther away than `rival_away_m`, 2.5 m; the robot stops near it.
+/// The goal then lies where the rival places it. That is farther away than `rival_away_m`, which is 2.5 m, and the robot stops near
+/// it.
 #[test]
 fn who_says_another_place_sends_it_to_where_the_goal_lies_by_that() {
     let mut drive = drive(Pad::Watches);
@@ -93,7 +94,7 @@ fn who_says_another_place_sends_it_to_where_the_goal_lies_by_that() {
 fn a_place_far_from_all_of_them_anchors_what_is_compared_from_then_on() {
     let mut drive = drive(Pad::Watches);
     let (_, question) = asked(&mut drive);
-    // In the middle of the hall, which is none of the offered places.
+    // The middle of the hall is none of the offered places.
     let [x, y] = bent(5.5, 1.7).0;
     assert!(
         question.places().iter().all(|place| off_m([place.x_px, place.y_px], [x, y]) > 60.0),
@@ -104,7 +105,7 @@ fn a_place_far_from_all_of_them_anchors_what_is_compared_from_then_on() {
     drive.until("another word", |status| status.state != TaskState::Driving.code());
 }
 
-/// The arrival is believed by its evidence, as without a pad.
+/// The arrival is believed by its own evidence, as without a pad.
 #[test]
 fn where_nobody_answers_the_arrival_is_believed() {
     let mut drive = drive(Pad::Watches);
@@ -118,7 +119,7 @@ fn where_nobody_answers_the_arrival_is_believed() {
     assert!(alone.sent.get(QUESTION.spec).is_none());
 }
 
-/// The same with the button that resumes.
+/// The arrival is also believed if the person presses the button that resumes.
 #[test]
 fn who_has_it_go_on_has_it_believe() {
     let mut drive = drive(Pad::Watches);
@@ -129,7 +130,7 @@ fn who_has_it_go_on_has_it_believe() {
     assert!(!status.reason.as_str().contains("agrees"), "{status:?}");
 }
 
-/// A planner that is stored and restored repeatedly asks the same, and does the same with the answer.
+/// A planner that is stored and restored repeatedly asks the same question, and does the same with the answer.
 #[test]
 fn a_question_survives_the_planner() {
     let (mut whole, mut broken) = (drive(Pad::Watches), drive(Pad::Watches));
@@ -155,7 +156,8 @@ fn a_question_survives_the_planner() {
     assert!(answered);
 }
 
-/// Driving by the filter, too, a lost robot waits for a person if there is a pad, and continues from where that person says.
+/// A robot that drives by the filter also waits for a person when it is lost, if there is a pad, and continues from where that
+/// person says.
 #[test]
 fn a_lost_robot_waits_until_it_is_told_where_it_is() {
     let mut drive = Drive::with(

@@ -1,4 +1,4 @@
-//! Where the robot drives, and what it reports when it cannot.
+//! Tests of where the robot drives, and of what it reports when it cannot.
 
 use std::f64::consts::TAU;
 
@@ -6,8 +6,8 @@ use sketchnav_schemas::codes::TaskState::{Blocked, Finished, Lost, Reached, Time
 
 use crate::support::*;
 
-/// A corridor 2 m wide along y = 1, 12 m long. Above it are two rooms, 4 m deep, with one door each, 0.9 m wide, at x = 3 and x =
-/// `second_door`.
+/// Returns the walls of a corridor 2 m wide and 12 m long along y = 1, with two rooms above it. The rooms are 4 m deep and have one
+/// door each, 0.9 m wide, at x = 3 and at x = `second_door`.
 fn two_rooms(second_door: f64) -> Vec<Line> {
     vec![
         [0.0, 0.0, 12.0, 0.0],
@@ -95,8 +95,8 @@ fn it_says_where_the_drawing_shows_no_way() {
     assert!(outcome.ends[0].1.starts_with("the drawing shows no way to (230, 155) px"), "{:?}", outcome.ends);
 }
 
-/// A robot that was limited to a share of its speed was monitored as if it used all of it. At a fifth it was taken for one that
-/// circles around one place, and gave up in the open corridor.
+/// A robot that was limited to a share of its speed used to be monitored as if it drove at full speed. At a fifth of its speed, it
+/// seemed to circle around one place, and gave up in the open corridor.
 #[test]
 fn a_robot_held_to_a_share_of_its_speed_is_waited_for() {
     for share in [0.5, 0.2] {
@@ -116,7 +116,7 @@ fn it_keeps_to_the_time_limit() {
     assert!((outcome.seconds - 5.0).abs() < 0.3, "{}", outcome.seconds);
 }
 
-/// An arrival according to an estimate whose scans fit this well.
+/// Drives to an arrival with an estimate whose scans have this fit.
 fn arrive(fit: f64) -> Outcome {
     let scene = Scene::faithful(two_rooms(9.0), SIZE, START);
     let mut drive = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0);
@@ -144,8 +144,8 @@ fn it_says_lost_where_nothing_around_looks_like_the_goal() {
     assert_eq!(outcome.ends[0].1, reason);
 }
 
-/// Following the local path at 0.7 m ahead cut the corner of a door's jamb, and the safety check stopped the robot there. It stood
-/// for seven seconds, backed up and tried again, at every door that it approached from the side.
+/// Following the local path with a look-ahead of 0.7 m used to cut the corner at a door jamb, where the safety check stopped the
+/// robot. It stood for seven seconds, backed up and tried again, at every door that it approached from the side.
 #[test]
 fn it_does_not_stick_at_a_door_jamb() {
     for x in [6.6, 7.5, 8.4, 9.6, 10.5, 11.4] {
@@ -158,7 +158,7 @@ fn it_does_not_stick_at_a_door_jamb() {
     }
 }
 
-/// A hall of 8 × 8 m with a figure of eight in it, whose line crosses itself at (4, 4).
+/// The route is a figure of eight in a hall of 8 × 8 m, and crosses itself at (4, 4).
 #[test]
 fn it_follows_a_route_that_crosses_itself_in_the_right_order() {
     let hall = vec![[0.0, 0.0, 8.0, 0.0], [8.0, 0.0, 8.0, 8.0], [8.0, 8.0, 0.0, 8.0], [0.0, 8.0, 0.0, 0.0]];

@@ -5,7 +5,7 @@ use sketchnav_stage::Stage;
 
 use crate::support::*;
 
-/// A U: a hall with two arms upwards, 10.5 × 8.5 m.
+/// Returns the walls of a U, which is a hall with two arms upwards, of 10.5 × 8.5 m.
 fn arms() -> Vec<Line> {
     let corners =
         [[0.5, 0.5], [10.5, 0.5], [10.5, 8.0], [8.0, 8.0], [8.0, 3.0], [3.0, 3.0], [3.0, 8.5], [0.5, 8.5]];
@@ -13,7 +13,7 @@ fn arms() -> Vec<Line> {
     corners.iter().zip(next).map(|(a, b)| [a[0], a[1], b[0], b[1]]).collect()
 }
 
-/// As a person may draw it: the arms half as wide again, the hall half as high again.
+/// Draws the U as a person might, with a hall that is twice as high as it should be in proportion to the arms.
 pub fn bent(x: f64, y: f64) -> ([f64; 2], [f64; 2]) {
     let (x, a) = if x < 5.5 { (30.0 * x, 30.0) } else { (165.0 + 26.0 * (x - 5.5), 26.0) };
     let (y, b) = if y < 3.0 { (45.0 * y, 45.0) } else { (135.0 + 22.0 * (y - 3.0), 22.0) };
@@ -29,7 +29,7 @@ fn drive() -> Drive {
     Drive::with(scene(), by_outline, &[&[[9.2, 7.0]], &[[1.8, 6.5]]], 240.0)
 }
 
-/// The estimate does not help: its goal lies behind walls that the explorer has to look around.
+/// The estimate does not help, because the goal lies behind walls that the explorer has to look around.
 #[test]
 fn it_finds_the_arms_of_a_bent_drawing() {
     let outcome = drive().run(400.0);
@@ -42,7 +42,7 @@ fn it_finds_the_arms_of_a_bent_drawing() {
     assert!(nearest_m(9.2, 7.0) < 1.2, "{}", nearest_m(9.2, 7.0));
 }
 
-/// Three rooms in a row, 4 × 4 m each, joined by doors of 0.9 m.
+/// Returns the walls of three rooms in a row, 4 × 4 m each, joined by doors of 0.9 m.
 pub fn rooms() -> Vec<Line> {
     let mut walls =
         vec![[0.5, 0.5, 12.5, 0.5], [12.5, 0.5, 12.5, 4.5], [12.5, 4.5, 0.5, 4.5], [0.5, 4.5, 0.5, 0.5]];
@@ -52,8 +52,8 @@ pub fn rooms() -> Vec<Line> {
     walls
 }
 
-/// The method used to be chosen by looking at the drawing beforehand, and on drawings that people had made of an open floor the
-/// choice was wrong. Now the robot starts by the outline everywhere, and what it sees decides.
+/// The method used to be chosen beforehand from the drawing, and the choice was wrong for drawings that people had made of an open
+/// floor. Now the robot starts by the outline everywhere, and what it sees decides.
 #[test]
 fn a_robot_that_has_seen_rooms_drives_by_the_filter() {
     let scene = Scene::faithful(rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);
@@ -63,8 +63,8 @@ fn a_robot_that_has_seen_rooms_drives_by_the_filter() {
     assert!(outcome.ends[0].1.ends_with("m from the goal"), "{:?}", outcome.ends);
 }
 
-/// Among rooms the filter drives, and it checks arrivals by looking around. That look was once taken for one of the explorer's,
-/// which had mapped nothing, and the planner crashed.
+/// Among rooms, the robot drives by the filter, which checks arrivals by looking around. Such a look used to be taken for one of
+/// the explorer's looks. Since the explorer had mapped nothing, the planner crashed.
 #[test]
 fn a_look_of_the_filters_is_none_of_the_explorers() {
     let planner = "by_outline = true\nleast_open_share = 2.0\nlook_above = 0.1";

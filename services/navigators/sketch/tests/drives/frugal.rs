@@ -1,4 +1,4 @@
-//! A step allocates nothing, whatever happens in it.
+//! Tests that a step allocates nothing, whatever happens in it.
 
 use sketchnav_runtime::{CountingAllocator, allocations_of_this_thread};
 use sketchnav_schemas::channels::{self, STATUS};
@@ -12,7 +12,7 @@ use crate::support::*;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Makes the host reserve room for what is sent before the first step.
+/// Makes the host reserve room for all messages before the first step.
 fn make_room(drive: &mut Drive) {
     for spec in channels::written_by(Process::Planner, "sketch") {
         let put = Put { spec, cells: 0, is_repeated: true, fill: &mut |_, _| {} };
@@ -20,7 +20,7 @@ fn make_room(drive: &mut Drive) {
     }
 }
 
-/// A goal behind a shut door: plans, being stuck, recovery, blockages, the next task, the end.
+/// A goal behind a shut door leads to plans, being stuck, recovery, blockages, the next task and the end of the run.
 #[test]
 fn a_step_allocates_nothing() {
     let walls = vec![
@@ -52,7 +52,7 @@ fn a_step_allocates_nothing() {
     assert!(steps > 200);
 }
 
-/// In rooms the map keeps growing, the floor is judged again and again, and the next task begins.
+/// Among rooms, the map keeps growing, the floor is judged again and again, and the next task begins.
 #[test]
 fn a_step_among_rooms_allocates_nothing_either() {
     let scene = Scene::faithful(exploring::rooms(), [13.0, 5.0], [1.5, 2.4, 0.0]);

@@ -1,4 +1,4 @@
-//! The planner drives a kinematic robot, with a perfect estimate, in small buildings.
+//! Tests in which the planner drives a kinematic robot, with a perfect estimate, in small buildings.
 
 mod asking;
 mod driving;

@@ -1,4 +1,4 @@
-//! People draw while the robot runs: what they send and order, and when.
+//! Tests of runs in which people draw, with what they send and order, and when.
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{ChannelSpec, STATUS};
@@ -20,7 +20,7 @@ fn hall() -> Vec<Line> {
     vec![[0.0, 0.0, 8.0, 0.0], [8.0, 0.0, 8.0, 3.0], [8.0, 3.0, 0.0, 3.0], [0.0, 3.0, 0.0, 0.0]]
 }
 
-/// A robot that waits for a drawing.
+/// A run whose robot waits for a drawing.
 struct Table {
     drive: Drive,
     map: SketchMap,
@@ -53,7 +53,7 @@ impl Table {
         self.drive.order(order);
     }
 
-    /// Takes a step; returns the state of the mission after it, and the command.
+    /// Takes a step and returns the status of the mission after it, and the command.
     fn step(&mut self) -> (MissionStatus, VelocityCommand) {
         self.drive.sense();
         let command = self.drive.think();
@@ -62,7 +62,7 @@ impl Table {
         (*self.drive.said(STATUS).unwrap(), command)
     }
 
-    /// Takes steps until the mission is in this state; at most two minutes.
+    /// Takes steps until the mission is in this state, for at most two minutes.
     fn until(&mut self, state: TaskState) -> MissionStatus {
         let found = (0..1200).map(|_| self.step().0).find(|status| status.state == state.code());
         found.unwrap_or_else(|| panic!("never {state}"))
@@ -146,7 +146,7 @@ impl Remains for Last {
     }
 }
 
-/// Without a checkpoint, a robot that a person had stopped once drove off again.
+/// Without a checkpoint, a robot that a person had stopped used to drive off again.
 #[test]
 fn who_knows_the_last_status_alone_does_not_drive_off() {
     for (state, pad) in [(TaskState::Paused, Pad::Absent), (TaskState::Aborted, Pad::Watches)] {

@@ -1,5 +1,5 @@
-//! A small kinematic world: straight walls, round obstacles, a disc for a robot. The estimate in its drawing is perfect, so that a
-//! test of the planner tests only the planner.
+//! A small kinematic world of straight walls and round obstacles, in which the robot is a disc. The estimate of its pose in the
+//! drawing is perfect, so that a test of the planner tests only the planner.
 
 use bytemuck::Zeroable;
 use sketchnav_schemas::channels::{self, COMMAND, Channel, ChannelSpec, ODOMETRY, ORDERS, SCAN, STATUS};
@@ -18,10 +18,10 @@ pub const ROBOTINO: &str = include_str!("../../../../../sim/robots/robotino.toml
 pub const TURTLEBOT: &str = include_str!("../../../../../sim/robots/turtlebot3.toml");
 pub const DT_S: f64 = 0.1;
 
-/// From a place of the world, metres, to the drawing, pixels, and the local scales there.
+/// Converts a place in the world, in metres, to the drawing, in pixels, and returns the local scales there as well.
 pub type Warp = fn(f64, f64) -> ([f64; 2], [f64; 2]);
 
-/// 20 px per metre along x, 30 px per metre along y, a margin of 20 px.
+/// Draws the world with 20 px per metre along x, 30 px per metre along y, and a margin of 20 px.
 pub fn stretched(x: f64, y: f64) -> ([f64; 2], [f64; 2]) {
     ([20.0 + 20.0 * x, 20.0 + 30.0 * y], [20.0, 30.0])
 }
@@ -29,11 +29,11 @@ pub fn stretched(x: f64, y: f64) -> ([f64; 2], [f64; 2]) {
 pub type Line = [f64; 4];
 
 pub struct Scene {
-    /// The true walls, metres.
+    /// The true walls, in metres.
     pub walls: Vec<Line>,
-    /// Round obstacles, metres: x, y, radius.
+    /// Round obstacles, as x, y and radius in metres.
     pub discs: Vec<[f64; 3]>,
-    /// The walls as drawn, metres before the warp.
+    /// The drawn walls, in metres before the warp.
     pub drawn: Vec<Line>,
     pub warp: Warp,
     pub size_m: [f64; 2],
@@ -43,21 +43,21 @@ pub struct Scene {
 /// The outcome of a drive.
 #[derive(Default)]
 pub struct Outcome {
-    /// Every ending state, in order, with its reason.
+    /// Every state in which a task or the mission ended, in order, with the reason.
     pub ends: Vec<(TaskState, String)>,
     /// The true path, one point per step.
     pub way: Vec<[f64; 2]>,
-    /// Nearest distance of the robot's hull to anything, metres.
+    /// Minimum distance of the robot's hull from anything, in metres.
     pub closest_m: f64,
     pub commands: Vec<VelocityCommand>,
     pub seconds: f64,
     pub plans: usize,
-    /// How often it started to recover from being stuck.
+    /// Number of times that the robot began to recover from being stuck.
     pub recoveries: usize,
     pub all_bytes: Vec<u8>,
 }
 
-/// What the planner reads.
+/// The messages that the planner reads.
 struct Senses {
     scan: Box<LaserScan>,
     estimate: Box<PoseEstimate>,
@@ -78,7 +78,7 @@ impl Inputs for Senses {
 
 pub struct Drive {
     pub planner: Planner,
-    /// What the planner has sent.
+    /// Access of the planner to channels.
     access: Access,
     pub sent: InProcess,
     senses: Senses,
@@ -87,14 +87,14 @@ pub struct Drive {
     truth: Pose<WorldFrame>,
     twist: Twist,
     seq: u64,
-    /// How well the scans fit, as the estimate says.
+    /// Fit of the scans in the estimates.
     pub fit: f64,
-    /// How sure the localizer is.
+    /// Confidence of the localizer in the estimates.
     pub tracking: Tracking,
 }
 
 impl Scene {
-    /// A drawing that shows every wall where it really is.
+    /// Creates a scene whose drawing shows every wall where it really is.
     pub fn faithful(walls: Vec<Line>, size_m: [f64; 2], start: [f64; 3]) -> Self {
         let start = Pose::new(start[0], start[1], start[2]);
         Self { drawn: walls.clone(), walls, discs: Vec::new(), warp: stretched, size_m, start }
@@ -126,7 +126,7 @@ impl Scene {
         walls.chain(discs).fold(f64::INFINITY, f64::min)
     }
 
-    /// Free space around a place, metres.
+    /// Returns the free space around a place, in metres.
     pub fn clearance(&self, x: f64, y: f64) -> f64 {
         let walls = self.walls.iter().map(|w| from_wall(x, y, w));
         let discs = self.discs.iter().map(|d| (x - d[0]).hypot(y - d[1]) - d[2]);
@@ -154,7 +154,7 @@ fn from_wall(x: f64, y: f64, [x0, y0, x1, y1]: &Line) -> f64 {
     (x - x0 - t * ex).hypot(y - y0 - t * ey)
 }
 
-/// A run whose mission has these planner parameters.
+/// Returns a run whose mission has these planner parameters.
 pub fn config(robot: &str, planner: &str) -> RunConfig {
     let mission = format!(
         "name = 'test'\nrobot = 'robotino'\nworld = {{ floor_plan = 'x' }}\nnavigator = {{ kind = 'sketch', drawing = 'x' }}\n\
@@ -164,7 +164,7 @@ pub fn config(robot: &str, planner: &str) -> RunConfig {
     RunConfig::lockstep("test", Mission::parse(&mission).unwrap(), Robot::parse(robot).unwrap(), 1)
 }
 
-/// Tasks, each a line of places of the world.
+/// Returns a route of tasks, each of which is a line of places in the world.
 pub fn route(warp: Warp, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Box<Route> {
     let mut route: Box<Route> = Box::new(Zeroable::zeroed());
     for task in tasks {
@@ -187,7 +187,7 @@ impl Drive {
         Self::with(scene, config(robot, "by_outline = false"), tasks, time_limit_s)
     }
 
-    /// A drive with the planner parameters of `config`.
+    /// Creates a drive with the planner parameters of `config`.
     pub fn with(scene: Scene, config: RunConfig, tasks: &[&[[f64; 2]]], time_limit_s: f64) -> Self {
         channels::register(KIND, CHANNELS).unwrap();
         let (map, cells) = scene.cells();
@@ -268,7 +268,7 @@ impl Drive {
         estimate.fit = self.fit;
     }
 
-    /// Lets the planner take its step; returns its command.
+    /// Lets the planner take its step and returns the command.
     pub fn think(&mut self) -> VelocityCommand {
         self.sent.end_instant();
         let Header { stamp_ns, source_seq, .. } = self.senses.odometry.header;
@@ -277,13 +277,13 @@ impl Drive {
         *self.said(COMMAND).unwrap()
     }
 
-    /// What the planner sent in this step.
+    /// Returns the message that the planner sent on a channel in this step.
     pub fn said<T: Message>(&self, channel: Channel<T>) -> Option<&T> {
         let said = self.sent.newest(channel.spec).filter(|said| said.is_fresh);
         said.map(|said| bytemuck::from_bytes(said.message))
     }
 
-    /// Moves the robot; walls stop it.
+    /// Moves the robot, which walls stop.
     pub fn act(&mut self, twist: Twist) {
         self.twist = twist;
         let (sin, cos) = self.truth.yaw_rad.sin_cos();
@@ -294,7 +294,7 @@ impl Drive {
         self.truth = if free { Pose::new(x, y, yaw) } else { Pose::new(self.truth.x, self.truth.y, yaw) };
     }
 
-    /// Takes a whole step; returns the state of the mission after it.
+    /// Takes a whole step and returns the status of the mission after it.
     pub fn step(&mut self) -> MissionStatus {
         self.sense();
         let command = self.think();
@@ -302,30 +302,30 @@ impl Drive {
         *self.said(STATUS).unwrap()
     }
 
-    /// Takes steps until the mission is in such a state; at most ten minutes.
+    /// Takes steps until the status of the mission satisfies `is_so`, for at most ten minutes.
     pub fn until(&mut self, what: &str, is_so: impl Fn(&MissionStatus) -> bool) -> MissionStatus {
         let found = (0..6000).map(|_| self.step()).find(is_so);
         found.unwrap_or_else(|| panic!("never {what}: {:?}", self.step()))
     }
 
-    /// Where the robot truly is.
+    /// Returns where the robot truly is.
     pub fn place(&self) -> [f64; 2] {
         [self.truth.x, self.truth.y]
     }
 
-    /// A person orders something.
+    /// Passes a person's order to the planner.
     pub fn order(&mut self, order: Order) {
         self.hear(ORDERS, &MissionCommand { order: order.code(), ..Zeroable::zeroed() }, &[]);
     }
 
-    /// A person marks where in the drawing the robot is.
+    /// Passes a person's mark of where in the drawing the robot is to the planner.
     pub fn tell(&mut self, x_px: f64, y_px: f64) {
         let mut order = MissionCommand { order: Order::Here.code(), ..Zeroable::zeroed() };
         order.set_here(&Here { at: Point::new(x_px, y_px), yaw_rad: None });
         self.hear(ORDERS, &order, &[]);
     }
 
-    /// Drives until the mission ends, or for `most_s` seconds.
+    /// Drives until the mission ends, but for at most `most_s` seconds.
     pub fn run(mut self, most_s: f64) -> Outcome {
         let mut outcome = Outcome { closest_m: f64::INFINITY, ..Outcome::default() };
         let mut recovering = false;
@@ -369,7 +369,7 @@ impl Outcome {
         self.way.windows(2).map(|w| (w[1][0] - w[0][0]).hypot(w[1][1] - w[0][1])).sum()
     }
 
-    /// Whether the path passed within `radius_m` of the places in their order.
+    /// Returns true if the path passed within `radius_m` of the places in their order.
     pub fn passes(&self, places: &[[f64; 2]], radius_m: f64) -> bool {
         let mut way = self.way.iter();
         places.iter().all(|place| way.any(|p| (p[0] - place[0]).hypot(p[1] - place[1]) < radius_m))

@@ -1,4 +1,4 @@
-//! A small building: walls as line segments, furniture, a drawing of the walls, and what a laser sees.
+//! A small building, with walls as line segments, furniture, a drawing of the walls, and what a laser sees.
 
 use bytemuck::Zeroable;
 use rand_distr::{Distribution, StandardNormal};
@@ -10,7 +10,7 @@ use sketchnav_sketch::sketch::SketchGrid;
 
 type Segment = [[f64; 2]; 2];
 
-/// A corridor of 16 m with three rooms on either side; metres.
+/// Returns the walls, in metres, of a corridor of 16 m with three rooms on either side.
 fn walls() -> Vec<Segment> {
     let mut walls = vec![
         [[0.0, 0.0], [16.0, 0.0]],
@@ -33,11 +33,11 @@ fn walls() -> Vec<Segment> {
     walls
 }
 
-/// Furniture that is not drawn: middle and radius of discs, metres.
+/// Furniture that is not drawn, as centre and radius of discs, in metres.
 const FURNITURE: [[f64; 3]; 5] =
     [[1.0, 1.0, 0.4], [7.0, 1.2, 0.5], [11.5, 10.5, 0.5], [15.2, 6.0, 0.3], [4.4, 11.0, 0.6]];
 
-/// The robot's path: out of a room, along the corridor, through two others and back.
+/// The robot's path, which leads out of a room, along the corridor, and into other rooms and back.
 pub const WAY: [[f64; 2]; 15] = [
     [2.0, 2.5],
     [2.0, 6.0],
@@ -56,18 +56,18 @@ pub const WAY: [[f64; 2]; 15] = [
     [14.0, 9.0],
 ];
 
-/// How the building was drawn: pixels per metre along and across, turned, with shaky corners.
+/// How the building was drawn, which may be stretched, turned and with shaky corners.
 #[derive(Debug, Clone, Copy)]
 pub struct Drawing {
-    /// Width and height, pixels.
+    /// Width and height, in pixels.
     pub size: [usize; 2],
-    /// Scale along the corridor.
+    /// Scale along the corridor, in pixels per metre.
     pub a: f64,
-    /// Scale across.
+    /// Scale across the corridor, in pixels per metre.
     pub b: f64,
-    /// How the paper was turned.
+    /// Angle by which the paper was turned, in radians.
     pub turn_rad: f64,
-    /// How far corners are off.
+    /// Standard deviation of the corners' positions, in pixels.
     pub wobble_px: f64,
 }
 
@@ -99,8 +99,8 @@ impl Drawing {
     }
 }
 
-/// A scan of `beams` beams from a pose (x m, y m, yaw rad). The last beam is as far to the left as the first is to the right; each
-/// range has an error.
+/// Returns a scan of `beams` beams from a pose (x m, y m, yaw rad). The last beam is as far to the left as the first is to the
+/// right, and each range has an error.
 pub fn scan_from(
     [x, y, yaw]: [f64; 3],
     beams: usize,
@@ -120,7 +120,7 @@ pub fn scan_from(
     scan
 }
 
-/// Distance to the first wall or piece of furniture.
+/// Returns the distance to the first wall or piece of furniture.
 fn range(from: [f64; 2], direction: f64, walls: &[Segment]) -> f64 {
     let (dy, dx) = direction.sin_cos();
     let to_walls = walls.iter().filter_map(|[p, q]| {

@@ -1,4 +1,4 @@
-//! A small world for the localization: a robot on rails in the [`building`], with a laser and odometry that errs.
+//! A small world for the localization, which has a robot on rails in the [`building`], with a laser and noisy odometry.
 
 mod building;
 
@@ -14,7 +14,7 @@ use sketchnav_sketch::filter::{Filter, Start};
 use building::normal;
 pub use building::{Drawing, WAY, scan_from};
 
-/// The localizer at the start of the path, in a drawing.
+/// Creates a localizer at the start of the path, in a drawing.
 pub fn localizer(drawing: &Drawing, parameters: Parameters, seed: u64) -> Filter {
     let [x, y] = drawing.px(WAY[0]);
     let pose = Pose::new(x, y, std::f64::consts::FRAC_PI_2 + drawing.turn_rad);
@@ -45,7 +45,8 @@ impl Drive {
         Self { localizer, rng: seed::stream(seed, "drive"), truth, odometry: Pose::new(0.0, 0.0, 0.0) }
     }
 
-    /// A tenth of a second at half a metre per second; turns first if the waypoint is to the side.
+    /// Moves the robot for a tenth of a second at half a metre per second towards a waypoint. If the waypoint is to the side, the
+    /// robot turns first.
     pub fn advance(&mut self, [x, y]: [f64; 2]) -> (Pose<Odom>, LaserScan) {
         let bearing = wrap_angle((y - self.truth.y).atan2(x - self.truth.x) - self.truth.yaw_rad);
         let forward = if bearing.abs() > 0.4 { 0.0 } else { 0.05 };
@@ -62,7 +63,7 @@ impl Drive {
         (self.odometry, self.scan())
     }
 
-    /// 240°, 5.6 m, 121 beams.
+    /// Returns a scan of 121 beams over 240°, with a maximum range of 5.6 m.
     fn scan(&mut self) -> LaserScan {
         let (pose, rng) = ([self.truth.x, self.truth.y, self.truth.yaw_rad], &mut self.rng);
         let mut scan = scan_from(pose, 121, -120_f32.to_radians(), 5.6, || 0.02 * normal(rng));

@@ -1,5 +1,5 @@
-//! Driving by the outline of the seen space. The explorer sets courses through its map, and the local planner follows
-//! them around what the laser sees.
+//! Drives by the outline of what was seen. The explorer sets courses through its map, and the local planner follows them around the
+//! obstacles that the laser sees.
 
 use std::f64::consts::TAU;
 
@@ -18,10 +18,10 @@ use crate::planner::explorer::{Advice, Explorer};
 use crate::planner::pace::Pace;
 use crate::planner::reason::Reason;
 
-/// A look turns by what the laser leaves out, and so much more, radians.
+/// Angle, in radians, by which a look turns in addition to the angle that the laser does not cover.
 const LOOK_MORE_RAD: f64 = 0.3;
 
-/// Joins the map and the odometry frame where the robot is now.
+/// Converts between the map and the odometry frame, which are joined at the robot's current pose.
 #[derive(Debug, Clone, Copy)]
 struct Join {
     map: Pose<Map>,
@@ -39,8 +39,8 @@ impl Join {
 }
 
 impl Driver {
-    /// Goes by the outline as long as what was seen is an open floor, and by the filter as soon as it is rooms. A recovery
-    /// behaviour or a look is finished first.
+    /// Switches to the outline if what was seen is an open floor, and to the filter if it consists of rooms. A recovery behaviour
+    /// or a look is finished first.
     pub(super) fn go_by_the_floor(&mut self, chart: &Chart, now_s: f64) {
         let Some(explorer) = self.explorer.as_ref().filter(|_| self.attempt.recovery.is_none()) else {
             return;
@@ -54,7 +54,7 @@ impl Driver {
         self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
     }
 
-    /// A step by the explorer's advice.
+    /// Takes a step by the explorer's advice.
     pub(super) fn explore(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         if self.attempt.recovery.is_some() {
             return self.recover(chart, now_s, dt_s);
@@ -83,7 +83,7 @@ impl Driver {
         if explorer.course_end() != before {
             self.attempt.plan_due_s = now_s;
         }
-        // Who goes to and fro between two places on purpose is not stuck.
+        // A robot that goes back and forth between two places on purpose is not stuck.
         if (explorer.aim(), explorer.looks()) != aimed {
             self.attempt.progress = ProgressChecker::new(now_s, chart.robot_m().position());
         }
@@ -110,8 +110,8 @@ impl Driver {
         TaskStatus::Driving(Reason::Surveying)
     }
 
-    /// A recovery behaviour has ended. If it was a look of the explorer's, it takes in what was seen. The
-    /// filter's arrivals are doubted by looks, too, in drawings that the explorer leaves alone.
+    /// Records that a recovery behaviour has ended. If it was a look of the explorer, the explorer then takes in what was seen.
+    /// Looks because of a doubtful arrival by the filter do not concern the explorer.
     pub(super) fn end_look(&mut self) {
         let is_explorers = self.attempt.guide == Guide::Outline && self.attempt.arrival.is_looking();
         if let Some(explorer) = self.explorer.as_mut().filter(|_| is_explorers) {
@@ -119,7 +119,7 @@ impl Driver {
         }
     }
 
-    /// A robot that gets no farther backs up, and takes another course at the second time.
+    /// Makes a stuck robot back up and, from the second time at the same place on, take another course.
     fn give_way(&mut self, chart: &Chart, now_s: f64, dt_s: f64) -> TaskStatus {
         self.stop(dt_s);
         let place = chart.robot_m().position();
@@ -134,14 +134,14 @@ impl Driver {
         TaskStatus::Driving(Reason::Recovering(self.attempt.stuck.total))
     }
 
-    /// Writes the places of the drawing that a person is asked about.
+    /// Writes the places in the drawing that a person is asked about.
     pub fn write_question(&self, out: &mut Question) {
         if let Some(explorer) = &self.explorer {
             explorer.write_question(out);
         }
     }
 
-    /// Nobody has said where the robot is: it goes on by itself, `now_s` after the task's begin.
+    /// Continues without help at `now_s` after the beginning of the task, since nobody has said where the robot is.
     pub fn go_on_alone(&mut self, now_s: f64) {
         self.attempt.look_again(now_s, self.chart.as_ref());
         if let Some(explorer) = &mut self.explorer {
@@ -149,7 +149,7 @@ impl Driver {
         }
     }
 
-    /// A person says where the robot is, `now_s` after the task's begin.
+    /// Accepts where a person says that the robot is, at `now_s` after the beginning of the task.
     pub fn tell(&mut self, here: &Here, now_s: f64) {
         self.attempt.look_again(now_s, self.chart.as_ref());
         if let Some(explorer) = &mut self.explorer {
@@ -157,25 +157,26 @@ impl Driver {
         }
     }
 
-    /// Whether there is something new of what corresponds to what.
+    /// Returns true if there is a new correspondence to send.
     pub fn has_news(&mut self) -> bool {
         self.explorer.as_mut().is_some_and(Explorer::has_news)
     }
 
-    /// Writes what corresponds to what, except for its header.
+    /// Writes the correspondence between drawing and map, except for the header.
     pub fn write_correspondence(&self, out: &mut Correspondence) {
         if let Some(explorer) = &self.explorer {
             explorer.write(out);
         }
     }
 
-    /// The cost of the way that is left of the course, metres.
+    /// Returns the cost of the rest of the course, in metres.
     pub(super) fn course_cost_m(&self) -> f64 {
         let of = |explorer: &Explorer| explorer.cost_m(explorer.robot().position());
         self.explorer.as_ref().map_or(f64::INFINITY, of)
     }
 
-    /// Plans to the farthest waypoint of the course in the local window that is in reach; else to where the least is left.
+    /// Plans a path to the farthest waypoint of the course in the local window that is in reach, or else to the place from which
+    /// the least cost remains.
     pub(super) fn plan_on_course(&mut self, chart: &Chart) {
         let Some(explorer) = &self.explorer else { return };
         let join = Join { map: explorer.robot(), odom: chart.robot_m() };

@@ -1,7 +1,7 @@
-//! The driver's state from step to step, for a checkpoint.
+//! The state that the driver keeps from step to step, for a checkpoint.
 //!
-//! The cost field is large and follows from the drawing, the goal and the blockages: it is solved
-//! again. What the local planner found is used up within the step, except for where there is room.
+//! The cost field is not part of the state, because it is large and follows from the drawing, the goal and the blockages, so that
+//! it can be solved again. The local planner's results are used up within a step, except for where there is room.
 
 use crate::paths::chart::Chart;
 use crate::paths::route::DrawnRoute;
@@ -14,7 +14,7 @@ use sketchnav_schemas::geometry::{Odom, Point, Sketch};
 use super::super::explorer::{self, Explorer};
 use super::{Attempt, Driver, MAX_BLOCKAGES, Solved};
 
-/// The driver's state, as it is read back.
+/// The driver's state, as read back from a checkpoint.
 #[derive(Debug, Clone, Deserialize)]
 pub struct State {
     obstacles: Obstacles,
@@ -30,7 +30,7 @@ pub struct State {
     explorer: Option<explorer::State>,
 }
 
-/// The same where it lies, to be written: field by field a [`State`].
+/// A [`State`] by reference, for writing it without a copy. It has the same fields in the same order, so that it serializes alike.
 #[derive(Debug, Serialize)]
 pub struct StateView<'a> {
     obstacles: &'a Obstacles,
@@ -47,7 +47,7 @@ pub struct StateView<'a> {
 }
 
 impl Driver {
-    /// Its state, without copying it.
+    /// Returns the driver's state without copying it.
     pub fn state(&self) -> StateView<'_> {
         StateView {
             obstacles: &self.obstacles,
@@ -64,8 +64,8 @@ impl Driver {
         }
     }
 
-    /// Goes on from the state of a driver with the same drawing and parameters. Whatever grew before
-    /// has its room again, so that driving on allocates nothing.
+    /// Restores the state of a driver with the same drawing and parameters. Room is reserved again for everything that can grow, so
+    /// that driving allocates nothing afterwards.
     pub fn restore(&mut self, state: State) {
         let State { obstacles, local, pursuit, route, attempt, solved, chart, planned, .. } = state;
         (self.obstacles, self.pursuit, self.route, self.attempt) = (obstacles, pursuit, route, attempt);

@@ -1,9 +1,9 @@
-//! The way: planned anew when it is due, or when something new lies on it.
+//! Plans the robot's path, periodically and whenever a new obstacle lies on it.
 //!
-//! It leads down the cost field, or along the drawn route, to a target in the local window. The local planner leads to
-//! that (Boniardi et al. 2015, III-C; 2016, III-A). Where the drawing is wrong by some tens of centimetres, the target
-//! may be shut off or in an obstacle. Then the robot goes to the farthest reachable waypoint before it. Where none is,
-//! it goes to the reachable cell with the least way left.
+//! The path leads down the cost field, or along the drawn route, to a target in the local window, and the local planner finds the
+//! way to that target (Boniardi et al. 2015, III-C; 2016, III-A). If the drawing is wrong by a few tens of centimetres, the target
+//! may be shut off or inside an obstacle. The robot then goes to the farthest reachable waypoint before the target or, if there is
+//! none, to the reachable cell from which the least distance remains.
 
 use std::iter::once;
 
@@ -13,26 +13,26 @@ use sketchnav_schemas::geometry::{Odom, Point, Sketch};
 
 use super::{Driver, Guide};
 
-/// A local way may be so many times as long as the drawing's, ...
+/// A target is out of reach if the local path to it is longer than this factor times the drawn path plus [`DETOUR_M`].
 const DETOUR_FACTOR: f64 = 1.5;
-/// ... and so much longer, metres, before the rest of the way is weighed against it.
+/// Length, in metres, that is added to [`DETOUR_FACTOR`] times the drawn path.
 const DETOUR_M: f64 = 1.5;
-/// A waypoint nearer than this does not get the robot on, metres.
+/// Minimum distance, in metres, of a waypoint that is worth driving to.
 pub(super) const LEAST_STEP_M: f64 = 0.4;
-/// What the length of a local way counts for against the rest of the way. Less than 1: where the
-/// estimated scale is too large, the rest is undervalued, and going on must still pay.
+/// Weight of the length of a local path relative to the remaining distance. It is less than 1 because the remaining distance is
+/// underestimated if the estimated scale is too large, and driving on must still pay off.
 pub(super) const LENGTH_SHARE: f64 = 0.7;
-/// What a straight line to the next waypoint counts for where the waypoint is out of reach.
+/// Weight of the straight line to the next waypoint if the waypoint is out of reach.
 const STRAIGHT_WEIGHT: f64 = 2.0;
-/// The shortest time between two plans, seconds.
+/// Minimum time between two plans, in seconds.
 const SHORTEST_PERIOD_S: f64 = 0.2;
-/// How much of the local path is watched for new obstacles, points.
+/// Number of points of the local path that are watched for new obstacles.
 const WATCHED: usize = 18;
 
 impl Driver {
     pub(super) fn plan_when_due(&mut self, chart: &Chart, now_s: f64) {
         let obstructed = now_s - self.attempt.planned_s >= SHORTEST_PERIOD_S && self.is_obstructed(chart);
-        // Half a step's grace: sums of steps are not exact.
+        // Allows for some tolerance, because sums of steps are not exact.
         if now_s + 0.02 >= self.attempt.plan_due_s || obstructed {
             self.attempt.planned_s = now_s;
             self.attempt.plan_due_s = now_s + self.parameters.plan_period_s;
@@ -41,7 +41,7 @@ impl Driver {
         }
     }
 
-    /// Whether something new lies on the next metre of the local path.
+    /// Returns true if a new obstacle lies on the next metre of the local path.
     fn is_obstructed(&self, chart: &Chart) -> bool {
         let robot = chart.robot_m().position();
         let next = self.local_path.iter().filter(|p| p.distance(&robot) < 1.0).take(WATCHED);
@@ -102,16 +102,15 @@ impl Driver {
     }
 }
 
-/// Whether the local planner found a way to `target`, `drawn_m` away by the drawing, that is not much
-/// longer than the drawing's.
+/// Returns true if the local planner found a path to `target` that is not much longer than `drawn_m`, the length of the drawn path.
 pub(super) fn is_in_reach(local: &LocalPlanner, target: Point<Odom>, drawn_m: f64) -> bool {
     let most_m = DETOUR_FACTOR * drawn_m + DETOUR_M;
     local.is_free(target) && local.length_m(target).is_some_and(|length| length <= most_m)
 }
 
-/// The farthest waypoint of the path in the window around its first point (Boniardi et al. 2015, III-C). Where several
-/// are as far, the first one counts. The path counts only until it first leaves the window: where it comes back,
-/// behind a wall, the laser sees no way to it.
+/// Returns the index of the farthest waypoint of the path within the window around its first point (Boniardi et al. 2015, III-C),
+/// or the first one if several are equally far. Only the part before the path first leaves the window counts, because the path may
+/// come back behind a wall, where the laser sees no way to it.
 pub(super) fn farthest_within<F>(path: &[Point<F>], window: f64, inside: impl Fn(Point<F>) -> bool) -> usize
 where
     Point<F>: Copy,

@@ -1,4 +1,4 @@
-//! What the explorer shows to people who watch.
+//! What the explorer shows to people who watch the run.
 
 use sketchnav_mapping::alignment::Partner;
 use sketchnav_mapping::outline::Place;
@@ -9,12 +9,12 @@ use super::{Aim, Explorer};
 use crate::messages::{Correspondence, CourseAim, OutlineSample, PartnerKind};
 
 impl Explorer {
-    /// Whether there is something new to send; asking takes it as sent.
+    /// Returns true if there is something new to send, which then counts as sent.
     pub fn has_news(&mut self) -> bool {
         std::mem::take(&mut self.exploration.is_news)
     }
 
-    /// Writes what corresponds to what, except for header and odometry.
+    /// Writes the correspondence between drawing and map, except for the header and the odometry.
     pub fn write(&self, out: &mut Correspondence) {
         out.robot = PoseM::new(&self.robot());
         out.rival_margin = self.exploration.rival.map_or(-1.0, |rival| rival.margin);

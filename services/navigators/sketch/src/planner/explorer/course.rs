@@ -1,4 +1,4 @@
-//! What an alignment says of the goal, and what the robot drives to because of it.
+//! What an alignment says about the goal, and where the robot drives because of it.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{Alignment, Partner};
@@ -6,19 +6,19 @@ use sketchnav_mapping::outline::{Place, SeenOutline};
 
 use super::path_grid::PathGrid;
 
-/// What a course leads to.
+/// The kind of place that a course leads to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Aim {
-    /// Where the goal is.
+    /// The goal.
     Goal,
-    /// The gap that leads to it.
+    /// The gap that leads to the goal.
     Gap,
-    /// Where the best rival has it.
+    /// The place where the best rival has the goal.
     Rival,
 }
 
 impl Aim {
-    /// Within this distance of its end a course has been driven, metres.
+    /// Returns the distance from the end of a course, in metres, within which the course counts as driven.
     pub fn within_m(self) -> f64 {
         match self {
             Self::Goal => super::AT_GOAL_M,
@@ -28,37 +28,37 @@ impl Aim {
     }
 }
 
-/// What the robot drives to.
+/// A course for the robot to drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Course {
     pub aim: Aim,
-    /// Where what it looks for lies.
+    /// The place that the robot is looking for.
     pub target: Place,
-    /// The nearest place in reach.
+    /// The place in reach that is nearest to the target.
     pub end: Place,
-    /// Points of the gap that it leads to.
+    /// Points of the gap that the course leads to.
     pub gap: Vec<Place>,
-    /// What was free when it was set.
+    /// What was free when the course was set.
     pub grid: PathGrid,
-    /// The cell of its end.
+    /// The grid's cell at the end of the course.
     pub cell: usize,
 }
 
-/// Where the goal lies by an alignment.
+/// Where the goal lies according to an alignment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Likely {
-    /// The share of its outline that was seen.
+    /// Share of the goal's outline that was seen.
     pub seen: f64,
-    /// The share that lies behind gaps.
+    /// Share of the goal's outline that lies behind gaps.
     pub hidden: f64,
-    /// Where what was seen has it.
+    /// Place of the goal according to what was seen.
     pub place: Option<Place>,
-    /// The gap with the largest share, and the point of it beyond which the goal lies.
+    /// The gap with the largest share, and the point in the gap beyond which the goal lies.
     pub gap: Option<(u16, Place)>,
 }
 
 impl Likely {
-    /// `shares`: the goal's share of each sample of the drawing's outline.
+    /// Locates the goal by an alignment. `shares` is the goal's share of each sample of the drawing's outline.
     pub fn new(shares: &[f64], outline: &SeenOutline, alignment: &Alignment) -> Self {
         let (mut seen, mut hidden, mut sum) = (0.0, 0.0, [0.0; 2]);
         let mut by_gap = vec![0.0; outline.gaps.len()];
@@ -86,11 +86,11 @@ impl Likely {
     }
 }
 
-/// How far along a gap the goal's mass behind it lies, from 0 to 1.
+/// Returns how far along a gap the goal's mass behind it lies, from 0 to 1.
 fn along_gap(shares: &[f64], alignment: &Alignment, gap: u16) -> f64 {
     let count = shares.len();
     let is_behind = |k: usize| alignment.partners[k % count] == Partner::Gap(gap);
-    // Samples behind one gap follow each other; round the drawing's first sample, too.
+    // Samples behind the same gap follow each other, possibly across the drawing's first sample.
     let first = (0..count).find(|&k| is_behind(k) && !is_behind(k + count - 1)).unwrap_or_default();
     let stretch: Vec<_> =
         (first..first + count).take_while(|k| is_behind(*k)).map(|k| shares[k % count]).collect();
@@ -128,11 +128,11 @@ mod tests {
         let partners = vec![Partner::Gap(0), Partner::Wall([1.0, 1.0]), Partner::Gap(1), Partner::Gap(1)];
         let found = likely(&[0.3, 0.1, 0.1, 0.5], partners, 2);
         assert!((found.hidden - 0.9).abs() < 1e-12 && (found.seen - 0.1).abs() < 1e-12);
-        // Five sixths of its mass lie behind the second half of the gap.
+        // Five sixths of the mass lie behind the second half of the gap.
         assert_eq!(found.gap, Some((1, [1.0, 6.0])));
     }
 
-    /// Samples behind a gap go round the drawing's first sample.
+    /// The samples behind the gap extend across the drawing's first sample.
     #[test]
     fn how_far_along_a_gap_the_goal_lies_does_not_depend_on_where_the_samples_begin() {
         let (gap, wall) = (Partner::Gap(0), Partner::Wall([0.0; 2]));

@@ -1,8 +1,8 @@
-//! A doubt that only a person can settle: the goal seems to be here, and by other alignments that cost hardly more the
-//! robot is elsewhere in the drawing. It has looked at all that could have told them apart.
+//! A doubt that only a person can settle. The goal seems to be here, but according to other alignments that cost hardly more, the
+//! robot is elsewhere in the drawing, and it has already looked at everything that could have distinguished them.
 //!
-//! The robot then waits, and shows where in the drawing it may be. What a person answers decides between the alignments,
-//! and anchors those that follow.
+//! The robot then waits and shows where in the drawing it may be. A person's answer decides between the alignments and anchors
+//! those that follow.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::alignment::{Alignment, Forbidden};
@@ -13,60 +13,61 @@ use sketchnav_schemas::message::Here;
 use super::{Advice, Explorer};
 use crate::messages::{PossiblePlace, Question};
 
-/// Most places that a person is asked about: those that a question holds.
+/// Maximum number of places that a person is asked about, which is also the maximum in a [`Question`].
 const MOST_PLACES: usize = 4;
-/// Most rivals that are asked for.
+/// Maximum number of rivals to compute.
 const MOST_RIVALS: u32 = 6;
-/// Places nearer to each other than this are one to a person, metres.
+/// Distance, in metres, up to which two places are the same to a person.
 const APART_M: f64 = 2.0;
 
-/// By an alignment.
+/// Where the robot and the goal are according to an alignment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Hypothesis {
-    /// Where in the drawing the robot is.
+    /// The robot's place in the drawing.
     at: Point<Sketch>,
-    /// What the alignment costs more than the best one.
+    /// Amount by which the alignment costs more than the best one.
     margin: f64,
-    /// Where it has the goal.
+    /// Partners that place the goal where this alignment has it.
     goal: Vec<Forbidden>,
 }
 
-/// What a person is asked, or is about to be.
+/// A doubt that a person is asked about, or is about to be.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Doubt {
-    /// What the best rival costs more.
+    /// Amount by which the best rival costs more.
     margin: f64,
-    /// The best alignment's first.
+    /// Hypotheses, of which the first is that of the best alignment.
     hypotheses: Vec<Hypothesis>,
-    /// Where the alignments so far have the goal.
+    /// Partners that place the goal where the alignments so far have it. The next rival must not use them.
     found: Vec<Forbidden>,
     rivals: u32,
-    /// Whether all rivals are known, and the person is asked.
+    /// True if all rivals are known and a person is being asked.
     is_open: bool,
 }
 
-/// How an arrival was settled that was in doubt.
+/// The result of settling a doubt about an arrival.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Settled {
-    /// What the best rival costs more.
+    /// Amount by which the best rival costs more.
     margin: f64,
-    /// Whether a person says that the robot is here.
+    /// True if a person confirms that the robot is here.
     is_confirmed: bool,
 }
 
-/// Where a person has said that the robot is.
+/// A person's report of where the robot is.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(super) struct Told {
-    /// In the drawing.
+    /// The robot's place in the drawing.
     pub drawn: Place,
-    /// In the map.
+    /// The robot's place in the map.
     pub seen: Place,
-    /// A direction in the drawing is the one in the map turned by this, where the heading was said.
+    /// Angle from a direction in the map to the same direction in the drawing, in radians, if the person gave the heading.
     pub turn_rad: Option<f64>,
 }
 
 impl Explorer {
-    /// The rival costs `margin` more than the alignment that has the goal here, and there is nothing left to look at.
+    /// Begins a doubt about an arrival, when nothing is left to look at. `rival` costs `margin` more than the alignment that has
+    /// the goal here.
     pub(super) fn doubt(&mut self, rival: &Alignment, margin: f64) -> Advice {
         if !self.may_ask() || margin > self.parameters.ask_margin {
             return self.arrived(Some(margin));
@@ -80,12 +81,12 @@ impl Explorer {
         self.doubt_more(doubt, rival, margin)
     }
 
-    /// Whether a person can be asked.
+    /// Returns true if a person can be asked.
     pub(super) fn may_ask(&self) -> bool {
         self.parameters.ask_margin > 0.0
     }
 
-    /// Another rival while a doubt is being put together: those that cost too much end it.
+    /// Adds another rival to a doubt that is being put together. A rival that costs too much completes it.
     pub(super) fn doubt_on(&mut self, doubt: Doubt, rival: &Alignment, margin: f64) -> Advice {
         match margin <= self.parameters.ask_margin {
             true => self.doubt_more(doubt, rival, margin),
@@ -111,7 +112,7 @@ impl Explorer {
         Advice::Drive
     }
 
-    /// Asks, unless a person sees one place alone: then nobody can help.
+    /// Asks a person, unless there is only one place to choose from, in which case nobody can help.
     fn ask(&mut self, doubt: Doubt) -> Advice {
         if doubt.hypotheses.len() < 2 {
             return self.arrived(Some(doubt.margin));
@@ -125,7 +126,8 @@ impl Explorer {
         Some(Hypothesis { at, margin, goal: self.goal_places(alignment) })
     }
 
-    /// Of how many places a person is asked which one it is, and what the second one's alignment costs more.
+    /// Returns the number of places that a person is asked to choose from, and the amount by which the second place's alignment
+    /// costs more, while a person is being asked.
     pub fn asks(&self) -> Option<(usize, f64)> {
         let doubt = self.exploration.doubt.as_ref().filter(|doubt| doubt.is_open)?;
         Some((doubt.hypotheses.len(), doubt.hypotheses.get(1)?.margin))
@@ -141,22 +143,22 @@ impl Explorer {
         out.place_count = places.len().min(out.places.len()) as u32;
     }
 
-    /// Nobody answers: the arrival is believed by its evidence.
+    /// Believes the arrival by its own evidence, because nobody answers.
     pub fn believe(&mut self) {
         let doubt = self.exploration.doubt.take_if(|doubt| doubt.is_open);
         self.exploration.settled = doubt.map(|doubt| Settled { margin: doubt.margin, is_confirmed: false });
     }
 
-    /// How an arrival that was in doubt was settled.
+    /// Takes the result of settling a doubt about an arrival, if there is one.
     pub(super) fn take_settled(&mut self) -> Option<Advice> {
         let Settled { margin, is_confirmed } = self.exploration.settled.take()?;
         let Advice::Arrived(evidence) = self.arrived(Some(margin)) else { return None };
         Some(Advice::Arrived(super::Evidence { is_confirmed, ..evidence }))
     }
 
-    /// A person says where the robot is. If that is where the best alignment has it, the arrival that is in doubt is
-    /// believed. If it is where a rival has it, the others' places of the goal are forbidden. Alignments are anchored
-    /// there from now on.
+    /// Accepts where a person says that the robot is. If that agrees with the best alignment, the arrival in doubt is believed. If
+    /// it agrees with a rival, the places where the other hypotheses have the goal are forbidden. In all cases but the first,
+    /// alignments are anchored at this place from now on.
     pub fn tell(&mut self, here: &Here) {
         if !self.is_in_charge() {
             return;
@@ -177,7 +179,7 @@ impl Explorer {
         self.look_anew();
     }
 
-    /// What was compared before counts no more.
+    /// Discards all comparisons so far and begins a new one.
     fn look_anew(&mut self) {
         (self.exploration.job, self.exploration.course, self.field) = (None, None, None);
         (self.exploration.doubt, self.exploration.settled) = (None, None);
@@ -188,7 +190,7 @@ impl Explorer {
         }
     }
 
-    /// The alternative that a place means; `None` where it is far from all of them.
+    /// Returns the index of the hypothesis that a place stands for, or `None` if it is far from all of them.
     fn nearest(&self, doubt: &Doubt, at: &Point<Sketch>) -> Option<usize> {
         let off_px = |k: &usize| doubt.hypotheses[*k].at.distance(at);
         let nearest = (0..doubt.hypotheses.len()).min_by(|a, b| off_px(a).total_cmp(&off_px(b)))?;

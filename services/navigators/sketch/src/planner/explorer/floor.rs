@@ -1,16 +1,16 @@
-//! Whether the robot is on an open floor or among rooms, by what it has seen.
+//! Judges by what the robot has seen whether it is on an open floor or among rooms.
 //!
-//! Where every passage as narrow as a door is shut, a floor of rooms falls apart and an open floor does not. This is asked of the
-//! map and not of the drawing: doors of buildings are about equally wide, and nobody knows how wide they are drawn.
+//! If every passage as narrow as a door is shut, a floor of rooms falls apart and an open floor does not. The map is judged and not
+//! the drawing, because the doors of buildings are about equally wide, whereas nobody knows how wide they are drawn.
 
 use sketchnav_mapping::region::Region;
 
-/// Widths up to which passages are shut, metres: single doors, wide ones, double doors.
+/// Widths, in metres, up to which passages are shut. These are the widths of single doors, wide doors and double doors.
 const DOORS_M: [f64; 3] = [0.9, 1.2, 1.5];
-/// Cells are at least so long, metres.
+/// Approximate minimum length of a cell's side, in metres.
 const CELL_M: f64 = 0.1;
 
-/// Judges floors; owns the working memory.
+/// Judges floors. Owns the working memory for it.
 #[derive(Debug, Default)]
 pub struct Judge {
     coarse: Region,
@@ -18,19 +18,19 @@ pub struct Judge {
     waiting: Vec<usize>,
 }
 
-/// Room for the parts of the floor that are still to be visited.
+/// Number of stretches of the floor yet to be visited for which memory is reserved.
 const WAITING: usize = 1 << 14;
 
 impl Judge {
-    /// For maps with up to this many cells of `cell_m` along a side: judging them allocates nothing.
+    /// Creates a judge for maps with up to `side` cells of `cell_m` along a side, so that judging them allocates nothing.
     pub fn for_maps(side: usize, cell_m: f64) -> Self {
         let side = side / times(cell_m);
         let region = || Region::with_room(side, side);
         Self { coarse: region(), left: region(), waiting: Vec::with_capacity(WAITING) }
     }
 
-    /// The share of the largest part of `free`, for the width at which this is least; 1 if nothing is left at all. Only the area of
-    /// a part that is farther than half that width from walls counts.
+    /// Returns the share of the largest part of `free`, for the door width at which this share is least, or 1 if nothing is left at
+    /// all. Only the area that is farther than half the door width from walls counts.
     pub fn open_share(&mut self, free: &Region, cell_m: f64) -> f64 {
         let times = times(cell_m);
         free.coarsen(times, &mut self.coarse);
@@ -47,7 +47,7 @@ impl Judge {
     }
 }
 
-/// How many cells of `cell_m` along a side are judged as one.
+/// Returns the number of cells of `cell_m` along a side that are judged as one.
 fn times(cell_m: f64) -> usize {
     ((CELL_M / cell_m).round() as usize).max(1)
 }
@@ -60,7 +60,7 @@ mod tests {
         Judge::default().open_share(free, 0.05)
     }
 
-    /// 10 × 6 m in cells of 5 cm, parted by a wall with a passage of so many metres.
+    /// Returns a floor of 10 × 6 m in cells of 5 cm, divided by a wall with a passage of this width.
     fn parted(passage_m: f64) -> Region {
         Region::of(204, 124, |k| {
             let (x, y) = (k % 204, k / 204);

@@ -1,4 +1,4 @@
-//! The drawing as the explorer sees it: its outline and its inside.
+//! The drawing as the explorer sees it, reduced to its outline and its inside.
 
 use sketchnav_mapping::alignment::Partner;
 use sketchnav_mapping::harmonic::Interior;
@@ -11,31 +11,31 @@ use crate::filter::outline::enclosed;
 use crate::filter::parameters::Parameters;
 use crate::sketch::SketchGrid;
 
-/// The outline is smoothed over as many pixels where the drawing is 512 pixels large.
+/// Standard deviation of the smoothing of the outline, in pixels of a drawing that is 512 pixels large.
 const SMOOTHING_PX: f64 = 4.0;
-/// Most cells along the longer side of the drawing as it is looked at.
+/// Maximum number of cells along the longer side of the reduced drawing.
 const MOST_CELLS: usize = 1024;
-/// A place of the drawing has a place in the map where this share of its surroundings was seen.
+/// Minimum share of the surroundings of a place in the drawing that must have been seen for it to have a place in the map.
 const LEAST_KNOWN: f64 = 0.3;
-/// Cells of the grid on which Laplace's equation is solved, along the drawing's longer side.
+/// Number of cells of the grid on which Laplace's equation is solved, along the longer side of the drawing.
 const INTERIOR_CELLS: usize = 128;
 
-/// See the module.
+/// The outline and the inside of a drawing.
 #[derive(Debug, Clone)]
 pub struct Paper {
-    /// The outline of what is free around the start, pixels.
+    /// Outline of the free space around the start, in pixels.
     pub outline: Outline,
-    /// Its inside, in cells of `grain_px` pixels.
+    /// Inside of the outline, in cells of `grain_px` pixels.
     interior: Interior,
     grain_px: f64,
-    /// The start.
+    /// Start of the robot in the drawing.
     pub start: Pose<Sketch>,
-    /// Metres a pixel, were the building as large as buildings are.
+    /// Length of a pixel, in metres, if the building is of typical size.
     pub scale_m: f64,
 }
 
 impl Paper {
-    /// `None` where nothing is free around the start.
+    /// Prepares a drawing. Returns `None` if there is no free space in it.
     pub fn new(sketch: &SketchGrid, start: Pose<Sketch>, building_size_m: f64) -> Option<Self> {
         let (width, height) = (sketch.width(), sketch.height());
         let size = width.max(height) as f64;
@@ -56,12 +56,12 @@ impl Paper {
         Some(Self { outline, interior, grain_px, start, scale_m: cell_m / grain_px })
     }
 
-    /// The goal's share of each sample of the outline: its harmonic measure.
+    /// Returns the goal's share of each sample of the outline, which is its harmonic measure.
     pub fn shares(&self, goal: Point<Sketch>) -> Vec<f64> {
         self.interior.measure([goal.x, goal.y].map(|px| px / self.grain_px))
     }
 
-    /// Where in the drawing a place of the map lies by an alignment; `None` where hardly anything was seen.
+    /// Returns where in the drawing a place of the map lies according to an alignment, or `None` if too little was seen.
     pub fn place_of(&self, partners: &[Partner], place: Place) -> Option<Point<Sketch>> {
         let image = |partner: &Partner| match partner {
             Partner::Wall(place) => Some(*place),
@@ -73,7 +73,7 @@ impl Paper {
     }
 }
 
-/// The longer side of the region's bounding box, at least 1.
+/// Returns the longer side of the region's bounding box, which is at least 1.
 fn extent(region: &Region) -> f64 {
     let (mut low, mut high) = ([usize::MAX; 2], [0; 2]);
     for place in region.places() {

@@ -1,5 +1,4 @@
-//! Ways through what was seen. It has a coarse grid of the map, and the cost of the way to the end of a course from
-//! each cell.
+//! Finds paths through what was seen, with a coarse grid of the map and the cost of the path from each cell to the end of a course.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_mapping::outline::Place;
@@ -7,42 +6,43 @@ use sketchnav_mapping::{Map, Survey};
 use sketchnav_motion::weighted_grid::{Frontier, Weights, chamfer};
 use sketchnav_schemas::geometry::Point;
 
-/// Cells of the map along a cell of the grid.
+/// Number of cells of the map along a side of a grid cell.
 const COARSE: usize = 2;
-/// Nobody has been there, or something stands there.
+/// Kind of a cell that was not seen to be free, or is occupied.
 const CLOSED: u8 = 0;
-/// Free, but too near to something.
+/// Kind of a free cell that is too close to an obstacle.
 const TIGHT: u8 = 1;
-/// Free, right beside a wall; above it with more room.
+/// Kind of a free cell with the least room that the robot needs. Larger kinds have more room.
 const OPEN: u8 = 2;
-/// Steps of room.
+/// Number of steps of room above [`OPEN`].
 const ROOM: u8 = 8;
-/// From here on room does not matter any more, metres.
+/// Room, in metres, beyond which more room no longer matters.
 const WIDE_M: f64 = 0.35;
-/// What right beside a wall costs more, times the length.
+/// Extra cost of a cell with the least room, per unit of length.
 const NEAR: f32 = 4.0;
-/// What a tight cell costs, times the length, for a robot that stands in one.
+/// Cost of a tight cell, per unit of length, for a robot that stands in one.
 const ESCAPE: f32 = 15.0;
-/// How far it may go through tight cells, metres.
+/// Maximum distance, in metres, that a robot may drive through tight cells.
 const ESCAPE_M: f64 = 0.6;
-/// The end of a course to a gap lies at most so far from the gap, metres.
+/// Maximum distance from the end of a course to the gap that it leads to, in metres.
 const BEFORE_GAP_M: f64 = 0.9;
-/// Most points of a way.
+/// Maximum number of points of a path.
 const MAX_PATH: usize = 2048;
 
-/// The grid: how much room there is around each cell.
+/// A grid that says how much room there is around each cell.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PathGrid {
     stride: usize,
     cell_m: f64,
     origin: Place,
     kinds: Vec<u8>,
-    /// Cells that the robot, too near to something, may leave through.
+    /// Cells through which a robot that is too close to an obstacle may get away.
     escape: Vec<u32>,
 }
 
 impl PathGrid {
-    /// A grid of the part of a map that is free around the robot. The robot's middle keeps `clearance_m` from occupied cells.
+    /// Creates a grid of the part of a map that is free around the robot. The robot's centre keeps `clearance_m` from occupied
+    /// cells.
     pub fn new(survey: &Survey, clearance_m: f64) -> Self {
         let grid = survey.grid();
         let (stride, rows) = (grid.width().div_ceil(COARSE) + 2, grid.height().div_ceil(COARSE) + 2);
@@ -69,13 +69,13 @@ impl PathGrid {
         Self { stride, cell_m, origin, kinds, escape: Vec::new() }
     }
 
-    /// The middle of a cell.
+    /// Returns the centre of a cell.
     pub fn middle(&self, cell: usize) -> Place {
         let at = [cell % self.stride, cell / self.stride];
         [0, 1].map(|k| self.origin[k] + (at[k] as f64 + 0.5) * self.cell_m)
     }
 
-    /// The cell of a place, the nearest inner one where it lies beside the grid.
+    /// Returns the cell of a place, or the nearest inner cell if the place lies outside the grid.
     fn cell(&self, place: Place) -> usize {
         let rows = self.kinds.len() / self.stride;
         let at = |k: usize, count: usize| {
@@ -99,7 +99,7 @@ impl PathGrid {
         frontier
     }
 
-    /// What the robot gets to: the length of the way to each cell.
+    /// Finds the cells in reach of the robot, with the length of the path to each.
     fn reach(&mut self, robot: Place) -> Frontier {
         let own = self.cell(robot);
         self.escape.clear();
@@ -114,7 +114,8 @@ impl PathGrid {
         self.flood(&self.weights(with_room), own)
     }
 
-    /// The cell in reach that is nearest to `target` by the way through what is free, and the way there, metres.
+    /// Returns the cell in reach that is nearest to `target` by the path through free cells, and the length of the robot's path
+    /// there, in metres.
     pub fn end_for(&mut self, robot: Place, target: Place) -> Option<(usize, f64)> {
         let reach = self.reach(robot);
         let free = |cell: &usize| self.kinds[*cell] != CLOSED;
@@ -128,7 +129,8 @@ impl PathGrid {
         Some((cell, f64::from(reach.lengths()[cell])))
     }
 
-    /// The cell in reach before a gap that is nearest to `target`, a point of the gap, and the way there, metres.
+    /// Returns the cell in reach before a gap that is nearest to `target`, a point of the gap, and the length of the robot's path
+    /// there, in metres. If no cell before the gap is in reach, returns the cell in reach that is nearest to `target`.
     pub fn end_near(&mut self, robot: Place, target: Place, gap: &[Place]) -> Option<(usize, f64)> {
         let reach = self.reach(robot);
         let bound = |axis: usize, start: f64, of: fn(f64, f64) -> f64| {
@@ -145,7 +147,7 @@ impl PathGrid {
             let mut best = (None, f64::INFINITY);
             for cell in (0..self.kinds.len()).filter(|cell| reach.costs()[*cell].is_finite()) {
                 let off_m = super::distance(self.middle(cell), target);
-                // Few are nearer than the best so far, so the slow check comes last.
+                // Few cells are nearer than the best so far, so the slow check comes last.
                 if off_m < best.1 && among(cell) {
                     best = (Some(cell), off_m);
                 }
@@ -157,7 +159,7 @@ impl PathGrid {
     }
 }
 
-/// What a cell costs, times the length.
+/// Returns the cost of a cell, per unit of length.
 fn with_room(kind: u8) -> f32 {
     if kind < OPEN {
         return f32::INFINITY;
@@ -166,7 +168,7 @@ fn with_room(kind: u8) -> f32 {
     1.0 + NEAR * lack * lack
 }
 
-/// The cost of the way to the end of a course from everywhere.
+/// The cost of the path to the end of a course from everywhere.
 #[derive(Debug)]
 pub struct Field {
     stride: usize,
@@ -178,24 +180,24 @@ pub struct Field {
 }
 
 impl Field {
-    /// To a cell of a grid; `None` where the grid is empty.
+    /// Computes the cost of paths to the cell `end` of a grid. Returns `None` if the grid has no such cell.
     pub fn new(grid: &PathGrid, end: usize) -> Option<Self> {
         if grid.kinds.len() <= end {
             return None;
         }
-        // Beyond its end a course may lead through what is tight: obstacles push the robot there.
+        // A course may lead through tight cells, because obstacles may push the robot there, but at a high cost.
         let weights = grid.weights(|kind| if kind == TIGHT { 4.0 * ESCAPE } else { with_room(kind) });
         let frontier = grid.flood(&weights, end);
         let PathGrid { stride, cell_m, origin, .. } = *grid;
         Some(Self { stride, cell_m, origin, weights, frontier, grid: grid.clone() })
     }
 
-    /// The cost from a place, metres at least.
+    /// Returns the cost from a place, which is at least the length of the path in metres.
     pub fn cost_m(&self, place: Place) -> f64 {
         f64::from(self.frontier.costs()[self.grid.cell(place)])
     }
 
-    /// Writes the way from a place, one point a cell.
+    /// Writes the path from a place, with one point per cell.
     pub fn descend(&self, from: Place, path: &mut Vec<Point<Map>>) {
         let weights = Weights { weight: &self.weights, stride: self.stride, cell_length: self.cell_m as f32 };
         let mut cell = self.grid.cell(from);
@@ -215,7 +217,7 @@ mod tests {
 
     use super::*;
 
-    /// A hall of 6 × 4 m, a wall across it with a door 1 m wide at the upper end.
+    /// Returns the grid of a hall of 6 × 4 m with a wall across it, which has a door 1 m wide at the upper end.
     fn hall() -> PathGrid {
         let grid = CellGrid::of([124, 84], 0.05, [0.0, 0.0], |k| {
             let (x, y) = (k % 124, k / 124);
@@ -240,7 +242,7 @@ mod tests {
         assert!(field.cost_m([1.0, 1.0]) > 7.0);
     }
 
-    /// The target lies in a wall, 0.1 m behind which the robot does not fit.
+    /// Both targets are so close to a wall that the robot does not fit there.
     #[test]
     fn a_place_where_the_robot_does_not_fit_is_gone_to_as_near_as_can_be() {
         let mut grid = hall();

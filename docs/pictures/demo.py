@@ -69,7 +69,7 @@ def length(data):
 
 def main():
     run, output = Path(sys.argv[1]), Path(sys.argv[2])
-    left = panel((run / "sketch.svg").read_text(), (0, 8), "the drawing: where the robot believes to be", "#20242c")
+    left = panel((run / "sketch.svg").read_text(), (0, 8), "the drawing: where the robot believes it is", "#20242c")
     right = panel((run / "floor.svg").read_text(), (600, 32), "the building: where the robot is", "#20242c")
     output.write_text(
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} 336" width="{WIDTH}" height="336" '

@@ -96,7 +96,7 @@ pub enum CarmenError {
         found: String,
     },
     /// The scans state no poses and there are no ODOM lines, so it is unknown where the robot has moved.
-    #[error("expected ODOM lines beside {kind} lines, which state no pose, found none")]
+    #[error("expected ODOM lines in addition to {kind} lines, which do not state a pose, found none")]
     NoOdometry {
         /// The kind of scan lines.
         kind: ScanKind,

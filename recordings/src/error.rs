@@ -55,7 +55,7 @@ pub enum RecordingError {
         library: String,
     },
     /// The messages of a topic are in a form that is not supported.
-    #[error("{topic}: expected messages of ROS 2 in CDR, found {found}; {OF_ANY_MCAP} accept them; {way_on}")]
+    #[error("{topic}: expected ROS 2 messages in CDR, found {found}; {OF_ANY_MCAP} accept them; {way_on}")]
     Form {
         /// The topic.
         topic: String,
@@ -107,7 +107,7 @@ pub enum RecordingError {
     /// A file of the run is not in its recording.
     #[error(
         "{recording}: expected the file {name} inside the recording, found none (run.json calls it {called:?}); nothing \
-         outside of a recording is read",
+         outside a recording is read",
         recording = recording.display(), name = name.display()
     )]
     NotInside {

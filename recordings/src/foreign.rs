@@ -96,23 +96,23 @@ impl fmt::Display for Foreign {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Sqlite => {
-                "a database of SQLite, as rosbag2 writes them (sqlite3); `mcap convert FILE.db3 FILE.mcap` makes an MCAP \
-                 file of it, `ros2 bag convert` one of its folder"
+                "an SQLite database, as rosbag2 writes it (sqlite3); `mcap convert FILE.db3 FILE.mcap` makes an MCAP \
+                 file of it, `ros2 bag convert` of its whole folder"
             }
             Self::RosBag1 => {
-                "a bag of ROS 1; `rosbags-convert --src FILE.bag --dst FOLDER` makes a recording of ROS 2 of it, \
-                 `mcap convert FILE.bag FILE.mcap` an MCAP file with messages of ROS 1"
+                "a ROS 1 bag; `rosbags-convert --src FILE.bag --dst FOLDER` makes a ROS 2 recording of it, \
+                 `mcap convert FILE.bag FILE.mcap` an MCAP file with ROS 1 messages"
             }
-            Self::Zstd => "a file compressed by zstd; unpack it first: `zstd -d FILE`",
-            Self::Lz4 => "a file compressed by LZ4; unpack it first: `lz4 -d FILE`",
-            Self::Gzip => "a file compressed by gzip; unpack it first: `gunzip FILE` (a log of CARMEN: `sketchnav import`)",
-            Self::Bzip2 => "a file compressed by bzip2; unpack it first: `bunzip2 FILE`",
-            Self::Xz => "a file compressed by xz; unpack it first: `unxz FILE`",
+            Self::Zstd => "a file compressed with zstd; unpack it first: `zstd -d FILE`",
+            Self::Lz4 => "a file compressed with LZ4; unpack it first: `lz4 -d FILE`",
+            Self::Gzip => "a file compressed with gzip; unpack it first: `gunzip FILE` (if it is a CARMEN log: `sketchnav import`)",
+            Self::Bzip2 => "a file compressed with bzip2; unpack it first: `bunzip2 FILE`",
+            Self::Xz => "a file compressed with xz; unpack it first: `unxz FILE`",
             Self::Zip => "a ZIP archive; unpack it first: `unzip FILE`",
-            Self::ULog => "a log of PX4 (ULog), which is not a ROS 2 recording",
-            Self::BagMetadata => "the metadata of a folder of rosbag2; give the folder instead",
-            Self::Carmen => "a laser log of CARMEN; `sketchnav import` makes a recording of it",
-            Self::LfsPointer => "a pointer of Git LFS in the place of the file; `git lfs pull` fetches it",
+            Self::ULog => "a PX4 log (ULog), which is not a ROS 2 recording",
+            Self::BagMetadata => "the metadata of a rosbag2 folder; pass the folder instead",
+            Self::Carmen => "a CARMEN laser log; `sketchnav import` makes a recording of it",
+            Self::LfsPointer => "a Git LFS pointer instead of the file; `git lfs pull` fetches the file",
             Self::Text => "text: it does not begin with the magic bytes of MCAP",
             Self::Unknown => "other bytes: it does not begin with the magic bytes of MCAP",
         })
@@ -143,16 +143,16 @@ impl Form {
         }
     }
 
-    /// Describes the messages of a topic with this form, for example `messages of ROS 1`.
+    /// Describes the messages of a topic with this form, for example `ROS 1 messages`.
     pub fn words(self, topic: &Topic) -> String {
         match self {
-            Self::Ros2 => "messages of ROS 2".to_owned(),
-            Self::Ros1 => "messages of ROS 1".to_owned(),
+            Self::Ros2 => "ROS 2 messages".to_owned(),
+            Self::Ros1 => "ROS 1 messages".to_owned(),
             Self::Json => "messages in JSON".to_owned(),
             Self::Other if topic.encoding.is_empty() => {
-                "messages in a form that the file does not name".to_owned()
+                "messages in an encoding that the file does not name".to_owned()
             }
-            Self::Other => format!("messages in the form {:?}", topic.encoding),
+            Self::Other => format!("messages in the encoding {:?}", topic.encoding),
         }
     }
 
@@ -160,9 +160,9 @@ impl Form {
     pub fn way_on(self) -> &'static str {
         match self {
             Self::Ros1 => {
-                "`rosbags-convert --src FILE.bag --dst FOLDER` makes a recording of ROS 2 of the bag that they were in"
+                "`rosbags-convert --src FILE.bag --dst FOLDER` makes a ROS 2 recording of the bag that they come from"
             }
-            _ => "to have them as messages of ROS 2, record them with `ros2 bag record -s mcap`",
+            _ => "to get ROS 2 messages, record them with `ros2 bag record -s mcap`",
         }
     }
 }
@@ -183,7 +183,7 @@ mod tests {
             (b"\xfd7zXZ\0", Foreign::Xz, "unxz"),
             (b"PK\x03\x04", Foreign::Zip, "unzip"),
             (b"ULog\x01\x12\x35", Foreign::ULog, "PX4"),
-            (b"rosbag2_bagfile_information:\n  version: 9\n", Foreign::BagMetadata, "give the folder"),
+            (b"rosbag2_bagfile_information:\n  version: 9\n", Foreign::BagMetadata, "pass the folder"),
             (
                 b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n",
                 Foreign::LfsPointer,

@@ -163,17 +163,17 @@ fn notes(recording: &Recording, packed: u64, damaged: u64) -> Result<Vec<String>
     let mut notes = Vec::new();
     if !recording.is_ours()? {
         notes.push(format!(
-            "not a sketchnav recording; supported by {OF_ROS2}, but not by replay, rerun, judge"
+            "not a sketchnav recording; supported by {OF_ROS2}, but not by replay, rerun and judge"
         ));
     }
     if packed > 0 {
         notes.push(format!(
-            "{packed} messages compressed one by one by zstd (compression_mode: MESSAGE); they are read, and copies hold them \
+            "{packed} messages compressed individually with zstd (compression_mode: MESSAGE); they are read, and copies contain them \
              unpacked"
         ));
     }
     if damaged > 0 {
-        notes.push(format!("damaged: {damaged} of them, which do not unpack; copies leave them out"));
+        notes.push(format!("damaged: {damaged} of them cannot be unpacked; copies leave them out"));
     }
     let topics = recording.topics()?;
     let mut types: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();

@@ -38,7 +38,9 @@ pub enum Damage {
     #[error("expected an MCAP file, found {0}")]
     NoMcap(Foreign),
     /// The magic is wrong, but an MCAP file follows it.
-    #[error("its first bytes are not those of MCAP, but what follows is; `sketchnav recover` repairs that")]
+    #[error(
+        "it does not begin with the magic bytes of MCAP, but the rest is MCAP; `sketchnav recover` repairs that"
+    )]
     Magic,
     /// A record is longer than any in a recording.
     #[error("byte {at}: expected a record of at most {MAX_RECORD_BYTES} bytes, found {bytes}")]
@@ -65,7 +67,7 @@ pub enum Damage {
         kind: &'static str,
     },
     /// A chunk is compressed in an unknown way.
-    #[error("byte {at}: expected a chunk compressed by zstd, by lz4 or not at all, found {found:?}")]
+    #[error("byte {at}: expected a chunk compressed with zstd, with lz4 or not at all, found {found:?}")]
     Compression {
         /// Where the chunk begins.
         at: u64,

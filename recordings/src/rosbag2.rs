@@ -49,7 +49,7 @@ pub enum BagError {
     },
     /// The messages are in a storage other than MCAP.
     #[error(
-        "{folder}: expected MCAP files, found a folder of rosbag2 with the storage {storage:?} ({files}); \
+        "{folder}: expected MCAP files, found a rosbag2 folder with the storage {storage:?} ({files}); \
          `ros2 bag convert -i FOLDER -o OPTIONS.yaml` with `storage_id: mcap`, or for each file \
          `mcap convert FILE.db3 FILE.mcap`, makes MCAP files of it",
         folder = folder.display()
@@ -64,8 +64,8 @@ pub enum BagError {
     },
     /// The files are compressed in a way that is not supported.
     #[error(
-        "{folder}: expected files that zstd has compressed, or none, found a folder of rosbag2 with the compression {found:?}; \
-         `ros2 bag convert -i FOLDER -o OPTIONS.yaml` makes one without compression of it",
+        "{folder}: expected files compressed with zstd or not at all, found a rosbag2 folder with the compression {found:?}; \
+         `ros2 bag convert -i FOLDER -o OPTIONS.yaml` makes one without compression",
         folder = folder.display()
     )]
     Compression {

@@ -230,7 +230,7 @@ impl PlannedFault {
             return wrong("channel", &format!("one of {}", known.join(", ")), format!("{:?}", self.channel));
         };
         match (self.message, self.time_s) {
-            (Some(0), None) => return wrong("message", "a number from 1", "0".to_owned()),
+            (Some(0), None) => return wrong("message", "1 or more", "0".to_owned()),
             (None, Some(time_s)) if !(0.0..=1e9).contains(&time_s) => {
                 return wrong("time_s", "seconds from 0 to 1e9", time_s.to_string());
             }
@@ -266,7 +266,7 @@ impl PlannedFault {
                 None if belongs => return wrong(key, &range, "none".to_owned()),
                 Some((found, false)) if belongs => return wrong(key, &range, found),
                 Some((found, _)) if !belongs => {
-                    let expected = format!("none, for only {} has one", action.word());
+                    let expected = format!("none, because only {} has one", action.word());
                     return wrong(key, &expected, found);
                 }
                 _ => {}
@@ -277,7 +277,7 @@ impl PlannedFault {
         }
         if matches!(self.action, Action::Reorder | Action::Duplicate) && spec.max_cells > 0 {
             let found = format!("{:?}", self.action.word());
-            return wrong("do", "another word for a channel of large messages", found);
+            return wrong("do", "another action for a channel of large messages", found);
         }
         Ok(())
     }
@@ -317,7 +317,7 @@ mod tests {
         for (from, to, words) in [
             ("\"example_place\"", "\"mission\"", "fault 1: channel: expected one of"),
             ("\"example_place\"", "\"journey\"", "found \"journey\""),
-            ("message = 120", "message = 0", "fault 1: message: expected a number from 1, found 0"),
+            ("message = 120", "message = 0", "fault 1: message: expected 1 or more, found 0"),
             ("message = 120", "", "fault 1: message: expected message or time_s, found neither"),
             ("time_s = 2.5", "time_s = -1.0", "fault 2: time_s: expected seconds"),
             ("delay_ms = 200", "", "fault 2: delay_ms: expected 1 to 60000, found none"),
@@ -326,8 +326,12 @@ mod tests {
             ("\"kill\"", "\"starve\"", "fault 1: share: expected 0.01 to 0.9, found none"),
             ("\"kill\"", "\"starve\"\nshare = 1.0", "fault 1: share: expected 0.01 to 0.9, found 1"),
             ("\"kill\"", "\"starve\"\nshare = 0.1", "fault 1: duration_ms: expected 1 to 60000, found none"),
-            ("\"kill\"", "\"kill\"\nshare = 0.1", "fault 1: share: expected none, for only starve has one"),
-            ("\"delay\"", "\"drop\"", "fault 2: delay_ms: expected none, for only delay has one"),
+            (
+                "\"kill\"",
+                "\"kill\"\nshare = 0.1",
+                "fault 1: share: expected none, because only starve has one",
+            ),
+            ("\"delay\"", "\"drop\"", "fault 2: delay_ms: expected none, because only delay has one"),
         ] {
             let error = told(from, to);
             assert!(error.contains(words), "{error}");

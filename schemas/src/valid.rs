@@ -188,7 +188,8 @@ fn ranges(all: &[f32], counted: u32) -> Checked {
 /// [`Invalid`] with the first number that is not above the one before.
 pub fn in_order(ids: impl Iterator<Item = u32> + Clone) -> Checked {
     let mut pairs = ids.clone().zip(ids.skip(1));
-    pairs.try_for_each(|(before, id)| ensure(before < id, "markers.id", "a number above the one before", id))
+    pairs
+        .try_for_each(|(before, id)| ensure(before < id, "markers.id", "a number above the previous one", id))
 }
 
 /// Checks that a pose is near enough, in metres, and has a valid orientation.

@@ -116,7 +116,7 @@ struct Event {
 /// Rejects robots with tables that are only used over a plane of dots.
 fn check_sensors(robot: &Robot) -> Result<(), SimError> {
     for (key, is_there) in [("view", robot.view.is_some()), ("motion_noise", robot.motion_noise.is_some())] {
-        let expected = "a robot without that table on a floor: a plane of dots alone has it";
+        let expected = "a robot without that table on a floor: only a plane of dots has it";
         check(!is_there, format!("robot {:?}: [{key}]", robot.name), expected, key)?;
     }
     Ok(())

@@ -20,7 +20,7 @@ use crate::error::{SimError, check, check_within};
 use crate::raster::{CellBox, Raster};
 
 /// Describes a position where the picture is transparent.
-pub(crate) const TRANSPARENT: &str = "a transparent part of the map: what is transparent is unknown, and what is unknown is solid; \
+pub(crate) const TRANSPARENT: &str = "a transparent part of the map: transparent counts as unknown, and unknown as solid; \
     save the picture with a white background";
 /// Yaw of a map, in radians, below which the map counts as not turned. Over 100 m, it would be off by a centimetre.
 const LEAST_YAW_RAD: f64 = 1e-4;
@@ -113,7 +113,7 @@ impl MapInfo {
         let yaw_rad = wrap_angle(self.origin[2]);
         // The comparison is also false for NaN.
         let is_straight = yaw_rad.abs() < LEAST_YAW_RAD;
-        check(is_straight, "origin", "a yaw of 0 (a turned map is not supported)", self.origin[2])?;
+        check(is_straight, "origin", "a yaw of 0 (a rotated map is not supported)", self.origin[2])?;
         check(self.mode == "trinary", "mode", "trinary", &self.mode)?;
         let (free, occupied) = (self.free_thresh, self.occupied_thresh);
         for (key, value) in [("free_thresh", free), ("occupied_thresh", occupied)] {
@@ -245,7 +245,7 @@ fn without_floor(size: String, transparent: usize) -> SimError {
     let found = match transparent {
         0 => size,
         count => format!(
-            "{size}, {count} of them transparent: transparent cells count as unknown, and what is unknown is solid; \
+            "{size}, {count} of them transparent: transparent cells count as unknown, and unknown as solid; \
             save the picture with a white background"
         ),
     };
@@ -345,7 +345,7 @@ mod tests {
         for floor in [[0, 0, 0, 0], [255, 255, 255, 0]] {
             let error = OccupancyMap::decode(&info, &encoded(floor)).unwrap_err().to_string();
             let words = "expected a picture with free cells, found 5 x 4 pixels, 12 of them transparent: \
-                transparent cells count as unknown, and what is unknown is solid; save the picture with a white background";
+                transparent cells count as unknown, and unknown as solid; save the picture with a white background";
             assert!(error.contains(words), "{error}");
         }
     }
@@ -365,8 +365,7 @@ mod tests {
         let told = |error: SimError| error.to_string();
         assert!(world.check_start([4.0, 7.0]).is_ok());
         let error = told(world.check_start([14.0, 7.0]).unwrap_err());
-        let words =
-            "start.world: expected a free place, found (14, 7) m, in a transparent part of the map: what is";
+        let words = "start.world: expected a free place, found (14, 7) m, in a transparent part of the map: transparent";
         assert!(error.starts_with(words), "{error}");
         let error = told(world.check_start([-0.9, 7.0]).unwrap_err());
         assert!(error.ends_with("found (-0.9, 7) m, in an occupied or unknown part of the map"), "{error}");

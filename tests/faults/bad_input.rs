@@ -364,7 +364,7 @@ fn a_place_in_the_drawing_where_nobody_can_be_is_refused() {
                 "next door",
                 "(500, 120)",
                 "room.svg",
-                "expected a free way from the start at (120, 320)",
+                "expected a free path from the start at (120, 320)",
             ],
         },
     ]);
@@ -378,7 +378,7 @@ fn bad_usage_is_refused() {
         ("run room.toml --without robot", &["--without", "world, sketcher, localizer, planner, recorder"]),
         ("fly", &["fly"]),
         ("echo nonsense", &["nonsense", "contact, truth, people, odometry, scan"]),
-        ("echo scan", &["no system runs", "sketchnav run demo --speed 1"]),
+        ("echo scan", &["no system is running", "sketchnav run demo --speed 1"]),
         ("serve localizer --system ghost", &["\"ghost\" is not running", "running: none"]),
         ("info garbage.mcap", &["garbage.mcap", "expected an MCAP recording"]),
         ("diff garbage.mcap garbage.mcap", &["garbage.mcap", "expected an MCAP recording"]),

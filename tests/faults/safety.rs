@@ -57,7 +57,7 @@ fn a_strangers_recording_gets_no_file_of_the_user() {
     // Commands that need no file of the run continue without the files, and say so.
     place.fine("replay evil.mcap --rate max");
     place.fine("judge evil.mcap");
-    place.page_says("evil.mcap", &["The world is not drawn", "nothing outside of a recording is read"]);
+    place.page_says("evil.mcap", &["The world is not drawn", "nothing outside a recording is read"]);
 }
 
 fn is_tame(ended: &Ended, what: &str) {

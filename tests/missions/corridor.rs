@@ -26,7 +26,7 @@ fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
     place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
     let judged = place.fine(&format!("judge {recording} --json")).json();
     assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
-    let words = ["the camera's view", "a person's way", "Distance of the pair", "True speed"];
+    let words = ["the camera's view", "a person's path", "Distance of the pair", "True speed"];
     place.page_says(recording, &words);
 }
 

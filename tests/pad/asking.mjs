@@ -54,14 +54,14 @@ async function main() {
   // A tap beside the letter means it, too.
   const [x, y] = places[1].at;
   await hand.tap([x + 6 / hand.view.scale, y]);
-  await says("say", "The robot was told where it is.");
+  await says("say", "The place has been sent to the robot.");
   await says("headline", "Driving");
   assert.equal(await page.locator("#question button").count(), 0, "it asks no more");
   await says("headline", "Where is the robot?");
   await page.waitForSelector("#question button");
   await page.screenshot({ path: join(out, "asks-again.png") });
   await page.click("#question button:first-child");
-  await says("say", "The robot was told where it is.");
+  await says("say", "The place has been sent to the robot.");
   assert.deepEqual(faults, [], "errors on the page");
 }
 

@@ -165,7 +165,7 @@ test("a robot that asks is answered by who drives, at the place that a tap means
   assert.ok(isAsked(asks));
   assert.ok(!isAsked({ ...asks, drives: false }) && !isAsked({ ...asks, allowed: ["abort"] }) && !isAsked({ ...asks, question: undefined }));
   assert.equal(advice(page({ feed: asks, watches: true })), question.text);
-  assert.match(advice(page({ feed: asks, drives: false })), /Who drives answers/);
+  assert.match(advice(page({ feed: asks, drives: false })), /The page that drives answers/);
   assert.equal(headline(page({ feed: asks })), "Where is the robot?");
   assert.deepEqual(meant(question, [310, 95], 28), [300, 100]);
   assert.deepEqual(meant(question, [200, 100], 28), [200, 100]);

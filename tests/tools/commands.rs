@@ -282,7 +282,7 @@ fn logs_are_told_by_process_and_followed_to_the_end() {
     };
     assert!(told.iter().any(is_recorders), "{told:?}");
     let nothing = place.run("logs");
-    assert!(nothing.code == Some(2) && nothing.err.contains("no system runs"), "{nothing}");
+    assert!(nothing.code == Some(2) && nothing.err.contains("no system is running"), "{nothing}");
 }
 
 #[test]
@@ -322,7 +322,7 @@ fn doctor_and_ps_find_what_a_dead_system_left() {
     running.end();
     support::wait_until("the death of all", || place.living().is_empty());
     let ps = place.fine("ps").out;
-    let goes_on = "tools: its supervisor was killed; it goes on with: sketchnav run --resume ";
+    let goes_on = "tools: its supervisor was killed; resume it with: sketchnav run --resume ";
     assert!(ps.lines().any(|line| line.starts_with(goes_on)), "{ps}");
     let told = place.fine("doctor --json").json();
     let leftovers = finding(&told, "leftovers");

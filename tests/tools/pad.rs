@@ -243,9 +243,9 @@ fn a_lost_link_to_who_drives_pauses_the_robot() {
     let paused = watcher.until_state("paused");
     let warned = |feed: &Value| {
         let warnings = feed["warnings"].as_array().cloned().unwrap_or_default();
-        warnings
-            .iter()
-            .any(|w| w["kind"] == "stopped" && w["text"] == "stopped: the link to whoever drives was lost")
+        warnings.iter().any(|w| {
+            w["kind"] == "stopped" && w["text"] == "stopped: the link to the page that drives was lost"
+        })
     };
     watcher.until("the reason", warned);
     assert_eq!(paused["drives"], false);

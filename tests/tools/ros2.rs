@@ -93,7 +93,10 @@ fn real_ros_2_hears_the_robot_and_its_orders_drive_it() {
     let ended = bridge.end();
     assert_eq!(ended.code, Some(0), "{ended}");
     assert!(ended.err.contains("\"stand on your head\": expected one of start, abort"), "{ended}");
-    assert!(ended.err.contains(", 0 without room at a subscriber's, 0 lost before"), "{ended}");
+    assert!(
+        ended.err.contains(", 0 dropped because a subscriber had no room, 0 lost before that"),
+        "{ended}"
+    );
     place.assert_nothing_left("lab");
 }
 

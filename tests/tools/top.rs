@@ -73,7 +73,7 @@ fn a_screen_needs_a_terminal_and_a_system() {
     let place = Place::new();
     let nothing = place.run("top --json");
     assert_eq!(nothing.code, Some(2), "{nothing}");
-    assert!(nothing.out.contains("no system runs"), "{nothing}");
+    assert!(nothing.out.contains("no system is running"), "{nothing}");
     let mut running = place.start("demo --json --system seen --speed 5");
     place.wait_until_driving(&mut running, "seen");
     let once = place.run("top --once");

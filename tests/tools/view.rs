@@ -252,12 +252,12 @@ fn bad_input_is_refused_before_anything_begins() {
     fs::write(place.files().join("letter.mcap"), "Dear Sir").unwrap();
     let story = story().display().to_string();
     for (arguments, words) in [
-        (format!("view {story} --port {port}"), "cannot be listened on"),
-        (format!("run demo --system seen --foxglove {port}"), "cannot be listened on"),
+        (format!("view {story} --port {port}"), "cannot listen there"),
+        (format!("run demo --system seen --foxglove {port}"), "cannot listen there"),
         ("view letter.mcap --port 0".to_owned(), "does not begin with the magic bytes"),
         ("view nowhere.mcap --port 0".to_owned(), "nowhere.mcap"),
         ("view nobody --port 0".to_owned(), "nobody"),
-        ("view --port 0".to_owned(), "no system runs"),
+        ("view --port 0".to_owned(), "no system is running"),
         ("view nobody --port 0 --loop".to_owned(), "--loop: expected a recording"),
         (format!("view {story} --rate 0"), "expected a number from 0.02 to 64"),
     ] {

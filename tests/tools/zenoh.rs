@@ -182,8 +182,12 @@ fn bad_input_is_told_and_nothing_is_opened() {
     };
     refused("--rmw carrier-pigeons", 2, "expected dds, zenoh or the name of an RMW implementation");
     refused("--rmw zenoh --router localhost", 2, "expected an endpoint of Zenoh over TCP");
-    refused("--rmw zenoh --interface 127.0.0.1", 2, "--interface: expected it with --rmw dds alone");
-    refused("--rmw dds --listen tcp/localhost:7447", 2, "--listen: expected it with --rmw zenoh alone");
+    refused("--rmw zenoh --interface 127.0.0.1", 2, "--interface: expected this option only with --rmw dds");
+    refused(
+        "--rmw dds --listen tcp/localhost:7447",
+        2,
+        "--listen: expected this option only with --rmw zenoh",
+    );
     refused("--rmw zenoh --system nobody", 2, "nobody");
     let mut command = place.command("bridge ros2 --system lab");
     command.env("RMW_IMPLEMENTATION", "rmw_email_cpp");
@@ -198,7 +202,7 @@ fn bad_input_is_told_and_nothing_is_opened() {
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port();
     let taken = format!("--rmw zenoh --system lab --listen tcp/127.0.0.1:{port}");
-    refused(&taken, 3, &format!("being a Zenoh router at tcp/127.0.0.1:{port}: "));
+    refused(&taken, 3, &format!("acting as a Zenoh router at tcp/127.0.0.1:{port}: "));
     running.signal(Signal::SIGINT);
     running.end();
     place.assert_nothing_left("lab");

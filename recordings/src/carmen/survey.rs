@@ -49,7 +49,7 @@ pub struct Reading {
 pub enum Doubt {
     /// The odometry stands still while the reference moves.
     #[error(
-        "the odometry never moves, though the reference poses move by {reference_m:.1} m: it is missing, and no localizer \
+        "the odometry never moves, although the reference poses move {reference_m:.1} m: it is missing, and no localizer \
          can follow this log"
     )]
     Still {
@@ -61,7 +61,7 @@ pub enum Doubt {
     Motionless,
     /// The ODOM lines cover a different distance than the scans.
     #[error(
-        "the ODOM lines go {lines_m:.1} m, the robot's own poses in the scans {scans_m:.1} m: ODOM lines are missing or \
+        "the ODOM lines cover {lines_m:.1} m, the robot's own poses in the scans {scans_m:.1} m: ODOM lines are missing or \
          wrong, or the scans' poses are not the robot's own"
     )]
     Partial {
@@ -72,8 +72,8 @@ pub enum Doubt {
     },
     /// Too many scans follow each other without ODOM lines between them.
     #[error(
-        "from line {line} on the robot's own poses in the scans go {gap_m:.1} m without an ODOM line: the odometry stands \
-         still there (in all, the ODOM lines go {lines_m:.1} m, the scans {scans_m:.1} m)"
+        "from line {line} on, the robot's own poses in the scans cover {gap_m:.1} m without an ODOM line: the odometry stands \
+         still there (in all, the ODOM lines cover {lines_m:.1} m, the scans {scans_m:.1} m)"
     )]
     Gap {
         /// The line of the first of these scans.

@@ -111,7 +111,7 @@ fn odom_lines_that_end_halfway_or_are_sparse_are_doubted() {
     assert_eq!(doubts(&log(|i| i <= 24)), gap(50, 2.0, 3.0));
     assert_eq!(doubts(&log(|i| i % 10 == 0)), gap(2, 1.125, 5.0));
     let words = gap(50, 2.0, 3.0)[0].to_string();
-    assert!(words.starts_with("from line 50 on the robot's own poses in the scans go 2.0 m"), "{words}");
+    assert!(words.starts_with("from line 50 on, the robot's own poses in the scans cover 2.0 m"), "{words}");
     // All lines exist, but the odometry stands still from 3 m on, or one line is far off.
     let stops: String = (0..=40).map(|i| odom(at(i.min(24))) + &flaser(at(i), at(i))).collect();
     assert_eq!(doubts(&stops), [Doubt::Partial { lines_m: 3.0, scans_m: 5.0 }]);
@@ -264,7 +264,7 @@ fn lines_that_state_their_angles_are_read_by_them() {
     let (scans, _) = read(odom(0.0) + raw + &odom(1.0) + raw);
     assert_eq!((scans[1].reference, scans[1].odometry.x, scans[1].range_max_m), (None, 1.0, None));
     let error = Survey::of(raw.as_bytes()).unwrap().reading().unwrap_err().to_string();
-    assert!(error.starts_with("expected ODOM lines beside RAWLASER1 lines"), "{error}");
+    assert!(error.starts_with("expected ODOM lines in addition to RAWLASER1 lines"), "{error}");
     // CARMEN's logger writes each scan twice if it is asked for both kinds.
     let log = [0.0, 1.0].map(|x| odom(x) + raw + &robot(x)).concat();
     let survey = Survey::of(log.as_bytes()).unwrap();

@@ -91,7 +91,7 @@ fn a_compression_that_mcap_does_not_have_is_named_and_nothing_is_held_back() {
     let form = SampleForm { compression: "snappy", ..SampleForm::default() };
     let path = write(folder.path(), form, &[points("/ball", COUNT, false)]);
     let error = Recording::open(&path).unwrap_err().to_string();
-    assert!(error.contains("zstd, by lz4 or not at all, found \"snappy\""), "{error}");
+    assert!(error.contains("zstd, with lz4 or not at all, found \"snappy\""), "{error}");
     let (copied, _) = recovered(&path, Damaged::LeaveOut);
     assert_eq!((copied.messages, copied.lost_chunks), (0, 3));
     assert_eq!(held(&path).unwrap().messages, COUNT, "what a copy must not replace");
@@ -168,7 +168,7 @@ fn a_copy_holds_packed_messages_unpacked() {
     topic.messages[0].2 = data;
     let path = write(folder.path(), SampleForm::default(), &[topic]);
     let notes = info(&path).unwrap().notes.join("\n");
-    assert!(notes.contains("1 messages compressed one by one") && notes.contains("MESSAGE"), "{notes}");
+    assert!(notes.contains("1 messages compressed individually") && notes.contains("MESSAGE"), "{notes}");
     let (_, copy) = recovered(&path, Damaged::LeaveOut);
     std::fs::write(&path, copy).unwrap();
     assert_eq!(messages(&path)[0].cdr, point_stamped(1_700_000_000_000_000_000, [0.0, 2.0], false));
@@ -191,7 +191,7 @@ fn messages_of_ros_1_are_named_and_json_is_passed_on() {
     let told = info(&path).unwrap();
     assert_eq!((told.profile.as_str(), told.messages), ("ros1", 4));
     let notes = told.notes.join("\n");
-    assert!(notes.contains("/ball: messages of ROS 1") && notes.contains("rosbags-convert"), "{notes}");
+    assert!(notes.contains("/ball: ROS 1 messages") && notes.contains("rosbags-convert"), "{notes}");
     assert!(notes.contains("/text: messages in JSON"), "{notes}");
     let mut decoder = Decoder::default();
     for raw in messages(&path) {
@@ -199,10 +199,7 @@ fn messages_of_ros_1_are_named_and_json_is_passed_on() {
             ("/text", said) => assert_eq!(said.unwrap()["a"][1], 2),
             (_, Err(error @ RecordingError::Form { .. })) => {
                 let error = error.to_string();
-                assert!(
-                    error.contains("found messages of ROS 1") && error.contains("filter, merge"),
-                    "{error}"
-                );
+                assert!(error.contains("found ROS 1 messages") && error.contains("filter, merge"), "{error}");
             }
             (name, other) => panic!("{name}: {other:?}"),
         }
@@ -240,7 +237,7 @@ fn a_file_that_is_no_recording_is_named() {
     for (content, words) in [
         (&b"SQLite format 3\0 and so on"[..], "ros2 bag convert"),
         (b"#ROSBAG V2.0\n and so on", "rosbags-convert"),
-        (b"rosbag2_bagfile_information:\n", "give the folder"),
+        (b"rosbag2_bagfile_information:\n", "pass the folder"),
         (b"\x04\x22\x4d\x18 and so on", "lz4 -d"),
         (b"PARAM laser_front_laser_resolution 1\n", "sketchnav import"),
     ] {

@@ -92,7 +92,8 @@ fn open_pipe(path: &Path) -> io::Result<File> {
     // This stays open until the end: if it were closed as the pipe's only writer, the reader would see the end of the file.
     let _looked = looked.map_err(|error| match error.raw_os_error() {
         Some(ENXIO) => {
-            let words = "expected a file, or a pipe that is read, found a pipe that nobody reads; start its reader first";
+            let words =
+                "expected a file, or a pipe with a reader, found a pipe without one; start its reader first";
             io::Error::new(ErrorKind::NotConnected, words)
         }
         _ => error,
@@ -111,7 +112,7 @@ fn create_beside(path: &Path) -> io::Result<(PathBuf, File)> {
             created => return Ok((draft.into(), created?)),
         }
     }
-    let words = format!("expected fewer than {MAX_DRAFTS} files of the name {}.unfinished", path.display());
+    let words = format!("expected fewer than {MAX_DRAFTS} files named {}.unfinished", path.display());
     Err(io::Error::new(ErrorKind::AlreadyExists, words))
 }
 
@@ -138,7 +139,7 @@ pub fn is_same(a: &Path, b: &Path) -> bool {
 pub fn refuse_to_overwrite<'a>(inputs: impl IntoIterator<Item = &'a Path>, output: &Path) -> io::Result<()> {
     match inputs.into_iter().any(|input| is_same(input, output)) {
         true => {
-            let words = format!("{}: expected another file than the input", output.display());
+            let words = format!("{}: expected a file other than the input", output.display());
             Err(io::Error::new(ErrorKind::AlreadyExists, words))
         }
         false => Ok(()),
@@ -205,10 +206,7 @@ mod tests {
         assert_eq!(ENXIO, nix::libc::ENXIO);
         let error = Draft::begin(&pipe).err().unwrap();
         assert_eq!(error.kind(), ErrorKind::NotConnected);
-        assert!(
-            error.to_string().ends_with("found a pipe that nobody reads; start its reader first"),
-            "{error}"
-        );
+        assert!(error.to_string().ends_with("found a pipe without one; start its reader first"), "{error}");
         let mut reader = File::options().read(true).custom_flags(O_NONBLOCK).open(&pipe).unwrap();
         let (draft, mut sink) = Draft::begin(&pipe).unwrap();
         assert_eq!(draft.written(), None);

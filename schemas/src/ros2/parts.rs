@@ -4,8 +4,7 @@ use ros2_interfaces_jazzy_serde::{builtin_interfaces::msg::Time, std_msgs::msg::
 
 use super::{Field, Ros2Error};
 use crate::message::{Header, Text};
-
-const NS_PER_S: u64 = 1_000_000_000;
+use crate::time::NS_PER_S;
 
 /// Checks a condition on a field.
 ///
@@ -27,7 +26,8 @@ pub fn string(text: &str, mut spare: String) -> String {
 /// # Errors
 /// [`Ros2Error::Value`] if the message's number or time does not fit into the form.
 pub fn header_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
-    let expected = "a number from 1 to 4294967295, by which messages name each other (other tools write 0)";
+    let expected =
+        "a number from 1 to 4294967295, by which messages refer to each other (other tools write 0)";
     expect((1..=u32::MAX.into()).contains(&header.seq), "header.seq", expected, header.seq)?;
     Ok(HeaderForm { stamp: time(header.stamp_ns)?, frame_id: string(frame, spare.frame_id) })
 }
@@ -37,7 +37,7 @@ pub fn header_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<He
 /// # Errors
 /// As [`header_form`], and [`Ros2Error::Value`] if the cause is another message.
 pub fn reading_form(header: &Header, frame: &str, spare: HeaderForm) -> Result<HeaderForm, Ros2Error> {
-    let expected = "header.seq, for a reading is its own cause";
+    let expected = "header.seq, because a reading is its own cause";
     expect(header.source_seq == header.seq, "header.source_seq", expected, header.source_seq)?;
     header_form(header, frame, spare)
 }

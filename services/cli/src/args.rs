@@ -25,7 +25,7 @@ pub use self::tools::{
     ViewOptions,
 };
 pub use self::values::FloorPlace;
-use self::values::{parse_floor_place, parse_served, parse_service, parse_speed};
+use self::values::{parse_degree, parse_floor_place, parse_served, parse_service, parse_speed};
 pub use crate::directions::DirectionsOptions;
 use crate::eval::all::WORD as ALL;
 use crate::eval::parse_jobs;
@@ -87,7 +87,7 @@ pub enum Command {
     },
     /// Serve a page on which people draw a map and a path, and drive the robot by their drawing in real time.
     #[command(
-        after_help = "Ends with Ctrl-C. Exit codes: 0 ended by a person, 2 bad input, 3 anything else (files of a study that cannot be read, too), 4 the recording is incomplete.\nExample: sketchnav pad --mission sim/missions/laboratory/laboratory-a.toml --port 8000\nExample, a user study: sketchnav pad --mission sim/missions/routes/court-01.toml --study study\nIts pages again: sketchnav pad --study study --report"
+        after_help = "Ends with Ctrl-C. Exit codes: 0 ended by a person, 2 bad input, 3 anything else (including files of a study that cannot be read), 4 the recording is incomplete.\nExample: sketchnav pad --mission sim/missions/laboratory/laboratory-a.toml --port 8000\nExample, a user study: sketchnav pad --mission sim/missions/routes/court-01.toml --study study\nTo make its pages again: sketchnav pad --study study --report"
     )]
     Pad {
         #[command(flatten)]
@@ -95,7 +95,7 @@ pub enum Command {
     },
     /// Run an experiment: drive every trial of a suite and count how the tasks ended.
     #[command(
-        after_help = "Exit codes: 0 done, 1 processes said something else, 2 bad input (data that are missing, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
+        after_help = "Exit codes: 0 done, 1 processes sent different messages, 2 bad input (missing data, nothing to drive), 3 anything else.\nExample: sketchnav eval people --data ~/data --sample 4 --verbose\nExample, on many machines: sketchnav eval building --job 3 -o parts/3.json; then: sketchnav eval building --merge parts"
     )]
     Eval {
         /// A suite of drives, a study, or `all`, which runs every suite and study into the folder given by --output and
@@ -117,7 +117,7 @@ pub enum Command {
     },
     /// Run a mission twice, kill its processes during the second run, and compare the two.
     #[command(
-        after_help = "Exit codes: 0 if identical and the robot safe, 1 otherwise, 2 bad input, 3 anything else.\nHow the mission went, and whether it ended before all kills, is reported as text and in --json.\nEvery run writes its schedule.toml, which --schedule plays again.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --at-messages --signal kill,starve --kills 6\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
+        after_help = "Exit codes: 0 if identical and the robot safe, 1 otherwise, 2 bad input, 3 anything else.\nHow the mission went, and whether it ended before all kills, is reported as text and in --json.\nEvery run writes its schedule.toml, which --schedule repeats.\nExample: sketchnav chaos sim/missions/building/building-a.toml --kills 30 --targets world,localizer\nExample: sketchnav chaos demo --at-messages --signal kill,starve --kills 6\nExample: sketchnav chaos demo --schedule out/chaos-001/schedule.toml"
     )]
     Chaos {
         /// The mission file (TOML), or `demo`.
@@ -174,7 +174,7 @@ pub enum Command {
     },
     /// Check whether this machine can run a system: shared memory, permissions, limits, leftovers, versions, clock.
     #[command(
-        after_help = "Each finding that is not fine says what to do.\nExit codes: 0 no error (there may be warnings), 1 an error: no system can run here.\nExample: sketchnav doctor --json"
+        after_help = "Each finding that is not fine comes with advice.\nExit codes: 0 no error (there may be warnings), 1 an error: no system can run here.\nExample: sketchnav doctor --json"
     )]
     Doctor {
         /// Print one JSON object instead of lines.
@@ -237,7 +237,7 @@ pub enum Command {
     },
     /// Give a running mission one order by hand: start, abort, pause, resume, unattended, goal or here.
     #[command(
-        after_help = "The supervisor passes it on, so it works alongside a pad, and is recorded.\nExit codes: 0 sent, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to say where in the drawing the robot is: sketchnav send here --at 520,90"
+        after_help = "The supervisor forwards the order, so this works alongside a pad, and the order is recorded.\nExit codes: 0 sent, 2 bad input, 3 anything else.\nExample: sketchnav send pause --system lab\nExample, to go to the third task now: sketchnav send goal --task 3\nExample, to say where in the drawing the robot is: sketchnav send here --at 520,90"
     )]
     Send {
         #[command(flatten)]
@@ -253,7 +253,7 @@ pub enum Command {
     },
     /// Save the last seconds of what a running system records, now or when a message arrives on a channel.
     #[command(
-        after_help = "The copy is a recording of its own, with what is latched; the system records on.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav snapshot --last 20 -o moment.mcap\nExample: sketchnav snapshot --on contact --after 2 -o bump.mcap"
+        after_help = "The copy is a separate recording that includes the latched messages; the system keeps recording.\nExit codes: 0 done, 2 bad input, 3 anything else.\nExample: sketchnav snapshot --last 20 -o moment.mcap\nExample: sketchnav snapshot --on contact --after 2 -o bump.mcap"
     )]
     Snapshot {
         #[command(flatten)]
@@ -372,7 +372,7 @@ pub struct ParamOptions {
 #[derive(Debug, Clone, Args)]
 pub struct DeformOptions {
     /// Degree of distortion: 0 leaves the walls as they are, 1 distorts them as people do; at most 3.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = parse_degree)]
     pub degree: f64,
     /// The seed; each seed gives a different drawing.
     #[arg(long, default_value_t = 1)]

@@ -52,7 +52,9 @@ fn rmw(options: &Ros2Options) -> Result<Rmw, Failure> {
         _ => None,
     };
     match misplaced {
-        Some((option, with)) => Err(Failure::Input(anyhow!("{option}: expected it with {with} alone"))),
+        Some((option, with)) => {
+            Err(Failure::Input(anyhow!("{option}: expected this option only with {with}")))
+        }
         None => Ok(rmw),
     }
 }
@@ -137,7 +139,9 @@ mod built {
 
     fn told(name: &str, done: &Summary) -> Outcome {
         let Summary { sent, unsent, lost } = done;
-        say!("{name}: {sent} messages sent, {unsent} without room at a subscriber's, {lost} lost before");
+        say!(
+            "{name}: {sent} messages sent, {unsent} dropped because a subscriber had no room, {lost} lost before that"
+        );
         Outcome::Success
     }
 

@@ -260,7 +260,7 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
     };
     let end = match (report.success, report.undisturbed_success) {
         (true, _) => "every task reached",
-        (false, true) => "not every task reached, as they are without kills",
+        (false, true) => "not every task reached, although all were without kills",
         (false, false) => "not every task reached, with kills or without",
     };
     let what = match (starvations, asked) {
@@ -284,7 +284,7 @@ fn print(report: &Report, json: bool) -> Result<(), Failure> {
     if let Some(Safety { wall_contacts, outages, unstopped, longest_stop_s }) = &report.safety {
         out!(
             "{wall_contacts} contacts with walls after a death; {outages} longer outages of navigators: the robot stood still \
-             after {longest_stop_s:.2} s at most, {unstopped} times it did not"
+             after {longest_stop_s:.2} s at most, and did not stop {unstopped} times"
         )?;
     }
     out!("{orphans} orphans, {} files left", report.leftover_files.len())?;

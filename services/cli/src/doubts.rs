@@ -34,7 +34,7 @@ fn of_map(run: &RunConfig, files: &dyn Files) -> Option<String> {
     let share = occupancy_map_in(files, Path::new(path)).ok()?.transparent_share();
     (share > 0.0).then(|| {
         format!(
-            "{path}: {:.1} % of the map's picture is transparent: that is unknown, and solid; if it is floor, save the picture \
+            "{path}: {:.1} % of the map's picture is transparent, which counts as unknown and solid; if it is floor, save the picture \
              with a white background",
             100.0 * share
         )

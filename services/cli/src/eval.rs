@@ -79,7 +79,7 @@ pub fn eval(name: &str, options: &EvalOptions) -> Result<Outcome, Failure> {
         print(&driven, options, wall)?;
         if let Some(Check { checked, identical, .. }) = checked {
             out!(
-                "by the processes, too: {identical} of {checked} runs with the same messages, byte for byte"
+                "repeated by processes: {identical} of {checked} runs with the same messages, byte for byte"
             )?;
         }
     }

@@ -24,8 +24,8 @@ pub fn print(path: &Path, table: bool) -> Result<Outcome, Failure> {
         Some(route) if table => output::lines(language::table(&route).trim_end())?,
         Some(_) => output::lines(instructions.words.trim_end())?,
         None => {
-            let reason = "expected an object in view at each turn, found none at one; \
-                method \"chronis-2007\" says at which";
+            let reason = "expected an object in view at each turn, found a turn without one; \
+                method \"chronis-2007\" says which";
             return Err(in_file(reason.to_owned())).or_input();
         }
     }

@@ -100,7 +100,7 @@ fn make_up_for(folder: &Path, options: &RunOptions, nothing: RuntimeError) -> Re
     let name = recording.display();
     let Some(report) = report::Report::of_ended(&recording, folder)? else {
         return Err(Failure::Input(anyhow!(
-            "{nothing}. The mission had not ended; its recording so far is there: sketchnav judge {name} makes the table, \
+            "{nothing}. The mission had not ended; its recording so far was kept: sketchnav judge {name} makes the table, \
              sketchnav report {name} -o report.html the pictures"
         )));
     };

@@ -106,7 +106,7 @@ fn check_kind(mission: &Mission) -> anyhow::Result<()> {
     let known: Vec<_> = drawn.map(|navigator| format!("{:?}", navigator.kind)).collect();
     ensure!(
         navigator.drawn.is_some(),
-        "navigator.kind: expected a mission of kind {}, since people draw on the page; found kind {:?}. To watch \
+        "navigator.kind: expected a mission of kind {}, because people draw on the page; found kind {:?}. To watch \
          it: sketchnav run MISSION --pad",
         known.join(", "),
         navigator.kind

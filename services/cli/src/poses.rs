@@ -81,7 +81,7 @@ impl Way {
     /// Returns a notice for the user if messages were left out.
     pub fn notice(&self) -> Option<String> {
         let Self { name, left_out, .. } = self;
-        let words = "none of their type, no finite place, or a time that another one has";
+        let words = "not of the topic's type, without finite numbers, or with a repeated time";
         (*left_out > 0).then(|| format!("{name}: {left_out} messages left out: {words}"))
     }
 

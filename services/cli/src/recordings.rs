@@ -80,7 +80,7 @@ fn refuse_a_recording(output: &Path, force: bool) -> Result<(), Failure> {
     let place = output.display();
     Err(Failure::Input(anyhow!(
         "{place}: expected a page to replace, or no file, found a recording; it is unchanged: choose another --output, or \
-         --force it"
+         use --force"
     )))
 }
 
@@ -183,7 +183,7 @@ mod tests {
         for line in ["echo ball --file x.mcap", "relations x.mcap --calculus qtc-b"] {
             let error = place.run(line);
             assert!(
-                error.contains("found messages of ROS 1") && error.contains("rosbags-convert"),
+                error.contains("found ROS 1 messages") && error.contains("rosbags-convert"),
                 "{line}: {error}"
             );
         }
@@ -232,10 +232,7 @@ mod tests {
         ] {
             let error = place.run(line);
             assert!(error.contains("pipe.mcap"), "{line}: {error}");
-            assert!(
-                error.contains("found a pipe that nobody reads; start its reader first"),
-                "{line}: {error}"
-            );
+            assert!(error.contains("found a pipe without one; start its reader first"), "{line}: {error}");
         }
         for line in [
             "info pipe.mcap",
@@ -277,7 +274,7 @@ mod tests {
         let file = place.0.path().join("x.mcap.zstd");
         std::fs::write(&file, &packed).unwrap();
         assert!(
-            place.run("report x.mcap.zstd -o x.mcap.zstd").contains("expected another file than the input")
+            place.run("report x.mcap.zstd -o x.mcap.zstd").contains("expected a file other than the input")
         );
         assert_eq!(std::fs::read(&file).unwrap(), packed);
     }

@@ -171,11 +171,11 @@ fn note(meetings: &Meetings, is_empty: bool, options: &RelationsOptions) -> Opti
         Some(format!("no {times}: {}", meetings.miss()))
     } else if is_empty {
         let hint = match options.tolerance {
-            None => "; --tolerance 0 leaves out the times at which not all were seen",
+            None => "; --tolerance 0 leaves out times at which not all objects were seen",
             Some(_) => "",
         };
         Some(format!(
-            "{together} samples with a {times}, and no relation: most calculi compare a sample with the one before, and \
+            "{together} samples with a {times}, and no relation: most calculi compare a sample with the previous one, and \
              no two follow each other without a pause{hint}"
         ))
     } else if 2 * together < *samples {

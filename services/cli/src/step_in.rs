@@ -136,7 +136,7 @@ fn task_of(options: &SendOptions, system: &str, run: &RunConfig) -> Result<u32, 
     if task >= tasks.max(1) {
         let found = options.task;
         return Err(Failure::Input(anyhow!(
-            "--task: expected 1 to {tasks}, for {system:?} has {tasks} tasks, found {found}"
+            "--task: expected 1 to {tasks}, because {system:?} has {tasks} tasks, found {found}"
         )));
     }
     Ok(task)
@@ -150,7 +150,7 @@ fn check_place(options: &SendOptions, run: &RunConfig) -> Result<(), Failure> {
         (Order::Here, None) => Err(Failure::Input(anyhow!("`here`: expected --at X,Y, found none"))),
         (Order::Here, Some(_)) if !run.pad.draws() && canvas(run)?.is_none() => {
             let method = sketchnav_navigators::method_of(run);
-            let expected = "a robot that believes to be somewhere in a drawing";
+            let expected = "a robot that estimates its position in a drawing";
             Err(Failure::Input(anyhow!(
                 "`here`: expected {expected}, found kind {kind:?}, method {method:?}"
             )))
@@ -182,8 +182,8 @@ fn drawing(node: &Node, run: &RunConfig) -> Result<([f64; 2], f64), Failure> {
     let mut newest = None;
     let take = |answer: &Understood| newest = Some(*answer).filter(|answer| answer.sketch_seq > 0).or(newest);
     answers.take_kept(node, take).context("the sketcher's answers")?;
-    let answer =
-        newest.ok_or_else(|| Failure::Input(anyhow!("--at: expected a drawing, none was sent yet")))?;
+    let answer = newest
+        .ok_or_else(|| Failure::Input(anyhow!("--at: expected a drawing, but none has been sent yet")))?;
     Ok(([answer.sketch_width_px, answer.sketch_height_px].map(f64::from), answer.scale))
 }
 

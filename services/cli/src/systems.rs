@@ -36,7 +36,7 @@ pub fn ps(json: bool) -> Result<Outcome, Failure> {
         return Ok(Outcome::Success);
     }
     if rows.is_empty() {
-        out!("no system runs; `sketchnav run demo --speed 1` starts one")?;
+        out!("no system is running; `sketchnav run demo --speed 1` starts one")?;
     } else {
         output::lines(table(&rows))?;
     }
@@ -52,16 +52,16 @@ fn how_to_go_on(name: &str, run: &RunConfig) -> String {
     let folder = run.recording.as_deref().and_then(|recording| Path::new(recording).parent());
     match folder {
         Some(folder) => format!(
-            "{name}: its supervisor was killed; it goes on with: sketchnav run --resume {}",
+            "{name}: its supervisor was killed; resume it with: sketchnav run --resume {}",
             folder.display()
         ),
-        None => format!("{name}: its supervisor was killed; `sketchnav clean` removes what it has left"),
+        None => format!("{name}: its supervisor was killed; `sketchnav clean` removes what it left behind"),
     }
 }
 
 /// Removes what this user's dead systems have left behind.
 pub fn clean(json: bool) -> Result<Outcome, Failure> {
-    let cleared = System::sweep_dead().context("removing what dead systems have left")?;
+    let cleared = System::sweep_dead().context("removing what dead systems left behind")?;
     if json {
         out!("{}", serde_json::json!({ "removed": cleared }))?;
     } else if cleared.is_empty() {
@@ -111,13 +111,13 @@ pub fn find(name: Option<&str>) -> Result<System, Failure> {
     let mut systems = System::list().context("looking for systems")?;
     match systems.len() {
         1 => Ok(systems.remove(0)),
-        0 => {
-            Err(Failure::Input(anyhow::anyhow!("no system runs; `sketchnav run demo --speed 1` starts one")))
-        }
+        0 => Err(Failure::Input(anyhow::anyhow!(
+            "no system is running; `sketchnav run demo --speed 1` starts one"
+        ))),
         _ => {
             let names: Vec<_> = systems.iter().map(System::name).collect();
             Err(Failure::Input(anyhow::anyhow!(
-                "several systems run; say --system {}",
+                "several systems are running; choose one with --system {}",
                 names.join(" or --system ")
             )))
         }

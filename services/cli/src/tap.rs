@@ -70,7 +70,7 @@ fn known(name: &str) -> Result<&'static ChannelSpec, Failure> {
     let unknown = || match Path::new(name).exists() {
         true => {
             anyhow!(
-                "channel {name:?}: found a file; of a recording: sketchnav echo CHANNEL --file {name}, or hz"
+                "channel {name:?}: found a file; to read a recording: sketchnav echo CHANNEL --file {name}, or hz"
             )
         }
         false => anyhow!("channel {name:?}: expected one of {}", channels::names()),

@@ -82,7 +82,8 @@ fn look_at(path: &Path, whole: &Whole) -> Result<Told, Failure> {
     told.info.path = path.display().to_string();
     if path.is_file() && rosbag2::is_packed(path).unwrap_or(false) {
         told.info.notes.push(
-            "a file compressed by zstd as a whole (compression_mode: FILE); it is read unpacked".to_owned(),
+            "a file compressed as a whole with zstd (compression_mode: FILE); it is unpacked to be read"
+                .to_owned(),
         );
     }
     Ok(told)
@@ -115,7 +116,7 @@ fn fewer(folder: &Path, infos: &[Told]) -> Result<Option<String>, Failure> {
     let said = Bag::read(folder).or_input()?.and_then(|bag| bag.messages);
     let held = infos.iter().map(|told| told.info.messages).sum::<u64>();
     let words =
-        |said| format!("{}: {METADATA} says {said} messages, its files hold {held}", folder.display());
+        |said| format!("{}: {METADATA} says {said} messages, its files contain {held}", folder.display());
     Ok(said.filter(|said| held < *said).map(words))
 }
 
@@ -204,7 +205,7 @@ mod tests {
             std::fs::write(folder.path().join(METADATA), text).unwrap();
             fewer(folder.path(), std::slice::from_ref(&told)).unwrap()
         };
-        assert!(says(30).unwrap().ends_with("says 30 messages, its files hold 12"));
+        assert!(says(30).unwrap().ends_with("says 30 messages, its files contain 12"));
         assert_eq!([says(12), says(7)], [None, None]);
     }
 }

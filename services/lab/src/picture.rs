@@ -107,7 +107,7 @@ pub fn sketch(picture: &SketchPicture<'_>) -> Result<String, PictureError> {
     marks::start(&mut sheet, &picture.start);
     let clouds = picture.tasks.iter().any(|task| !task.particles.is_empty());
     let routes = picture.tasks.iter().any(|task| task.marks.len() > 1);
-    let mut symbols = vec![Symbol::Start, Symbol::Goal, Symbol::Trail("estimated way")];
+    let mut symbols = vec![Symbol::Start, Symbol::Goal, Symbol::Trail("estimated path")];
     symbols.extend(routes.then_some(Symbol::Route));
     symbols.extend([Symbol::Reached, Symbol::Failed]);
     symbols.extend(clouds.then_some(Symbol::Particles));
@@ -180,7 +180,7 @@ pub fn floor(picture: &FloorPicture<'_>) -> String {
     sheet.scale_bar(1.0);
     let mut symbols = vec![Symbol::Start, Symbol::Goal];
     if picture.tasks.iter().any(|task| !task.trail.is_empty()) {
-        symbols.extend([Symbol::Trail("true way"), Symbol::Reached, Symbol::Failed]);
+        symbols.extend([Symbol::Trail("true path"), Symbol::Reached, Symbol::Failed]);
     }
     symbols.extend((!picture.shapes.furniture.is_empty()).then_some(Symbol::Furniture));
     symbols.extend((!picture.shapes.markers.is_empty()).then_some(Symbol::Marker));

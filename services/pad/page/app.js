@@ -220,13 +220,13 @@ async function sendPath() {
   return doubted(answer, drawing.route ? "The path has arrived." : `${drawing.goals.length === 1 ? "The goal has" : "The goals have"} arrived.`);
 }
 
-const broken = () => say("The link broke while this was sent. It is sent again when the link is back.", true);
+const broken = () => say("The link broke while this was being sent. It will be sent again when the link is back.", true);
 
 function refuse(words) {
   if (words) throw new Error(words);
 }
 
-const ORDERS = { execute: "The robot drives.", restore: "The robot goes on.", again: "The robot starts again." };
+const ORDERS = { execute: "The robot drives.", restore: "The robot continues.", again: "The robot starts again." };
 
 for (const [order, words] of Object.entries(ORDERS)) {
   at(order).addEventListener("click", () => request(async () => {
@@ -239,7 +239,7 @@ for (const [order, words] of Object.entries(ORDERS)) {
 function answer(place, heading_deg) {
   request(async () => {
     await link.post("/api/here", JSON.stringify(heading_deg === null ? { at: place } : { at: place, heading_deg }));
-    return "The robot was told where it is.";
+    return "The place has been sent to the robot.";
   });
 }
 onQuestion((place) => answer(place.at, null));
@@ -254,7 +254,7 @@ at("wheel").addEventListener("click", () => request(async () => {
 function abort() {
   if (at("abort").disabled) return false;
   link.abort().catch((error) => say(error.message, true));
-  say("Stop was sent.");
+  say("Stop has been sent.");
   return true;
 }
 // A touch stops the robot as it lands, not when it is lifted; a click without one is a key's.

@@ -208,7 +208,7 @@ export class Link {
         const isBack = hellos !== this.#hellos;
         if (!(error.unheard || isBack || !up || !this.up) || attempt === ATTEMPTS) throw error;
         broken();
-        if (!isBack && !await this.#back()) throw new Error("The link did not come back. Whether this has arrived is not known: send it again.");
+        if (!isBack && !await this.#back()) throw new Error("The link did not come back. It is not known whether this has arrived: send it again.");
       }
     }
   }

@@ -58,22 +58,22 @@ export function meant(question, at, near) {
 
 /** What to do next, in one sentence. */
 export function advice({ up, refusal, drives, watches, practising, questions, feed, map, path }) {
-  if (!up && refusal) return `The robot does not let this page in: ${refusal}.`;
-  if (!up) return "The page connects again by itself. The drawing is kept.";
+  if (!up && refusal) return `The robot refuses this page: ${refusal}.`;
+  if (!up) return "The page will reconnect by itself. The drawing is kept.";
   if (!feed || !feed.ready) return "The navigation is getting ready.";
-  if (feed.question) return drives ? feed.question.text : `${feed.question.text} Who drives answers.`;
+  if (feed.question) return drives ? feed.question.text : `${feed.question.text} The page that drives answers.`;
   if (practising) return "Try the tools for as long as you like. Nothing counts until you start.";
   if (questions) return "When the drive is over, go to the questions.";
   if (watches) return "The tasks come from a mission file.";
-  if (!drives && feed.wheel) return "Nobody drives. Take the wheel, and this page does.";
-  if (!drives) return "Somebody else drives; this page watches.";
+  if (!drives && feed.wheel) return "No page drives. Take the wheel to drive from this one.";
+  if (!drives) return "Another page drives; this one watches.";
   const words = {
     "no-sketch": map ? "Send the map." : "Draw the walls of the place, then send the map.",
     sketch: path ? "Send the path." : "Draw the path from where the robot stands, or tap goals and mark the start.",
-    path: "Execute, and the robot drives.",
+    path: "Press Execute, and the robot drives.",
     driving: "Abort stops the robot at once.",
-    aborted: "Restore goes on with the task; or draw another path.",
-    paused: "Restore goes on with the task.",
+    aborted: "Restore continues the task. Or draw another path.",
+    paused: "Restore continues the task.",
     ended: "Draw and send another path, or start again.",
   };
   return words[feed.state] ?? "";

@@ -113,7 +113,7 @@ export class Study {
   async beforeDrive() {
     if (!this.#takesPart || this.#view.stage !== "draw") return;
     const measures = report(this.#kept.measure);
-    if (!measures) throw new Error("Draw the place on this page first: how long that takes belongs to the study.");
+    if (!measures) throw new Error("Draw the place on this page first: the time that takes is part of the study.");
     await this.host.post({ measures });
   }
 

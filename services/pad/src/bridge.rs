@@ -392,7 +392,7 @@ impl<'a> Bridge<'a> {
                 },
             },
             Request::Order(Step::Here) => Err(Refusal::Malformed(
-                "order: expected execute, abort, restore or again; a place is no order".into(),
+                "order: expected execute, abort, restore or again; a place is not an order".into(),
             )),
             Request::Order(step) => match self.machine.order(step, drives, now) {
                 Ok(order) => {
@@ -465,7 +465,7 @@ impl<'a> Bridge<'a> {
         let memory = self.machine.memory();
         let (Some(sketch), Some(path), Some(drawn)) = (&memory.sketch, &memory.path, &self.drawn) else {
             return Err(Refusal::NotNow(
-                "expected that a sketch and a path were sent; one is missing".into(),
+                "expected a sketch and a path to have been sent; one is missing".into(),
             ));
         };
         let mission = (&self.run.mission, drawn);

@@ -136,7 +136,7 @@ impl Guard {
     fn names(&self) -> String {
         let port = self.address.port();
         let numbers = match self.address.ip() {
-            ip if ip.is_unspecified() => format!("an address of this machine in numbers, and port {port}"),
+            ip if ip.is_unspecified() => format!("a numeric address of this machine and port {port}"),
             ip if ip.is_loopback() => format!("{} or localhost:{port}", self.address),
             _ => self.address.to_string(),
         };

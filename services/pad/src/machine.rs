@@ -301,9 +301,9 @@ impl Machine {
             Step::Sketch => (state != State::Driving, "the robot is standing still"),
             Step::Path => {
                 let holds = !matches!(state, State::Driving | State::NoSketch);
-                (holds, "a sketch was sent and the robot is standing still")
+                (holds, "a sketch has been sent and the robot is standing still")
             }
-            Step::Execute => (state == State::Path, "a path was sent and not driven yet"),
+            Step::Execute => (state == State::Path, "a path has been sent but not driven yet"),
             Step::Restore => (matches!(state, State::Aborted | State::Paused), "the robot was stopped"),
             Step::Again => {
                 let holds = matches!(state, State::Aborted | State::Paused | State::Ended);
@@ -416,10 +416,10 @@ impl Machine {
 
 fn not_now(expected: &str, state: State) -> Refusal {
     let found = match state {
-        State::NoSketch => "no sketch was sent yet",
-        State::Sketch => "no path was sent yet",
+        State::NoSketch => "no sketch has been sent yet",
+        State::Sketch => "no path has been sent yet",
         State::Path => "the path is not being driven",
-        State::Driving => "it drives: abort first",
+        State::Driving => "the robot drives: abort first",
         State::Aborted => "the mission is aborted",
         State::Paused => "the mission is paused",
         State::Ended => "the tasks have ended",

@@ -64,7 +64,7 @@ impl Sessions {
         let has_seat = own > 0 || named.is_some_and(|id| self.drives(id)) || self.driver.is_none();
         if !has_seat && others.count() >= MAX_CONNECTED {
             let words =
-                format!("expected at most {MAX_CONNECTED} open pages beside the driver's, found one more");
+                format!("expected at most {MAX_CONNECTED} open pages besides the driver's, found one more");
             return Err(Refusal::Absent(words));
         }
         Ok(())
@@ -143,7 +143,7 @@ impl Sessions {
     /// [`Refusal::Forbidden`] if another page has it and can be heard.
     pub fn take_wheel(&mut self, id: &str, now: Duration) -> Result<(), Refusal> {
         if self.driver.is_some() && !self.drives(id) && !self.is_unattended(now) {
-            return Err(Refusal::Forbidden("another page drives: it can be heard".into()));
+            return Err(Refusal::Forbidden("another page drives and is still connected".into()));
         }
         self.give_wheel(id);
         Ok(())

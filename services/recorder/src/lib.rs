@@ -221,7 +221,7 @@ impl<'a> Recorder<'a> {
             return Ok(());
         }
         let latched = self.core.take_latched();
-        let failed = Core::failed("the next file is not there yet".to_owned());
+        let failed = Core::failed("the next file does not exist yet".to_owned());
         let (report, _sink) = std::mem::replace(&mut self.core, failed).finish();
         if let Some(failure) = report.failure {
             self.fail(failure);

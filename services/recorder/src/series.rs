@@ -14,9 +14,6 @@ use sketchnav_recordings::{Recording, RecordingError, rosbag2};
 
 use crate::core::Report;
 
-/// Name of the file that lists the files of a rosbag2 folder.
-const METADATA: &str = "metadata.yaml";
-
 /// Closes the recording `path`, which consists of these files, and counts their messages.
 pub(crate) fn close(path: &Path, files: Vec<PathBuf>, report: &mut Report) -> anyhow::Result<()> {
     let files = with_messages(files)?;
@@ -31,7 +28,7 @@ pub(crate) fn close(path: &Path, files: Vec<PathBuf>, report: &mut Report) -> an
         let yaml = rosbag2::metadata_yaml(&told, &Recording::open(first)?.topics()?);
         let draft = path.with_file_name("metadata.unfinished");
         std::fs::write(&draft, yaml)?;
-        std::fs::rename(&draft, path.with_file_name(METADATA))?;
+        std::fs::rename(&draft, path.with_file_name(rosbag2::METADATA))?;
     }
     report.messages = told.iter().flat_map(|(_, part)| part.messages.values()).sum();
     report.missing = files.iter().map(|file| Ok(info(file)?.missing)).sum::<Result<u64, RecordingError>>()?;

@@ -183,7 +183,7 @@ impl Rehearsal {
         let instant = (world.tick(), world.stamp_ns());
         for (process, part) in [(Process::Localizer, &*localizer), (Process::Planner, planner)] {
             if !part.is_ready() {
-                return Err(format!("the {process} is not ready, though it has heard everything").into());
+                return Err(format!("the {process} is not ready, although it has received everything").into());
             }
         }
         localizer.step(instant, &[&world.memory], tap)?;

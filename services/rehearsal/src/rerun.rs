@@ -45,14 +45,14 @@ pub enum RerunError {
     },
     /// The process is the world, and the recording is in real time.
     #[error(
-        "expected a recording in lockstep for the world, found one in real time: it does not say which command had come \
-         by which step"
+        "expected a recording in lockstep for the world, found one in real time: it does not say which command had \
+         arrived by which step"
     )]
     RealTime,
     /// People took part in the run.
     #[error(
         "{process}: expected the sketcher, or a recording without people. In this run people took part, and the steps at \
-         which their drawings and orders came are not recorded. Run the mission without them, as the page saved it where \
+         which their drawings and orders came are not recorded. Run the mission without them, as the page saved it, if \
          there was one, and execute that recording again"
     )]
     People {

@@ -2,8 +2,7 @@
 
 use ros2_interfaces_jazzy_serde::{builtin_interfaces::msg::Time, std_msgs::msg::Header};
 use serde::{Deserialize, Serialize};
-
-const NS_PER_S: u64 = 1_000_000_000;
+use sketchnav_schemas::time::NS_PER_S;
 
 /// The message `rosgraph_msgs/msg/Clock`.
 #[derive(Debug, Clone, Serialize, Deserialize)]

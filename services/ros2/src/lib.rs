@@ -11,7 +11,7 @@
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
 #[cfg(not(any(feature = "dds", feature = "zenoh")))]
-compile_error!("sketchnav-ros2 wants one of the features dds and zenoh");
+compile_error!("sketchnav-ros2 needs one of the features dds and zenoh");
 
 mod bridge;
 #[cfg(feature = "dds")]

@@ -19,14 +19,16 @@ pub enum ReadingError {
     Form(#[from] Ros2Error),
     /// The scan contains a number that no sensor can measure.
     #[error(
-        "expected finite numbers, range_min below range_max and ranges as REP 117 has them, found others"
+        "expected finite numbers, range_min below range_max and ranges according to REP 117, found others"
     )]
     Scan,
     /// The pose or the velocity is impossible.
     #[error("expected a finite pose with a heading, and a finite velocity, found others")]
     Odometry,
     /// The stamp is not later than the previous one.
-    #[error("expected a stamp behind that of the reading before, found {found_ns} ns for {before_ns} ns")]
+    #[error(
+        "expected a stamp later than that of the previous reading, found {found_ns} ns for {before_ns} ns"
+    )]
     Stamp {
         /// The rejected stamp, in nanoseconds.
         found_ns: u64,

@@ -57,7 +57,7 @@ impl Participant {
     ) -> Result<Self, BridgeError> {
         let doing = match listen {
             [] => format!("joining the Zenoh router {}", routers.join(", ")),
-            _ => format!("being a Zenoh router at {}", listen.join(", ")),
+            _ => format!("acting as a Zenoh router at {}", listen.join(", ")),
         };
         let failed = BridgeError::middleware(doing);
         let config = config(routers, listen).map_err(|error| failed(&error))?;

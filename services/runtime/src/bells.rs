@@ -61,7 +61,7 @@ impl Bells {
     pub(crate) fn map(path: &Path) -> Result<Self> {
         let file =
             OpenOptions::new().read(true).write(true).open(path).map_err(Error::file(path, "opening"))?;
-        let found = file.metadata().map_err(Error::file(path, "looking at it"))?.len();
+        let found = file.metadata().map_err(Error::file(path, "inspecting it"))?.len();
         if found < PAGE as u64 {
             let short = std::io::Error::other(format!("expected {PAGE} bytes, found {found}"));
             return Err(Error::file(path, "mapping")(short));

@@ -11,7 +11,9 @@ use crate::limits;
 #[non_exhaustive]
 pub enum Error {
     /// The name is not valid for a system.
-    #[error("system name {found:?}: expected 1 to {max} characters of a-z, 0-9 and '-', the first no '-'")]
+    #[error(
+        "system name {found:?}: expected 1 to {max} characters of a-z, 0-9 and '-', not starting with '-'"
+    )]
     BadName {
         /// The invalid name.
         found: String,
@@ -34,7 +36,7 @@ pub enum Error {
     },
     /// Other users can access the folder of all systems, or it belongs to another user.
     #[error(
-        "{}: expected a folder owned by user {uid} and closed to all others (mode 0700, no link), found {found}; \
+        "{}: expected a folder owned by user {uid} and closed to all others (mode 0700, not a link), found {found}; \
          remove it or set XDG_RUNTIME_DIR",
         path.display()
     )]
@@ -58,7 +60,7 @@ pub enum Error {
     },
     /// Another process is starting, joining or clearing a system and does not finish.
     #[error(
-        "{}: expected the lock within {seconds} s, found it held by {holder}, which starts, joins or clears a system; \
+        "{}: expected the lock within {seconds} s, found it held by {holder}, which is starting, joining or clearing a system; \
          continue it if it is stopped (kill -CONT), or end it, and try again",
         path.display()
     )]
@@ -105,7 +107,7 @@ pub enum Error {
     /// The folder does not belong to a dead system.
     #[error(
         "{}: expected the folder of a run whose supervisor was killed, found nothing to resume. A system \
-         that ended by itself leaves nothing; starting another system clears what a killed one left",
+         that ended by itself leaves nothing behind; starting another system clears what a killed one left behind",
         folder.display()
     )]
     NothingToResume {
@@ -177,7 +179,7 @@ pub enum Error {
     },
     /// The channel has the maximum number of observers.
     #[error(
-        "channel {channel:?} of system {system:?}: {max} observers read it, and no more may; end one of them \
+        "channel {channel:?} of system {system:?}: {max} observers read it already, which is the maximum; end one of them \
          (echo, hz, top) and try again"
     )]
     TooManyObservers {
@@ -190,7 +192,7 @@ pub enum Error {
     },
     /// Two builds disagree about the layout of a message.
     #[error(
-        "channel {channel:?} of system {system:?} carries {found}, this program expects {expected}: run the same build in the whole system"
+        "channel {channel:?} of system {system:?} carries {found}, this program expects {expected}: run the same build throughout the system"
     )]
     Mismatch {
         /// Name of the channel.
@@ -293,12 +295,12 @@ fn explained(cause: &str) -> String {
         "InternalFailure" | "InternalError" => {
             "the shared memory library failed; is /dev/shm full, or was a file of the system removed?"
         }
-        "DoesNotExist" => "it is not there; does the system still run?",
+        "DoesNotExist" => "it does not exist; is the system still running?",
         "InsufficientPermissions" => "its files belong to another user",
         "ServiceInCorruptedState" => "a file of the system is damaged; end the system and start it again",
         "HangsInCreation" => "the process creating it has died or is stopped; try again",
         "ExceedsMaxNumberOfNodes" => "too many processes have it open; end an observer",
-        "ExceedsMaxSupportedSubscribers" => "all places of readers are taken; end an observer",
+        "ExceedsMaxSupportedSubscribers" => "all reader slots are taken; end an observer",
         "ExceedsMaxBorrows" => "too many samples are held at the same time",
         "UnableToCreatePortTag" | "UnableToCreateServiceTag" => {
             "it could not make a file in the system's folder; is that file system full?"

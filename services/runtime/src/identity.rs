@@ -62,7 +62,7 @@ impl Identity {
     /// A description of why it cannot be reached.
     pub(crate) fn handle(&self) -> Result<Handle, String> {
         let own =
-            Self::own().map_err(|error| format!("{self}; this process does not know itself: {error}"))?;
+            Self::own().map_err(|error| format!("{self}; this process cannot identify itself: {error}"))?;
         if self.boot != own.boot {
             return Err(format!("process {} of another machine, or from before the last boot", self.pid));
         }
@@ -82,7 +82,7 @@ impl Identity {
             Err(error) => return Err(format!("{self}, which cannot be reached: {error}")),
         };
         if started(self.pid) != Some(self.started) {
-            return Err(format!("{self}, which has ended: its id is another's now"));
+            return Err(format!("{self}, which has ended: its id now belongs to another process"));
         }
         Ok(Handle { pid, pidfd })
     }

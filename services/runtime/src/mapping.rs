@@ -38,9 +38,9 @@ impl Mapping {
         let file = match shared::private(path) {
             Ok(file) => file,
             Err(error) if error.kind() == ErrorKind::AlreadyExists => shared::open_own(path)?,
-            Err(error) => return Err(Error::file(path, "making it")(error)),
+            Err(error) => return Err(Error::file(path, "creating it")(error)),
         };
-        let found = file.metadata().map_err(Error::file(path, "looking at it"))?.len() as usize / WORD;
+        let found = file.metadata().map_err(Error::file(path, "inspecting it"))?.len() as usize / WORD;
         let length = found.max(length);
         let start = map(&file, path, length)?;
         Ok(Self { path: path.into(), file, start, length })

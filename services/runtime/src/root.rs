@@ -49,9 +49,9 @@ pub(crate) fn private_folder(path: &Path) -> Result<()> {
     match DirBuilder::new().mode(0o700).create(path) {
         Ok(()) => return Ok(()),
         Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-        Err(error) => return Err(Error::file(path, "making the folder")(error)),
+        Err(error) => return Err(Error::file(path, "creating the folder")(error)),
     }
-    let found = fs::symlink_metadata(path).map_err(Error::file(path, "looking at it"))?;
+    let found = fs::symlink_metadata(path).map_err(Error::file(path, "inspecting it"))?;
     let uid = getuid().as_raw();
     let complaint = if found.file_type().is_symlink() {
         "a link".to_string()

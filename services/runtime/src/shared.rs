@@ -103,7 +103,7 @@ impl SharedFiles {
                 check(&path)?;
                 Lock::try_take(&path).map_err(Error::file(path, "locking"))
             }
-            Err(error) => Err(Error::file(path, "making it")(error)),
+            Err(error) => Err(Error::file(path, "creating it")(error)),
         }
     }
 
@@ -363,7 +363,7 @@ pub(crate) fn open_own(path: &Path) -> Result<File> {
             return Err(Error::file(path, "opening")(error));
         }
     };
-    let found = file.metadata().map_err(Error::file(path, "looking at it"))?;
+    let found = file.metadata().map_err(Error::file(path, "inspecting it"))?;
     check_found(path, &found).map(|()| file)
 }
 
@@ -387,7 +387,7 @@ fn complaint(found: &Metadata, uid: u32) -> Option<String> {
     if kind.is_symlink() {
         Some("a link".into())
     } else if !kind.is_file() {
-        Some("no plain file".into())
+        Some("not a regular file".into())
     } else if found.uid() != uid {
         Some(format!("a file of user {}", found.uid()))
     } else if found.nlink() > 1 {

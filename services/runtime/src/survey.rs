@@ -31,7 +31,7 @@ impl Room {
     /// [`Error::File`] if the machine has no `/dev/shm`.
     pub fn now() -> Result<Self> {
         let found = statvfs(SHARED_MEMORY)
-            .map_err(|error| Error::file(SHARED_MEMORY, "asking how much room there is")(error.into()))?;
+            .map_err(|error| Error::file(SHARED_MEMORY, "querying its free space")(error.into()))?;
         let free = found.blocks_available() as u64 * found.fragment_size() as u64;
         Ok(Self { needed_mib: NEEDED_BYTES >> 20, free_mib: free >> 20 })
     }

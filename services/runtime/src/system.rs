@@ -194,7 +194,7 @@ impl System {
         if let Some(shared) = self.shared.get() {
             return Ok(shared);
         }
-        let gone = || Error::file(&self.folder, "looking for its token")(std::io::ErrorKind::NotFound.into());
+        let gone = || Error::file(&self.folder, "looking up its token")(std::io::ErrorKind::NotFound.into());
         let shared = SharedFiles::of(&self.name, &self.folder)?.ok_or_else(gone)?;
         Ok(self.shared.get_or_init(|| shared))
     }
@@ -242,7 +242,7 @@ impl System {
             found.extend(named_owner("supervisor", &self.supervisor_lock()));
         }
         for path in self.process_locks()? {
-            if lock::is_held(&path).map_err(Error::file(&path, "asking for its lock"))? {
+            if lock::is_held(&path).map_err(Error::file(&path, "locking it"))? {
                 let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
                 found.extend(named_owner(&name, &path));
             }
@@ -322,7 +322,7 @@ impl System {
 
     fn is_alive(&self) -> Result<bool> {
         let path = self.supervisor_lock();
-        lock::is_held(&path).map_err(Error::file(path, "asking for its lock"))
+        lock::is_held(&path).map_err(Error::file(path, "locking it"))
     }
 
     fn already_running(&self) -> Error {
@@ -483,7 +483,7 @@ fn sweep(root: &Path) -> Result<(Swept, Lock)> {
 /// [`Error::StillHeld`] if the process won't end, or cannot be reached because the process id in the file may mean another
 /// process here.
 fn end_owner(path: &Path, last_word: Duration) -> Result<()> {
-    let asking = || Error::file(path, "asking for its lock");
+    let asking = || Error::file(path, "locking it");
     let mut waited = Duration::ZERO;
     for (signal, patience) in [(Signal::SIGTERM, last_word), (Signal::SIGKILL, DEATH)] {
         if !lock::is_held(path).map_err(asking())? {

@@ -58,8 +58,7 @@ fn revive(child: &mut Child, node: &Node, faults: &mut Faults) -> Result<Option<
     // Only now can its successor take over its places as a writer and a reader.
     node.clear_dead(CLEARING);
     if !child.schedule(status, node.progress(child.process)) {
-        let words =
-            if child.hung() { "hung again and again" } else { "died each time before it made progress" };
+        let words = if child.hung() { "hung repeatedly" } else { "died each time before it made progress" };
         let error = Error::GivenUp(death, child.restarts().total());
         faults.tell(FaultKind::GivenUp, child.process, child.pid(), |fault| {
             fault.restarts = child.restarts().total() as u32;

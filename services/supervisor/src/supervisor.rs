@@ -155,7 +155,7 @@ impl Supervisor {
         let mut supervisor = Self::begin(system, lines, grace, Ceded::default())?;
         supervisor.order_start()?;
         if let Some(ports) = &mut supervisor.ports {
-            let words = "its supervisor was killed; its processes resume where they were";
+            let words = "its supervisor was killed; its processes resume where they left off";
             ports.faults.tell(
                 FaultKind::SystemResumed,
                 Process::Supervisor,

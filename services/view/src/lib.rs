@@ -35,7 +35,7 @@ use sketchnav_schemas::ros2::Ros2Error;
 #[derive(Debug, thiserror::Error)]
 pub enum ViewError {
     /// The address cannot be listened on.
-    #[error("{address}: cannot be listened on: {source}; another one: --port")]
+    #[error("{address}: cannot listen there: {source}; choose another port with --port")]
     Address {
         /// The address.
         address: SocketAddr,

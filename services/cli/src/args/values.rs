@@ -1,6 +1,7 @@
 //! Parsers for values that several commands take.
 
 use regex_lite::Regex;
+use sketchnav_deform::MOST_DEGREE;
 use sketchnav_schemas::channels::{EXTRAS, SERVICES, words};
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::run::Pace;
@@ -46,6 +47,12 @@ pub fn parse_floor_place(text: &str) -> Result<FloorPlace, String> {
 pub fn parse_drawn_place(text: &str) -> Result<[f64; 2], String> {
     let place = parse_numbers(text).and_then(|numbers| numbers.try_into().ok());
     place.ok_or_else(|| "expected two numbers with a comma between them, as 520,90".to_owned())
+}
+
+/// Parses a degree of distortion of a drawing.
+pub fn parse_degree(text: &str) -> Result<f64, String> {
+    let degree = text.parse().ok().filter(|degree: &f64| (0.0..=MOST_DEGREE).contains(degree));
+    degree.ok_or_else(|| format!("expected a number from 0 to {MOST_DEGREE}"))
 }
 
 /// Parses finite numbers separated by commas.
@@ -96,6 +103,14 @@ mod tests {
         assert_eq!(parse_drawn_place("520, 90.5"), Ok([520.0, 90.5]));
         for wrong in ["", "520", "520,", "a,b", "1,2,3", "nan,1", "1,inf"] {
             assert!(parse_drawn_place(wrong).unwrap_err().contains("expected two numbers"), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_degree_of_distortion_is_at_most_three() {
+        assert_eq!((parse_degree("0"), parse_degree("0.5"), parse_degree("3")), (Ok(0.0), Ok(0.5), Ok(3.0)));
+        for wrong in ["-0.1", "3.1", "nan", "inf", "much", ""] {
+            assert_eq!(parse_degree(wrong), Err("expected a number from 0 to 3".to_owned()), "{wrong}");
         }
     }
 

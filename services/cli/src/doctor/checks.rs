@@ -137,13 +137,16 @@ fn folder() -> Finding {
     let variable = std::env::var("XDG_RUNTIME_DIR").ok().filter(|value| !value.is_empty());
     match System::root_folder() {
         // The error itself says what to do.
-        Err(error) => {
-            Finding::of("folder", Level::Error, error.to_string(), "see XDG_RUNTIME_DIR in the line above")
-        }
+        Err(error) => Finding::of(
+            "folder",
+            Level::Error,
+            error.to_string(),
+            "set XDG_RUNTIME_DIR to a folder that you own (mode 0700), such as /run/user/1000",
+        ),
         Ok(root) if variable.is_none() => {
             let found = format!("{}, since XDG_RUNTIME_DIR is not set", root.display());
             let advice = "set XDG_RUNTIME_DIR to a folder that you own (mode 0700), such as /run/user/1000, the same in every shell: \
-                          a shell with another one does not see your systems";
+                          a shell with a different folder does not see your systems";
             Finding::of("folder", Level::Warning, found, advice)
         }
         Ok(root) => Finding::fine("folder", root.display().to_string()),
@@ -197,7 +200,7 @@ fn clock() -> Finding {
     if median <= LATE {
         return Finding::fine("clock", found);
     }
-    let advice = "stop other busy programs, or give it more processors: in real time commands come late";
+    let advice = "stop other busy programs, or give it more processors: in real time commands arrive late";
     Finding::of("clock", Level::Warning, found, advice)
 }
 
@@ -225,7 +228,8 @@ fn leftovers() -> Finding {
     match System::dead() {
         Ok(dead) if dead.is_empty() => Finding::fine("leftovers", "none"),
         Ok(dead) => {
-            let advice = "run `sketchnav clean`; one that is to go on is taken over by `sketchnav run --resume DIR` first";
+            let advice =
+                "run `sketchnav clean`; to continue one of them, first run `sketchnav run --resume DIR`";
             Finding::of("leftovers", Level::Warning, format!("of dead systems: {}", dead.join(", ")), advice)
         }
         Err(error) => Finding::of("leftovers", Level::Warning, error.to_string(), "see the checks above"),

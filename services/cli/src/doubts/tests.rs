@@ -79,7 +79,7 @@ fn a_drawing_is_doubted_before_the_start() {
     let [picture, wall] = &warnings[..] else { panic!("{warnings:?}") };
     assert!(picture.starts_with("d.svg: left out: the picture in <image>"), "{picture}");
     assert!(wall.contains("r: the route crosses a wall at (54"), "{wall}");
-    assert!(left_out[0] == "d.svg: one text: labels are no walls", "{left_out:?}");
+    assert!(left_out[0] == "d.svg: one text: labels are not walls", "{left_out:?}");
     let corner = "<path d='M850 20h30v20' fill='none' stroke='black' stroke-width='2'/>";
     let Err(Failure::Input(error)) = by_drawing(corner, folder.path()) else { panic!("an open field") };
     let error = error.to_string();

@@ -78,7 +78,7 @@ impl Origin {
             let words =
                 "other trials, methods, parameters, data or missions: merge with the options of the jobs";
             return Some(format!(
-                "experiment: expected {} jobs as they are here, found {} of {words}",
+                "experiment: expected {} jobs with the options given here, found {} with {words}",
                 self.jobs, other.jobs
             ));
         }
@@ -88,7 +88,9 @@ impl Origin {
         }
         if self.machine != other.machine && !accepted.contains(&Foreign::Machine) {
             let told = differs("machine", &self.machine, &other.machine);
-            return Some(format!("{told}; --accept machine accepts it anyway, with other last bits"));
+            return Some(format!(
+                "{told}; --accept machine accepts it anyway, although the last bits may differ"
+            ));
         }
         None
     }

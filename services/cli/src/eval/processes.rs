@@ -72,7 +72,7 @@ fn check_in(folder: &Path, jobs: &[Job<'_>], count: usize) -> Result<Check, Fail
     if jobs.is_empty() {
         let expected = "--check-processes: expected drives that processes repeat, found none";
         return Err(Failure::Input(anyhow!(
-            "{expected}: a person answers, or the cores think for longer than a scan"
+            "{expected}: in all of them a person answers, or a core takes longer than a scan"
         )));
     }
     let chosen = (0..count.min(jobs.len())).map(|k| jobs[k * jobs.len() / count.min(jobs.len())]);

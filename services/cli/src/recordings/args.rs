@@ -17,7 +17,7 @@ use sketchnav_schemas::time::nanoseconds;
 pub enum Tool {
     /// Play a recording into the channels of a system, for live tools and processes.
     #[command(
-        after_help = "Keys: space pauses and continues, s takes one step, ←/→ (or h/l) go 10 s, + and - change the rate, q ends.\nExit codes: 0 played, 2 bad input, 3 anything else.\nExample: sketchnav replay a.mcap --live localizer,planner,recorder --rate max --record again.mcap"
+        after_help = "Keys: space pauses and continues, s takes one step, ←/→ (or h/l) jump 10 s, + and - change the rate, q ends.\nExit codes: 0 played, 2 bad input, 3 anything else.\nExample: sketchnav replay a.mcap --live localizer,planner,recorder --rate max --record again.mcap"
     )]
     Replay {
         /// The recording.

@@ -62,7 +62,7 @@ impl Guard {
         }
         let Held { messages: held, is_known } = copy::held(path)?;
         let way_on = match self.force {
-            Some(_) => "choose another --output, or --force it",
+            Some(_) => "choose another --output, or use --force",
             None => "choose another --output",
         };
         let place = path.display();
@@ -73,7 +73,7 @@ impl Guard {
         );
         ensure!(
             is_known,
-            "{place}: would be replaced by a copy without its damaged parts, and how much is in these is not known; it is \
+            "{place}: would be replaced by a copy without its damaged parts, whose content is not known; it is \
              unchanged: {way_on}"
         );
         Ok(())

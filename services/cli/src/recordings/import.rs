@@ -118,7 +118,9 @@ fn text(path: &Path) -> anyhow::Result<Box<dyn BufRead>> {
     let mut plain = BufReader::with_capacity(1 << 16, sketchnav_files::open(path, "a laser log")?);
     let begin = plain.fill_buf()?;
     if let Some((_, form)) = NO_TEXT.iter().find(|(magic, _)| begin.starts_with(magic)) {
-        bail!("expected text in ASCII or UTF-8, plain or compressed by gzip, found {form}; convert it first");
+        bail!(
+            "expected text in ASCII or UTF-8, plain or compressed with gzip, found {form}; convert it first"
+        );
     }
     let is_packed = begin.starts_with(&[0x1f, 0x8b]);
     Ok(if is_packed { Box::new(BufReader::new(MultiGzDecoder::new(plain))) } else { Box::new(plain) })
@@ -277,7 +279,7 @@ fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfi
     };
     if known.transparent_share() > 0.0 {
         say!(
-            "notice: {}: {:.1} % of the map's picture is transparent: that is unknown, and taken as free",
+            "notice: {}: {:.1} % of the map's picture is transparent, which counts as unknown and is taken as free",
             map.display(),
             100.0 * known.transparent_share()
         );
@@ -292,7 +294,7 @@ fn of_map(map: &Path, log: &Log<'_>, options: &ImportOptions, run: &mut RunConfi
     let start = options.start.map(marked).or(log.first.reference.map(in_map)).with_context(|| {
         let kind = log.reading.kind;
         format!(
-            "expected --start COLUMN,ROW,HEADING, where the log begins in the map: {kind} lines state no pose"
+            "expected --start COLUMN,ROW,HEADING, where the log begins in the map: {kind} lines do not state a pose"
         )
     });
     let start = start.or_input()?;

@@ -268,7 +268,7 @@ pub fn rows(judged: &Judged) -> Vec<(String, String)> {
     }
     if let Some(ways) = &judged.homotopic {
         let right = ways.values().filter(|homotopic| **homotopic).count();
-        row("ways homotopic to the drawn ones", format!("{right} of {}", ways.len()));
+        row("paths homotopic to the drawn ones", format!("{right} of {}", ways.len()));
     }
     row("estimates", figures.estimates.to_string());
     if let Some(why) = figures.not_aligned {

@@ -165,7 +165,7 @@ impl Page<'_> {
     }
 
     fn faults(&self) -> Markup {
-        let header = ["time", "process", "what", "lasted", "what there is to say"];
+        let header = ["time", "process", "what", "lasted", "details"];
         let row = |fault: &FaultInfo| {
             let lasted =
                 if fault.duration_ms > 0.0 { format!("{:.0} ms", fault.duration_ms) } else { "–".into() };
@@ -253,7 +253,7 @@ impl Page<'_> {
             [&[(*stage).to_owned(), ms.count.to_string()], &figures[..]].concat()
         });
         let of_latencies = ["from … to …", "scans", "median", "99 %", "longest"].map(str::to_owned);
-        let header = ["process", "steps", "mean step", "longest a report, median", "longest of all"];
+        let header = ["process", "steps", "mean step", "longest per report, median", "longest of all"];
         html! {
             @if !log.health.is_empty() {
                 h2 { "Latency and health" }

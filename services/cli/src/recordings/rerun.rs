@@ -77,7 +77,7 @@ fn silence(
         }
     }
     if !absent.is_empty() {
-        why = format!("; of what it reads, the recording has no message of {}", absent.join(", "));
+        why = format!("; the recording has no messages of {}, which it reads", absent.join(", "));
     }
     for rejected in outcome.rejected.list() {
         why = format!("{why}; rejected {rejected}");

@@ -27,7 +27,7 @@ pub fn recover(file: &Path, options: &RecoverOptions) -> Result<Outcome, Failure
             whole::recordings_in(file).or_input()?.iter().map(|path| path.display().to_string()).collect();
         let (folder, names) = (file.display(), names.join(", "));
         return Err(Failure::Input(anyhow!(
-            "{folder}: expected a file, for a folder's are recovered one by one; found {names}"
+            "{folder}: expected a file, because the files of a folder are recovered one by one; found {names}"
         )));
     }
     let copied = recover_file(file, options).map_err(Failure::Plain)?;
@@ -63,18 +63,18 @@ fn tell_lost(copied: &copy::Copied) {
     for lost in &copied.lost {
         let copy::Lost { at, bytes, reason, messages } = lost;
         let held = match messages {
-            None => "how many messages were in it is not known".to_owned(),
-            Some(1) => "one message was in it".to_owned(),
-            Some(messages) => format!("{messages} messages were in it, by the file's index"),
+            None => "it is not known how many messages it contained".to_owned(),
+            Some(1) => "it contained one message".to_owned(),
+            Some(messages) => format!("it contained {messages} messages, according to the file's index"),
         };
         say!("lost: {bytes} bytes from byte {at} on ({reason}); {held}");
     }
     if copied.kept_damaged > 0 {
-        say!("notice: {} chunks with a wrong checksum are in the copy, as asked for", copied.kept_damaged);
+        say!("notice: {} chunks with a wrong checksum are in the copy, as requested", copied.kept_damaged);
     }
     let is_for_checksum = |lost: &copy::Lost| lost.reason.contains("checksum of a chunk");
     if copied.lost.iter().any(is_for_checksum) {
-        say!("notice: --keep-damaged takes over chunks whose checksum is wrong");
+        say!("notice: --keep-damaged copies chunks whose checksum is wrong");
     }
 }
 

@@ -283,7 +283,7 @@ fn unpack_whole(path: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
     match unpack(path, folder)? {
         (unpacked, None) => Ok(unpacked),
         (_, Some(damage)) => bail!(
-            "{}: expected a whole file compressed by zstd, found one that is cut off or damaged ({damage}); \
+            "{}: expected a whole file compressed with zstd, found one that is cut off or damaged ({damage}); \
              `sketchnav recover` copies what can be read",
             path.display()
         ),
@@ -412,7 +412,11 @@ fn of_series(file: &Path) -> Option<PathBuf> {
 fn tell_of_the_others(file: &Path) {
     let others = of_series(file).and_then(|name| Some((series::files(&name).ok()?.len(), name)));
     if let Some((count @ 2.., name)) = others {
-        say!("notice: {} is one of {count} files; {} stands for all of them", file.display(), name.display());
+        say!(
+            "notice: {} is one of {count} files; pass {} to read all of them",
+            file.display(),
+            name.display()
+        );
     }
 }
 

@@ -138,8 +138,8 @@ impl Meetings {
         let hint = figure(rounded_up(1.1 * median_s));
         let [least, median] = [*least_s, median_s].map(figure);
         format!(
-            "the nearest stamps are {least} s apart (median {median} s); --tolerance {hint} takes stamps that near for the \
-             same time"
+            "the nearest stamps are {least} s apart (median {median} s); --tolerance {hint} treats stamps that close as \
+             equal"
         )
     }
 }

@@ -70,7 +70,7 @@ impl Columns {
         let optional = OPTIONAL.map(place);
         ensure!(
             optional[1].is_some() == optional[2].is_some(),
-            "line {line}: expected both of length_m and width_m or none, found {}",
+            "line {line}: expected both length_m and width_m or neither, found {}",
             found()
         );
         Ok(Self { needed, optional, count })
@@ -137,10 +137,10 @@ impl Numbers {
         let mark = text.chars().find(|mark| matches!(mark, '.' | ','));
         match (mark, self.mark) {
             (Some(','), _) if self.separator == b',' => {
-                return Err("; decimal commas need another separator than commas: ; or tabs");
+                return Err("; decimal commas need a separator other than commas: ; or tabs");
             }
-            (Some(','), Some('.')) => return Err("; the numbers before have decimal points"),
-            (Some('.'), Some(',')) => return Err("; the numbers before have decimal commas"),
+            (Some(','), Some('.')) => return Err("; the preceding numbers have decimal points"),
+            (Some('.'), Some(',')) => return Err("; the preceding numbers have decimal commas"),
             _ => {}
         }
         self.mark = self.mark.or(mark);
@@ -163,7 +163,7 @@ fn decoded(bytes: &[u8]) -> anyhow::Result<Cow<'_, [u8]>> {
             let is_text = std::str::from_utf8(bytes).is_ok();
             ensure!(
                 is_text,
-                "expected UTF-8 or UTF-16, found other bytes; of a spreadsheet, save it as CSV in UTF-8"
+                "expected UTF-8 or UTF-16, found other bytes; save a spreadsheet as CSV in UTF-8"
             );
             return Ok(Cow::Borrowed(bytes));
         }
@@ -216,7 +216,7 @@ fn sample(
     let (found, expected) = (used(record), columns.count);
     if found > expected {
         let comma = numbers.separator == b',' && found > expected + 1;
-        let hint = if comma { "; decimal commas need another separator than commas: ; or tabs" } else { "" };
+        let hint = if comma { "; decimal commas need a separator other than commas: ; or tabs" } else { "" };
         bail!("expected {expected} columns, found {found}{hint}");
     }
     let text = |column: usize| record.get(column).unwrap_or_default();
@@ -234,7 +234,7 @@ fn sample(
     let size_m = match (given(length), given(width)) {
         (Some(length), Some(width)) => Some([side("length_m", length)?, side("width_m", width)?]),
         (None, None) => None,
-        _ => bail!("length_m, width_m: expected both numbers or none, found one"),
+        _ => bail!("length_m, width_m: expected both numbers or neither, found one"),
     };
     let body = Body { at, heading_rad: heading_rad.map(f64::to_radians), size_m };
     Ok((name.to_owned(), time_s, body))
@@ -310,13 +310,13 @@ mod tests {
             ),
             (
                 "time_s;object;x_m;y_m\n0,5;a;1;2\n1.5;a;1;2\n",
-                "line 3: time_s: expected a number within ± 1e12, found \"1.5\"; the numbers before have decimal commas",
+                "line 3: time_s: expected a number within ± 1e12, found \"1.5\"; the preceding numbers have decimal commas",
             ),
             (
                 "sep=;\ntime_s;object;x_m;y_m\n0,5;a;1.234,5;2\n",
-                "line 3: x_m: expected a number within ± 1e7, found \"1.234,5\"; the numbers before have decimal commas",
+                "line 3: x_m: expected a number within ± 1e7, found \"1.234,5\"; the preceding numbers have decimal commas",
             ),
-            ("time_s,object,x_m,y_m,width_m\n", "line 1: expected both of length_m and width_m"),
+            ("time_s,object,x_m,y_m,width_m\n", "line 1: expected both length_m and width_m"),
             (&format!("{good}0.1,a,nan,2\n"), "line 3: x_m: expected a number within ± 1e7, found \"nan\""),
             (&format!("{good}0.1,a,1,inf\n"), "line 3: y_m: expected a number within ± 1e7, found \"inf\""),
             (&format!("{good}0.1,a,1,\n"), "line 3: y_m: expected a number within ± 1e7, found \"\""),
@@ -333,7 +333,7 @@ mod tests {
             assert!(error.contains(message), "{error}");
         }
         let latin = format!("{:#}", parse(b"time_s,object,x_m,y_m\n0,K\xfcche,1,2\n").unwrap_err());
-        assert!(latin.contains("found other bytes; of a spreadsheet, save it as CSV in UTF-8"), "{latin}");
+        assert!(latin.contains("found other bytes; save a spreadsheet as CSV in UTF-8"), "{latin}");
     }
 
     mod any {

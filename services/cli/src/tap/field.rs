@@ -133,7 +133,7 @@ fn expected(value: &Value, step: &Step) -> String {
             let names: Vec<_> = fields.keys().map(String::as_str).collect();
             format!("one of {}", names.join(", "))
         }
-        (Value::Array(list), _) if list.is_empty() => "nothing, for the list is empty".to_owned(),
+        (Value::Array(list), _) if list.is_empty() => "nothing, because the list is empty".to_owned(),
         (Value::Array(list), _) => format!("an index from 0 to {}, as [0]", list.len() - 1),
         _ => "the end of the path".to_owned(),
     }

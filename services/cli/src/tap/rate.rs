@@ -219,7 +219,7 @@ impl Figures {
             return match messages {
                 0 => format!("{channel}: no message"),
                 1 => format!("{channel}: 1 message"),
-                _ => format!("{channel}: {messages} messages at one time"),
+                _ => format!("{channel}: {messages} messages, all at the same time"),
             };
         };
         let simulated = self.simulated_rate_hz.map(|rate| format!(", {rate:.2} per simulated second"));
@@ -294,7 +294,7 @@ mod tests {
         assert_eq!(figures.interval_ms.map(|interval| interval.p50), Some(100.0));
         let mut at_once = Recorded::default();
         (0..2).for_each(|_| at_once.hear(7, 1));
-        assert_eq!(at_once.figures("odom").words(), "odom: 2 messages at one time");
+        assert_eq!(at_once.figures("odom").words(), "odom: 2 messages, all at the same time");
         assert_eq!(Recorded::default().figures("odom").words(), "odom: no message");
     }
 

@@ -37,7 +37,7 @@ pub enum AnchorsError {
     #[error("anchors: expected a table [{0}]")]
     Table(String),
     /// The drawing names a place that the floor does not have.
-    #[error("anchors: drawing.{drawing}.{name}: expected a place that floor.{floor} has, too")]
+    #[error("anchors: drawing.{drawing}.{name}: expected a place that floor.{floor} also has")]
     Place {
         /// Name of the drawing.
         drawing: String,
@@ -128,7 +128,7 @@ mod tests {
         let refusal = |drawing, floor| anchors.of(drawing, floor, from_image).unwrap_err().to_string();
         assert_eq!(
             refusal("b", "hall"),
-            "anchors: drawing.b.lamp: expected a place that floor.hall has, too"
+            "anchors: drawing.b.lamp: expected a place that floor.hall also has"
         );
         assert_eq!(refusal("c", "hall"), "anchors: drawing.c.crate: expected finite numbers");
         assert_eq!(refusal("z", "hall"), "anchors: expected a table [drawing.z]");

@@ -107,7 +107,7 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
     sheet.scale_bar(1.0);
     line_of_words(
         &mut sheet,
-        "Dark line: the drawing as the floor has corrected it; dotted where nobody has looked.",
+        "Dark line: the drawing as the floor has corrected it; dotted where the robot has not looked.",
     );
     words(&mut sheet, found);
     sheet.finish()
@@ -175,7 +175,7 @@ fn words(sheet: &mut Sheet, found: &Correspondence) {
         margin if margin >= 0.0 => format!("; the best rival costs {margin:.2} more"),
         _ => String::new(),
     };
-    let key = "Full: seen as wall. Hollow: behind a gap. Grey: no partner. Larger: more of the goal.";
+    let key = "Filled: seen as wall. Hollow: behind a gap. Grey: no partner. Larger: more of the goal.";
     let shares = [found.seen_share, found.hidden_share].map(|share| 100.0 * share);
     let told = format!(
         "{:.0} % of the goal's outline seen, {:.0} % behind gaps; aim: {aim}{margin}.",

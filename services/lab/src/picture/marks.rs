@@ -220,7 +220,7 @@ fn draw_symbol(sheet: &mut Sheet, symbol: Symbol, [x, y]: [f64; 2]) -> &'static 
         Symbol::Contact => "contact",
         Symbol::Marker => "marker",
         Symbol::View => "the camera's view",
-        Symbol::Person => "a person's way",
+        Symbol::Person => "a person's path",
         Symbol::Line(name, _) => name,
     }
 }

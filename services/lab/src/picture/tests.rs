@@ -60,7 +60,7 @@ fn names_cannot_break_the_picture() {
 #[test]
 fn the_floor_shows_every_task_its_end_and_the_scale() {
     let text = floor_of(&[task("0 → 1", TaskMark::Reached), task("1 → 2", TaskMark::Failed)]);
-    for part in ["0 → 1", "1 → 2", ">1 m<", "contact", "furniture", "true way"] {
+    for part in ["0 → 1", "1 → 2", ">1 m<", "contact", "furniture", "true path"] {
         assert!(text.contains(part), "{part}");
     }
     assert!(text.starts_with("<svg") && text.ends_with("</svg>\n"));

@@ -202,7 +202,7 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
         h2 { "Journeys" }
         (page::table(&header.map(str::to_owned), &rows.collect::<Vec<_>>()))
         p.small {
-            "Direct, recovered, unaware: at the goal; by a wrong way in the last case. Cannot locate, lost: the navigator knows. "
+            "Direct, recovered, unaware: at the goal, in the last case by a wrong path. Cannot locate, lost: the navigator knows. "
             "Astray: it believes itself to be at the goal (Park and Kender 1995, 7.2.6)."
         }
         h2 { "Custom maps" }

@@ -85,7 +85,7 @@ pub fn moments(recording: &Recording, log: &Log) -> anyhow::Result<Markup> {
         let Some(estimate) = log.estimates[..end].last() else { continue };
         let trail: Vec<_> = log.estimates[..end].iter().map(|e| e.pose.pose().position()).collect();
         figures.push(picture::moment(&Moment {
-            title: &format!("{:.0} s: particles, the way so far, the plan", seconds(until)),
+            title: &format!("{:.0} s: particles, the path so far, the plan", seconds(until)),
             width_px: map.width_px,
             height_px: map.height_px,
             cells,
@@ -136,7 +136,7 @@ pub fn correspondences(run: &RunConfig, files: &dyn Files, log: &Log) -> anyhow:
     }
     Ok(html! {
         h2 { "What in the drawing corresponds to what was seen" }
-        p { "A piece of the drawing's outline and its partner have one colour. Green cross: the goal. Red cross: where the best rival has it." }
+        p { "A piece of the drawing's outline and its partner have the same colour. Green cross: the goal. Red cross: where the best rival places it." }
         div.pictures { @for svg in &figures { figure { (PreEscaped(svg)) } } }
     })
 }

@@ -49,7 +49,9 @@ impl Hold {
     fn status(self) -> Option<(TaskState, &'static str)> {
         match self {
             Self::Paused => Some((TaskState::Paused, "stopped by a person")),
-            Self::Unattended => Some((TaskState::Paused, "stopped: the link to whoever drives was lost")),
+            Self::Unattended => {
+                Some((TaskState::Paused, "stopped: the link to the page that drives was lost"))
+            }
             Self::Aborted => Some((TaskState::Aborted, ABORTED)),
             Self::Lost | Self::Asks => None,
         }
@@ -388,7 +390,7 @@ impl Agenda {
             self.end(TaskState::Lost, reason);
         } else {
             self.now.held = Some(Hold::Lost);
-            self.report(TaskState::Paused, format_args!("lost, waits for help: {reason}"));
+            self.report(TaskState::Paused, format_args!("lost, waiting for help: {reason}"));
         }
     }
 
@@ -507,7 +509,7 @@ mod tests {
     fn a_robot_that_is_lost_waits_for_help_where_there_are_people() {
         let mut agenda = driving(Pad::Watches);
         agenda.lose("no door");
-        assert!(agenda.is_held() && agenda.now.reason.as_str() == "lost, waits for help: no door");
+        assert!(agenda.is_held() && agenda.now.reason.as_str() == "lost, waiting for help: no door");
         assert_eq!((agenda.now.phase, agenda.now.state), (Phase::Driving, TaskState::Paused.code()));
         agenda.obey(Order::Resume);
         assert!(agenda.is_driving() && !agenda.is_held());

@@ -131,7 +131,11 @@ impl CorridorMission {
         let wrong = |key: String, expected, found: String| MissionError::Value { key, expected, found };
         if let Some(file) = rules_file.as_ref().filter(|_| method == Method::Corridor) {
             let expected = "a method that drives by rules, as qtc-b, argd and combined do";
-            return Err(wrong("navigator.rules_file".into(), expected, format!("{file:?} beside corridor")));
+            return Err(wrong(
+                "navigator.rules_file".into(),
+                expected,
+                format!("{file:?} together with corridor"),
+            ));
         }
         let tasks = mission.task.iter().enumerate().map(|(i, task)| CorridorTask::of(i + 1, task, method));
         Ok(Self { method, rules_file, tasks: tasks.collect::<Result<_, _>>()? })

@@ -306,7 +306,7 @@ impl Planner {
                 }
             }
             Next::End => self.agenda.end(TaskState::Reached, "the corridor ends here"),
-            Next::Blocked => self.agenda.end(TaskState::Blocked, "no way leads on"),
+            Next::Blocked => self.agenda.end(TaskState::Blocked, "found no way ahead"),
         }
     }
 
@@ -359,7 +359,7 @@ impl std::fmt::Display for Words {
             Reason::Waiting => "something closes the corridor",
             Reason::Turning(Turn::Left) => "turning left",
             Reason::Turning(Turn::Right) => "turning right",
-            Reason::Turning(Turn::Straight) | Reason::Back => "back, out of a dead end",
+            Reason::Turning(Turn::Straight) | Reason::Back => "driving back out of a dead end",
         })
     }
 }

@@ -65,7 +65,7 @@ pub enum Error {
     #[error("expected at least one closed outline as a landmark, found none")]
     NoObjects,
     /// The outline of an object crosses itself.
-    #[error("{object}: expected an outline that does not cross itself, it does at ({:.0}, {:.0})", at.x, at.y)]
+    #[error("{object}: expected an outline that does not cross itself, found a crossing at ({:.0}, {:.0})", at.x, at.y)]
     OutlineCrossesItself {
         /// Name of the object.
         object: String,
@@ -73,7 +73,7 @@ pub enum Error {
         at: Pixel,
     },
     /// Two objects overlap.
-    #[error("expected objects apart, {first} and {second} cross at ({:.0}, {:.0})", at.x, at.y)]
+    #[error("expected separate objects, found that {first} and {second} cross at ({:.0}, {:.0})", at.x, at.y)]
     ObjectsCross {
         /// Name of one object.
         first: String,
@@ -83,7 +83,7 @@ pub enum Error {
         at: Pixel,
     },
     /// The route passes through an object.
-    #[error("expected a route past objects, it enters {object} at ({:.0}, {:.0})", at.x, at.y)]
+    #[error("expected a route past objects, found one that enters {object} at ({:.0}, {:.0})", at.x, at.y)]
     RouteThroughObject {
         /// Name of the object.
         object: String,

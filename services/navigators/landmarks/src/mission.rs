@@ -117,13 +117,17 @@ impl LandmarksMission {
         let markers: BTreeMap<_, _> =
             markers.into_iter().map(|(label, numbers)| (label, numbers.list())).collect();
         if method != Method::Belief && !markers.is_empty() {
-            return wrong("markers", "them with method \"belief\" only", "them with another one".into());
+            return wrong(
+                "markers",
+                "markers only with method \"belief\"",
+                "them with another method".into(),
+            );
         }
         let mut owners = BTreeMap::new();
         for (label, numbers) in &markers {
             for number in numbers {
                 if let Some(other) = owners.insert(number, label) {
-                    let found = format!("marker {number} on {other:?}, too");
+                    let found = format!("marker {number} also on {other:?}");
                     return wrong(&format!("markers.{label}"), "markers of this object only", found);
                 }
             }
@@ -153,11 +157,11 @@ impl LandmarksMission {
             }
             (None, Some(_)) if canvas_m.or(route_step_m).is_some() => {
                 let key = if canvas_m.is_some() { "canvas_m" } else { "route_step_m" };
-                return wrong(key, "it beside a drawing only", "it beside route_file".into());
+                return wrong(key, "this key only with a drawing", "it together with route_file".into());
             }
             (None, Some(file)) => Given::Words(file),
-            (None, None) => return wrong("drawing", "it or route_file", "neither".into()),
-            (Some(_), Some(_)) => return wrong("drawing", "it or route_file", "both".into()),
+            (None, None) => return wrong("drawing", "drawing or route_file", "neither".into()),
+            (Some(_), Some(_)) => return wrong("drawing", "drawing or route_file", "both".into()),
         };
         Ok(Self { method, given, markers })
     }
@@ -288,10 +292,10 @@ mod tests {
     #[test]
     fn errors_name_the_key() {
         for (change, words) in [
-            (("drawing='s.json'", ""), "navigator.drawing: expected it or route_file, found neither"),
+            (("drawing='s.json'", ""), "navigator.drawing: expected drawing or route_file, found neither"),
             (
                 ("drawing=", "route_file='r.txt'\ndrawing="),
-                "navigator.drawing: expected it or route_file, found both",
+                "navigator.drawing: expected drawing or route_file, found both",
             ),
             (
                 ("drawing='s.json'", "route_file='r.txt'"),
@@ -304,17 +308,17 @@ mod tests {
             ),
             (
                 ("drawing='s.json'", "method='chronis-2007'\nroute_file='r.txt'\nroute_step_m=0.5"),
-                "navigator.route_step_m: expected it beside a drawing only",
+                "navigator.route_step_m: expected this key only with a drawing",
             ),
             (("drawing=", "method='best'\ndrawing="), "navigator.method: unknown variant `best`"),
             (("drawing=", "metres=1\ndrawing="), "navigator: unknown field `metres`"),
             (
                 ("drawing=", "markers={desk=3,box=[2,3]}\ndrawing="),
-                "navigator.markers.desk: expected markers of this object only, found marker 3 on \"box\", too",
+                "navigator.markers.desk: expected markers of this object only, found marker 3 also on \"box\"",
             ),
             (
                 ("drawing=", "method='chronis-2007'\nmarkers={desk=3}\ndrawing="),
-                "navigator.markers: expected them with method \"belief\" only",
+                "navigator.markers: expected markers only with method \"belief\"",
             ),
             (
                 ("drawing=", "markers={desk='a'}\ndrawing="),

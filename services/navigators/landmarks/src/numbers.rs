@@ -21,7 +21,7 @@ pub fn above_0(numbers: Named<'_>) -> Result<(), Error> {
 /// # Errors
 /// [`Error::Number`] with the first number that is negative, is NaN, or is greater than 1000000.
 pub fn from_0_on(numbers: Named<'_>) -> Result<(), Error> {
-    find(numbers, "a number from 0 on, at most 1000000", |number| number >= 0.0)
+    find(numbers, "a number from 0 to 1000000", |number| number >= 0.0)
 }
 
 /// Adds the name of the surrounding table to the error of a check.

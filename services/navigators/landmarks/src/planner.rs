@@ -167,7 +167,7 @@ impl Planner {
             }
             Some(End::Lost(why)) => self.agenda.lose(why),
             None if self.course.standing_s > self.parameters.blocked_s => {
-                self.agenda.end(TaskState::Blocked, "no way past what is in front");
+                self.agenda.end(TaskState::Blocked, "found no way past the obstacle ahead");
             }
             None => {
                 let about = About { next: self.course.next, command: self.about() };
@@ -194,7 +194,7 @@ impl Planner {
                 }
             }
             Some(Driver::Belief { .. }) if number > 0 => {
-                self.agenda.lose("a belief knows no states; lead the robot there, resume without one");
+                self.agenda.lose("a belief has no states; lead the robot there, resume without a number");
             }
             Some(Driver::Belief { guide, .. }) => guide.look_again(),
             Some(Driver::States(_)) | None => {}
@@ -302,7 +302,9 @@ enum Lost {
 impl std::fmt::Display for Lost {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::State(number) => write!(f, "state {} did not come in twice the time", number + 1),
+            Self::State(number) => {
+                write!(f, "state {} was not matched within twice the expected time", number + 1)
+            }
             Self::NoGoal => f.write_str("no object where the route ends"),
             Self::Fit(fit) => write!(f, "only {:.0} % of what is seen fits the sketch", 100.0 * fit),
         }

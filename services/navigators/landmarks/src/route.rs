@@ -222,8 +222,8 @@ impl Route {
         for (i, state) in self.states.iter().enumerate() {
             if state.relations.iter().any(|relation| relation.object >= self.objects.len()) {
                 return wrong(
-                    "relations of objects that are listed",
-                    format!("another one in state {}", i + 1),
+                    "relations of listed objects",
+                    format!("an unlisted object in state {}", i + 1),
                 );
             }
             if state.relations.len() > MAX_RELATIONS {
@@ -237,7 +237,7 @@ impl Route {
             return wrong("an object in each state", format!("none in state {}", i + 2));
         }
         match self.states[..self.states.len() - 1].iter().position(|state| state.command == Command::Stop) {
-            Some(i) => wrong("\"stop\" as the last command only", format!("it in state {}", i + 1)),
+            Some(i) => wrong("\"stop\" only as the last command", format!("it in state {}", i + 1)),
             None => Ok(()),
         }
     }

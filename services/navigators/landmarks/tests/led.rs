@@ -104,7 +104,7 @@ fn said(status: &MissionStatus) -> (u32, &str) {
 fn a_robot_that_is_lost_goes_on_from_the_state_that_it_was_led_to() {
     let mut drive = Drive::begin(Pad::Watches);
     let lost = drive.until_it_stands();
-    let reason = "lost, waits for help: state 2 did not come in twice the time";
+    let reason = "lost, waiting for help: state 2 was not matched within twice the expected time";
     assert_eq!(said(&lost), (TaskState::Paused.code(), reason));
     assert_eq!(said(&drive.step()), (TaskState::Paused.code(), reason), "it stands");
     assert_eq!(drive.turns_left(), 0.0);
@@ -130,7 +130,7 @@ fn a_state_that_there_is_not_is_answered_with_those_that_there_are() {
     for number in [4, 9] {
         drive.order(Order::Resume, number);
         let told = drive.step();
-        let expected = format!("lost, waits for help: expected a state from 1 to 3, found {number}");
+        let expected = format!("lost, waiting for help: expected a state from 1 to 3, found {number}");
         assert_eq!(said(&told), (TaskState::Paused.code(), &expected[..]));
     }
 }

@@ -141,7 +141,7 @@ impl Sitting {
     pub fn begin(&mut self, Begin { code, age }: Begin) -> Result<(), Refusal> {
         let code = code.trim().to_lowercase();
         if let Some(other) = self.code().filter(|other| *other != code) {
-            return Err(Refusal::NotNow(format!("expected that nobody takes part, found {other}")));
+            return Err(Refusal::NotNow(format!("expected no participant yet, found {other}")));
         }
         let participant = Participant { code: code.clone(), age, sheet: Orientation::Landscape };
         participant.check().map_err(malformed)?;
@@ -239,7 +239,7 @@ impl Sitting {
 
     fn not_now(&self, expected: &str) -> Refusal {
         let found = match self.stage() {
-            Stage::Welcome => "nobody has begun",
+            Stage::Welcome => "no participant has begun",
             Stage::Draw => "the participant draws",
             Stage::Driven => "the drive has begun",
             Stage::Done => "the participant has finished",

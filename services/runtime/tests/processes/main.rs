@@ -72,7 +72,7 @@ fn observers_leave_the_pipeline_its_places() {
     let join = || stage.join("crowd", Process::Observer, &[]);
     let mut observers: Vec<_> = (0..7).map(|_| join()).collect();
     let answers: Vec<_> = observers.iter_mut().map(|observer| observer.tell("open scan-reader")).collect();
-    let refused = "error channel \"scan\" of system \"crowd\": 5 observers read it, and no more may; end one of them \
+    let refused = "error channel \"scan\" of system \"crowd\": 5 observers read it already, which is the maximum; end one of them \
                    (echo, hz, top) and try again";
     assert_eq!(answers, ["done", "done", "done", "done", "done", refused, refused]);
     for process in [Process::Localizer, Process::Planner, Process::Recorder] {

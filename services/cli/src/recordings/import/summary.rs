@@ -72,12 +72,14 @@ impl Summary {
     ) -> Self {
         let lines = imported.left_out.iter().map(|left| Why { line: left.line, why: left.why.to_string() });
         let readings = imported.unreadable.iter().map(|(line, count)| {
-            let why = format!("{count} readings that are no distance; the others of the scan are read");
+            let why = format!("{count} readings that are not distances; the rest of each scan is read");
             Why { line: *line, why }
         });
         let scans = imported.scans;
         let clock = |count: u64, what: &str| {
-            format!("the log's clock {what} {count} times: these scans follow the one before without a pause")
+            format!(
+                "the log's clock {what} {count} times: these scans follow the previous one without a pause"
+            )
         };
         let goes_back = Some(imported.clock_goes_back).filter(|count| *count > 0);
         let stands =

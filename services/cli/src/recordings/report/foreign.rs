@@ -51,7 +51,7 @@ fn body(recording: &Recording, info: &Info, ways: &[Way]) -> Markup {
     let said = |text: &str| if text.is_empty() { "–".to_owned() } else { text.to_owned() };
     html! {
         h1 { (name(recording)) }
-        @if !info.clean_end { p.notice { "The recording is cut off: what follows is of a part of it." } }
+        @if !info.clean_end { p.notice { "The recording is cut off: what follows covers only part of it." } }
         @for note in &info.notes { p.notice { (note) } }
         @for note in ways.iter().filter_map(Way::notice) { p.notice { (note) } }
         p.facts {

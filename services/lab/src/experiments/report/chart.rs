@@ -91,7 +91,7 @@ pub fn endings(bars: &[Bar]) -> Markup {
                 }
             }
         }
-        p.small { "Known: of the failed tasks those that the robot itself ended as lost or blocked, instead of claiming to be there." }
+        p.small { "Known: failed tasks that the robot itself ended as lost or blocked, instead of claiming to have arrived." }
     }
 }
 

@@ -311,7 +311,7 @@ impl Reader {
     fn at_least(&mut self, low: f64, most: f64) -> Result<f64, Error> {
         let is_below = self.words.peek().parse::<f64>().is_ok_and(|high| high < low);
         if is_below {
-            Err(self.words.error(&format!("a number from {low} on"), &[]))
+            Err(self.words.error(&format!("a number of at least {low}"), &[]))
         } else {
             self.words.number(2.0 * most)
         }

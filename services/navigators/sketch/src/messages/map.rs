@@ -37,7 +37,7 @@ impl SketchMap {
     pub fn grid(&self, cells: &[u8], spare: OccupancyGrid) -> Result<OccupancyGrid, Ros2Error> {
         let size = u64::from(self.width_px) * u64::from(self.height_px);
         let count = cells.len() as u64;
-        expect(size == count, "cells", "width_px × height_px cells behind the message", count)?;
+        expect(size == count, "cells", "width_px × height_px cells after the message", count)?;
         let info = MapMetaData {
             map_load_time: Time { sec: 0, nanosec: 0 },
             resolution: 1.0,

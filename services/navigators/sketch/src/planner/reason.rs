@@ -64,7 +64,7 @@ impl fmt::Display for Help {
         f.write_str("tap where it is; ")?;
         match self.0 {
             Reason::Astray(on_way_s, drawn_m) => {
-                write!(f, "{on_way_s:.0} s on a drawn way of {drawn_m:.0} m")
+                write!(f, "{on_way_s:.0} s on a drawn path of {drawn_m:.0} m")
             }
             Reason::Doubted(jumps, fit) => write!(f, "the scans fit badly ({fit:.1}), {jumps} jumps"),
             reason => write!(f, "{reason}"),
@@ -86,7 +86,7 @@ impl fmt::Display for Reason {
             Self::NoRoute => f.write_str("waiting for the route"),
             Self::NoPose => f.write_str("waiting for the localizer"),
             Self::Arrived(m) => write!(f, "{m:.2} m from the goal"),
-            Self::NearEnough(m) => write!(f, "{m:.2} m from the goal, no way leads nearer"),
+            Self::NearEnough(m) => write!(f, "{m:.2} m from the goal, no path leads closer"),
             Self::LookingAround => f.write_str("at the goal, it seems: looking around to be sure"),
             Self::Doubted(jumps, fit) => {
                 f.write_str("at the goal, it seems, but the estimate ")?;
@@ -100,22 +100,22 @@ impl fmt::Display for Reason {
             Self::Detour => f.write_str("going around something that is not in the drawing"),
             Self::Recovering(n) => write!(f, "no progress: backing up and looking around ({n})"),
             Self::Shut(p, n) => {
-                write!(f, "no way past ({:.0}, {:.0}) px, {n} attempts: the laser sees it shut", p.x, p.y)
+                write!(f, "no way past ({:.0}, {:.0}) px, {n} attempts: the laser sees it blocked", p.x, p.y)
             }
             Self::NoDrawnWay(p) => {
                 write!(f, "the drawing shows no way to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
             }
-            Self::Lost(s) => write!(f, "the scans fit nowhere near for {s:.0} s"),
-            Self::Surveying => f.write_str("turning to see what is all around"),
+            Self::Lost(s) => write!(f, "the scans have fitted nowhere nearby for {s:.0} s"),
+            Self::Surveying => f.write_str("turning to look all around"),
             Self::Comparing => f.write_str("comparing the walls seen with the drawing"),
-            Self::Exploring(Aim::Goal) => f.write_str("to where the walls seen have the goal"),
-            Self::Exploring(Aim::Gap) => f.write_str("to a gap that must lead to the goal"),
-            Self::Exploring(Aim::Rival) => f.write_str("to where the goal may lie as well, to be sure"),
-            Self::Matched(evidence) => write!(f, "the walls seen have the goal here: {evidence}"),
+            Self::Exploring(Aim::Goal) => f.write_str("driving to where the walls seen put the goal"),
+            Self::Exploring(Aim::Gap) => f.write_str("driving to a gap that must lead to the goal"),
+            Self::Exploring(Aim::Rival) => f.write_str("driving to where the goal may also be, to be sure"),
+            Self::Matched(evidence) => write!(f, "the walls seen put the goal here: {evidence}"),
             Self::Astray(on_way_s, drawn_m) => {
                 write!(
                     f,
-                    "on the way for {on_way_s:.0} s where the drawing shows {drawn_m:.0} m: this must be elsewhere"
+                    "under way for {on_way_s:.0} s where the drawing shows {drawn_m:.0} m: this must be elsewhere"
                 )
             }
             Self::Asks(count, margin) => {
@@ -170,7 +170,7 @@ mod tests {
             assert_eq!(Text::<96>::of(reason).as_str(), reason.to_string());
         }
         for reason in [Reason::Lost(9999.0), Reason::Astray(99_999.0, 999.0), Reason::Doubted(1234, -12.0)] {
-            let words = format!("lost, waits for help: {}", Help(reason));
+            let words = format!("lost, waiting for help: {}", Help(reason));
             assert_eq!(Text::<96>::new(&words).as_str(), words);
         }
     }

@@ -121,7 +121,7 @@ impl fmt::Display for Doubt {
                 at(start)
             ),
             Self::OnlyFrame => {
-                write!(f, "nothing is drawn but along the page's edge, as a frame is: are walls missing?")
+                write!(f, "nothing is drawn except a frame along the page's edge: are walls missing?")
             }
             Self::LittleInk { share } => write!(
                 f,

@@ -46,7 +46,7 @@ pub(crate) fn text<'a>(bytes: &'a [u8], broken: &Broken) -> Result<Cow<'a, str>,
     if is_garbled {
         let name = encoding.name();
         let reason =
-            format!("its bytes are not {name}; save it as UTF-8, or have its first line say the encoding");
+            format!("its bytes are not {name}; save it as UTF-8, or state the encoding in its first line");
         return Err(broken.decode("text", reason));
     }
     Ok(text)

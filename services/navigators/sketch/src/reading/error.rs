@@ -86,7 +86,7 @@ pub enum SketchError {
         file: String,
     },
     /// Marks arrived before there was a drawing.
-    #[error("expected a drawing before what is marked in it, found none")]
+    #[error("expected a drawing before the marks in it, found none")]
     NoSketch,
     /// The drawing is neither a sketch nor a route.
     #[error("kind: expected 1 (sketch) or 2 (route), found {found}")]
@@ -95,14 +95,14 @@ pub enum SketchError {
         found: u32,
     },
     /// The drawing has repeatedly crashed the sketcher.
-    #[error("expected a drawing that can be read, found one by which the sketcher ended {attempts} times")]
+    #[error("expected a drawing that can be read, found one that crashed the sketcher {attempts} times")]
     Fatal {
         /// Number of attempts to read the drawing.
         attempts: u32,
     },
     /// Neither the mission nor the drawing says where the robot starts.
     #[error(
-        "navigator.start: expected the start in image pixels of {file}, found none in mission or drawing"
+        "navigator.start: expected the start in image pixels of {file}, found none in the mission or the drawing"
     )]
     NoStart {
         /// The drawing.
@@ -110,7 +110,7 @@ pub enum SketchError {
     },
     /// Nothing gives the robot's heading at the start.
     #[error(
-        "navigator.start_heading_deg: expected degrees, or a drawn route as first task that leads more than {threshold_px:.0} px away; found neither"
+        "navigator.start_heading_deg: expected degrees, or a drawn route as the first task that leads more than {threshold_px:.0} px away; found neither"
     )]
     NoHeading {
         /// Distance from its start that a route must reach to give the heading, in image pixels.
@@ -143,7 +143,7 @@ pub enum SketchError {
         nearest: [f64; 2],
     },
     /// A position cannot be reached over free cells.
-    #[error("{what} at ({:.0}, {:.0}) of {file}: expected a free way from the start at ({:.0}, {:.0}), found walls all around; the nearest place with a way is ({:.0}, {:.0}): move it there, or draw a door", place[0], place[1], start[0], start[1], nearest[0], nearest[1])]
+    #[error("{what} at ({:.0}, {:.0}) of {file}: expected a free path from the start at ({:.0}, {:.0}), found walls all around; the nearest reachable place is ({:.0}, {:.0}): move it there, or draw a door", place[0], place[1], start[0], start[1], nearest[0], nearest[1])]
     Unreachable {
         /// The task.
         what: String,
@@ -204,25 +204,25 @@ const OTHERS: [((usize, &[u8]), &str); 11] = [
     ((4, b"ftyphei"), "a HEIC photo"),
     ((4, b"ftypmif1"), "a HEIF photo"),
     ((4, b"ftypavif"), "an AVIF picture"),
-    ((0, b"AC10"), "a drawing of AutoCAD (DWG)"),
+    ((0, b"AC10"), "an AutoCAD drawing (DWG)"),
     ((0, b"8BPS"), "a Photoshop file"),
-    ((0, b"gimp xcf"), "a file of GIMP (XCF)"),
+    ((0, b"gimp xcf"), "a GIMP file (XCF)"),
     ((0, b"PK\x03\x04"), "a ZIP archive, as many drawing programs save in"),
 ];
 
 /// Root elements of XML files other than SVG, with a name for each kind of file.
 const ROOTS: [(&str, &str); 5] = [
-    ("xournal", "a note of Xournal++"),
-    ("mxfile", "a drawing of draw.io"),
-    ("mxGraphModel", "a drawing of draw.io"),
+    ("xournal", "a Xournal++ note"),
+    ("mxfile", "a draw.io drawing"),
+    ("mxGraphModel", "a draw.io drawing"),
     ("html", "a web page"),
-    ("diagram", "a drawing of Dia"),
+    ("diagram", "a Dia drawing"),
 ];
 
 /// Strings that identify JSON from other programs, with a name for each kind of file.
 const OTHER_JSON: [(&str, &str); 3] = [
-    ("\"excalidraw\"", "a drawing of Excalidraw"),
-    ("\"tldrawFileFormatVersion\"", "a drawing of tldraw"),
+    ("\"excalidraw\"", "an Excalidraw drawing"),
+    ("\"tldrawFileFormatVersion\"", "a tldraw drawing"),
     ("\"FeatureCollection\"", "GeoJSON"),
 ];
 /// Number of bytes at the beginning of a file that are searched for signs of another program.
@@ -285,7 +285,7 @@ impl Broken<'_> {
             return SketchError::Empty { file: self.file() };
         }
         if bytes.starts_with(b"version https://git-lfs") {
-            let found = "a pointer of Git LFS in the place of the file; `git lfs pull` fetches it";
+            let found = "a Git LFS pointer instead of the file; `git lfs pull` fetches the file";
             return SketchError::Unsupported { file: self.file(), found: found.to_owned() };
         }
         if let Some((_, kind)) =

@@ -75,8 +75,8 @@ impl LeftOut {
 impl fmt::Display for LeftOut {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Labels(1) => write!(f, "one text: labels are no walls"),
-            Self::Labels(count) => write!(f, "{count} texts: labels are no walls"),
+            Self::Labels(1) => write!(f, "one text: labels are not walls"),
+            Self::Labels(count) => write!(f, "{count} texts: labels are not walls"),
             Self::Picture { element, found } => {
                 write!(
                     f,
@@ -103,18 +103,18 @@ impl fmt::Display for LeftOut {
             ),
             Self::Effect(element) => write!(
                 f,
-                "{element}: its filter, mask, clip path or gradient leaves nothing of it; a straight line has no box that one could \
-                 be fitted to: remove it, or use units of userSpaceOnUse"
+                "{element}: its filter, mask, clip path or gradient leaves nothing of it; a straight line has no bounding box \
+                 to fit them to: remove it, or use units of userSpaceOnUse"
             ),
             Self::Clip { element, found } => {
-                write!(f, "{found} of {element}: it is not worked out, and what it would hide is drawn")
+                write!(f, "{found} of {element}: it is not supported, and what it would hide is drawn")
             }
             Self::Width { element, times } => write!(
                 f,
                 "the vector-effect of {element}: its stroke is drawn {times:.1} times as wide; remove it, and state the width"
             ),
             Self::Foreign(element) => {
-                write!(f, "the shapes in {element}: it holds another document; move them out of it")
+                write!(f, "the shapes in {element}: it contains another document; move them out of it")
             }
             Self::Points { element, found } => {
                 write!(f, "the shape of {element} from {found:?} on: expected commands with numbers")
@@ -122,7 +122,7 @@ impl fmt::Display for LeftOut {
             Self::Variables(element) => {
                 write!(f, "the custom properties of {element}: what it refers to is drawn without them")
             }
-            Self::Rules(rules) => write!(f, "the rules of {rules}: whether they hold is not known"),
+            Self::Rules(rules) => write!(f, "the rules of {rules}: it is not known whether they apply"),
         }
     }
 }

@@ -220,7 +220,7 @@ fn what_cannot_be_is_refused_with_its_name_and_place() {
         ),
         (
             placed(start, far),
-            "task 2 (kitchen): goal at (10, 10) of pad.json: expected a free way from the start at (100, 100)",
+            "task 2 (kitchen): goal at (10, 10) of pad.json: expected a free path from the start at (100, 100)",
         ),
         (placed(start, vec![]), "task: expected 1 to 64, found 0"),
         (placed(start, vec![task("empty", &[])]), "points of all tasks: expected 1 to 8192, found 0"),
@@ -257,7 +257,10 @@ fn pages_without_walls_or_space_are_refused() {
         "shapes of SVG that all have the colour of the paper, or nearly so: draw the walls darker"
     );
     let text = found(&svg("<text>kitchen</text><image href='plan.png'/>"));
-    assert!(text.contains("the file \"plan.png\"; embed it as PNG; one text: labels are no walls"), "{text}");
+    assert!(
+        text.contains("the file \"plan.png\"; embed it as PNG; one text: labels are not walls"),
+        "{text}"
+    );
     let card = GrayImage::from_pixel(200, 120, Luma([240]));
     let picture = found(&svg(&picture(&encoded(&card, ImageFormat::Png))));
     assert_eq!(picture, "a picture of one tone inside an SVG");
@@ -275,10 +278,7 @@ fn what_is_no_drawing_is_refused() {
         (&b"II*\0....."[..], "found a TIFF; export it as PNG"),
         (b"\0\0\0\x18ftypheix", "found a HEIC photo"),
         (b"gimp xcf v011\0", "found a file of GIMP (XCF); export it as PNG"),
-        (
-            b"version https://git-lfs.github.com/spec/v1\n",
-            "found a pointer of Git LFS in the place of the file",
-        ),
+        (b"version https://git-lfs.github.com/spec/v1\n", "found a Git LFS pointer instead of the file"),
         (br#"{"type":"excalidraw","version":2}"#, "found a drawing of Excalidraw; export it as SVG or PNG"),
         (b"\x00\x00\x01\x00", r#"found a file that begins with "\x00\x00\x01\x00""#),
         (b"%PDF-1.7", "found a PDF"),

@@ -115,7 +115,7 @@ fn where_nobody_answers_the_arrival_is_believed() {
     let mut alone = self::drive(Pad::Absent);
     let status = alone.until("the end", |status| status.state >= TaskState::Reached.code());
     assert_eq!(status.state, TaskState::Reached.code());
-    assert!(status.reason.as_str().starts_with("the walls seen have the goal here: margin"), "{status:?}");
+    assert!(status.reason.as_str().starts_with("the walls seen put the goal here: margin"), "{status:?}");
     assert!(alone.sent.get(QUESTION.spec).is_none());
 }
 
@@ -168,7 +168,7 @@ fn a_lost_robot_waits_until_it_is_told_where_it_is() {
     );
     drive.tracking = Tracking::Lost;
     let (status, question) = asked(&mut drive);
-    let expected = "lost, waits for help: tap where it is; the scans fit nowhere near for 20 s";
+    let expected = "lost, waiting for help: tap where it is; the scans have fitted nowhere nearby for 20 s";
     assert_eq!((status.reason.as_str(), question.kind), (expected, QuestionKind::Where.code()));
     assert_eq!(question.places().len(), 0);
     drive.tracking = Tracking::Tracking;

@@ -34,7 +34,7 @@ fn drive() -> Drive {
 fn it_finds_the_arms_of_a_bent_drawing() {
     let outcome = drive().run(400.0);
     assert_eq!(outcome.states(), [Reached, Reached, Finished], "{:?}", outcome.ends);
-    assert!(outcome.ends[0].1.starts_with("the walls seen have the goal here"), "{:?}", outcome.ends);
+    assert!(outcome.ends[0].1.starts_with("the walls seen put the goal here"), "{:?}", outcome.ends);
     assert!(outcome.closest_m > 0.0);
     let nearest_m = |x: f64, y: f64| {
         outcome.way.iter().map(|at| (at[0] - x).hypot(at[1] - y)).fold(f64::INFINITY, f64::min)

@@ -114,7 +114,7 @@ fn new_tasks_come_when_it_does_not_drive() {
     table.route(2, 1, &[NEAR, FAR]);
     assert_eq!(table.step().0.task_count, 1, "not while it drives");
     table.order(Order::Unattended);
-    assert_eq!(table.reason(), "stopped: the link to whoever drives was lost");
+    assert_eq!(table.reason(), "stopped: the link to the page that drives was lost");
     table.route(3, 1, &[NEAR, FAR]);
     let status = table.step().0;
     assert_eq!((status.task_count, status.state), (2, TaskState::Waiting.code()));

@@ -50,7 +50,7 @@ impl<'a, 'input> Count<'a, 'input> {
             return Ok(known);
         }
         if depth > MOST_DEPTH {
-            let limit = format!("{MOST_DEPTH} elements of SVG inside each other, references included");
+            let limit = format!("{MOST_DEPTH} SVG elements inside each other, references included");
             return Err(TooMuch { limit, found: format!("more around {}", name(node)) });
         }
         self.counts[at] = Some(0.0);

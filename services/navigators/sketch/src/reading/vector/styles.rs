@@ -207,14 +207,22 @@ impl<'a> Styles<'a> {
         Ok(())
     }
 
-    /// Refuses a length that cannot be read, because the renderer would not draw its shape.
-    fn check_length(&self, node: Node, key: &str, value: &str, scope: &Scope) -> Result<(), SketchError> {
+    /// Returns the value of an attribute, with a length of a shape as the renderer reads it. Refuses a length that cannot be
+    /// read, because the renderer would not draw its shape.
+    fn length<'v>(
+        &self,
+        node: Node,
+        key: &str,
+        value: &'v str,
+        scope: &Scope,
+    ) -> Result<Cow<'v, str>, SketchError> {
         if scope.is_hidden || !LENGTHS.contains(&key) || !SHAPES.contains(&node.tag_name().name()) {
-            return Ok(());
+            return Ok(Cow::Borrowed(value));
         }
         match check(Kind::Distance, value.trim()) {
+            Checked::Valid(text) => Ok(Cow::Owned(text)),
+            Checked::Invalid => Ok(Cow::Borrowed(value)),
             Checked::Unreadable(reason) => Err(self.unreadable(located(node), key, value, &reason)),
-            _ => Ok(()),
         }
     }
 
@@ -283,7 +291,7 @@ impl<'a> Styles<'a> {
                 Checked::Valid(text) => return Ok(Some(text)),
                 Checked::Unreadable(reason) => _ = trouble.get_or_insert((*value, reason)),
                 Checked::Invalid if is_missed(kind, property, scope) => {
-                    _ = trouble.get_or_insert((*value, "it is no colour of CSS".to_owned()));
+                    _ = trouble.get_or_insert((*value, "it is not a CSS colour".to_owned()));
                 }
                 Checked::Invalid => {}
             }
@@ -343,7 +351,7 @@ struct Walk<'a, 'input> {
 impl Walk<'_, '_> {
     fn element(&mut self, node: Node, scope: &Scope, depth: usize) -> Result<(), SketchError> {
         if depth > MOST_DEPTH {
-            let limit = format!("{MOST_DEPTH} elements of SVG inside each other, references included");
+            let limit = format!("{MOST_DEPTH} SVG elements inside each other, references included");
             return Err(self.styles.broken.too_large(limit, format!("more around {}", name(node))));
         }
         let tag = node.tag_name().name();
@@ -394,9 +402,9 @@ impl Walk<'_, '_> {
                 None | Some(SVG)
                     if ["style", "class"].contains(&key) || is_presentation(key) || overridden => {}
                 None | Some(SVG) => {
-                    self.styles.check_length(node, key, value, scope)?;
-                    self.check_points(node, key, value, scope);
-                    self.attribute(key, value)?;
+                    let value = self.styles.length(node, key, value, scope)?;
+                    self.check_points(node, key, &value, scope);
+                    self.attribute(key, &value)?;
                 }
                 _ => {}
             }
@@ -476,7 +484,7 @@ impl Walk<'_, '_> {
     fn write(&mut self, text: std::fmt::Arguments) -> Result<(), SketchError> {
         _ = self.out.write_fmt(text);
         if self.out.len() > MOST_BYTES {
-            let limit = format!("{} MB of SVG with its styles worked out", MOST_BYTES >> 20);
+            let limit = format!("{} MB of SVG with its styles resolved", MOST_BYTES >> 20);
             return Err(self.styles.broken.too_large(limit, "more".into()));
         }
         Ok(())

@@ -394,7 +394,7 @@ fn what_is_drawn_otherwise_than_it_says_is_named() {
     assert_eq!(left_out(&walls("800 400", "stroke-width='1' vector-effect='non-scaling-stroke'")), "");
     let clipped = left_out(&walls("40 20", "stroke-width='.2' style='clip-path: inset(1px 2px)'"));
     assert!(
-        clipped.starts_with("clip-path: inset(1px 2px) of <path id=\"w\">: it is not worked out"),
+        clipped.starts_with("clip-path: inset(1px 2px) of <path id=\"w\">: it is not supported"),
         "{clipped}"
     );
 }

@@ -77,7 +77,7 @@ pub(super) fn read(text: &str) -> Colour {
     }
     match resolved(text, 0) {
         Ok(color) => Colour::Srgb(hex(color)),
-        Err(Trouble::Current) => Colour::Unreadable("currentColor inside of a function".into()),
+        Err(Trouble::Current) => Colour::Unreadable("currentColor inside a function".into()),
         Err(Trouble::Unreadable(why)) => Colour::Unreadable(why),
         Err(Trouble::Invalid) => Colour::Invalid,
     }
@@ -106,7 +106,7 @@ enum Trouble {
 fn resolved(text: &str, depth: usize) -> Result<DynamicColor, Trouble> {
     let text = text.trim();
     if depth > MOST_DEPTH {
-        return Err(Trouble::Unreadable(format!("functions inside each other more than {MOST_DEPTH} deep")));
+        return Err(Trouble::Unreadable(format!("functions nested more than {MOST_DEPTH} deep")));
     }
     if let Ok(color) = parse_color(text) {
         return Ok(color);
@@ -135,7 +135,7 @@ fn trouble(name: &str, arguments: &str) -> Result<DynamicColor, Trouble> {
     if is_known && !computed && !is_profile {
         return Err(Trouble::Invalid);
     }
-    Err(Trouble::Unreadable(format!("{name}() with what is not known here")))
+    Err(Trouble::Unreadable(format!("{name}() with arguments that are not supported")))
 }
 
 fn system(text: &str) -> Option<DynamicColor> {

@@ -93,6 +93,18 @@ fn an_element_without_a_value_of_its_own_inherits() {
     );
 }
 
+/// CSS has a unit that the renderer does not know: Q, a quarter of a millimetre.
+#[test]
+fn quarters_of_a_millimetre_are_written_as_millimetres() {
+    for inside in [
+        "<rect id='w' width='40Q' height='9' stroke-width='2q'/>",
+        "<rect id='w' height='9' style='width: 40q; stroke-width: 2Q'/>",
+    ] {
+        let wall = attributes(inside);
+        assert_eq!([&wall["width"], &wall["stroke-width"]], ["10mm", "0.5mm"], "{inside}");
+    }
+}
+
 #[test]
 fn what_cannot_be_read_is_refused_by_element_property_and_value() {
     for (inside, words) in [
@@ -161,7 +173,7 @@ fn what_is_left_out_is_named() {
     };
     assert_eq!(names("<path d='M0 0'/><title>a</title><desc>b</desc>"), "");
     let label = "<switch><foreignObject><p xmlns='http://www.w3.org/1999/xhtml'>a</p></foreignObject><path/></switch>";
-    assert_eq!(names(&format!("<text>a</text>{label}")), "2 texts: labels are no walls");
+    assert_eq!(names(&format!("<text>a</text>{label}")), "2 texts: labels are not walls");
     assert!(!flat(label).unwrap().text.contains("path"));
     let picture = names("<image href='plan.png'/><image href='data:image/tiff;base64,SUkqAA=='/>");
     assert!(
@@ -175,7 +187,7 @@ fn what_is_left_out_is_named() {
         "filter url(#a) of <path>: nothing in the drawing has that id"
     );
     let foreign = "<foreignObject><svg><path d='M0 0h9'/></svg></foreignObject>";
-    assert!(names(foreign).starts_with("the shapes in <foreignObject>: it holds another document"));
+    assert!(names(foreign).starts_with("the shapes in <foreignObject>: it contains another document"));
     for (shape, found) in [
         ("<path d='oops M1 1L2 2'/>", "\"oops M1 1L2 2\""),
         ("<path d='M1 1L2 oops'/>", "\"oops\""),

@@ -167,9 +167,9 @@ pub(super) fn check(kind: Kind, value: &str) -> Checked {
 
 /// The units that the renderer knows.
 const UNITS: [&str; 10] = ["", "px", "%", "em", "ex", "in", "cm", "mm", "pt", "pc"];
-/// CSS units that the renderer does not know. Most of them depend on a page around the drawing.
-const FOREIGN_UNITS: [&str; 14] =
-    ["rem", "ch", "rch", "lh", "rlh", "cap", "ic", "vw", "vh", "vi", "vb", "vmin", "vmax", "q"];
+/// CSS units that depend on a page or a font outside the drawing.
+const FOREIGN_UNITS: [&str; 13] =
+    ["rem", "ch", "rch", "lh", "rlh", "cap", "ic", "vw", "vh", "vi", "vb", "vmin", "vmax"];
 
 fn word(value: &str, known: &[&str]) -> Checked {
     let value = value.to_ascii_lowercase();
@@ -228,7 +228,7 @@ fn before_profile(value: &str) -> Checked {
 
 fn number(value: &str, units: &[&str], shares: bool) -> Checked {
     if let Some((name, _)) = function(value) {
-        return Checked::Unreadable(format!("{name}() is not worked out here"));
+        return Checked::Unreadable(format!("{name}() is not supported here"));
     }
     let (digits, unit) = value.split_at(number_end(value));
     let unit = unit.to_ascii_lowercase();
@@ -240,8 +240,12 @@ fn number(value: &str, units: &[&str], shares: bool) -> Checked {
                 format!("{digits}{unit}")
             })
         }
+        // A quarter of a millimetre, which is the only absolute unit of CSS that the renderer does not know.
+        Ok(number) if number.is_finite() && unit == "q" && units.contains(&"mm") => {
+            Checked::Valid(format!("{}mm", number / 4.0))
+        }
         Ok(_) if FOREIGN_UNITS.contains(&unit.as_str()) => {
-            Checked::Unreadable(format!("the unit {unit} depends on a page around the drawing"))
+            Checked::Unreadable(format!("the unit {unit} depends on a page or a font outside the drawing"))
         }
         _ => Checked::Invalid,
     }
@@ -342,6 +346,8 @@ mod tests {
             ("stroke-opacity", "50%", "0.5"),
             ("stroke-width", "1.5E1PX", "1.5E1px"),
             ("stroke-width", "2em", "2em"),
+            ("stroke-width", "10Q", "2.5mm"),
+            ("stroke-dashoffset", "-4q", "-1mm"),
             ("visibility", "Hidden", "hidden"),
             ("transform", "translate(10px, 20px) rotate(0.25turn)", "translate(10 20) rotate(90)"),
             ("transform", "scaleX(-1) matrix(1,0,0,1,2,3)", "scale(-1 1) matrix(1 0 0 1 2 3)"),
@@ -357,6 +363,8 @@ mod tests {
             ("stroke", "bananas"),
             ("stroke", "url(#a) bananas"),
             ("stroke-width", "-3"),
+            ("stroke-width", "-4q"),
+            ("opacity", "1q"),
             ("stroke-width", "wide"),
             ("opacity", "half"),
             ("visibility", "none"),

@@ -27,6 +27,7 @@ use crate::plan::{Plan, Verify};
 use crate::plane::{DotId, Plane};
 use crate::traversal::{Kind, Noise, Traversal};
 use crate::wording::reworded;
+pub(crate) use trial::Trial;
 pub use trial::{Estimate, estimates};
 
 /// Around a path, how many window sides of the plane are simulated.
@@ -170,12 +171,12 @@ pub fn most_probable(
 }
 
 /// How many plans have a long trial.
-const FINALISTS: usize = 4;
+pub(crate) const FINALISTS: usize = 4;
 /// How many paths are drawn by estimates that vary as much as their trials leave open.
 const DRAWN: u64 = 6;
 
 /// Plans with the most arrivals first; of equals, those that come first.
-fn ranked(
+pub(crate) fn ranked(
     atlas: &Atlas,
     plans: Vec<Plan>,
     pilot: &Pilot,

@@ -70,6 +70,28 @@ pub enum Error {
         /// Its number, from 1.
         entry: usize,
     },
+    /// An entry that takes no landmark as right and yet says where the right one goes.
+    #[error("entry {entry}: expected \"-\" at its end, since none of its signs is the right one")]
+    NothingRight {
+        /// Its number, from 1.
+        entry: usize,
+    },
+    /// A branch that leads out of the map.
+    #[error("entry {entry}: expected a branch to one of the {all} entries, found {found}")]
+    NoEntry {
+        /// The number of the entry that branches, from 1.
+        entry: usize,
+        /// Where it leads, from 1.
+        found: usize,
+        /// How many entries there are.
+        all: usize,
+    },
+    /// An entry that is never read.
+    #[error("entry {entry}: expected the entry before it or a branch to lead to it, found none that does")]
+    NotLedTo {
+        /// Its number, from 1.
+        entry: usize,
+    },
     /// A map that breaks the grammar.
     #[error("line {line}, column {column}: expected {expected}, found {found}")]
     Map {

@@ -26,6 +26,7 @@
 
 pub mod arrival;
 pub mod atlas;
+pub mod branching;
 pub mod custom_map;
 pub mod description;
 pub mod error;

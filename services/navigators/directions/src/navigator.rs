@@ -9,7 +9,8 @@
 //! 1. *describes*: stands still, looks, and picks the landmark that the word means;
 //! 2. for a trajectory, *centres* the window around the pair and *slides* until a new dot comes in;
 //! 3. *verifies*, where the map says how: looks around the landmark and counts its occupied quadrants;
-//! 4. *adjusts*: moves the landmark to its corner; or *recovers*: to the corner of the recovery, and describes again.
+//! 4. *adjusts*: moves the landmark to its corner; or *recovers*: to the corner of the recovery, and describes again; or
+//!    *branches*: to the corner of the branch, and goes on at its entry.
 //!
 //! It has two bodies ([`Window::land`]). Above a plane its window moves freely. On land it is a robot that drives
 //! around the landmarks in its way (8). To seek is to drive to a landmark, and to adjust is to pass beside it. There
@@ -176,7 +177,10 @@ pub struct Output {
     pub reference: Option<Point>,
     /// How many entries it has finished, each with a landmark that it took as right.
     pub accepted: u16,
-    /// How often it has recovered, in all.
+    /// Which of the landmarks of its map it takes the one for that it accepted last: of a straight map, that of the entry; in general
+    /// the one where the next entry of the map begins, and the last one is the goal.
+    pub meant: u16,
+    /// How often it has recovered, or branched to another entry than the next one, in all.
     pub recoveries: u16,
     /// How the journey has ended, if it has.
     pub outcome: Option<Outcome>,
@@ -200,10 +204,19 @@ enum Phase {
     Slide { along: Point, aside: f64, slid: f64 },
     /// Looks around the reference: at the corner with this number.
     Around { corner: u8 },
-    /// Brings the reference to a corner; then seeks by a recovery's word, or goes on to the next entry.
-    Adjust { corner: Corner, recovery: Option<Descriptor> },
+    /// Brings the reference to a corner.
+    Adjust { corner: Corner, next: Next },
     /// Rests.
     Finished { outcome: Outcome },
+}
+
+/// What follows when the reference lies in its corner.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+enum Next {
+    /// It seeks by a recovery's word.
+    Seek(Descriptor),
+    /// It goes on at an entry. One beyond the map is the end of the journey.
+    Entry(u16),
 }
 
 /// All that a navigator remembers. Equal states, views and times give equal steps.
@@ -212,6 +225,7 @@ pub struct State {
     phase: Phase,
     entry: u16,
     accepted: u16,
+    meant: u16,
     recoveries: u16,
     /// Recoveries within this entry.
     tries: u8,
@@ -264,12 +278,18 @@ impl Navigator {
         &self.map
     }
 
+    /// The number of the last entry, from 0.
+    fn last_entry(&self) -> u16 {
+        (self.map.entries().len() - 1) as u16
+    }
+
     /// The state at the beginning: no reference, the first entry.
     pub fn start(&self) -> State {
         State {
             phase: Phase::Describe { word: self.map.entries()[0].word, corner: None, is_recovery: false },
             entry: 0,
             accepted: 0,
+            meant: 0,
             recoveries: 0,
             tries: 0,
             spent_s: 0.0,
@@ -329,6 +349,7 @@ impl State {
             entry: self.entry,
             reference: self.reference.map(|mark| mark.place.turned(-turned_rad)),
             accepted: self.accepted,
+            meant: self.meant,
             recoveries: self.recoveries,
             outcome: self.outcome(),
         }
@@ -357,7 +378,7 @@ impl State {
             Phase::Describe { is_recovery: false, .. } => Activity::Seek,
             Phase::Centre { .. } | Phase::Slide { .. } => Activity::Slide,
             Phase::Around { .. } => Activity::Verify,
-            Phase::Adjust { recovery: None, .. } => Activity::Adjust,
+            Phase::Adjust { next: Next::Entry(_), .. } => Activity::Adjust,
             Phase::Describe { .. } | Phase::Adjust { .. } => Activity::Recover,
             Phase::Finished { .. } => Activity::Rest,
         }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::custom_map::{CustomMap, Direction, Entry, Verification};
+use crate::custom_map::{CustomMap, Direction, Entry, Sign, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
@@ -32,6 +32,8 @@ pub struct Plan {
     pub checks: Vec<Check>,
     /// The map.
     pub map: CustomMap,
+    /// The landmarks that the map means, one for each entry: where the next entry begins, and at last the goal.
+    pub landmarks: Vec<DotId>,
     /// The probability of arrival, where it was estimated.
     pub probability: Option<f64>,
 }
@@ -75,7 +77,8 @@ impl Plan {
         };
         let others = path.legs.iter().zip(&checks).map(entry);
         let map = CustomMap::new(std::iter::once(first).chain(others).collect())?;
-        Ok(Self { path, checks, map, probability: None })
+        let landmarks = path.landmarks();
+        Ok(Self { path, checks, map, landmarks, probability: None })
     }
 
     /// S (5.3): the views of the path ([`Path::sensing`]), and one view of each quadrant for each verification.
@@ -86,7 +89,7 @@ impl Plan {
 
     /// The landmarks that the map means, one for each entry.
     pub fn landmarks(&self) -> Vec<DotId> {
-        self.path.landmarks()
+        self.landmarks.clone()
     }
 
     /// The table of figure 30, with the map's entries and the path's costs.
@@ -113,12 +116,15 @@ fn bearing_deg(atlas: &Atlas, leg: &Leg) -> Option<u16> {
     (corrects && is_definite).then(|| heading::bearing_deg(way))
 }
 
-/// Prints a plan as figure 30 does.
+/// Prints a plan as figure 30 does; of a map that branches, where each entry leads.
 #[derive(Debug, Clone, Copy)]
 pub struct Itinerary<'a>(&'a Plan);
 
 impl fmt::Display for Itinerary<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.map.branches() {
+            return graph(f, self.0);
+        }
         writeln!(f, "{:>7} {:>7} {:<10} {:>10} {:>8}  VERIFY", "FROM", "TO", "CMD", "DISTANCE", "-LOGPROB")?;
         for (leg, &check) in self.0.path.legs.iter().zip(&self.0.checks) {
             let command = match leg.transition.movement {
@@ -145,6 +151,37 @@ impl fmt::Display for Itinerary<'_> {
     }
 }
 
+/// For each entry: the landmark where it begins, what it seeks, and for each sign the landmark and the entry where it goes on.
+fn graph(f: &mut fmt::Formatter<'_>, Plan { map, landmarks, probability, .. }: &Plan) -> fmt::Result {
+    writeln!(f, "{:>7} {:>7} {:<10}  LEADS TO", "ENTRY", "FROM", "CMD")?;
+    let goal = landmarks.last().copied().unwrap_or_default();
+    // A branch to the first entry has no landmark of its own.
+    let begins = |entry: usize| entry.checked_sub(1).and_then(|before| landmarks.get(before)).copied();
+    for (index, entry) in map.entries().iter().enumerate() {
+        let from = begins(index).map_or("-".to_owned(), |dot| dot.to_string());
+        let command = entry.trajectory.map_or(entry.word.word(), Direction::word).to_uppercase();
+        write!(f, "{:>7} {from:>7} {command:<10} ", index + 1)?;
+        if let Some(signs) = entry.verification {
+            for (sign, branch) in signs.branches() {
+                let (entry, dot) = (usize::from(branch.entry), begins(usize::from(branch.entry)));
+                write!(f, " {sign}: {} at {};", dot.unwrap_or_default(), entry + 1)?;
+            }
+        }
+        let right = match entry.place {
+            Some(_) => begins(index + 1).map(|dot| format!(" {dot} at {}", index + 2)),
+            None if entry.verification.is_none_or(Verification::accepts) => {
+                Some(format!(" {goal}, the goal"))
+            }
+            None => None,
+        };
+        writeln!(f, "{}", right.unwrap_or_default())?;
+    }
+    match probability {
+        Some(probability) => writeln!(f, "probability of arrival {probability:.3}"),
+        None => Ok(()),
+    }
+}
+
 fn verification(f: &mut fmt::Formatter<'_>, check: Check) -> fmt::Result {
     let name = match check {
         Check::Trivial => return writeln!(f, "TRIVIAL CASE"),
@@ -153,7 +190,8 @@ fn verification(f: &mut fmt::Formatter<'_>, check: Check) -> fmt::Result {
         Check::Detectable(_) => "DETECTABLE",
     };
     let Some(verification) = check.verification() else { return writeln!(f) };
-    write!(f, "QOC -> {} ({name})", verification.expected())?;
+    let expected = verification.expected().unwrap_or(Sign::Other);
+    write!(f, "QOC -> {expected} ({name})")?;
     for (count, recovery) in verification.recoveries() {
         write!(
             f,

@@ -19,6 +19,11 @@ const WORDS: [&str; 4] = ["none", "point", "pair", "group"];
 pub struct Signature(u8);
 
 impl Signature {
+    /// The panorama with a number: two bits for each quadrant.
+    pub const fn of_code(code: u8) -> Self {
+        Self(code)
+    }
+
     /// Says that there is one dot more in a quadrant.
     pub fn occupy(&mut self, quadrant: Corner) {
         if self.dots(quadrant) < 3 {

@@ -212,6 +212,8 @@ pub struct Report {
     pub kind: Kind,
     /// The dots that the navigator took as right, one for each entry that it finished.
     pub attained: Vec<DotId>,
+    /// The dots that it took them for.
+    pub meant: Vec<DotId>,
     /// How often it recovered.
     pub recoveries: u16,
     /// How many steps it took.
@@ -226,7 +228,7 @@ pub struct Traversal<'a> {
     plane: &'a Plane,
     navigator: &'a Navigator,
     noise: Noise,
-    /// The landmarks that the map means, one for each entry.
+    /// The landmarks that the map means, one for each entry: where the next entry begins, and at last the goal.
     intended: &'a [DotId],
 }
 
@@ -264,8 +266,14 @@ impl<'a> Traversal<'a> {
         let mut state = self.navigator.start();
         let mut view = Vec::new();
         let step_s = self.navigator.settings().window.land.map_or(STEP_S, |_| LAND_STEP_S);
-        let mut report =
-            Report { kind: Kind::Lost, attained: Vec::new(), recoveries: 0, steps: 0, distance: 0.0 };
+        let mut report = Report {
+            kind: Kind::Lost,
+            attained: Vec::new(),
+            meant: Vec::new(),
+            recoveries: 0,
+            steps: 0,
+            distance: 0.0,
+        };
         loop {
             helicopter.look(self.plane, self.navigator.settings().window, self.noise, rng, &mut view);
             let elapsed_s = if report.steps == 0 { 0.0 } else { step_s };
@@ -273,6 +281,7 @@ impl<'a> Traversal<'a> {
             report.steps += 1;
             if usize::from(output.accepted) > report.attained.len() {
                 report.attained.push(self.attained(&helicopter, &output));
+                report.meant.push(self.intended[usize::from(output.meant)]);
             }
             watch(&helicopter, &output, &view);
             if let Some(outcome) = output.outcome {
@@ -305,9 +314,10 @@ impl<'a> Traversal<'a> {
     }
 
     /// Whether the landmarks are those that the map means.
-    fn is_planned(&self, attained: &[DotId]) -> bool {
-        attained.len() == self.intended.len()
-            && self.navigator.map().agreement(attained, self.intended).all(|is_right| is_right)
+    fn is_planned(&self, report: &Report) -> bool {
+        let map = self.navigator.map();
+        (map.branches() || report.attained.len() == self.intended.len())
+            && map.agreement(&report.attained, &report.meant).all(|is_right| is_right)
     }
 
     fn judge(&self, outcome: Outcome, report: &Report) -> Kind {
@@ -315,7 +325,7 @@ impl<'a> Traversal<'a> {
             Outcome::CannotLocate => Kind::CannotLocate,
             Outcome::Lost => Kind::Lost,
             Outcome::Arrived if report.attained.last() != self.intended.last() => Kind::Astray,
-            Outcome::Arrived if !self.is_planned(&report.attained) => Kind::Unaware,
+            Outcome::Arrived if !self.is_planned(report) => Kind::Unaware,
             Outcome::Arrived if report.recoveries > 0 => Kind::Recovered,
             Outcome::Arrived => Kind::Direct,
         }

@@ -42,6 +42,9 @@ impl Estimate {
     }
 }
 
+/// How often a slide that has met nothing is looked at as far again and farther.
+const STRIPS: u32 = 4;
+
 /// Estimates all transitions, one after the other.
 pub fn estimates(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> Result<Vec<Estimate>, Error> {
     let recoveries = atlas.recoveries()?;
@@ -66,7 +69,8 @@ pub fn estimates(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> Result
     Ok(atlas.transitions.all().map(&mut estimate).collect())
 }
 
-struct Trial<'a> {
+/// Simulates what the navigator does at one landmark after the other.
+pub(crate) struct Trial<'a> {
     atlas: &'a Atlas,
     pilot: &'a Pilot,
     /// The error of a look.
@@ -82,7 +86,7 @@ struct Trial<'a> {
 }
 
 impl<'a> Trial<'a> {
-    fn new(atlas: &'a Atlas, pilot: &'a Pilot, rng: Pcg64Mcg) -> Self {
+    pub(crate) fn new(atlas: &'a Atlas, pilot: &'a Pilot, rng: Pcg64Mcg) -> Self {
         let look = pilot.noise.sigma / f64::from(pilot.settings.looks).sqrt();
         let off = vec![(0, Point::default()); atlas.plane.len()];
         Self {
@@ -99,7 +103,7 @@ impl<'a> Trial<'a> {
     }
 
     /// The dots lie elsewhere from now on.
-    fn begin(&mut self) {
+    pub(crate) fn begin(&mut self) {
         self.trial += 1;
         let drawn: f64 = StandardNormal.sample(&mut self.rng);
         self.heading_rad = drawn * self.pilot.noise.heading_rad;
@@ -120,7 +124,7 @@ impl<'a> Trial<'a> {
     }
 
     /// One look at what is around a landmark in a corner, relative to it.
-    fn look_around(&mut self, landmark: DotId, corner: Corner) {
+    pub(crate) fn look_around(&mut self, landmark: DotId, corner: Corner) {
         let window = self.atlas.window;
         let reach = window.land.map_or(window.side, |land| land.range + land.stand_off);
         let reach = reach + 5.0 * self.pilot.noise.combined_sigma();
@@ -161,8 +165,41 @@ impl<'a> Trial<'a> {
     /// The dot that a word means when the navigator looks.
     fn picks(&mut self, landmark: DotId, corner: Corner, word: Descriptor) -> Option<DotId> {
         self.look_around(landmark, corner);
+        self.picked(corner, word)
+    }
+
+    /// The dot that a word means in the last look.
+    pub(crate) fn picked(&self, corner: Corner, word: Descriptor) -> Option<DotId> {
         let (side, slack) = (self.atlas.window.side, self.pilot.settings.slack());
         word.pick_in(&self.places, corner, side, slack).map(|index| self.dots[index])
+    }
+
+    /// The dot that a slide along the line of two dots attains, where errors of all dots decide which comes in first.
+    pub(crate) fn slides(&mut self, from: DotId, seen: DotId, movement: Movement) -> Option<DotId> {
+        let (first, second) = (self.seen(from), self.seen(seen));
+        let slide = Slide::of_pair(first, second, movement == Movement::Backward)?;
+        let nominal = slide.lands(&self.atlas.plane, self.atlas.window)?;
+        let way = Noise { sigma: 0.0, map_sigma: 0.0, ..self.pilot.noise };
+        let aside = self.atlas.reliability.trajectories.aside(nominal.distance, (second - first).norm(), way);
+        let slide = slide.moved_aside(error(&mut self.rng, aside).x);
+        let reach = 6.0 * self.pilot.noise.combined_sigma();
+        // The nominal landmark may pass beside the window: then one beyond it comes in.
+        (0..STRIPS).find_map(|strip| {
+            let far = nominal.distance + reach + f64::from(strip * strip) * self.atlas.window.side;
+            self.first_within(slide, far, reach)
+        })
+    }
+
+    /// The dot that a slide meets first on its way so far, among those near it.
+    fn first_within(&mut self, slide: Slide, far: f64, reach: f64) -> Option<DotId> {
+        let (plane, window) = (&self.atlas.plane, self.atlas.window);
+        let end = slide.from + slide.along * far;
+        let half = Point::new(window.side / 2.0 + reach, window.side / 2.0 + reach);
+        let low = Point::new(slide.from.x.min(end.x), slide.from.y.min(end.y)) - half;
+        let high = Point::new(slide.from.x.max(end.x), slide.from.y.max(end.y)) + half;
+        let dots: Vec<DotId> = plane.within(low, high).map(|(dot, _)| dot).collect();
+        let met = dots.into_iter().filter_map(|dot| Some((slide.meets(window, self.place(dot))?, dot)));
+        met.filter(|(distance, _)| *distance <= far).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, dot)| dot)
     }
 
     /// The dot that a transition attains.
@@ -194,14 +231,14 @@ impl<'a> Trial<'a> {
             match verification.response(self.signature(dot)) {
                 Response::Correct => return Some(dot),
                 Response::Recover(recovery) => dot = self.picks(dot, recovery.corner, recovery.word)?,
-                Response::Lost => return None,
+                Response::Branch(_) | Response::Lost => return None,
             }
         }
         None
     }
 
     /// What surrounds a dot, each quadrant by a look of its own.
-    fn signature(&mut self, dot: DotId) -> Signature {
+    pub(crate) fn signature(&mut self, dot: DotId) -> Signature {
         let side = self.atlas.window.side;
         let mut signature = Signature::default();
         for quadrant in Corner::ALL {

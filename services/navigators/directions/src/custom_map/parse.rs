@@ -3,7 +3,8 @@
 use std::str::FromStr;
 
 use super::{
-    CustomMap, Direction, Entry, FULL_TURN_DEG, MOST_ENTRIES, MOST_RECOVERIES, Recovery, Sign, Verification,
+    Branch, CustomMap, Direction, Entry, FULL_TURN_DEG, MOST_ENTRIES, MOST_WAYS, Recovery, Sign,
+    Verification, Way,
 };
 use crate::description::Descriptor;
 use crate::error::Error;
@@ -56,13 +57,16 @@ struct Reader<'a> {
     tokens: Vec<Token<'a>>,
     next: usize,
     end: Token<'a>,
+    /// The entries to which branches lead, from 1.
+    targets: Vec<(usize, Token<'a>)>,
 }
 
 impl<'a> Reader<'a> {
     fn new(text: &'a str) -> Self {
         let line = text.lines().count().max(1);
         let column = text.lines().last().unwrap_or_default().chars().count() + 1;
-        Self { tokens: tokens(text), next: 0, end: Token { text: "", line, column } }
+        let end = Token { text: "", line, column };
+        Self { tokens: tokens(text), next: 0, end, targets: Vec::new() }
     }
 
     fn peek(&self, ahead: usize) -> Token<'a> {
@@ -86,13 +90,14 @@ impl<'a> Reader<'a> {
         if token.is(word) { Ok(()) } else { Err(token.error(expected)) }
     }
 
-    fn map(&mut self) -> Result<Vec<Entry>, Error> {
+    fn map(&mut self) -> Result<CustomMap, Error> {
         let is_bracketed = self.peek(0).is("(") && self.peek(1).is("(");
         self.next += usize::from(is_bracketed);
-        let mut entries = Vec::new();
+        let (mut entries, mut begins) = (Vec::new(), Vec::new());
         while self.peek(0).is("(") || entries.is_empty() {
             let begin = self.peek(0);
-            entries.push((self.entry()?, begin));
+            entries.push(self.entry()?);
+            begins.push(begin);
             if entries.len() > MOST_ENTRIES {
                 return Err(begin.error("at most 10000 entries"));
             }
@@ -105,11 +110,21 @@ impl<'a> Reader<'a> {
             Token { text: "", .. } => {}
             token => return Err(token.error("\"(\" of an entry")),
         }
-        let last = entries.len() - 1;
-        match entries[..last].iter().find(|(entry, _)| entry.place.is_none()) {
-            Some((_, begin)) => Err(begin.error("a corner at the end of each entry but the last, not \"-\"")),
-            None => Ok(entries.into_iter().map(|(entry, _)| entry).collect()),
+        if let Some((_, token)) = self.targets.iter().find(|(to, _)| *to > entries.len()) {
+            return Err(token.error("a word for a landmark, or the number of an entry of this map"));
         }
+        CustomMap::new(entries).map_err(|error| match error {
+            Error::NoCorner { entry } => {
+                begins[entry - 1].error("a corner at the end of each entry but the last, not \"-\"")
+            }
+            Error::NothingRight { entry } => {
+                begins[entry - 1].error("\"-\" at the end of an entry that takes no landmark as right")
+            }
+            Error::NotLedTo { entry } => {
+                begins[entry - 1].error("an entry that the one before it or a branch leads to")
+            }
+            other => other,
+        })
     }
 
     fn entry(&mut self) -> Result<Entry, Error> {
@@ -154,10 +169,10 @@ impl<'a> Reader<'a> {
         Descriptor::ALL.into_iter().find(|word| token.is(word.word())).ok_or_else(|| token.error(EXPECTED))
     }
 
-    /// All error clauses of an entry. One of them must say which count is right.
+    /// All clauses of an entry about signs. One of them must say which sign is right, or one must branch.
     fn verification(&mut self) -> Result<Option<Verification>, Error> {
         let begin = self.peek(0);
-        let mut clauses: Vec<(Sign, Option<Recovery>)> = Vec::new();
+        let mut clauses: Vec<(Sign, Option<Way>)> = Vec::new();
         while self.skips("(") {
             let token = self.take();
             let sign = sign(token)?;
@@ -166,8 +181,11 @@ impl<'a> Reader<'a> {
             }
             self.expect(",", "\",\"")?;
             let second = self.take();
-            let recovery = if second.is("-") {
-                if clauses.iter().any(|(_, recovery)| recovery.is_none()) {
+            let way = if second.is("-") {
+                if sign == Sign::Nothing {
+                    return Err(second.error("a corner, since without a landmark none is right"));
+                }
+                if clauses.iter().any(|(_, way)| way.is_none()) {
                     return Err(second.error("a corner, since the entry has its right count"));
                 }
                 None
@@ -175,33 +193,55 @@ impl<'a> Reader<'a> {
                 let corner =
                     corner(second).ok_or_else(|| second.error("a corner (SE, SW, NE, NW) or \"-\""))?;
                 self.expect(",", "\",\"")?;
-                Some(Recovery { corner, word: self.descriptor()? })
+                Some(self.way(corner)?)
             };
             self.expect(")", "\")\"")?;
             self.expect(",", "\",\"")?;
-            clauses.push((sign, recovery));
-            if clauses.len() > MOST_RECOVERIES + 1 {
+            clauses.push((sign, way));
+            if clauses.len() > MOST_WAYS + 1 {
                 return Err(token.error("at most eight ways back"));
             }
         }
         if clauses.is_empty() {
             return Ok(None);
         }
-        let Some(&(right, _)) = clauses.iter().find(|(_, recovery)| recovery.is_none()) else {
-            return Err(begin.error("a clause with the right count, as \"(3, -)\""));
+        let right = clauses.iter().find(|(_, way)| way.is_none());
+        let branches = clauses.iter().any(|(_, way)| matches!(way, Some(Way::Branch(_))));
+        let mut all = match right {
+            Some(&(right, _)) => Verification::new(right)?,
+            None if branches => Verification::default(),
+            None => return Err(begin.error("a clause with the right count, as \"(3, -)\"")),
         };
-        let add = |all: Verification, &(sign, recovery): &(Sign, Option<Recovery>)| match recovery {
-            Some(recovery) => all.recovering(sign, recovery),
-            None => all,
-        };
-        Ok(Some(clauses.iter().fold(Verification::new(right)?, add)))
+        let ways = clauses.iter().filter_map(|&(sign, way)| Some((sign, way?)));
+        if ways.clone().count() > MOST_WAYS {
+            return Err(begin.error("at most eight ways back"));
+        }
+        for (sign, way) in ways {
+            all = all.leading(sign, way);
+        }
+        Ok(Some(all))
+    }
+
+    /// What a clause says beside its corner: a word, or the number of an entry.
+    fn way(&mut self, corner: Corner) -> Result<Way, Error> {
+        let token = self.peek(0);
+        if !token.text.starts_with(|c: char| c.is_ascii_digit()) {
+            return Ok(Way::Recover(Recovery { corner, word: self.descriptor()? }));
+        }
+        self.next += 1;
+        let number = token.text.parse().ok().filter(|number| (1..=MOST_ENTRIES).contains(number));
+        let number = number.ok_or_else(|| token.error("the number of an entry, from 1"))?;
+        self.targets.push((number, token));
+        Ok(Way::Branch(Branch { corner, entry: (number - 1) as u16 }))
     }
 }
 
 fn sign(token: Token<'_>) -> Result<Sign, Error> {
-    const EXPECTED: &str =
-        "a quadrant occupancy count from 0 to 4, or four of none, point, pair and group joined by \"+\"";
+    const EXPECTED: &str = "a quadrant occupancy count from 0 to 4, four of none, point, pair and group joined by \"+\", \
+                            \"*\" for any other sign, or \"-\" for no landmark";
     match token.text {
+        "*" => Ok(Sign::Other),
+        "-" => Ok(Sign::Nothing),
         "0" | "1" | "2" | "3" | "4" => Ok(Sign::Count(token.text.as_bytes()[0] - b'0')),
         text => Signature::of_words(text).map(Sign::Panorama).ok_or_else(|| token.error(EXPECTED)),
     }
@@ -215,6 +255,6 @@ impl FromStr for CustomMap {
     type Err = Error;
 
     fn from_str(text: &str) -> Result<Self, Error> {
-        Self::new(Reader::new(text).map()?)
+        Reader::new(text).map()
     }
 }

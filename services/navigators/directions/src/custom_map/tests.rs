@@ -55,6 +55,39 @@ fn the_example_of_6_3_4_is_read_with_its_brackets() {
 }
 
 #[test]
+fn a_map_that_branches_is_read() {
+    let map = parsed(
+        "(*, SW)\n(Isol, (point+none+none+pair, NE, 4), (-, SE, 4), (none+point+pair+none, -), SW)\n\
+         (Isol, (*, NE, 4), (point+point+none+none, -), -)\n\
+         (Isol, Trajn, (none+point+pair+none, SW, 3), (*, SE, 2), -)",
+    );
+    assert!(map.branches());
+    let sees = |entry: usize, words: &str| {
+        map.entries()[entry].verification.unwrap().response(Signature::of_words(words).unwrap())
+    };
+    let to = |corner, entry| Response::Branch(Branch { corner, entry });
+    assert_eq!(sees(1, "none+point+pair+none"), Response::Correct);
+    assert_eq!(sees(1, "point+none+none+group"), to(Corner::Ne, 3));
+    assert_eq!(sees(1, "group+group+group+group"), Response::Lost, "like nothing that the entry names");
+    assert_eq!(sees(2, "group+group+group+group"), to(Corner::Ne, 3), "any other");
+    let way = Way::Branch(Branch { corner: Corner::Se, entry: 3 });
+    assert_eq!(map.entries()[1].verification.unwrap().without_landmark(), Some(way));
+    assert_eq!(map.entries()[3].place, None, "none of its signs is right");
+    assert_eq!(parsed(&map.to_string()), map);
+    assert!(!parsed("(*, SW)\n(Isol, (2, SE, Isol), (3, -), -)").branches());
+}
+
+#[test]
+fn who_says_the_same_of_every_landmark_does_not_look_around() {
+    let looks = |entry: &str| {
+        let map = parsed(&format!("(*, SW)\n{entry}\n(Isol, -)"));
+        map.entries()[1].verification.is_some_and(Verification::looks_around)
+    };
+    assert!(looks("(Isol, (3, -), SW)") && looks("(Isol, (*, SW, 3), (point+none+none+none, -), SE)"));
+    assert!(!looks("(Isol, (-, NE, 2), SW)") && !looks("(Isol, (*, SW, 3), -)") && !looks("(Isol, SW)"));
+}
+
+#[test]
 fn case_comments_and_white_space_do_not_matter() {
     let plain = parsed("(*, SW)\n(Isol, Trajn, -)");
     assert_eq!(parsed("# two\n ( * ,sw ) # start\n\n\t(ISOL,\n trajN,-),"), plain);
@@ -74,7 +107,7 @@ fn errors_name_line_column_and_word() {
         ("(Isol, SW", "line 1, column 10: expected \")\", found the end"),
         (
             "(Isol, (5, -), SW)",
-            "line 1, column 9: expected a quadrant occupancy count from 0 to 4, or four of none, point, pair and group joined by \"+\", found \"5\"",
+            "line 1, column 9: expected a quadrant occupancy count from 0 to 4, four of none, point, pair and group joined by \"+\", \"*\" for any other sign, or \"-\" for no landmark, found \"5\"",
         ),
         (
             "(Isol, (3, -), (3, SW, Isol), SW)",
@@ -88,6 +121,27 @@ fn errors_name_line_column_and_word() {
         ("(Isol, -)\n(Isol, -)", "line 1, column 1: expected a corner at the end of each entry but the last"),
         ("(Isol, SW) )", "line 1, column 12: expected \"(\" of an entry, found \")\""),
         ("((Isol, SW)", "line 1, column 12: expected \"(\" of an entry or \")\" of the map, found the end"),
+        (
+            "(*, SW)\n(Isol, (3, NE, 4), -)",
+            "line 2, column 16: expected a word for a landmark, or the number of an entry of this map, found \"4\"",
+        ),
+        ("(Isol, (3, NE, 0), -)", "line 1, column 16: expected the number of an entry, from 1, found \"0\""),
+        (
+            "(Isol, (3, NE, 1x), -)",
+            "line 1, column 16: expected the number of an entry, from 1, found \"1x\"",
+        ),
+        (
+            "(Isol, (-, -), SW)",
+            "line 1, column 12: expected a corner, since without a landmark none is right",
+        ),
+        (
+            "(*, SW)\n(Isol, (3, NE, 1), SW)\n(Isol, -)",
+            "line 2, column 1: expected \"-\" at the end of an entry that takes no landmark as right",
+        ),
+        (
+            "(*, SW)\n(Isol, (3, NE, 1), -)\n(Isol, -)",
+            "line 3, column 1: expected an entry that the one before it or a branch leads to",
+        ),
         ("(Isol, Trajp, Trajn, SW)", "line 1, column 15: expected \"(\", a corner"),
     ] {
         let found = error(text);
@@ -119,6 +173,10 @@ fn entry() -> impl Strategy<Value = Entry> {
             };
             (0..).zip(ways).fold(Verification::new(expected).unwrap(), add)
         });
+    of_verification(verification)
+}
+
+fn of_verification(verification: impl Strategy<Value = Verification>) -> impl Strategy<Value = Entry> {
     let direction = prop::option::of(
         prop::bool::ANY.prop_map(|p| if p { Direction::Forward } else { Direction::Backward }),
     );
@@ -134,6 +192,30 @@ fn entry() -> impl Strategy<Value = Entry> {
     )
 }
 
+/// Some of them with branches to the first three entries.
+fn branching_entry() -> impl Strategy<Value = Entry> {
+    let sign = prop_oneof![
+        (0_u8..=255).prop_map(|code| Sign::Panorama(Signature::of_code(code))),
+        Just(Sign::Other),
+        Just(Sign::Nothing),
+    ];
+    let branch =
+        (0_usize..4, 0_u16..3).prop_map(|(corner, entry)| Branch { corner: Corner::ALL[corner], entry });
+    let way = prop_oneof![branch.prop_map(Way::Branch), recovery().prop_map(Way::Recover)];
+    let right = prop::option::of((0_u8..=255).prop_map(|code| Sign::Panorama(Signature::of_code(code))));
+    let verification = (right, prop::collection::vec((sign, way), 0..12)).prop_map(|(right, ways)| {
+        let own = right.map_or(Verification::default(), |right| Verification::new(right).unwrap());
+        ways.into_iter().fold(own, |all, (sign, way)| all.leading(sign, way))
+    });
+    of_verification(verification).prop_map(|mut entry| {
+        // An entry without a sign is one without a verification, and one that only recovers has a right sign.
+        let is_empty = |signs: &Verification| signs.expected().is_none() && signs.branches().next().is_none();
+        entry.verification = entry.verification.filter(|signs| !is_empty(signs));
+        entry.place = entry.place.filter(|_| entry.verification.is_none_or(Verification::accepts));
+        entry
+    })
+}
+
 proptest! {
     #![proptest_config(config(128))]
 
@@ -146,6 +228,15 @@ proptest! {
         prop_assert_eq!(parsed(&map.to_string()), map.clone());
         let bytes = postcard::to_allocvec(&map).unwrap();
         prop_assert_eq!(postcard::from_bytes::<CustomMap>(&bytes).unwrap(), map);
+    }
+
+    #[test]
+    fn a_map_that_branches_is_read_as_it_is_printed(entries in prop::collection::vec(branching_entry(), 3..9)) {
+        if let Ok(map) = CustomMap::new(entries) {
+            prop_assert_eq!(parsed(&map.to_string()), map.clone());
+            let bytes = postcard::to_allocvec(&map).unwrap();
+            prop_assert_eq!(postcard::from_bytes::<CustomMap>(&bytes).unwrap(), map);
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ use sketchnav_schemas::statistics::wilson;
 
 use super::{DOTS, SIDE, Table, window};
 use crate::arrival::{Effort, Pilot, Tally, WORDS, disturbed, most_probable};
+use crate::branching::most_probable_branching;
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::generate::{uniform, walled};
@@ -24,6 +25,8 @@ pub enum Choice {
     Paper(Objective, Verify),
     /// The greatest probability of arrival, by simulation.
     Simulated(Effort),
+    /// The same among maps that branch.
+    Branching(Effort),
 }
 
 /// What is the same for all journeys of an experiment.
@@ -66,7 +69,7 @@ impl Setting {
     fn kinds(&self, choice: Choice) -> Kinds<'static> {
         match choice {
             Choice::Paper(..) => Kinds { words: self.words, trajectories: true },
-            Choice::Simulated(_) => Kinds { words: &WORDS, trajectories: true },
+            Choice::Simulated(_) | Choice::Branching(_) => Kinds { words: &WORDS, trajectories: true },
         }
     }
 }
@@ -82,6 +85,10 @@ pub struct Success {
     pub worlds: u32,
     /// Those of them for which there was a plan.
     pub planned: u32,
+    /// How many entries each map has.
+    pub entries: Vec<f64>,
+    /// The probability of arrival that each plan states, if it states one.
+    pub stated: Vec<f64>,
 }
 
 /// A world as it is, and as the map-maker sees it.
@@ -126,6 +133,9 @@ impl World {
             Choice::Simulated(effort) => {
                 most_probable(&self.atlas, self.start, self.goal, pilot, effort, seed)
             }
+            Choice::Branching(effort) => {
+                most_probable_branching(&self.atlas, self.start, self.goal, pilot, effort, seed)
+            }
         }
     }
 
@@ -163,6 +173,8 @@ pub fn success(
         match world.plan(choice, &pilot, seed) {
             Ok(plan) => {
                 result.planned += 1;
+                result.entries.push(plan.map.entries().len() as f64);
+                result.stated.extend(plan.probability);
                 let tally = world.fly(&plan, &pilot, journeys, seed)?;
                 result.arrived.push(f64::from(tally.arrivals()) / f64::from(tally.journeys().max(1)));
                 result.tally.merge(&tally);
@@ -237,6 +249,7 @@ pub fn costs(sigmas: &[f64], looks: u8, worlds: std::ops::Range<u64>, journeys: 
             ("D/R, recovery", Choice::Paper(Objective::Ratio, Verify::Recoverable)),
             ("D/R, detection", Choice::Paper(Objective::Ratio, Verify::Detectable)),
             ("simulated", Choice::Simulated(quick)),
+            ("branching", Choice::Branching(quick)),
         ] {
             let setting = Setting { looks, ..Setting::of_sigma(sigma)? };
             let result = success(choice, &setting, worlds.clone(), journeys)?;

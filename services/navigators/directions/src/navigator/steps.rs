@@ -3,8 +3,8 @@
 use arrayvec::ArrayVec;
 
 use super::tracks::{Tracks, nearest};
-use super::{Mark, Navigator, Outcome, Phase, Settings, State, detour};
-use crate::custom_map::{Direction, Recovery, Response};
+use super::{Mark, Navigator, Next, Outcome, Phase, Settings, State, detour};
+use crate::custom_map::{Branch, Direction, Entry, Recovery, Response, Verification};
 use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
 use crate::trajectory::Slide;
@@ -44,7 +44,7 @@ pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], ela
             slide(navigator, state, view, along, aside, slid);
         }
         Phase::Around { corner } => around(navigator, state, view, corner),
-        Phase::Adjust { corner, recovery } => adjust(navigator, state, view, corner, recovery),
+        Phase::Adjust { corner, next } => adjust(navigator, state, view, corner, next),
         Phase::Finished { .. } => {}
     }
 }
@@ -148,17 +148,16 @@ fn describe(
     let Some(place) = found else {
         match state.waited < settings.patience {
             true => state.waited += 1,
-            false => state.finish(Outcome::CannotLocate),
+            false => go_without(navigator, state),
         }
         return;
     };
     state.waited = 0;
     remember(state, settings, corner);
-    let bearing_deg = navigator.map.entries()[usize::from(state.entry)].bearing_deg.filter(|_| !is_recovery);
+    let bearing_deg = entry(navigator, state).bearing_deg.filter(|_| !is_recovery);
     let turn_rad = correct_heading(state, settings, bearing_deg, place);
     let place = place.turned(turn_rad);
-    let is_trajectory =
-        navigator.map.entries()[usize::from(state.entry)].trajectory.is_some() && !is_recovery;
+    let is_trajectory = entry(navigator, state).trajectory.is_some() && !is_recovery;
     if is_trajectory && state.reference.is_some() {
         state.phase = Phase::Centre { second: Mark::new(place) };
     } else if is_trajectory {
@@ -167,6 +166,23 @@ fn describe(
     } else {
         attain(navigator, state, place);
     }
+}
+
+/// There is no landmark that the word means: what the entry says for that.
+fn go_without(navigator: &Navigator, state: &mut State) {
+    let signs = entry(navigator, state).verification;
+    match signs.and_then(Verification::without_landmark).filter(|_| state.reference.is_some()) {
+        Some(way) => {
+            state.waited = 0;
+            follow(navigator, state, way.into());
+        }
+        None => state.finish(Outcome::CannotLocate),
+    }
+}
+
+/// The entry that is worked on.
+fn entry<'a>(navigator: &'a Navigator, state: &State) -> &'a Entry {
+    &navigator.map.entries()[usize::from(state.entry)]
 }
 
 /// Corrects the heading by the bearing of a landmark at a place. Returns by how much the map's axes have turned.
@@ -226,18 +242,24 @@ fn attain(navigator: &Navigator, state: &mut State, place: Point) {
     state.reference = Some(Mark::new(place));
     state.signature = Default::default();
     state.looks = 0;
-    match navigator.map.entries()[usize::from(state.entry)].verification {
-        Some(_) => state.phase = Phase::Around { corner: 0 },
-        None => accept(navigator, state),
+    match entry(navigator, state).verification.is_some_and(Verification::looks_around) {
+        true => state.phase = Phase::Around { corner: 0 },
+        false => respond(navigator, state),
     }
 }
 
 /// The landmark is taken as right.
 fn accept(navigator: &Navigator, state: &mut State) {
     state.accepted += 1;
-    match navigator.map.entries()[usize::from(state.entry)].place {
-        Some(corner) => state.phase = Phase::Adjust { corner, recovery: None },
-        None => state.finish(Outcome::Arrived),
+    match entry(navigator, state).place {
+        Some(corner) => {
+            state.meant = state.entry;
+            state.phase = Phase::Adjust { corner, next: Next::Entry(state.entry + 1) };
+        }
+        None => {
+            state.meant = navigator.last_entry();
+            state.finish(Outcome::Arrived);
+        }
     }
 }
 
@@ -258,8 +280,7 @@ fn centre(navigator: &Navigator, state: &mut State, view: &[Point], mut second: 
     state.looks = 0;
     let (from, _) = state.others(settings, Some(first));
     let (to, _) = state.others(settings, Some(second));
-    let is_backward =
-        navigator.map.entries()[usize::from(state.entry)].trajectory == Some(Direction::Backward);
+    let is_backward = entry(navigator, state).trajectory == Some(Direction::Backward);
     let Some(along) = (to - from).direction() else { return state.finish(Outcome::CannotLocate) };
     let along = if is_backward { -along } else { along };
     let middle = (from + to) * 0.5;
@@ -317,42 +338,54 @@ fn around(navigator: &Navigator, state: &mut State, view: &[Point], corner: u8) 
 }
 
 fn respond(navigator: &Navigator, state: &mut State) {
-    let verification = navigator.map.entries()[usize::from(state.entry)].verification;
-    let response = verification.map_or(Response::Correct, |check| check.response(state.signature));
-    match response {
-        Response::Correct => accept(navigator, state),
-        Response::Recover(Recovery { corner, word }) if state.tries < navigator.settings.most_recoveries => {
-            state.tries += 1;
-            state.recoveries = state.recoveries.saturating_add(1);
-            state.phase = Phase::Adjust { corner, recovery: Some(word) };
+    let signs = entry(navigator, state).verification;
+    match signs.map_or(Response::Correct, |signs| signs.response(state.signature)) {
+        Response::Branch(branch) => {
+            state.accepted = state.accepted.saturating_add(1);
+            state.meant = branch.entry.saturating_sub(1);
+            follow(navigator, state, Response::Branch(branch));
         }
-        Response::Recover(_) | Response::Lost => state.finish(Outcome::Lost),
+        response => follow(navigator, state, response),
     }
 }
 
-fn adjust(
-    navigator: &Navigator,
-    state: &mut State,
-    view: &[Point],
-    corner: Corner,
-    recovery: Option<Descriptor>,
-) {
+fn follow(navigator: &Navigator, state: &mut State, response: Response) {
+    let most = u16::from(navigator.settings.most_recoveries);
+    match response {
+        Response::Correct => accept(navigator, state),
+        Response::Recover(Recovery { corner, word }) if u16::from(state.tries) < most => {
+            state.tries += 1;
+            state.recoveries = state.recoveries.saturating_add(1);
+            state.phase = Phase::Adjust { corner, next: Next::Seek(word) };
+        }
+        Response::Branch(Branch { corner, entry })
+            if state.recoveries < most.saturating_mul(navigator.last_entry() + 1) =>
+        {
+            // To go on at the next entry is what a right landmark does, too.
+            state.recoveries = state.recoveries.saturating_add(u16::from(entry != state.entry + 1));
+            state.phase = Phase::Adjust { corner, next: Next::Entry(entry) };
+        }
+        Response::Recover(_) | Response::Branch(_) | Response::Lost => state.finish(Outcome::Lost),
+    }
+}
+
+fn adjust(navigator: &Navigator, state: &mut State, view: &[Point], corner: Corner, next: Next) {
     if !state.approaches(&navigator.settings, to_corner(state, &navigator.settings, corner), view) {
         return;
     }
-    if let Some(word) = recovery {
-        state.phase = Phase::Describe { word, corner: Some(corner), is_recovery: true };
-        return;
-    }
-    state.entry += 1;
+    let to = match next {
+        Next::Seek(word) => {
+            state.phase = Phase::Describe { word, corner: Some(corner), is_recovery: true };
+            return;
+        }
+        Next::Entry(to) => to,
+    };
     (state.tries, state.spent_s) = (0, 0.0);
-    match navigator.map.entries().get(usize::from(state.entry)) {
+    match navigator.map.entries().get(usize::from(to)) {
         Some(entry) => {
+            state.entry = to;
             state.phase = Phase::Describe { word: entry.word, corner: Some(corner), is_recovery: false };
         }
-        None => {
-            state.entry -= 1;
-            state.finish(Outcome::Arrived);
-        }
+        None => state.finish(Outcome::Arrived),
     }
 }

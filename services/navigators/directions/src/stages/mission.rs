@@ -3,7 +3,7 @@
 //! ```toml
 //! [navigator]
 //! kind = "directions"
-//! method = "arrival"               # or shortest, simplest, fewest-views, quickest, reliable, d-r: Park and Kender 1995
+//! method = "arrival"               # or branching, whose maps branch; shortest, simplest, fewest-views, quickest, reliable, d-r: Park and Kender 1995
 //! plane_file = "plane.png"         # the plane as the global camera sees it
 //! calibration = [[101.5, 702.0, 0.0, 0.0], …]  # four known points or more: column, row; x, y in metres
 //! map_noise_m = 0.001              # error of the map-maker's positions; else by the calibration
@@ -51,8 +51,8 @@ use crate::walls::Body;
 /// The word of `[navigator] kind`.
 pub const KIND: &str = "directions";
 /// The words of `[navigator] method`, the default first.
-pub const METHODS: [&str; 7] =
-    ["arrival", "shortest", "simplest", "fewest-views", "quickest", "reliable", "d-r"];
+pub const METHODS: [&str; 8] =
+    ["arrival", "branching", "shortest", "simplest", "fewest-views", "quickest", "reliable", "d-r"];
 
 /// What a path is chosen by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -61,6 +61,9 @@ pub enum Method {
     #[default]
     #[serde(rename = "arrival")]
     Arrival,
+    /// The same, among maps that branch, too.
+    #[serde(rename = "branching")]
+    Branching,
     /// The distance.
     #[serde(rename = "shortest")]
     Shortest,
@@ -82,10 +85,15 @@ pub enum Method {
 }
 
 impl Method {
+    /// Whether a plan is chosen by simulated journeys.
+    fn is_simulated(self) -> bool {
+        matches!(self, Self::Arrival | Self::Branching)
+    }
+
     /// What the search minimises, for a navigator with these settings; `None` for simulation.
     pub fn objective(self, settings: &Settings) -> Option<Objective> {
         match self {
-            Self::Arrival => None,
+            Self::Arrival | Self::Branching => None,
             Self::Shortest => Some(Objective::SHORTEST),
             Self::Simplest => Some(Objective::FEWEST_ENTRIES),
             Self::FewestViews => Some(Objective::FEWEST_VIEWS),
@@ -200,8 +208,8 @@ impl DirectionsMission {
     /// [`MissionError`] with the key and what was expected.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let keys: NavigatorKeys = keys("navigator", &mission.navigator.given)?;
-        if keys.verify.is_some() && keys.method == Method::Arrival {
-            let expected = "no such key for `arrival`, which verifies where that pays";
+        if keys.verify.is_some() && keys.method.is_simulated() {
+            let expected = "no such key for `arrival` and `branching`, which verify where that pays";
             return Err(wrong("navigator.verify", expected, "it"));
         }
         let verify = match keys.verify {
@@ -211,6 +219,10 @@ impl DirectionsMission {
         };
         let (method, words) = (keys.method, words(keys.words.as_deref())?);
         let (land, heading_noise_deg) = (land(&keys)?, heading_noise_deg(&keys)?);
+        if keys.method == Method::Branching && (land.is_some() || heading_noise_deg > 0.0) {
+            let expected = "another one on land or with heading_noise_deg: maps that branch know no walls and no bearings";
+            return Err(wrong("navigator.method", expected, "branching"));
+        }
         let source = source(keys)?;
         let is_written = matches!(source, Source::Map { .. });
         if is_written && mission.task.len() != 1 {
@@ -229,7 +241,7 @@ impl DirectionsMission {
     /// The words with which the map-maker plans: the method's own, or else any whose landmark is known beforehand, as far as
     /// the navigator understands them.
     pub fn planned(&self) -> Vec<Descriptor> {
-        let usual: &[Descriptor] = if self.method == Method::Arrival { &WORDS } else { Kinds::PAPER.words };
+        let usual: &[Descriptor] = if self.method.is_simulated() { &WORDS } else { Kinds::PAPER.words };
         let understood = |words: &[Descriptor]| -> Vec<Descriptor> {
             words.iter().copied().filter(|word| self.words.contains(word)).collect()
         };
@@ -575,6 +587,24 @@ mod tests {
     }
 
     #[test]
+    fn maps_that_branch_are_for_planes_and_for_a_heading_that_is_right() {
+        let branching = MISSION.replace("kind='directions'", "kind='directions'\nmethod='branching'");
+        assert_eq!(read(&branching).unwrap().method, Method::Branching);
+        for key in ["heading_noise_deg=2.0", "landmark_radius_m=0.15"] {
+            let wrong = branching
+                .replace("plane_file='p.png'", "floor_file='f.toml'")
+                .replace("calibration=[[0,0,0,0]]", key);
+            let wrong = if key.starts_with('h') {
+                wrong.replace("floor_file='f.toml'", "map_file='m'")
+            } else {
+                wrong
+            };
+            let error = read(&wrong).unwrap_err().to_string();
+            assert!(error.contains("navigator.method") && error.contains("found branching"), "{error}");
+        }
+    }
+
+    #[test]
     fn a_mission_says_what_is_seen_and_where_to_go() {
         let mission = read(MISSION).unwrap();
         assert_eq!((mission.method, &mission.goals[..]), (Method::Arrival, &[Point::new(0.5, 0.9)][..]));
@@ -582,7 +612,7 @@ mod tests {
         for method in METHODS {
             let text = MISSION.replace("kind='directions'", &format!("kind='directions'\nmethod='{method}'"));
             let objective = read(&text).unwrap().method.objective(&usual);
-            assert_eq!(objective.is_none(), method == METHODS[0]);
+            assert_eq!(objective.is_none(), METHODS[..2].contains(&method));
         }
     }
 

@@ -210,7 +210,7 @@ fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
 }
 
 impl Stage for Planner {
-    const FORM: &'static str = "directions planner 3";
+    const FORM: &'static str = "directions planner 4";
     type State = (Standing, Memory);
 
     fn hear(&mut self, message: &Heard<'_>) -> Result<(), StageError> {

@@ -22,8 +22,9 @@ use sketchnav_stage::doubts::Planned;
 use sketchnav_stage::{Files, Outbox, Stage, StageError};
 
 use super::error::DirectionsError;
-use super::mission::{self, DirectionsMission, LandKeys, Source};
+use super::mission::{self, DirectionsMission, LandKeys, Method, Source};
 use crate::arrival::{Effort, Pilot, most_probable};
+use crate::branching::most_probable_branching;
 use crate::custom_map::CustomMap;
 use crate::error::Error;
 use crate::geometry::{Point, Window};
@@ -341,6 +342,9 @@ impl Maker<'_> {
             Some(objective) => {
                 let path = best(atlas, start, goal, Measure::Windows, objective)?;
                 Plan::new(atlas, path, read.verify)
+            }
+            None if read.method == Method::Branching => {
+                most_probable_branching(atlas, start, goal, pilot, *effort, own_seed(*seed, index))
             }
             None => most_probable(atlas, start, goal, pilot, *effort, own_seed(*seed, index)),
         }

@@ -47,6 +47,36 @@ fn stairs_are_followed_directly() {
     assert!((23.0..28.0).contains(&report.distance), "{}", report.distance);
 }
 
+/// Wherever the navigator is on the stairs, the panorama says whether it is at their top.
+#[test]
+fn a_written_map_that_branches_goes_on_where_its_signs_say() {
+    let step =
+        |next: u32| format!("(Isol, (none+point+none+point, SW, {next}), (none+none+none+point, -), -)\n");
+    let map = format!("(*, SW)\n{}{}(Isol, (none+none+none+point, -), -)", step(3), step(4));
+    let (report, _) = run(&stairs(), &map, &[0, 1, 2, 3], (0.5, 0.5));
+    assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[0, 1, 2, 3][..]));
+    assert_eq!(report.attained, report.meant);
+    // From one step higher it arrives all the same, by other landmarks than its map means.
+    let (report, _) = run(&stairs(), &map, &[0, 1, 2, 3], (7.0, 6.0));
+    assert_eq!((report.kind, &report.attained[..]), (Kind::Unaware, &[1, 2, 3][..]));
+}
+
+#[test]
+fn where_a_word_means_nothing_a_map_that_branches_looks_elsewhere() {
+    // North-east of the top there is nothing.
+    let map = "(*, SW)\n(Isol, (-, NE, 3), SW)\n(Isol, -)";
+    let (report, _) = run(&stairs(), map, &[3, 3, 2], (20.0, 20.0));
+    assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[3, 2][..]));
+}
+
+#[test]
+fn who_branches_in_circles_is_lost_in_the_end() {
+    let map = "(*, SW)\n(Isol, (*, NE, 3), -)\n(Isol, (*, SW, 2), -)";
+    let (report, _) = run(&stairs(), map, &[0, 1, 0], (0.0, 0.0));
+    assert_eq!(report.kind, Kind::Lost);
+    assert!(report.recoveries > 8, "{report:?}");
+}
+
 #[test]
 fn a_landmark_that_is_not_there_cannot_be_located() {
     // North-west of the first dot there is nothing.

@@ -1,0 +1,34 @@
+//! Success of straight and branching maps on worlds of one's own.
+
+use std::time::Instant;
+
+use sketchnav_directions::arrival::Effort;
+use sketchnav_directions::experiments::{Choice, Setting, success};
+use sketchnav_schemas::statistics::mean;
+
+#[allow(clippy::disallowed_methods, reason = "an example measures time")]
+fn main() -> Result<(), sketchnav_directions::Error> {
+    let mut arguments = std::env::args().skip(1);
+    let worlds: u64 = arguments.next().and_then(|word| word.parse().ok()).unwrap_or(20);
+    let first: u64 = arguments.next().and_then(|word| word.parse().ok()).unwrap_or(700_000);
+    let sigmas: Vec<f64> = arguments.filter_map(|word| word.parse().ok()).collect();
+    let effort = Effort::USUAL;
+    for sigma in if sigmas.is_empty() { vec![5.0, 3.0, 1.0] } else { sigmas } {
+        for (name, choice) in
+            [("simulated", Choice::Simulated(effort)), ("branching", Choice::Branching(effort))]
+        {
+            let begin = Instant::now();
+            let result = success(choice, &Setting::of_sigma(sigma)?, first..first + worlds, 20)?;
+            let each_s = begin.elapsed().as_secs_f64() / f64::from(result.planned.max(1));
+            println!(
+                "{sigma} mm {name}: {:.1} % of {} worlds, stated {:.1} %, {:.1} entries, {each_s:.2} s a world, kinds {:?}",
+                100.0 * mean(&result.arrived),
+                result.planned,
+                100.0 * mean(&result.stated),
+                mean(&result.entries),
+                result.tally.counts,
+            );
+        }
+    }
+    Ok(())
+}

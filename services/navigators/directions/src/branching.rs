@@ -1,0 +1,112 @@
+//! Maps that branch: the most probable ones, from the map-maker's model of the navigator's slips. This part is ours.
+//!
+//! A straight map is followed blindly, and one slip ends it. A map that branches says of each landmark which others the navigator may
+//! have attained in its place, how these are told by their panoramas, and where to go on from them. The map-maker
+//! 1. simulates what may happen at each landmark near its paths ([`model`]);
+//! 2. searches for the controller of the greatest probability of arrival ([`policy`]);
+//! 3. writes it as a map of few entries and few signs ([`writing`]);
+//! 4. compares several such maps, and straight ones, by whole journeys, and states the probability of arrival of the best
+//!    ([`crate::arrival`]).
+
+pub mod model;
+pub mod policy;
+pub mod writing;
+
+use crate::arrival::{Effort, FINALISTS, Pilot, most_probable, ranked, simulate};
+use crate::atlas::Atlas;
+use crate::description::{Descriptor, Vocabulary};
+use crate::error::Error;
+use crate::geometry::Point;
+use crate::path::{Path, Start};
+use crate::plan::Plan;
+use crate::plane::DotId;
+use model::Model;
+use policy::{Search, Weights};
+
+/// How far around a path, in windows, places count.
+const REACH: f64 = 1.5;
+/// A map has at most so many times the entries of the straight one.
+const LONGEST: usize = 3;
+
+/// What the searches weigh, one for each map that is compared.
+const WEIGHTS: [Weights; 5] = [
+    Weights { discount: 0.985, nothing: 0.8, new_place: 0.01, least_visits: 0.01 },
+    Weights { discount: 0.97, nothing: 0.8, new_place: 0.03, least_visits: 0.02 },
+    Weights { discount: 0.97, nothing: 0.8, new_place: 0.02, least_visits: 0.005 },
+    Weights { discount: 0.95, nothing: 0.8, new_place: 0.01, least_visits: 0.01 },
+    Weights { discount: 0.9, nothing: 0.8, new_place: 0.01, least_visits: 0.005 },
+];
+/// How often the model is simulated, each time with other errors: a search trusts what its model says of rare slips.
+const MODELS: u64 = 2;
+
+/// The words of maps that branch, as far as a navigator understands them. The closest landmark is often a sure one.
+const WORDS: [Descriptor; 3] = [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any];
+
+/// The words that a navigator understands.
+pub fn words(vocabulary: Vocabulary) -> Vec<Descriptor> {
+    WORDS.into_iter().filter(|&word| vocabulary.has(word)).collect()
+}
+
+/// The plan with the greatest probability of arrival among maps that branch and straight ones, and that probability.
+///
+/// # Errors
+/// As [`most_probable`].
+pub fn most_probable_branching(
+    atlas: &Atlas,
+    start: Start,
+    goal: DotId,
+    pilot: &Pilot,
+    effort: Effort,
+    seed: u64,
+) -> Result<Plan, Error> {
+    let straight = most_probable(atlas, start, goal, pilot, effort, seed)?;
+    let (dots, words) = (near(atlas, &straight.path), words(pilot.settings.vocabulary));
+    let mut plans = Vec::new();
+    for number in 0..MODELS {
+        let model = Model::new(atlas, pilot, dots.clone(), &words, effort.trials, seed.wrapping_add(number));
+        let written = |weights: &Weights| written(&model, *weights, &straight).transpose();
+        plans.extend(WEIGHTS.iter().filter_map(written).collect::<Result<Vec<_>, _>>()?);
+    }
+    plans.push(straight.clone());
+    let plans = ranked(atlas, plans, pilot, effort.trial_journeys, (seed, "branching"))?;
+    let finalists = plans.into_iter().take(FINALISTS).collect();
+    let plans = ranked(atlas, finalists, pilot, effort.trial_journeys * 4, (seed, "branching final"))?;
+    let plan = plans.into_iter().next().unwrap_or(straight);
+    let tally = simulate(atlas, &plan, pilot, effort.journeys, (seed, "stated"))?;
+    Ok(Plan { probability: Some(tally.probability()), ..plan })
+}
+
+/// The map of the best controller; none if it leads nowhere, or if it is too long beside the straight one.
+fn written(model: &Model, weights: Weights, straight: &Plan) -> Result<Option<Plan>, Error> {
+    let landmarks = straight.path.landmarks();
+    let ends = [landmarks[0], landmarks[landmarks.len() - 1]].map(|dot| model.place(dot));
+    let [Some(start), Some(goal)] = ends else { return Ok(None) };
+    if start == goal {
+        return Ok(None);
+    }
+    let search = Search::run(model, weights, start, goal);
+    let plan = writing::write(model, &search, straight)?;
+    Ok(plan.filter(|plan| plan.map.entries().len() <= LONGEST * straight.map.entries().len()))
+}
+
+/// The dots near a path, ascending.
+fn near(atlas: &Atlas, path: &Path) -> Vec<DotId> {
+    let reach = REACH * atlas.window.side;
+    let mut dots: Vec<DotId> = Vec::new();
+    let landmarks = path.landmarks();
+    let around = |at: Point| atlas.plane.around(at, reach).map(|(dot, _)| dot).collect::<Vec<_>>();
+    dots.extend(around(atlas.plane.dot(landmarks[0])));
+    for pair in landmarks.windows(2) {
+        let (from, to) = (atlas.plane.dot(pair[0]), atlas.plane.dot(pair[1]));
+        let steps = ((to - from).norm() / atlas.window.side).ceil().max(1.0);
+        for step in 1..=steps as u32 {
+            dots.extend(around(from + (to - from) * (f64::from(step) / steps)));
+        }
+    }
+    dots.sort_unstable();
+    dots.dedup();
+    dots
+}
+
+#[cfg(test)]
+mod tests;

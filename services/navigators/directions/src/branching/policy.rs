@@ -1,0 +1,388 @@
+//! A finite-state controller for the navigator: what to do at each place that it takes a landmark for, and which landmark to take the
+//! next one for by its panorama.
+//!
+//! The navigator remembers no more than the place where it believes to be. The map-maker knows what it may truly be at then: a
+//! *belief*, the true places of all simulated journeys that come to this entry. Bounded policy iteration (after Poupart and Boutilier
+//! 2003) takes turns: for the controller, how probable arrival is from each true place and believed place; and for each belief, the
+//! action and the reading of panoramas that make arrival most probable.
+
+use super::model::{Model, Outcome, PANORAMAS};
+
+/// What the policy search weighs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights {
+    /// What an entry costs: the value of arrival is multiplied by this for each.
+    pub discount: f64,
+    /// What is left of the value of a place when its word has found nothing there.
+    pub nothing: f64,
+    /// What it costs to come to a place that the map does not have yet, as a share of its value.
+    pub new_place: f64,
+    /// A place that fewer journeys come to is left out of the map.
+    pub least_visits: f64,
+}
+
+/// What the navigator does at a place, and how it reads what it sees then.
+#[derive(Debug, Clone)]
+pub struct Node {
+    /// The number of the action.
+    pub action: usize,
+    /// The place to take a landmark for, by its panorama.
+    pub reads: Box<[usize; PANORAMAS]>,
+    /// The places that it takes landmarks for, each with the panoramas of these.
+    pub takes: Vec<(usize, Vec<u8>)>,
+    /// The place to take the same landmark for if there is no landmark that the word means.
+    pub nothing: usize,
+}
+
+/// The controller: a node for each place of the model; none for those that the map lacks, and for the goal, where it ends.
+#[derive(Debug, Clone)]
+pub struct Policy {
+    /// The nodes.
+    pub nodes: Vec<Option<Node>>,
+    /// The place where it begins.
+    pub start: usize,
+    /// The place where it ends.
+    pub goal: usize,
+}
+
+/// How often journeys come to a believed place with a true one.
+#[derive(Debug, Clone)]
+pub struct Visits {
+    /// For each believed place, the true ones.
+    pub beliefs: Vec<Vec<(usize, f64)>>,
+}
+
+impl Visits {
+    /// How many journeys end at the goal.
+    pub fn arrives(&self, goal: usize) -> f64 {
+        self.beliefs[goal].iter().filter(|(at, _)| *at == goal).map(|(_, visits)| visits).sum()
+    }
+
+    /// How many journeys come to a believed place.
+    pub fn of(&self, place: usize) -> f64 {
+        self.beliefs[place].iter().map(|(_, visits)| visits).sum()
+    }
+}
+
+/// Rounds of the policy iteration with all places, and with those that the map has.
+const ROUNDS: usize = 4;
+const LAST_ROUNDS: usize = 3;
+/// The most entries that a journey reads.
+const LONGEST: usize = 60;
+/// Sweeps over the places in each round.
+const SWEEPS: usize = 16;
+/// Less probable outcomes are neglected.
+const RARE: f64 = 0.004;
+
+/// Searches for the best controller from a start to a goal.
+pub struct Search<'a> {
+    model: &'a Model,
+    weights: Weights,
+    /// Of each place, if the navigator knew where it is.
+    values: Vec<f64>,
+    /// Of a true place where another one is believed, by believed place.
+    joint: Vec<Vec<f32>>,
+    allowed: Vec<bool>,
+    /// The best controller.
+    pub policy: Policy,
+    /// The journeys by it.
+    pub visits: Visits,
+}
+
+impl<'a> Search<'a> {
+    /// Searches.
+    pub fn run(model: &'a Model, weights: Weights, start: usize, goal: usize) -> Self {
+        let places = model.dots.len();
+        let policy = Policy { nodes: vec![None; places], start, goal };
+        let visits = Visits { beliefs: vec![Vec::new(); places] };
+        let (values, joint) = (values(model, weights, goal), Vec::new());
+        let mut search = Self { model, weights, values, joint, allowed: vec![true; places], policy, visits };
+        search.begin();
+        (0..ROUNDS).for_each(|_| search.round());
+        let least = weights.least_visits;
+        search.allowed = (0..places)
+            .map(|place| place == goal || place == start || search.visits.of(place) >= least)
+            .collect();
+        search.begin();
+        let mut best: Option<(f64, Policy, Visits, Vec<Vec<f32>>)> = None;
+        for _ in 0..LAST_ROUNDS {
+            search.round();
+            let arrives = search.visits.arrives(goal);
+            if best.as_ref().is_none_or(|(most, ..)| arrives > *most) {
+                best = Some((arrives, search.policy.clone(), search.visits.clone(), search.joint.clone()));
+            }
+        }
+        if let Some((_, policy, visits, joint)) = best {
+            (search.policy, search.visits, search.joint) = (policy, visits, joint);
+        }
+        search
+    }
+
+    /// Nothing is known but that it is right to end at the goal. So values grow from below, and what leads in circles has none.
+    fn begin(&mut self) {
+        let Policy { nodes, goal, .. } = &mut self.policy;
+        nodes.fill(None);
+        self.joint = vec![vec![0.0; nodes.len()]; nodes.len()];
+        self.joint[*goal][*goal] = 1.0;
+    }
+
+    /// Improves each place again and again for the journeys by the last controller, those near the goal first; then sends journeys.
+    fn round(&mut self) {
+        let goal = self.policy.goal;
+        let mut order: Vec<_> =
+            (0..self.values.len()).filter(|&place| place != goal && self.allowed[place]).collect();
+        order.sort_by(|&a, &b| self.values[b].total_cmp(&self.values[a]));
+        for sweep in 0..SWEEPS {
+            for &place in &order {
+                if sweep < 3 || sweep % 4 == 0 {
+                    self.improve(place);
+                }
+                self.back_up(place);
+            }
+        }
+        self.visits = visits_of(self.model, &self.policy);
+    }
+
+    /// The best action and reading for the belief at a place, if they are better than those that it has. A place that no journey
+    /// comes to is believed to be the true one.
+    fn improve(&mut self, place: usize) {
+        let visited = self.visits.of(place);
+        let mut belief: Vec<_> = match visited > 0.0 {
+            true => self.visits.beliefs[place].iter().map(|&(at, v)| (at, v / visited)).collect(),
+            false => vec![(place, 1.0)],
+        };
+        belief.retain(|(_, share)| *share > RARE);
+        let now: f64 = belief.iter().map(|&(at, p)| p * f64::from(self.joint[place][at])).sum();
+        let node = self.best_node(place, &belief);
+        if let Some((_, node)) = node.filter(|(value, _)| *value > now + 1e-6) {
+            self.policy.nodes[place] = Some(node);
+        }
+    }
+
+    /// What a believed place is worth at each true one, by what follows.
+    fn back_up(&mut self, place: usize) {
+        let Some(node) = &self.policy.nodes[place] else { return };
+        let worth = |at: usize| {
+            let mut value = 0.0;
+            let outcome = self.model.outcome(at, node.action);
+            for &(to, p) in &outcome.to {
+                let panoramas = self.model.panoramas(to);
+                let of = node.takes.iter().map(|(taken, share)| {
+                    let seen: f32 = share.iter().map(|&seen| panoramas[usize::from(seen)]).sum();
+                    seen * self.joint[*taken][to]
+                });
+                value += p * f64::from(of.sum::<f32>());
+            }
+            if node.nothing != usize::MAX {
+                value += self.weights.nothing * outcome.nothing * f64::from(self.joint[node.nothing][at]);
+            }
+            (self.weights.discount * value) as f32
+        };
+        self.joint[place] = (0..self.values.len()).map(worth).collect();
+    }
+
+    /// The true places of journeys that come to a believed one.
+    pub fn belief(&self, place: usize) -> Vec<(usize, f64)> {
+        let visits = self.visits.of(place).max(f64::MIN_POSITIVE);
+        self.visits.beliefs[place].iter().map(|&(at, v)| (at, v / visits)).filter(|b| b.1 > RARE).collect()
+    }
+
+    /// How probable arrival is from a true place that is taken for another one.
+    pub fn worth(&self, taken: usize, at: usize) -> f32 {
+        self.joint[taken][at]
+    }
+
+    fn best_node(&self, place: usize, belief: &[(usize, f64)]) -> Option<(f64, Node)> {
+        // If every landmark were recognised, an action would be worth this.
+        let bound = |after: &After| {
+            let led: f64 = after.to.iter().map(|&(to, p)| p * self.values[to]).sum();
+            let nothing: f64 = after.nothing.iter().map(|&(at, p)| p * self.values[at]).sum();
+            (led + nothing * self.weights.nothing) * self.weights.discount
+        };
+        let all = (0..self.model.actions.len()).map(|action| (action, after(self.model, belief, action)));
+        let mut all: Vec<_> = all.map(|(action, after)| (bound(&after), action, after)).collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let mut best: Option<(f64, Node)> = None;
+        for (bound, action, after) in all {
+            if best.as_ref().is_some_and(|(most, _)| bound <= *most) {
+                break;
+            }
+            let (value, node) = self.read(place, action, &after);
+            if best.as_ref().is_none_or(|(most, _)| value > *most) {
+                best = Some((value, node));
+            }
+        }
+        best
+    }
+
+    /// The best reading of what is seen after an action, and its value.
+    fn read(&self, place: usize, action: usize, after: &After) -> (f64, Node) {
+        let places = after.places();
+        let known = |place: usize| match place == self.policy.goal || self.visits.of(place) > 0.0 {
+            true => 1.0,
+            false => 1.0 - self.weights.new_place,
+        };
+        let choices: Vec<usize> = places.iter().copied().filter(|&place| self.allowed[place]).collect();
+        let worth: Vec<Vec<f32>> = choices
+            .iter()
+            .map(|&choice| {
+                let value = |&(to, p): &(usize, f64)| (p * known(choice)) as f32 * self.joint[choice][to];
+                after.to.iter().map(value).collect()
+            })
+            .collect();
+        let (mut value, mut reads) = (0.0, Box::new([usize::MAX; PANORAMAS]));
+        for seen in 0..PANORAMAS {
+            let mut best = (0.0_f32, usize::MAX);
+            for (choice, worth) in choices.iter().zip(&worth) {
+                let of: f32 =
+                    after.to.iter().zip(worth).map(|(&(to, _), w)| w * self.model.panoramas(to)[seen]).sum();
+                if of > best.0 || best.1 == usize::MAX {
+                    best = (of, *choice);
+                }
+            }
+            value += f64::from(best.0);
+            reads[seen] = best.1;
+        }
+        // What the model holds to be impossible may happen all the same.
+        let stays = if after.nothing.is_empty() { &after.before } else { &after.nothing };
+        let stay =
+            |place: usize| -> f64 { stays.iter().map(|&(at, p)| p * f64::from(self.joint[place][at])).sum() };
+        // To do the same again would find as little. What is right at another place may be right here.
+        let others = (0..self.allowed.len()).filter(|&other| other != place && other != self.policy.goal);
+        let others =
+            others.filter(|&other| self.allowed[other]).map(|other| (stay(other) * known(other), other));
+        let best = others.filter(|(worth, _)| *worth > 0.0).max_by(|a, b| a.0.total_cmp(&b.0));
+        let nothing = best.map_or(usize::MAX, |(_, other)| other);
+        if !after.nothing.is_empty() {
+            value += best.map_or(0.0, |(worth, _)| worth * self.weights.nothing);
+        }
+        (value * self.weights.discount, Node { action, takes: grouped(&reads), reads, nothing })
+    }
+}
+
+/// Where a node leads from a true place: what the landmark is taken for, what it is, and how probable that is.
+fn follow(model: &Model, node: &Node, at: usize) -> Vec<(usize, usize, f64)> {
+    let mut next: Vec<(usize, usize, f64)> = Vec::new();
+    for &(to, p) in &model.outcome(at, node.action).to {
+        let panoramas = model.panoramas(to);
+        let begin = next.len();
+        for (seen, &taken) in node.reads.iter().enumerate() {
+            if taken == usize::MAX {
+                continue;
+            }
+            let p = p * f64::from(panoramas[seen]);
+            match next[begin..].iter_mut().find(|(other, ..)| *other == taken) {
+                Some((.., sum)) => *sum += p,
+                None => next.push((taken, to, p)),
+            }
+        }
+    }
+    next
+}
+
+/// The places that are read, each with its panoramas.
+fn grouped(reads: &[usize; PANORAMAS]) -> Vec<(usize, Vec<u8>)> {
+    let mut groups: Vec<(usize, Vec<u8>)> = Vec::new();
+    for (seen, &taken) in reads.iter().enumerate().filter(|(_, taken)| **taken != usize::MAX) {
+        match groups.iter_mut().find(|(other, _)| *other == taken) {
+            Some((_, group)) => group.push(seen as u8),
+            None => groups.push((taken, vec![seen as u8])),
+        }
+    }
+    groups
+}
+
+/// How often journeys by a controller come to each believed place, and which true ones they are at then.
+pub fn visits_of(model: &Model, policy: &Policy) -> Visits {
+    let places = model.dots.len();
+    let mut sums: Vec<Vec<(usize, f64)>> = vec![Vec::new(); places];
+    let mut now: Vec<Vec<(usize, f64)>> = vec![Vec::new(); places];
+    let mut cache: std::collections::BTreeMap<(usize, usize), Vec<(usize, usize, f64)>> = Default::default();
+    now[policy.start].push((policy.start, 1.0));
+    for _ in 0..LONGEST {
+        let mut then: Vec<Vec<(usize, f64)>> = vec![Vec::new(); places];
+        for (believed, belief) in now.iter().enumerate() {
+            for &(at, mass) in belief {
+                add(&mut sums[believed], at, mass);
+                let Some(node) = policy.nodes[believed].as_ref().filter(|_| believed != policy.goal) else {
+                    continue;
+                };
+                let next = cache.entry((believed, at)).or_insert_with(|| follow(model, node, at));
+                for &(taken, to, p) in next.iter() {
+                    if mass * p > 1e-5 {
+                        add(&mut then[taken], to, mass * p);
+                    }
+                }
+                let nothing = model.outcome(at, node.action).nothing * mass;
+                if nothing > 1e-5 && node.nothing != usize::MAX {
+                    add(&mut then[node.nothing], at, nothing);
+                }
+            }
+        }
+        now = then;
+    }
+    Visits { beliefs: sums }
+}
+
+fn add(belief: &mut Vec<(usize, f64)>, at: usize, mass: f64) {
+    match belief.iter_mut().find(|(other, _)| *other == at) {
+        Some((_, sum)) => *sum += mass,
+        None => belief.push((at, mass)),
+    }
+}
+
+/// What an action may attain from a belief.
+pub struct After {
+    /// The places, and their probabilities.
+    pub to: Vec<(usize, f64)>,
+    /// Where it may still be if there is no landmark that the word means.
+    pub nothing: Vec<(usize, f64)>,
+    /// Where it may be before.
+    pub before: Vec<(usize, f64)>,
+}
+
+impl After {
+    fn places(&self) -> Vec<usize> {
+        self.to.iter().map(|&(to, _)| to).collect()
+    }
+}
+
+/// What an action may attain from a belief. Rare outcomes are neglected.
+pub fn after(model: &Model, belief: &[(usize, f64)], action: usize) -> After {
+    let mut after = After { to: Vec::new(), nothing: Vec::new(), before: belief.to_vec() };
+    for &(at, share) in belief {
+        let Outcome { to, nothing } = model.outcome(at, action);
+        to.iter().for_each(|&(to, p)| add(&mut after.to, to, share * p));
+        if *nothing > 0.0 {
+            add(&mut after.nothing, at, share * nothing);
+        }
+    }
+    after.to.retain(|(_, p)| *p > RARE);
+    after.nothing.retain(|(_, p)| *p > RARE);
+    after
+}
+
+/// How probable arrival is from each place if the navigator always knew where it is.
+fn values(model: &Model, weights: Weights, goal: usize) -> Vec<f64> {
+    let places = model.dots.len();
+    let mut values = vec![0.0; places];
+    values[goal] = 1.0;
+    for _ in 0..200 {
+        let mut change = 0.0_f64;
+        for place in (0..places).filter(|&place| place != goal) {
+            for action in 0..model.actions.len() {
+                let Outcome { to, nothing } = model.outcome(place, action);
+                let led: f64 = to.iter().map(|&(to, p)| p * values[to]).sum();
+                let value = weights.discount * (led + nothing * weights.nothing * values[place]);
+                if value > values[place] {
+                    change = change.max(value - values[place]);
+                    values[place] = value;
+                }
+            }
+        }
+        if change < 1e-5 {
+            break;
+        }
+    }
+    values
+}

@@ -207,7 +207,7 @@ impl<'a> Styles<'a> {
         Ok(())
     }
 
-    /// Refuses a length that cannot be read, because the renderer would not draw its shape.
+    /// Refuses an unreadable length, because the renderer would drop the shape.
     fn check_length(&self, node: Node, key: &str, value: &str, scope: &Scope) -> Result<(), SketchError> {
         if scope.is_hidden || !LENGTHS.contains(&key) || !SHAPES.contains(&node.tag_name().name()) {
             return Ok(());

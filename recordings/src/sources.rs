@@ -5,8 +5,8 @@
 //! [`RecordedRun`]. Its mission uses the names that the files have inside the recording, and its [`RecordedFiles`] contain no
 //! other files. Using a recording reads nothing outside of it.
 //!
-//! A map's picture is found by the line `image:` in its YAML, and a plane's picture by the table `picture`. Files that cannot
-//! be read when a run is recorded are left out; the run is recorded anyway.
+//! A map's picture is found by the line `image:` in its YAML, and a plane's picture by the table `picture`. If a
+//! file cannot be read, it is left out, and the run is recorded without it.
 
 use std::collections::BTreeMap;
 use std::io;

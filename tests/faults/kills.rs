@@ -5,7 +5,7 @@ use serde_json::Value;
 use sketchnav_schemas::channels::STATUS;
 use support::{Place, Running, kill_if_alive, repository, room, send, wait_until};
 
-/// Starts a mission that cannot be over before the test has interfered with it.
+/// Starts a mission that lasts until the test has interfered with it.
 fn drive(place: &Place, name: &str, speed: &str) -> Running {
     let mut running = place.start(&format!("demo --json --out {name} --system {name} --speed {speed}"));
     place.wait_until_driving(&mut running, name);

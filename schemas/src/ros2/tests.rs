@@ -119,7 +119,7 @@ uint32 PERSON=3 # A person walking.
 std_msgs/Header header
 # Number of the message that caused this one.
 uint64 source_seq
-# Where, x and y.
+# Position of the contact, x and y.
 geometry_msgs/Point position_m
 # Largest impulse of the contact so far, N·s.
 float64 impulse_ns

@@ -136,7 +136,7 @@ impl Report {
         Ok(Self {
             mission: run.mission.name.clone(),
             seed: run.seed,
-            // Files that cannot be read were already reported before the drive.
+            // Unreadable files were already reported before the drive.
             doubts: doubts::of(run, files).unwrap_or_default(),
             driven: log.driven(),
             wall_seconds,

@@ -122,8 +122,8 @@ fn floor(shapes: &FloorShapes, mission: &Mission, goal: &Place) -> String {
     })
 }
 
-/// Judges the drives that have not been judged yet, and writes the table and the pages. Files that cannot be read are
-/// named and left out.
+/// Judges the drives that have not been judged yet, and writes the table and the pages. Unreadable files are named
+/// and left out.
 fn write(study: &Folder) -> Result<Everyone, Failure> {
     let mut everyone = study.everyone().or_input()?;
     for kept in &mut everyone.kept {

@@ -98,7 +98,8 @@ export function transformed(drawing, keys, { map, turn_deg }) {
 
 // ---------------------------------------------------------------------------- where they are
 
-const union = (a, b) => [Math.min(a[0], b[0]), Math.min(a[1], b[1]), Math.max(a[2], b[2]), Math.max(a[3], b[3])];
+/** The box around two boxes. */
+export const union = (a, b) => [Math.min(a[0], b[0]), Math.min(a[1], b[1]), Math.max(a[2], b[2]), Math.max(a[3], b[3])];
 
 /** The box around the points of items, `null` if there are none. */
 export const boxAround = (drawing, keys) => (
@@ -193,7 +194,7 @@ export const unitCount = (drawing, keys) => units(drawing, keys).length;
  * start, so they are not copied. Copies of a group are a group of their own; the copy of a goal comes last and has no name.
  */
 export function duplicated(drawing, keys, by) {
-  return withCopies(drawing, [...keys].map((key) => ({ kind: kindOf(key), item: itemOf(drawing, key) })), by);
+  return withCopies(drawing, copied(drawing, keys), by);
 }
 
 /** As `duplicated`, of items `{ kind, item }` from whatever drawing. */

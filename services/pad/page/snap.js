@@ -2,7 +2,7 @@
 // stands beside it. Pure. A guide is `{ point }` or `{ line: [a, b] }`, to show what something has snapped to.
 
 import { between, boxOf, distance, meeting, nearestOn } from "./geometry.js";
-import { allKeys, isClosed, pointsOf } from "./items.js";
+import { allKeys, isClosed, pointsOf, union } from "./items.js";
 
 /** How near to an end something snaps to it, screen pixels. */
 export const SNAP_PX = 10;
@@ -120,7 +120,7 @@ const parts = (box, axis) => [box[axis], (box[axis] + box[axis + 2]) / 2, box[ax
 function besideOthers(moving, by, others, reach) {
   const guides = [];
   if (!moving.length) return { by, guides };
-  const own = moving.reduce((a, b) => [Math.min(a[0], b[0]), Math.min(a[1], b[1]), Math.max(a[2], b[2]), Math.max(a[3], b[3])]);
+  const own = moving.reduce(union);
   const snapped = [0, 1].map((axis) => {
     let best = null;
     for (const box of others) {

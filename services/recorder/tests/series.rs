@@ -4,7 +4,7 @@
 mod support;
 
 use std::fs::OpenOptions;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sketchnav_recorder::Recorder;
 use sketchnav_recordings::Recording;
@@ -93,25 +93,30 @@ fn files_of_four_seconds_survive_three_kills_and_are_one_recording() {
 /// now checked where the duration is.
 #[test]
 fn a_file_ends_when_it_is_as_large_as_the_run_says() {
+    const LIMIT: u64 = 60_000;
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("test.mcap");
-    let mut run = run("series-size", &path);
-    run.split = Split { bytes: Some(60_000), duration_ns: None };
-    let system = TestSystem::create(&run);
-    let (world, node) = (system.join(Process::World), system.join(Process::Recorder));
-    let mut ticks_out = world.writer(TICK).unwrap();
-    let mut recorder = Recorder::open(&node).unwrap();
-    for seq in 1..=1600 {
-        ticks_out.send(|message| message.header = header(seq)).unwrap();
-        recorder.pass().unwrap();
-    }
-    recorder.end().unwrap();
-    let files = series::files(&path).unwrap();
+    // What every file holds besides its messages: the description of the run, the definitions and the index.
+    let rest: u64 = record_ticks("series-nothing", &folder.path().join("nothing.mcap"), 0)[0].metadata().unwrap().len();
+    let files = record_ticks("series-size", &folder.path().join("test.mcap"), 1600);
     let sizes: Vec<_> = files.iter().map(|file| file.metadata().unwrap().len()).collect();
-    // The description of the run and the index take about 40 kB.
-    assert!(files.len() > 1 && sizes.iter().all(|bytes| *bytes < 110_000), "{sizes:?}");
+    assert!(files.len() > 1 && sizes.iter().all(|bytes| *bytes < LIMIT + rest), "{sizes:?} of {LIMIT} + {rest}");
     assert_eq!(files.iter().flat_map(|file| ticks(file)).collect::<Vec<_>>(), (1..=1600).collect::<Vec<_>>());
 
-    drop((node, ticks_out, world));
-    system.remove();
+    /// Records this many ticks with files of `LIMIT` bytes, and returns the files.
+    fn record_ticks(name: &str, path: &Path, count: u64) -> Vec<PathBuf> {
+        let mut run = run(name, path);
+        run.split = Split { bytes: Some(LIMIT), duration_ns: None };
+        let system = TestSystem::create(&run);
+        let (world, node) = (system.join(Process::World), system.join(Process::Recorder));
+        let mut ticks_out = world.writer(TICK).unwrap();
+        let mut recorder = Recorder::open(&node).unwrap();
+        for seq in 1..=count {
+            ticks_out.send(|message| message.header = header(seq)).unwrap();
+            recorder.pass().unwrap();
+        }
+        recorder.end().unwrap();
+        drop((node, ticks_out, world));
+        system.remove();
+        series::files(path).unwrap()
+    }
 }

@@ -33,8 +33,8 @@ pub struct Person {
 }
 
 impl Person {
-    /// Creates a person who knows the positions of these places in the drawing. At least one pair is needed. With only one, a
-    /// metre counts as a pixel.
+    /// Creates a person from positions on the floor and the matching positions in the drawing. At least one pair is needed. With
+    /// only one, a metre counts as a pixel.
     pub fn new(matched: impl IntoIterator<Item = (Point<World>, Point<Sketch>)>) -> Self {
         let pair = |(world, sketch): (Point<World>, Point<Sketch>)| {
             [Complex::new(world.x, world.y), Complex::new(sketch.x, sketch.y)]

@@ -36,7 +36,7 @@ const DEGREES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 /// Maximum number of drawings that are examined to find one with the published counts.
 const MOST_DRAWINGS: u64 = 2_000;
 
-pub(super) const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes and sketches are lost. Here both scenes are rebuilt from the text, and a program draws sketches that give as many states as those of the thesis; none was driven before it was chosen.";
+const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes and sketches are lost. Here both scenes are rebuilt from the text, and a program draws sketches that give as many states as those of the thesis; none was driven before it was chosen.";
 
 /// Returns the robot with the dimensions and limits of the thesis.
 pub(super) fn robot() -> Result<Robot, EvalError> {

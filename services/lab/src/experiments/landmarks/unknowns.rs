@@ -12,12 +12,14 @@ use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::seed;
 use sketchnav_sim::scenes::{Object, Scene, apart, distance_to};
 
+use super::variants::others;
 use super::{STATES, mission, thesis};
 use crate::error::EvalError;
 use crate::experiments::suite::{Folders, Suite};
 use crate::experiments::trial::Trial;
 
 const TITLE: &str = "Two scenes of Chronis 2007, rebuilt with their objects slightly elsewhere, by exact sketches: what the thesis leaves open, one reading after the other.";
+const NOTICE: &str = "paper: Chronis 2007, tables 5.2 to 5.6. Its scenes are lost, and are rebuilt from the text here. The sketches are exact, so the published figures are not to be expected of them.";
 /// Number of times each scene is rebuilt.
 const REBUILT: u64 = 30;
 /// Maximum displacement of an object along each axis, in metres. This is 5 pixels of 5 inches, the tolerance of the
@@ -71,9 +73,8 @@ impl Reading {
     fn of(&self, trial: &Trial) -> Trial {
         let mut one = trial.clone();
         one.mission.navigator.given.insert("route_step_m".into(), (self.step_in * INCH_M).into());
-        let others = if self.is_by_direction { "direction-only" } else { "strict" };
         let sketcher = one.mission.parameters.of_mut(Process::Sketcher);
-        sketcher.insert("other_objects".into(), others.into());
+        sketcher.insert("other_objects".into(), others(self.is_by_direction).into());
         sketcher.insert("proximity_tolerance_m".into(), (self.proximity_in * INCH_M).into());
         let patience = [("factor", self.patience), ("most_stretch", self.most_stretch)];
         let patience = toml::Table::from_iter(patience.map(|(key, value)| (key.to_owned(), value.into())));
@@ -133,7 +134,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
     }
     Ok(Suite {
         title: TITLE.into(),
-        notices: vec![thesis::NOTICE.into()],
+        notices: vec![NOTICE.into()],
         trials,
         lines: Some("reading, scene"),
         repetitions: 1,

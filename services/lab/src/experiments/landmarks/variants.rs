@@ -46,10 +46,14 @@ impl Variant {
         one.method = Some(STATES.into());
         let sketcher = one.mission.parameters.of_mut(Process::Sketcher);
         sketcher.insert("additional_states".into(), self.is_additional.into());
-        let others = if self.is_by_direction { "direction-only" } else { "strict" };
-        sketcher.insert("other_objects".into(), others.into());
+        sketcher.insert("other_objects".into(), others(self.is_by_direction).into());
         one
     }
+}
+
+/// Returns the value of the sketcher's parameter `other_objects` for either reading of the objects after the first.
+pub const fn others(is_by_direction: bool) -> &'static str {
+    if is_by_direction { "direction-only" } else { "strict" }
 }
 
 /// Returns the trials by every variant, beginning with those of the first one.

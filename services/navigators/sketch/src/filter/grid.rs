@@ -81,8 +81,8 @@ impl Grid {
 
     /// Returns the t, at most `t_max`, at which the ray (x, y) + t·(dx, dy), all in pixels, enters a wall. A ray that starts in a
     /// wall leaves it first if it can do so by `t_leave`; otherwise the result is 0. A drawn line only shows where a person's hand
-    /// went, so a robot that is believed to stand on the line does see the rooms next to it, whereas no robot stands inside a
-    /// pillar.
+    /// went, so a robot that is believed to stand on the line sees the rooms next to it. No robot stands inside a pillar,
+    /// however.
     #[inline]
     pub fn cast(&self, from_px: [f32; 2], direction_px: [f32; 2], t_leave: f32, t_max: f32) -> f32 {
         let ([x_px, y_px], [dx_px, dy_px]) = (from_px, direction_px);

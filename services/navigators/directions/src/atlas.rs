@@ -1,4 +1,4 @@
-//! All that the map-maker knows of a plane: the transitions, their reliability, and what surrounds each dot.
+//! Everything that the map-maker knows about a plane: the transitions, their reliability, and the surroundings of each dot.
 
 use crate::description::Descriptor;
 use crate::error::Error;
@@ -9,24 +9,24 @@ use crate::reliability::Reliability;
 use crate::signature::Signature;
 use crate::transitions::{Kinds, Movement, Transition, Transitions};
 
-/// All that the map-maker knows of a plane.
+/// Everything that the map-maker knows about a plane.
 #[derive(Debug, Clone)]
 pub struct Atlas {
-    /// The dots, as the map-maker sees them.
+    /// The dots at the positions where the map-maker sees them.
     pub plane: Plane,
     /// The navigator's window.
     pub window: Window,
-    /// What is attained from where.
+    /// The transitions from landmark to landmark.
     pub transitions: Transitions,
-    /// What surrounds each dot.
+    /// The surroundings of each dot.
     pub signatures: Vec<Signature>,
-    /// −ln R of each transition.
+    /// −ln R of each transition, in the order of the transitions' numbers.
     pub unreliability: Vec<f32>,
-    /// The errors and models that it stands on.
+    /// The error model that `unreliability` was computed with.
     pub reliability: Reliability,
-    /// The word by which recoveries seek.
+    /// The word that recoveries use to seek the right landmark.
     recovers_by: Descriptor,
-    /// From which corners of each landmark transitions lead on, a bit each.
+    /// For each landmark, a bit for each corner from which a transition begins.
     exits: Vec<u8>,
 }
 
@@ -43,23 +43,23 @@ impl Atlas {
         let exits = (0..plane.len() as DotId)
             .map(|dot| transitions.from(dot).iter().fold(0, |bits, entry| bits | 1 << entry.corner as u8))
             .collect();
-        // A navigator that lacks the word of the paper's recoveries comes back by one that it has.
+        // A navigator that doesn't know the word of the paper's recoveries uses the first word that it does know.
         let knows_isolated = kinds.words.is_empty() || kinds.words.contains(&Descriptor::Isolated);
         let recovers_by = if knows_isolated { Descriptor::Isolated } else { kinds.words[0] };
         Self { plane, window, transitions, signatures, unreliability, reliability, recovers_by, exits }
     }
 
-    /// The ways back after errors.
+    /// Returns the search for recoveries on this plane.
     pub fn recoveries(&self) -> Result<Recoveries<'_>, Error> {
         Recoveries::new(&self.plane, self.window, &self.signatures, self.recovers_by)
     }
 
-    /// Whether a transition leads on from a landmark in a corner.
+    /// Returns true if a transition begins at a landmark in a corner.
     pub fn leads_on(&self, landmark: DotId, corner: Corner) -> bool {
         self.exits[landmark as usize] >> corner as u8 & 1 == 1
     }
 
-    /// The reliable parkways and trajectories: those with at least this R (4.2.3).
+    /// Returns the reliable parkways and trajectories, which are those with at least this R (4.2.3).
     pub fn reliable(&self, least: f64) -> Transitions {
         let most = -least.max(f64::MIN_POSITIVE).ln();
         let mut number = 0;
@@ -69,7 +69,7 @@ impl Atlas {
         })
     }
 
-    /// The parkways and trajectories of which a check says something: [`Check::is_detectable`] or [`Check::is_recoverable`]
+    /// Returns the parkways and trajectories that pass a check, such as [`Check::is_detectable`] or [`Check::is_recoverable`]
     /// (4.2.4).
     pub fn checked(&self, keeps: impl Fn(Check) -> bool) -> Result<Transitions, Error> {
         let recoveries = self.recoveries()?;
@@ -79,7 +79,7 @@ impl Atlas {
         }))
     }
 
-    /// The same plane with other probabilities, one for each transition, from simulation.
+    /// Replaces the probabilities by simulated ones, one for each transition.
     pub fn with_probabilities(mut self, probabilities: &[f64]) -> Result<Self, Error> {
         if probabilities.len() != self.unreliability.len() {
             let found = probabilities.len() as f64;
@@ -91,24 +91,26 @@ impl Atlas {
         Ok(self)
     }
 
-    /// Whether a robot on land drives from one place to another without coming near walls; above a plane nothing is in its way.
+    /// Returns true if a robot on land can drive straight from one position to another without coming close to walls. Above a
+    /// plane, this is always true.
     pub fn is_free(&self, from: Point, to: Point) -> bool {
         !self.plane.walls().bar(from, to)
     }
 
-    /// Whether a robot on land drives all around a landmark.
+    /// Returns true if a robot on land can drive all the way around a landmark.
     pub fn is_free_around(&self, landmark: DotId) -> bool {
         let beside = Corner::ROUND.map(|corner| self.centre(landmark, corner));
         self.plane.walls().is_empty() || beside.windows(2).all(|pair| self.is_free(pair[0], pair[1]))
     }
 
-    /// Where the window is over the target of a transition, on land beside it: where a journey ends.
+    /// Returns the position of the window's centre at the end of a journey: over the target of the last transition or, on land,
+    /// beside it.
     pub fn over(&self, from: Point, landmark: DotId) -> Point {
         let at = self.plane.dot(landmark);
         self.window.land.map_or(at, |_| from + self.window.over(at - from))
     }
 
-    /// Whether a transition can be driven: to its target as the goal, or to one side of it at least.
+    /// Returns true if a robot can drive to the target of a transition, either as the goal or to at least one side of it.
     pub fn can_be_driven(&self, from: DotId, transition: &Transition) -> bool {
         let at = self.centre(from, transition.corner);
         self.plane.walls().is_empty()
@@ -116,13 +118,13 @@ impl Atlas {
             || Corner::ALL.into_iter().any(|corner| self.is_free(at, self.centre(transition.to, corner)))
     }
 
-    /// Where the window's centre is when a landmark lies in a corner.
+    /// Returns the position of the window's centre when a landmark lies in a corner.
     pub fn centre(&self, landmark: DotId, corner: Corner) -> Point {
         self.plane.dot(landmark) + self.window.centre_from(corner)
     }
 
-    /// How far the window's centre moves from the corner where a transition begins until its target is known, and where it
-    /// is then.
+    /// Returns the distance that the window's centre travels from the corner where a transition begins until the target is
+    /// known, and the position of the centre at that moment.
     pub fn window_way(&self, from: DotId, transition: &Transition) -> (f64, Point) {
         let begin = self.centre(from, transition.corner);
         if transition.movement == Movement::Seek {
@@ -136,13 +138,14 @@ impl Atlas {
         ((middle - begin).norm() + slide, middle + along * slide)
     }
 
-    /// How far the window's centre moves until the target lies in a corner; with none, until it is known.
+    /// Returns the distance that the window's centre travels until the target lies in a corner or, without a corner, until the
+    /// target is known.
     pub fn window_distance(&self, from: DotId, transition: &Transition, place: Option<Corner>) -> f64 {
         let (way, at) = self.window_way(from, transition);
         way + place.map_or(0.0, |corner| (self.centre(transition.to, corner) - at).norm())
     }
 
-    /// How far it is from dot to dot.
+    /// Returns the distance from dot to dot.
     pub fn landmark_distance(&self, from: DotId, transition: &Transition) -> f64 {
         (self.plane.dot(transition.to) - self.plane.dot(from)).norm()
     }
@@ -166,7 +169,7 @@ mod tests {
         let counts = [0.0, 0.8, 0.95, 1.0].map(|least| atlas.reliable(least).count());
         assert_eq!(counts[0], atlas.transitions.count());
         assert!(counts[0] > counts[1] && counts[1] > counts[2] && counts[2] > counts[3], "{counts:?}");
-        // Some of the obvious landmarks are among them, but no crowded ones.
+        // These include some of the obvious landmarks, but none of the crowded ones.
         assert!(atlas.reliable(0.95).all().all(|(_, entry)| entry.candidates == 1));
     }
 

@@ -1,182 +1,182 @@
-//! What can be wrong with input.
+//! Errors in the input of this crate.
 
-/// Why input was rejected. Each variant says what was expected and what was found.
+/// The reason why input was rejected. The message of each variant says what was expected and what was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A plane without a dot.
+    /// The plane has no dots.
     #[error("expected at least one dot, found none")]
     NoDots,
-    /// More dots than an index of 32 bits holds.
+    /// There are more dots than a 32-bit index can address.
     #[error("expected at most {limit} dots, found {found}")]
     TooManyDots {
-        /// The greatest number of dots.
+        /// Maximum number of dots.
         limit: usize,
-        /// How many there are.
+        /// Number of dots found.
         found: usize,
     },
-    /// A coordinate that is not finite, or too large to be squared.
+    /// A coordinate is not finite, or is too large to be squared.
     #[error("dot {dot}: expected coordinates within ±{limit:e}, found ({x}, {y})")]
     Coordinate {
-        /// Its number, from 0.
+        /// Number of the dot, from 0.
         dot: usize,
-        /// Its x.
+        /// The dot's x coordinate.
         x: f64,
-        /// Its y.
+        /// The dot's y coordinate.
         y: f64,
-        /// The largest magnitude that is accepted.
+        /// Maximum magnitude of a coordinate.
         limit: f64,
     },
-    /// Two dots in one place.
+    /// Two dots have the same position.
     #[error("dots {first} and {second}: expected different places, found both at ({x}, {y})")]
     SamePlace {
-        /// The number of the first, from 0.
+        /// Number of the first dot, from 0.
         first: usize,
-        /// The number of the second.
+        /// Number of the second dot, from 0.
         second: usize,
-        /// Their x.
+        /// The x coordinate of both dots.
         x: f64,
-        /// Their y.
+        /// The y coordinate of both dots.
         y: f64,
     },
-    /// A parameter out of its range.
+    /// A parameter is out of range.
     #[error("{what}: expected {expected}, found {found}")]
     Parameter {
-        /// Which parameter.
+        /// Name of the parameter.
         what: &'static str,
-        /// Its range.
+        /// Description of the valid range.
         expected: &'static str,
-        /// The number.
+        /// The invalid value.
         found: f64,
     },
-    /// A dot that the plane lacks.
+    /// The plane has no dot with this number.
     #[error("dot {dot}: expected a number below {dots}")]
     UnknownDot {
-        /// The number.
+        /// The unknown number.
         dot: u32,
-        /// How many dots there are.
+        /// Number of dots of the plane.
         dots: usize,
     },
-    /// A map without entries, or with too many.
+    /// A map has no entries, or too many.
     #[error("expected a map of 1 to {limit} entries, found {found}")]
     MapLength {
-        /// The greatest number of entries.
+        /// Maximum number of entries.
         limit: usize,
-        /// How many there are.
+        /// Number of entries found.
         found: usize,
     },
-    /// An entry within a map that does not say where its landmark goes.
+    /// An entry before the last one has no corner for its landmark.
     #[error("entry {entry}: expected a corner, since other entries follow")]
     NoCorner {
-        /// Its number, from 1.
+        /// Number of the entry, from 1.
         entry: usize,
     },
-    /// An entry that takes no landmark as right and yet says where the right one goes.
+    /// An entry has a corner for the right landmark although it accepts no landmark as right.
     #[error("entry {entry}: expected \"-\" at its end, since none of its signs is the right one")]
     NothingRight {
-        /// Its number, from 1.
+        /// Number of the entry, from 1.
         entry: usize,
     },
-    /// A branch that leads out of the map.
+    /// A branch leads to an entry that the map doesn't have.
     #[error("entry {entry}: expected a branch to one of the {all} entries, found {found}")]
     NoEntry {
-        /// The number of the entry that branches, from 1.
+        /// Number of the entry with the branch, from 1.
         entry: usize,
-        /// Where it leads, from 1.
+        /// Number of the missing entry, from 1.
         found: usize,
-        /// How many entries there are.
+        /// Number of entries of the map.
         all: usize,
     },
-    /// An entry that is never read.
+    /// No other entry leads to this entry, so it would never be read.
     #[error("entry {entry}: expected the entry before it or a branch to lead to it, found none that does")]
     NotLedTo {
-        /// Its number, from 1.
+        /// Number of the entry, from 1.
         entry: usize,
     },
-    /// A map that breaks the grammar.
+    /// A map violates the grammar.
     #[error("line {line}, column {column}: expected {expected}, found {found}")]
     Map {
-        /// The line, from 1.
+        /// Line number, from 1.
         line: usize,
         /// The column in characters, from 1.
         column: usize,
-        /// What should stand there.
+        /// What the grammar allows at this position.
         expected: &'static str,
-        /// The word that stands there.
+        /// The word found there instead.
         found: String,
     },
-    /// A map with a word that the navigator does not understand.
+    /// A map uses a word that the navigator doesn't understand.
     #[error("entry {entry}: expected a word that the navigator understands, found {word:?}")]
     Vocabulary {
-        /// The entry's number, from 1.
+        /// Number of the entry, from 1.
         entry: usize,
-        /// The word.
+        /// The unknown word.
         word: &'static str,
     },
-    /// A start where the window shows no dot.
+    /// The window shows no dot at the start.
     #[error("start ({x}, {y}): expected a landmark in view, found none")]
     NothingInView {
-        /// The window's centre.
+        /// The x coordinate of the window's centre.
         x: f64,
-        /// The window's centre.
+        /// The y coordinate of the window's centre.
         y: f64,
     },
-    /// A goal with no dot near it.
+    /// There is no dot near the goal.
     #[error("goal ({x}, {y}): expected a dot within a window around it, found none")]
     NoGoal {
-        /// The place.
+        /// The goal's x coordinate.
         x: f64,
-        /// The place.
+        /// The goal's y coordinate.
         y: f64,
     },
-    /// A goal to which no path leads.
+    /// No path leads to the goal.
     #[error(
         "no path from dot {start} to dot {goal}: {reached} dots are reached from the start, {reaching} reach the goal. \
          A path would have to lead from dot {from} to dot {to}, {why}"
     )]
     Unreachable {
-        /// The landmark at the start.
+        /// The start landmark.
         start: u32,
-        /// The goal.
+        /// The goal landmark.
         goal: u32,
-        /// How many dots are reached from the start, itself included.
+        /// Number of dots that can be reached from the start, including the start itself.
         reached: usize,
-        /// How many dots reach the goal, itself included.
+        /// Number of dots from which the goal can be reached, including the goal itself.
         reaching: usize,
-        /// The dot reached that is the closest to one that reaches the goal.
+        /// The dot reached from the start that is closest to one from which the goal can be reached.
         from: u32,
-        /// That one.
+        /// The dot from which the goal can be reached that is closest to `from`.
         to: u32,
-        /// What bars the way between them.
+        /// What prevents a transition from `from` to `to`.
         why: Barrier,
     },
 }
 
-/// What bars the way from a landmark to another.
+/// What prevents a transition from one landmark to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Barrier {
-    /// A wall stands between them.
+    /// A wall stands between the landmarks.
     Wall {
-        /// Their distance.
+        /// Distance between the landmarks, in the plane's unit.
         gap: f64,
     },
-    /// They are too far apart to be seen together.
+    /// The landmarks are too far apart to be seen together.
     Far {
-        /// Their distance.
+        /// Distance between the landmarks, in the plane's unit.
         gap: f64,
-        /// How far apart two can be.
+        /// Maximum distance at which two landmarks are seen together, in the plane's unit.
         reach: f64,
     },
-    /// The way between them is too narrow for the robot.
+    /// The gap between the landmarks is too narrow for the robot to drive through.
     Narrow {
-        /// Their distance.
+        /// Distance between the landmarks, in the plane's unit.
         gap: f64,
     },
-    /// No word means the second one from the first.
+    /// From the first landmark, no word means the second one.
     Word {
-        /// Their distance.
+        /// Distance between the landmarks, in the plane's unit.
         gap: f64,
     },
-    /// Both are one, and no way leads from one side of it to another.
+    /// Both are the same landmark, and the robot can't drive from one side of it to another.
     Around,
 }
 

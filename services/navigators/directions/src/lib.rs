@@ -1,28 +1,29 @@
 //! Directions from landmark to landmark, after Park and Kender 1995.
 //!
-//! A *map-maker* sees a plane of identical dots. A *navigator* sees a small window of it and measures nothing else: it has
-//! no odometer and no compass. The map-maker plans a path that the navigator can follow by a short list of symbols, the
-//! *custom map*. The map also tells the navigator how to notice that it went wrong, and how to come back.
+//! A *map-maker* sees a plane of identical dots. A *navigator* sees only a small window of that plane and has no other sensor,
+//! neither odometer nor compass. The map-maker plans a path and writes it down as a short list of symbols that the navigator
+//! can follow, the *custom map*. The map also tells the navigator how to recognise a mistake and how to recover from it.
 //!
-//! The map-maker:
-//! - [`plane`]: the dots and their spatial index; [`generate`]: random planes;
-//! - [`isolation`], [`description`]: which dot of a view a word means; [`signature`]: what surrounds a dot; [`sight`], [`walls`]: what
-//!   hides it, and what bars the way to it;
-//! - [`parkway`], [`trajectory`], [`transitions`]: which landmark is attained from which, and their sparse matrix;
-//! - [`reliability`], [`fit`]: equations 1 and 2; [`recovery`]: errors that are detected and corrected;
-//! - [`atlas`], [`survey`]: all of that together; [`path`], [`plan`]: costs and the best path; [`wording`]: words that depend on
-//!   the path;
-//! - [`pillars`]: landmarks on land in a laser scan;
-//! - [`arrival`]: the most probable path, by simulation; [`experiments`]: the paper's, and ours.
+//! The map-maker uses:
+//! - [`plane`], the dots and their spatial index, and [`generate`], random planes;
+//! - [`isolation`] and [`description`], which dot of a view a word means; [`signature`], what surrounds a dot; [`sight`] and
+//!   [`walls`], what hides a landmark and what blocks the path to it;
+//! - [`parkway`], [`trajectory`] and [`transitions`], which landmark is attained from which, and the sparse matrix of these
+//!   transitions;
+//! - [`reliability`] and [`fit`], equations 1 and 2, and [`recovery`], how errors are detected and corrected;
+//! - [`atlas`] and [`survey`], which combine all of the above; [`path`] and [`plan`], the costs and the best path; [`wording`],
+//!   the words that depend on the path;
+//! - [`pillars`], which finds landmarks on land in a laser scan;
+//! - [`arrival`], the most probable path, found by simulation, and [`branching`], maps that branch;
+//! - [`experiments`], both the paper's and our own.
 //!
-//! The stages of the navigator `directions`: [`stages`].
+//! The map-maker and the navigator share [`custom_map`], a file that people can read and write. [`navigator`] follows such a
+//! map, and [`traversal`] simulates journeys for trials. [`stages`] has the stages of the navigator `directions`.
 //!
-//! Both: [`custom_map`], the file that people read and write. The navigator: [`navigator`]. For trials: [`traversal`].
-//!
-//! **Units and frames.** Lengths are in one unit that the caller chooses; the paper's is the millimetre. x points east, y
+//! **Units and frames.** All lengths are in one unit that the caller chooses; the paper uses millimetres. x points east, y
 //! north. The window never turns on purpose, so its axes are those of the plane except for the helicopter's own errors.
 //!
-//! Nothing here knows a clock, a file, a channel, a thread or randomness of its own.
+//! Except for the stages, this crate uses no clock, file, channel or thread, and no source of randomness of its own.
 
 pub mod arrival;
 pub mod atlas;
@@ -57,7 +58,7 @@ pub mod wording;
 #[cfg(test)]
 mod testing;
 
-/// The README's example runs.
+/// Compiles and runs the README's example as a doctest.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

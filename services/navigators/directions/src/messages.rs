@@ -1,6 +1,6 @@
-//! Its messages and channels: the custom maps, the description of the window, the state of a journey.
+//! The navigator's messages and channels: the custom maps, the description of the view, and the state of a journey.
 //!
-//! Places in the view are metres in the window's own axes, from its centre: x to its right, y upwards.
+//! Positions in the view are in metres, in the window's own axes and relative to its centre: x to the right, y upwards.
 
 use sketchnav_schemas::declare::{channels, codes, messages, parts};
 use sketchnav_schemas::message::{MAX_DOTS, MAX_PLANE_DOTS};
@@ -8,115 +8,117 @@ use sketchnav_schemas::valid::{Checked, count, ensure, near};
 
 use crate::stages::mission::KIND;
 
-/// Most bytes of the custom maps of a mission.
+/// Maximum size of the custom maps of a mission, in bytes.
 pub const MAX_DIRECTIONS_BYTES: usize = 1 << 20;
-/// Most landmarks of all journeys of a mission.
+/// Maximum number of landmarks of all journeys of a mission.
 pub const MAX_PLANNED: usize = 512;
-/// Words of the language of custom maps.
+/// Number of words in the language of custom maps.
 pub const MAX_WORDS: usize = 8;
 
 codes! {
-    /// What a navigator by landmarks is doing.
+    /// The current activity of a navigator by landmarks.
     pub enum Activity {
-        /// It looks for the landmark that a word means.
+        /// Looks for the landmark that a word means.
         Seek = 0 "seek",
-        /// It brings a pair of landmarks to the middle of its window, or slides along their line.
+        /// Brings a pair of landmarks to the middle of the window, or slides along the line through them.
         Slide = 1 "slide",
-        /// It looks around the landmark that it has attained.
+        /// Looks around the landmark that it has attained.
         Verify = 2 "verify",
-        /// It moves the landmark to the corner that the entry says.
+        /// Moves the landmark to the corner that the entry names.
         Adjust = 3 "adjust",
-        /// It goes back from a wrong landmark.
+        /// Returns from a wrong landmark.
         Recover = 4 "recover",
-        /// It rests.
+        /// Rests.
         Rest = 5 "rest",
     }
 }
 
 messages! {
-    /// The custom maps of the tasks; the slice behind it is their text. A line `---` ends the map of a task.
+    /// The custom maps of the tasks. The slice after the message is their text, in which a line `---` separates the maps of two
+    /// tasks.
     pub struct Directions version 1 in "" with data {
-        /// How many maps there are.
+        /// Number of maps.
         pub map_count: u32,
         /// Zero.
         pub reserved: u32 as Zero,
     }
 
-    /// What the map-maker means by the custom maps, for people and the judge: no navigator hears of it. The slice behind it
-    /// has the dots as the map-maker sees them, two f32 each: x and y, metres, frame `world`.
+    /// The map-maker's intentions behind the custom maps, for people and for the judge. No navigator may read this message. The
+    /// slice after the message has the dots at the positions where the map-maker sees them, as two f32 each: x and y in metres,
+    /// in the frame `world`.
     pub struct Itinerary version 1 in "world" with data {
-        /// How many entries of `journeys` count.
+        /// Number of valid entries of `journeys`.
         pub journey_count: u32 as Count,
-        /// How many entries of `landmarks` count.
+        /// Number of valid entries of `landmarks`.
         pub landmark_count: u32 as Count,
-        /// The journeys, one a task.
+        /// The journeys, one for each task.
         pub journeys: [PlannedJourney; 64] where journey_count counts,
-        /// The landmarks, one for each entry of each map; empty for a map that the map-maker did not make.
+        /// The landmarks, one for each entry of each map. Empty for a map that the map-maker did not make.
         pub landmarks: [PlannedLandmark; 512] where landmark_count counts,
     }
 
-    /// What is in view, described: how isolated each dot is, what surrounds it, and which dot each word means.
+    /// The view, described: how isolated each dot is, what surrounds it, and which dot each word means.
     pub struct Description version 1 in "window" valid if description {
-        /// When the view was taken; 0 before the first.
+        /// Time at which the view was taken, or 0 before the first view.
         pub view_stamp_ns: u64,
-        /// The number of the view: the same number is the same view; 0 before the first.
+        /// Number of the view, or 0 before the first view. An unchanged number means an unchanged view.
         pub views: u64,
-        /// How many entries of `dots` count.
+        /// Number of valid entries of `dots`.
         pub dot_count: u32 as Count,
         /// Zero.
         pub reserved: u32 as Zero,
-        /// Which entry of `dots` each word means in the window proper, from 1; 0 for none. The order is that of
-        /// the language.
+        /// For each word, in the order of the language, the entry of `dots` that it means in the window proper, counted from 1.
+        /// 0 if the word means no dot.
         pub meant: [u32; 8],
         /// The dots.
         pub dots: [DescribedDot; 64] where dot_count counts,
     }
 
-    /// How a journey stands.
+    /// The state of a journey.
     pub struct Journey version 1 in "window" valid if journey {
-        /// What the navigator is doing.
+        /// The navigator's current activity.
         pub activity: u32 as Activity,
         /// The task, from 0.
         pub task: u32,
-        /// The entry of the map that it works on, from 0.
+        /// The current entry of the map, from 0.
         pub entry: u32,
-        /// How many entries it has finished, each with a landmark that it took as right.
+        /// Number of entries finished, each with a landmark that the navigator accepted as right.
         pub accepted: u32,
-        /// How often it has recovered.
+        /// Number of recoveries so far.
         pub recoveries: u32,
-        /// Whether it knows where its reference landmark is: 0 or 1.
+        /// 1 if the navigator knows the position of its reference landmark, otherwise 0.
         pub has_reference: u32,
-        /// 1: it could not locate the landmark of its entry, and has given up.
+        /// 1 if the navigator could not locate the landmark of its entry and has given up, otherwise 0.
         pub cannot_locate: u32,
         /// Zero.
         pub reserved: u32 as Zero,
-        /// The reference landmark, to the right of the window's centre.
+        /// Position of the reference landmark, in metres to the right of the window's centre.
         pub reference_x_m: f64,
-        /// The reference landmark, above the window's centre.
+        /// Position of the reference landmark, in metres above the window's centre.
         pub reference_y_m: f64,
     }
 }
 
 parts! {
-    /// A dot in view with what is said of it.
+    /// A dot in view with its description.
     pub struct DescribedDot {
-        /// To the right of the window's centre, metres.
+        /// Position in metres to the right of the window's centre.
         pub x_m: f32,
-        /// Above the window's centre, metres.
+        /// Position in metres above the window's centre.
         pub y_m: f32,
-        /// How isolated it is among the dots of the window proper: the least of its mutual neighbourhood values; 0 for none.
+        /// Isolation among the dots of the window proper: the dot's smallest mutual neighbourhood value, or 0 if it has none.
         pub isolation: u32,
-        /// Which of its quadrants hold another dot in view, a bit each: SE 1, SW 2, NE 4, NW 8.
+        /// The quadrants of the dot that hold another dot in view, one bit each: SE 1, SW 2, NE 4, NW 8.
         pub quadrants: u32,
     }
 }
 
 parts! {
-    /// A journey as it is planned.
+    /// A journey as planned.
     pub struct PlannedJourney {
-        /// The way of the window, metres; 0 where the map-maker did not make the map.
+        /// Distance that the window travels, in metres, or 0 if the map-maker did not make the map.
         pub distance_m: f64,
-        /// The probability of arrival; below 0 where it was not estimated.
+        /// The probability of arrival, or a negative number if it was not estimated.
         pub probability: f64,
     }
 }
@@ -126,29 +128,29 @@ parts! {
     pub struct PlannedLandmark {
         /// The task, from 0.
         pub task: u32,
-        /// Its number among the dots that the map-maker sees, from 0.
+        /// Number of the dot among those that the map-maker sees, from 0.
         pub dot: u32,
-        /// Its place, metres.
+        /// The x coordinate, in metres.
         pub x_m: f32,
-        /// Its place, metres.
+        /// The y coordinate, in metres.
         pub y_m: f32,
     }
 }
 
 impl Description {
-    /// The dots that count.
+    /// Returns the valid entries of `dots`.
     pub fn dots(&self) -> &[DescribedDot] {
         &self.dots[..(self.dot_count as usize).min(MAX_DOTS)]
     }
 }
 
 impl Itinerary {
-    /// The journeys that count.
+    /// Returns the valid entries of `journeys`.
     pub fn journeys(&self) -> &[PlannedJourney] {
         &self.journeys[..(self.journey_count as usize).min(self.journeys.len())]
     }
 
-    /// The landmarks of a task, one for each entry of its map.
+    /// Returns the landmarks of a task, one for each entry of its map.
     pub fn landmarks(&self, task: usize) -> impl Iterator<Item = &PlannedLandmark> {
         let counted = &self.landmarks[..(self.landmark_count as usize).min(MAX_PLANNED)];
         counted.iter().filter(move |landmark| landmark.task as usize == task)
@@ -157,19 +159,19 @@ impl Itinerary {
 
 channels! {
     of KIND;
-    /// The custom maps.
+    /// The custom maps of the tasks.
     DIRECTIONS: Instruction Directions = "directions", Sketcher => [Planner],
         behind it up to MAX_DIRECTIONS_BYTES;
-    /// What the map-maker means by them; no navigator may open it.
+    /// The map-maker's intentions behind the custom maps. No navigator may open this channel.
     ITINERARY: Instruction Itinerary = "itinerary", Sketcher => [Supervisor, Pad],
         behind it up to 8 * MAX_PLANE_DOTS;
-    /// What is in view, described.
+    /// The description of the view.
     DESCRIPTION: Situation Description = "description", Localizer => [Planner, Pad];
-    /// How the journey stands.
+    /// The state of the journey.
     JOURNEY: Detail Journey = "journey", Planner => [Pad];
 }
 
-/// Dots as many as are counted, and words that mean one of them or none.
+/// Checks that the dots are as many as counted and that each word means one of them or none.
 fn description(description: &Description) -> Checked {
     count("dot_count", description.dot_count, MAX_DOTS)?;
     near("dots", description.dots().iter().flat_map(|dot| [dot.x_m, dot.y_m]))?;
@@ -178,7 +180,7 @@ fn description(description: &Description) -> Checked {
     meant.iter().try_for_each(|&dot| ensure(dot <= dots, "meant", "a dot of those that are counted", dot))
 }
 
-/// A reference at a place that can be.
+/// Checks that the flags are 0 or 1 and that the reference has a plausible position.
 fn journey(journey: &Journey) -> Checked {
     ensure(journey.has_reference <= 1, "has_reference", "0 or 1", journey.has_reference)?;
     ensure(journey.cannot_locate <= 1, "cannot_locate", "0 or 1", journey.cannot_locate)?;

@@ -1,29 +1,29 @@
-//! What a robot on land sees of its landmarks: as far as its range, and not behind others (Park and Kender 1995, 8).
+//! Which landmarks a robot on land sees: those within its range that no others hide (Park and Kender 1995, 8).
 //!
-//! Landmarks are cylinders of one radius. So a nearer one always looks wider than a further one, and hides it from a side. Walls
-//! hide them too.
+//! All landmarks are cylinders with the same radius. A nearer one therefore always looks wider than a more distant one, and
+//! hides it from one side at a time. Walls hide landmarks too.
 
 use crate::geometry::{Land, Point};
 use crate::walls::Walls;
 
-/// The least share of a landmark's width that must be in sight.
+/// Minimum fraction of a landmark's width that must be in sight.
 pub const LEAST_SHARE: f64 = 0.5;
 
-/// Half of the angle under which an eye sees a cylinder, radians.
+/// Half of the angle that a cylinder subtends at the eye, in radians.
 pub fn half_angle_rad(radius: f64, distance: f64) -> f64 {
     (radius / distance.max(radius)).asin()
 }
 
-/// From where a robot looks, among which walls.
+/// A viewpoint among walls.
 #[derive(Debug, Clone, Copy)]
 pub struct Eye<'a> {
-    /// Where it is.
+    /// The position of the eye.
     pub at: Point,
-    /// The walls.
+    /// The walls that can hide landmarks.
     pub walls: &'a Walls,
 }
 
-/// Whether a landmark is seen, given relative to the eye, with all the others around.
+/// Returns true if the eye sees a landmark among all others. All positions are relative to the eye.
 pub fn is_seen(land: Land, eye: Eye<'_>, landmark: Point, others: impl Iterator<Item = Point>) -> bool {
     let distance = landmark.norm();
     if distance > land.range {
@@ -46,7 +46,7 @@ pub fn is_seen(land: Land, eye: Eye<'_>, landmark: Point, others: impl Iterator<
     high - low >= 2.0 * half * LEAST_SHARE
 }
 
-/// The direction of a point, counter-clockwise from that of another, radians.
+/// Returns the angle from the direction of one point to that of another, counter-clockwise, in radians.
 pub(crate) fn bearing_rad(from: Point, to: Point) -> f64 {
     (from.x * to.y - from.y * to.x).atan2(from.dot(to))
 }
@@ -68,7 +68,7 @@ mod tests {
         assert!(!seen(5.0, 0.0, &[(2.0, 0.0)]), "right behind");
         assert!(seen(2.0, 0.0, &[(5.0, 0.0)]), "in front of it");
         assert!(seen(5.0, 0.0, &[(-2.0, 0.0)]), "on the other side");
-        // At 2 m the nearer one looks 0.075 rad wide to each side, the further one 0.03 rad at 5 m.
+        // At 2 m the nearer landmark extends 0.075 rad to each side; at 5 m the more distant one extends 0.03 rad.
         assert!(seen(5.0, 0.0, &[(2.0, 0.16)]) && !seen(5.0, 0.0, &[(2.0, 0.14)]));
         assert!(!seen(5.0, 0.0, &[(2.0, 0.18), (2.0, -0.18)]), "a slit between two");
     }

@@ -1,11 +1,13 @@
 //! The stages of the navigator `directions`.
 //!
-//! - [`mission`]: the keys of a mission of this kind;
-//! - [`sketcher`]: the map-maker. It sees the whole plane as the global camera does, and writes the custom maps;
-//! - [`localizer`]: describes what is in view;
-//! - [`planner`]: the navigator. It has the custom map and the description, and nothing else; on land a [`guard`] keeps it from
-//!   what is no landmark;
-//! - [`lookout`]: what a page shows of them; [`account`]: what is said of a run. What they say: [`messages`](crate::messages).
+//! - [`mission`] reads the keys of a mission of this kind.
+//! - [`sketcher`] is the map-maker, which sees the whole plane as the global camera does and writes the custom maps.
+//! - [`localizer`] describes what is in view.
+//! - [`planner`] is the navigator, which has nothing but the custom map and the description. On land, [`guard`] keeps the robot
+//!   away from everything that isn't a landmark.
+//! - [`lookout`] draws a journey for the page, and [`account`] reports on a run.
+//!
+//! The messages of the stages are in [`messages`](crate::messages).
 
 pub mod account;
 pub mod error;

@@ -1,5 +1,6 @@
-//! What the map-maker knows about a plane, in readable form: the transition matrix and the good landmarks (Park and Kender 1995,
-//! 5.1, table 2). They cover all parkways and trajectories, or only the reliable or the checked ones (4.2.3, 4.2.4, 4.6).
+//! A readable survey of what the map-maker knows about a plane: the transition matrix and the good landmarks (Park and Kender
+//! 1995, 5.1, table 2). A survey covers either all parkways and trajectories, or only the reliable or checked ones (4.2.3,
+//! 4.2.4, 4.6).
 
 use std::fmt;
 
@@ -9,16 +10,16 @@ use crate::plane::DotId;
 use crate::recovery::Check;
 use crate::transitions::{Transition, Transitions};
 
-/// The parkways and trajectories that count.
+/// The parkways and trajectories that a survey covers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Parkways {
-    /// All of them.
+    /// All parkways and trajectories.
     All,
-    /// Those with at least this reliability (4.2.3).
+    /// Only those with at least this reliability (4.2.3).
     Reliable(f64),
-    /// Those on which an error is detected (4.2.4).
+    /// Only those on which errors are detected (4.2.4).
     Detectable,
-    /// Those on which an error is corrected (4.2.4).
+    /// Only those on which errors are corrected (4.2.4).
     Recoverable,
 }
 
@@ -27,11 +28,11 @@ pub enum Parkways {
 pub enum Cost {
     /// The distance from landmark to landmark, in the plane's unit, as in table 2.
     Distance,
-    /// −ln R.
+    /// The unreliability, −ln R.
     Unreliability,
 }
 
-/// Which landmarks are attained from which on a plane.
+/// A survey of which landmarks can be attained from which on a plane.
 #[derive(Debug)]
 pub struct Survey<'a> {
     atlas: &'a Atlas,
@@ -39,7 +40,7 @@ pub struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
-    /// Surveys the parkways and trajectories that count.
+    /// Surveys the parkways and trajectories of this kind.
     pub fn new(atlas: &'a Atlas, parkways: Parkways) -> Result<Self, Error> {
         let transitions = match parkways {
             Parkways::All => atlas.transitions.clone(),
@@ -50,7 +51,8 @@ impl<'a> Survey<'a> {
         Ok(Self { atlas, transitions })
     }
 
-    /// The transition matrix: a row for each landmark of origin; each entry is the least cost.
+    /// Returns the transition matrix, with a row for each landmark of origin and a column for each target. Each entry is the
+    /// lowest cost of a transition, or `None` if there is none.
     pub fn matrix(&self, cost: Cost) -> Vec<Vec<Option<f64>>> {
         let Self { atlas, transitions } = self;
         let cost = |from, transition: &Transition| match cost {
@@ -68,7 +70,7 @@ impl<'a> Survey<'a> {
         matrix
     }
 
-    /// The matrix as comma-separated values, with the numbers of the landmarks in the first row and the first column.
+    /// Returns the matrix as comma-separated values, with the numbers of the landmarks in the first row and the first column.
     pub fn csv(&self, cost: Cost) -> String {
         let head: String = (0..self.transitions.landmarks()).map(|to| format!(",{to}")).collect();
         let row = |(from, row): (usize, Vec<Option<f64>>)| {
@@ -79,7 +81,7 @@ impl<'a> Survey<'a> {
         format!("from{head}{rows}\n")
     }
 
-    /// The landmarks, each with the number of landmarks from which it is attained; the best come first (5.1).
+    /// Returns the landmarks, each with the number of landmarks from which it is attained, best first (5.1).
     pub fn best_landmarks(&self) -> Vec<(DotId, u32)> {
         let mut landmarks: Vec<_> = (0..).zip(self.transitions.attained_from()).collect();
         landmarks.sort_by_key(|&(dot, from)| (std::cmp::Reverse(from), dot));
@@ -87,7 +89,7 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// Prints the landmarks, best first, and what connects them.
+/// Prints the landmarks, best first, followed by the numbers of transitions and components.
 impl fmt::Display for Survey<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{:>8} {:>10} {:>10} {:>13}", "LANDMARK", "X", "Y", "ATTAINED FROM")?;
@@ -132,8 +134,8 @@ mod tests {
         assert_eq!(best[0].0, 2, "C is attained from both parkways");
         let csv = survey.csv(Cost::Distance);
         assert!(csv.starts_with("from,0,1,2,3,4\n0,") && csv.contains("\n3,,,32.0000,,7.0178\n"), "{csv}");
-        // By sight: A to C, C to A, B to both, D and E to each other. By sliding: B to A away from C, and to C away from A; D and E to
-        // C. Nothing leads to B.
+        // By seeking: A to C, C to A, B to both, and D and E to each other. By sliding: B away from C to A and away from A to
+        // C, and D and E to C. Nothing leads to B.
         assert!(
             survey.to_string().ends_with("5 landmarks, 10 transitions, 3 strongly connected components\n"),
             "{survey}"

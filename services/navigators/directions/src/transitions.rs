@@ -1,7 +1,7 @@
 //! The transition matrix: which landmark is attained directly from which, and how (Park and Kender 1995, 5.1).
 //!
-//! The matrix is sparse: each landmark has a list of its transitions. A landmark has four corners, each corner at most one
-//! target for each word, and each pair of reference and target up to two trajectories.
+//! The matrix is sparse: each landmark has a list of its transitions. A landmark has four corners, each corner has at most one
+//! target for each word, and each pair of reference and target has up to two trajectories.
 
 use std::ops::Range;
 
@@ -17,69 +17,70 @@ use crate::trajectory::Slide;
 /// How the navigator moves to the target of a transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Movement {
-    /// It seeks a landmark that it sees: a path within a parkway.
+    /// The navigator seeks a landmark that it sees, so the transition lies within a parkway.
     Seek,
-    /// It slides from the reference in the direction of the landmark that it sees: `Trajp`.
+    /// The navigator slides from the reference towards the landmark that it sees: `Trajp`.
     Forward,
-    /// It slides in the opposite direction: `Trajn`.
+    /// The navigator slides in the opposite direction, away from the landmark that it sees: `Trajn`.
     Backward,
 }
 
-/// One way from a landmark to another.
+/// A transition from one landmark to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transition {
     /// The landmark that is attained.
     pub to: DotId,
     /// The landmark that the word means: the target itself, or the second of a trajectory's pair.
     pub seen: DotId,
-    /// How far the window slides; 0 for a path within a parkway.
+    /// Distance that the window slides, in the plane's unit, or 0 for a transition within a parkway.
     pub slide: f32,
-    /// How many candidates the word chooses from.
+    /// Number of candidates that the word chooses from.
     pub candidates: u16,
     /// The corner of the window where the reference lies.
     pub corner: Corner,
-    /// The word.
+    /// The word by which the navigator finds `seen`.
     pub word: Descriptor,
     /// How the navigator moves.
     pub movement: Movement,
 }
 
-/// All transitions of a plane, by the landmark where they begin.
+/// All transitions of a plane, indexed by the landmark at which they begin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transitions {
     begins: Vec<u32>,
     entries: Vec<Transition>,
 }
 
-/// What transitions a map-maker looks for.
+/// The kinds of transitions that a map-maker looks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kinds<'a> {
-    /// The words. Those that are not [`Descriptor::DEFINITE`] have no transitions.
+    /// The words to use. A word that isn't in [`Descriptor::DEFINITE`] yields no transitions.
     pub words: &'a [Descriptor],
-    /// Whether there are trajectories too.
+    /// Whether to look for trajectories as well.
     pub trajectories: bool,
 }
 
 impl Kinds<'_> {
-    /// What the paper's system has: the isolated landmark, in parkways and trajectories.
+    /// The kinds used by the paper's system: the isolated landmark, in parkways and trajectories.
     pub const PAPER: Self = Self { words: &[Descriptor::Isolated], trajectories: true };
-    /// Isolated parkways alone.
+    /// Isolated parkways, without trajectories.
     pub const ISOLATED: Self = Self { words: &[Descriptor::Isolated], trajectories: false };
-    /// Obvious parkways alone.
+    /// Obvious parkways, without trajectories.
     pub const OBVIOUS: Self = Self { words: &[Descriptor::Obvious], trajectories: false };
 }
 
-/// The dots in a quadrant of a landmark: its candidates, relative to it.
+/// The candidates of a landmark: the dots in one of its quadrants, with positions relative to the landmark.
 #[derive(Debug, Default)]
 pub struct Candidates {
-    /// Their numbers.
+    /// Numbers of the dots.
     pub dots: Vec<DotId>,
-    /// Where they are, relative to the landmark.
+    /// Positions of the dots, relative to the landmark.
     pub places: Vec<Point>,
 }
 
 impl Candidates {
-    /// Finds those of a landmark in a corner; on land, those that are seen from beside it.
+    /// Finds the candidates of a landmark that lies in a corner. On land, only dots that are seen from beside the landmark
+    /// count.
     pub fn find(&mut self, plane: &Plane, window: Window, landmark: DotId, corner: Corner) {
         self.dots.clear();
         self.places.clear();
@@ -101,7 +102,7 @@ impl Candidates {
         }
     }
 
-    /// The dot that a word means; none for words that mean no landmark that is known beforehand.
+    /// Returns the dot that a word means, or `None` for words whose landmark isn't known beforehand.
     pub fn pick(&self, word: Descriptor) -> Option<DotId> {
         Descriptor::DEFINITE
             .contains(&word)
@@ -112,7 +113,7 @@ impl Candidates {
 }
 
 impl Transitions {
-    /// Finds all transitions of these kinds. Takes time in proportion to the number of dots, for a given density.
+    /// Finds all transitions of these kinds. For a given density, this takes time proportional to the number of dots.
     pub fn new(plane: &Plane, window: Window, kinds: Kinds<'_>) -> Self {
         let mut begins = Vec::with_capacity(plane.len() + 1);
         let mut entries = Vec::new();
@@ -124,7 +125,7 @@ impl Transitions {
                 let seeks = kinds.words.iter().filter_map(|&word| seek(&candidates, corner, word));
                 for seek in seeks {
                     entries.push(seek);
-                    // A robot on land drives from landmark to landmark.
+                    // On land, the robot drives from landmark to landmark and never slides.
                     if kinds.trajectories && window.land.is_none() {
                         entries.extend(trajectories(plane, window, from, seek));
                     }
@@ -135,43 +136,44 @@ impl Transitions {
         Self { begins, entries }
     }
 
-    /// How many landmarks there are.
+    /// Number of landmarks.
     pub fn landmarks(&self) -> usize {
         self.begins.len() - 1
     }
 
-    /// How many transitions there are.
+    /// Number of transitions.
     pub fn count(&self) -> usize {
         self.entries.len()
     }
 
-    /// The transitions that begin at a landmark.
+    /// Returns the transitions that begin at a landmark.
     pub fn from(&self, landmark: DotId) -> &[Transition] {
         let landmark = landmark as usize;
         &self.entries[self.begins[landmark] as usize..self.begins[landmark + 1] as usize]
     }
 
-    /// The numbers of the transitions that begin at a landmark.
+    /// Returns the numbers of the transitions that begin at a landmark.
     pub fn numbers(&self, landmark: DotId) -> Range<u32> {
         self.begins[landmark as usize]..self.begins[landmark as usize + 1]
     }
 
-    /// The transition with a number, from 0.
+    /// Returns a transition by its number, from 0.
     pub fn number(&self, number: u32) -> &Transition {
         &self.entries[number as usize]
     }
 
-    /// The landmark where the transition with a number begins.
+    /// Returns the landmark at which a transition begins, by the transition's number.
     pub fn origin(&self, number: u32) -> DotId {
         self.begins.partition_point(|&begin| begin <= number) as DotId - 1
     }
 
-    /// All transitions with the landmark where each begins.
+    /// Iterates over all transitions, each with the landmark at which it begins.
     pub fn all(&self) -> impl Iterator<Item = (DotId, &Transition)> {
         (0..self.landmarks() as DotId).flat_map(|from| self.from(from).iter().map(move |entry| (from, entry)))
     }
 
-    /// Those that pass a test: reliable, error-detectable or error-recoverable parkways and trajectories (4.2.3, 4.2.4).
+    /// Returns the transitions that pass a test, such as the reliable, error-detectable or error-recoverable parkways and
+    /// trajectories (4.2.3, 4.2.4).
     pub fn filtered(&self, mut keeps: impl FnMut(DotId, &Transition) -> bool) -> Self {
         let mut kept = Self { begins: vec![0], entries: Vec::new() };
         for from in 0..self.landmarks() as DotId {
@@ -181,7 +183,8 @@ impl Transitions {
         kept
     }
 
-    /// From how many landmarks each is attained directly. A good landmark is attained from many (5.1).
+    /// Returns, for each landmark, the number of landmarks from which it is attained directly. A good landmark is attained from
+    /// many others (5.1).
     pub fn attained_from(&self) -> Vec<u32> {
         let mut counts = vec![0; self.landmarks()];
         let mut last = vec![DotId::MAX; self.landmarks()];
@@ -193,7 +196,7 @@ impl Transitions {
         counts
     }
 
-    /// The strongly connected components: the number of parkways that remain apart.
+    /// Returns the strongly connected components, which are the parkways that remain separate.
     pub fn components(&self) -> Components {
         let mut graph = DiGraph::<(), (), u32>::with_capacity(self.landmarks(), self.count());
         for _ in 0..self.landmarks() {
@@ -213,15 +216,15 @@ impl Transitions {
     }
 }
 
-/// The transition to the landmark that a word means.
+/// Returns the transition to the landmark that a word means.
 fn seek(candidates: &Candidates, corner: Corner, word: Descriptor) -> Option<Transition> {
     let seen = candidates.pick(word)?;
-    // A word means nothing among more than [`crate::description::MOST_CANDIDATES`].
+    // The cast can't overflow: a word means nothing among more than [`crate::description::MOST_CANDIDATES`] dots.
     let count = candidates.dots.len() as u16;
     Some(Transition { to: seen, seen, slide: 0.0, candidates: count, corner, word, movement: Movement::Seek })
 }
 
-/// The trajectories of a reference and the landmark that is seen, forwards and backwards.
+/// Returns the trajectories along the line of the reference and the landmark that is seen, forwards and backwards.
 fn trajectories(
     plane: &Plane,
     window: Window,
@@ -235,22 +238,22 @@ fn trajectories(
     })
 }
 
-/// Which landmarks belong together.
+/// A partition of the landmarks into components.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Components {
     /// The component of each landmark.
     pub of: Vec<u32>,
-    /// How many landmarks each component has.
+    /// Number of landmarks of each component.
     pub sizes: Vec<u32>,
 }
 
 impl Components {
-    /// How many there are.
+    /// Number of components.
     pub fn count(&self) -> usize {
         self.sizes.len()
     }
 
-    /// Whether two landmarks are in the same.
+    /// Returns true if two landmarks are in the same component.
     pub fn joins(&self, a: DotId, b: DotId) -> bool {
         self.of[a as usize] == self.of[b as usize]
     }
@@ -265,7 +268,7 @@ mod tests {
         Window::new(10.0, 0.0).unwrap()
     }
 
-    /// Figure 13 in small: A, B and C see each other; D and E too; a trajectory leads from D and E to C alone.
+    /// A miniature of figure 13: A, B and C see each other, as do D and E, and a trajectory leads only from D and E to C.
     fn figure_13() -> Plane {
         plane(&[(0.0, 0.0), (6.0, 3.0), (8.0, 9.0), (40.0, 9.0), (47.0, 9.5)])
     }
@@ -274,7 +277,7 @@ mod tests {
     fn parkways_apart_are_components_and_trajectories_join_them_one_way() {
         let world = figure_13();
         let parkways = Transitions::new(&world, window(), Kinds::ISOLATED).components();
-        // B lies between A and C, and neither has it as the isolated landmark.
+        // B lies between A and C, and for neither of them is it the isolated landmark.
         assert_eq!(parkways.count(), 3);
         assert!(parkways.joins(0, 2) && parkways.joins(3, 4) && !parkways.joins(2, 3));
         let all = Transitions::new(&world, window(), Kinds::PAPER);
@@ -286,7 +289,7 @@ mod tests {
     #[test]
     fn a_transition_tells_where_it_leads_and_by_what() {
         let all = Transitions::new(&figure_13(), window(), Kinds::PAPER);
-        // D in the south-west corner shows E alone; E's line with D leads west to C.
+        // With D in the south-west corner, only E is in view. The line from E to D leads west to C.
         let of_d: Vec<_> = all.from(3).iter().filter(|e| e.corner == Corner::Sw).collect();
         assert_eq!(of_d.len(), 2, "{of_d:?}");
         assert_eq!((of_d[0].to, of_d[0].movement, of_d[0].candidates), (4, Movement::Seek, 1));

@@ -1,11 +1,11 @@
-//! What is said of a run by custom maps: the entry that the navigator worked on, and how often it recovered.
+//! Reports on a run with custom maps: which entry the navigator worked on, and how often it recovered.
 
 use sketchnav_stage::account::{self, Curve, Summary};
 use sketchnav_stage::{Denied, Heard};
 
 use crate::messages::{JOURNEY, Journey};
 
-/// What the navigator of a run said of its journeys.
+/// The states of the journeys that the navigator of a run reported.
 #[derive(Default)]
 pub struct Account(Vec<Journey>);
 

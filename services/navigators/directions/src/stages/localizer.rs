@@ -1,7 +1,7 @@
-//! The localizer: describes what is in view, once a tick. It says how isolated each dot is, what surrounds it, and which dot
+//! The localizer, which describes what is in view once per tick: how isolated each dot is, what surrounds it, and which dot
 //! each word means (Park and Kender 1995, 5.6 and 6.3.1).
 //!
-//! It has no memory, so the word `New` means nothing to it.
+//! The localizer has no memory, so it never finds a dot for the word `New`.
 
 use arrayvec::ArrayVec;
 use serde::Serialize;
@@ -19,21 +19,21 @@ use crate::messages::{DESCRIPTION, DescribedDot, Description};
 use crate::pillars::Finder;
 use crate::signature::Signature;
 
-/// What is in view, and the header of what it was seen by.
+/// The dots in view, with the header of the message that showed them.
 type Seen = (Header, ArrayVec<Point, MAX_DOTS>);
 
 /// The localizer of a run.
 pub struct Localizer {
     window: Window,
-    /// On land it finds its landmarks in laser scans.
+    /// Finds the landmarks in laser scans, for a robot on land only.
     finder: Option<Finder>,
 }
 
 impl Localizer {
-    /// With the window of the run's robot, on land its laser.
+    /// Creates a localizer with the window of the run's robot and, on land, its laser.
     ///
     /// # Errors
-    /// [`DirectionsError`] for a robot without one.
+    /// [`DirectionsError`] if the robot lacks the sensor.
     pub fn new(run: &RunConfig) -> Result<Self, DirectionsError> {
         let (window, _) = mission::sight(&run.mission, &run.robot)?;
         Ok(Self { window, finder: mission::finder(&run.mission, &run.robot)? })
@@ -41,7 +41,7 @@ impl Localizer {
 }
 
 impl Localizer {
-    /// What is in view; `None` before the first look.
+    /// Returns what is in view, or `None` before the first view.
     fn seen(&self, instant: &Instant<'_>) -> Result<Option<Seen>, Denied> {
         let Some(finder) = &self.finder else {
             let seen = |view: &DotView| {
@@ -54,7 +54,7 @@ impl Localizer {
     }
 }
 
-/// Describes what is in view; all but the headers.
+/// Describes what is in view. Sets all fields but the header, the time and the number of the view.
 pub fn describe(dots: &[Point], window: Window, description: &mut Description) {
     let inside: ArrayVec<usize, MAX_DOTS> =
         (0..dots.len()).filter(|&index| window.shows(dots[index])).collect();
@@ -73,7 +73,7 @@ pub fn describe(dots: &[Point], window: Window, description: &mut Description) {
     }
 }
 
-/// The quadrants of a dot that hold another one in view, a bit each.
+/// Returns the quadrants of a dot that hold another dot in view, one bit each.
 fn signature(dots: &[Point], own: Point, window: Window) -> u32 {
     let mut signature = Signature::default();
     for relative in dots.iter().map(|&dot| dot - own).filter(|relative| *relative != Point::default()) {
@@ -111,7 +111,7 @@ mod tests {
     use bytemuck::Zeroable;
     use sketchnav_schemas::message::Message;
 
-    /// A pair near the middle, one dot by itself, and one in the margin.
+    /// A view with a pair near the middle, one dot on its own, and one in the margin.
     #[test]
     fn a_view_is_described() {
         let dots = [(0.0, 0.0), (0.01, 0.0), (-0.04, -0.04), (0.06, 0.0)].map(|(x, y)| Point::new(x, y));
@@ -124,7 +124,7 @@ mod tests {
         assert_eq!(means(Descriptor::Isolated), 3);
         assert_eq!((means(Descriptor::Obvious), means(Descriptor::New)), (0, 0));
         assert_eq!(description.dots[3].isolation, 0, "in the margin");
-        // South-west of the middle dot lies one, east of it two: on an axis, in two quadrants.
+        // One dot lies south-west of the middle dot. Two lie east of it, on an axis, and so count for two quadrants.
         let own = |bit: u32| description.dots[0].quadrants >> bit & 1;
         assert_eq!([own(0), own(1), own(2), own(3)], [0, 1, 1, 1]);
     }

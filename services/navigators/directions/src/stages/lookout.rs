@@ -1,6 +1,6 @@
-//! What a page shows of a journey by a custom map. The window is in the middle of the sheet with the dots in it. Around it
-//! lies the plane as the map-maker sees it, as if the navigator were right about its landmark. Where dots in the window lie
-//! beside those of the plane, it is wrong.
+//! Draws a journey with a custom map for the page. The window with its dots is in the middle of the sheet. Around it lies the
+//! plane as the map-maker sees it, placed as if the navigator were right about its landmark. If the dots in the window don't
+//! coincide with those of the plane, the navigator is wrong.
 
 use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape};
@@ -8,39 +8,39 @@ use sketchnav_stage::{Denied, Heard};
 
 use crate::messages::{Activity, DESCRIPTION, Description, ITINERARY, Itinerary, JOURNEY, Journey};
 
-/// Where the entry at hand is named: so far ahead, as a share of what is shown.
+/// Distance ahead of the robot at which the current entry is named, as a fraction of the displayed distance.
 const ROW: f64 = 0.92;
-/// What lies farther away than so many times what is shown is left out.
+/// Points farther away than this multiple of the displayed distance are left out.
 const NEAR: f64 = 3.0;
 
-/// What is known of the plane and the journey.
+/// The latest state of the plane and of the journey.
 pub struct Lookout {
     reach_m: f64,
-    /// The window's side; `None` for a robot on land, whose sensors are enough.
+    /// Side of the window, in metres, or `None` for a robot on land, for which the drawing of its sensors suffices.
     side_m: Option<f64>,
     itinerary: Option<Box<Itinerary>>,
-    /// The dots as the map-maker sees them, metres.
+    /// The dots at the positions where the map-maker sees them, in metres.
     dots: Vec<[f64; 2]>,
     description: Option<Box<Description>>,
     journey: Option<Journey>,
 }
 
 impl Lookout {
-    /// Around this robot.
+    /// Creates a lookout for this robot.
     pub fn new(robot: &Robot) -> Self {
         let side_m = robot.view.as_ref().map(|view| view.side_m);
         let Around { reach_m } = Around::robot(robot);
         Self { reach_m, side_m, itinerary: None, dots: Vec::new(), description: None, journey: None }
     }
 
-    /// Takes what the map-maker means, with the dots that come with it.
+    /// Takes in the map-maker's intentions, with the dots that accompany them.
     fn intend(&mut self, itinerary: &Itinerary, cells: &[u8]) {
         let number = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default()));
         self.dots = cells.chunks_exact(8).map(|cell| [number(&cell[..4]), number(&cell[4..])]).collect();
         self.itinerary = Some(Box::new(*itinerary));
     }
 
-    /// Where the window's centre is if the landmark that was attained last is the one that the map means.
+    /// Returns the position of the window's centre, assuming that the landmark attained last is the one that the map means.
     fn centre(&self) -> Option<[f64; 2]> {
         let (itinerary, journey) = (self.itinerary.as_ref()?, self.journey.as_ref()?);
         let attained = journey.accepted.checked_sub(1)? as usize;
@@ -50,7 +50,7 @@ impl Lookout {
         Some([x - journey.reference_x_m, y - journey.reference_y_m])
     }
 
-    /// All of it around a window of this side; the robot's forward axis is the window's first one.
+    /// Returns all shapes, with a window of this side in the middle. The robot's forward axis is the window's first axis.
     fn shapes(&self, side_m: f64) -> Vec<Shape> {
         let half_m = side_m / 2.0;
         let corners = vec![[-half_m, -half_m], [half_m, -half_m], [half_m, half_m], [-half_m, half_m]];
@@ -75,7 +75,7 @@ impl Lookout {
         shapes
     }
 
-    /// The planned landmarks of the task under way, from the one at hand on, metres.
+    /// Returns the planned landmarks of the current task, starting with the one attained last, in metres.
     fn ahead(&self) -> impl Iterator<Item = [f64; 2]> {
         let under_way = self.itinerary.iter().zip(&self.journey);
         under_way.flat_map(|(itinerary, journey)| {
@@ -85,7 +85,7 @@ impl Lookout {
         })
     }
 
-    /// Those of the places that do not lie far beyond the sheet.
+    /// Drops the points that lie far beyond the sheet.
     fn near(&self, places: impl IntoIterator<Item = [f64; 2]>) -> Vec<[f64; 2]> {
         let is_near = |at: &[f64; 2]| at.iter().all(|v| v.abs() <= NEAR * self.reach_m);
         places.into_iter().filter(is_near).collect()
@@ -125,7 +125,7 @@ mod tests {
         Lookout::new(&Robot::parse(robot).unwrap())
     }
 
-    /// The dots of the shapes of a colour.
+    /// Returns the dots of all shapes that have this colour.
     fn dots(shapes: &[Shape], wanted: Color) -> Vec<[f64; 2]> {
         let of = |shape: &Shape| match shape {
             Shape::Dots { points, color } if *color == wanted => points.clone(),

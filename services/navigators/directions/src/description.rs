@@ -1,11 +1,12 @@
 //! The words for landmarks, and which dot of a view each of them means (Park and Kender 1995, 5.6).
 //!
-//! A word is applied to the *candidates*: all dots in the window but the reference landmark. Positions are relative to that
-//! landmark, or to the window's centre where there is none yet. The map-maker and the navigator use the same function, so
-//! they differ by their errors of position alone.
+//! A word is applied to the *candidates*, which are all dots in the window except the reference landmark. Positions are
+//! relative to that landmark or, as long as there is none, to the window's centre. The map-maker and the navigator use the same
+//! function, so they differ only by their position errors.
 //!
-//! The paper ranks "all the other objects" of a scene. Here the reference does not take part: it is known, and is no
-//! candidate. Ties go to the dot furthest from the reference (5.2), then to the east, then to the north.
+//! The paper ranks "all the other objects" of a scene. In this implementation, the reference does not take part in the ranking,
+//! because it is known and never a candidate. Ties go to the dot furthest from the reference (5.2), then to the east, then to
+//! the north.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -15,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{Corner, Point};
 use crate::isolation::{c_value, c_value_of_pair, mutual_neighbourhood};
 
-/// The most candidates that a description copes with. A view with more has no landmark.
+/// Maximum number of candidates that a word is applied to. In a more crowded view, no word means a landmark.
 pub const MOST_CANDIDATES: usize = 64;
 
 /// A word for a landmark.
@@ -25,15 +26,17 @@ pub enum Descriptor {
     Obvious,
     /// The candidate with the largest c-value.
     Isolated,
-    /// Of the pair of mutual closest neighbours that is the furthest from any third by c-value: the one further away.
+    /// The more distant dot of a pair of mutual closest neighbours, namely the pair that by c-value is furthest from any third
+    /// dot.
     IsolatedPair,
-    /// The reference plus exactly two candidates: the one further away. (The paper names it and does not define it.)
+    /// The more distant of exactly two candidates, which form a triple with the reference. The paper names this word without
+    /// defining it.
     PlusPair,
-    /// The only candidate that the last movement has brought into the window.
+    /// The only candidate that the last movement brought into the window.
     New,
-    /// Several candidates, and it does not matter which: the closest.
+    /// The closest of several candidates that are interchangeable.
     Confusable,
-    /// Any candidate: the closest.
+    /// The closest candidate, whichever it is.
     Any,
 }
 
@@ -49,10 +52,10 @@ impl Descriptor {
         Self::Any,
     ];
 
-    /// The words whose landmark follows from one view alone.
+    /// The words whose landmark follows from a single view.
     pub const DEFINITE: [Self; 4] = [Self::Obvious, Self::Isolated, Self::IsolatedPair, Self::PlusPair];
 
-    /// The word as custom maps have it.
+    /// Returns the word as it is written in custom maps.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Obvious => "Obvious",
@@ -65,9 +68,9 @@ impl Descriptor {
         }
     }
 
-    /// Which candidate the word means; none where the view has no such landmark.
+    /// Returns the index of the candidate that the word means, or `None` if the view has no such landmark.
     ///
-    /// For [`Descriptor::New`] the candidates are those that are new.
+    /// For [`Descriptor::New`], pass only the new candidates.
     pub fn pick(self, candidates: &[Point]) -> Option<usize> {
         if candidates.is_empty() || candidates.len() > MOST_CANDIDATES {
             return None;
@@ -85,8 +88,9 @@ impl Descriptor {
         }
     }
 
-    /// Which of the places around a landmark the word means when the landmark lies in a corner of a window with this side. An error
-    /// may have put the only candidate outside the quadrant: if the quadrant is empty, its edges are moved outwards by some slack.
+    /// Returns the index of the position that the word means when the reference lies in a corner of a window with this side.
+    /// Positions are relative to the reference. A position error may have put the only candidate outside the quadrant, so if
+    /// the quadrant is empty, its edges are moved outwards by `slack`.
     pub fn pick_in(self, places: &[Point], corner: Corner, side: f64, slack: f64) -> Option<usize> {
         let shown = |slack: f64| -> Vec<usize> {
             (0..places.len()).filter(|&dot| corner.nearly_covers(places[dot], side, slack)).collect()
@@ -104,7 +108,7 @@ impl fmt::Display for Descriptor {
     }
 }
 
-/// A set of words: what a navigator understands.
+/// A set of words, such as those that a navigator understands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Vocabulary(u8);
 
@@ -112,18 +116,18 @@ impl Vocabulary {
     /// Every word.
     pub const ALL: Self = Self(0x7f);
 
-    /// These words.
+    /// Returns the set of these words.
     pub fn of(words: &[Descriptor]) -> Self {
         Self(words.iter().fold(0, |set, &word| set | 1 << word as u8))
     }
 
-    /// Whether it has a word.
+    /// Returns true if the set contains a word.
     pub fn has(self, word: Descriptor) -> bool {
         self.0 >> word as u8 & 1 == 1
     }
 }
 
-/// The order of the tie rule: by distance from the reference, then from west to east, then from south to north.
+/// Compares two dots by the tie rule: by distance from the reference, then from west to east, then from south to north.
 fn by_distance(a: Point, b: Point) -> Ordering {
     a.norm_squared().total_cmp(&b.norm_squared()).then(a.x.total_cmp(&b.x)).then(a.y.total_cmp(&b.y))
 }
@@ -202,7 +206,7 @@ mod tests {
 
     #[test]
     fn figure_20_has_a_isolated_and_b_with_c_as_the_pair() {
-        // The reference lies south-west of all. B and C are a pair; C is further away than B.
+        // The reference lies south-west of all dots. B and C are a pair, of which C is the more distant one.
         let figure = points(&[(1.0, 11.0), (7.0, 5.0), (9.0, 3.0), (12.0, 1.0)]);
         assert_eq!(Descriptor::Isolated.pick(&figure), Some(0));
         assert_eq!(Descriptor::IsolatedPair.pick(&figure), Some(2));
@@ -210,7 +214,7 @@ mod tests {
         assert_eq!(Descriptor::Confusable.pick(&figure), Some(1));
     }
 
-    /// The camera's error moves the window, so that a dot crosses its edge and another dot becomes the isolated one.
+    /// The camera's error moves the window, so that one dot crosses its edge and a different dot becomes the isolated one.
     #[test]
     fn a_dot_that_crosses_the_edge_of_the_quadrant_changes_what_is_isolated() {
         let picked = |dots: &[Point]| Descriptor::Isolated.pick_in(dots, Corner::Sw, 10.0, 1.0);
@@ -218,7 +222,7 @@ mod tests {
         assert_eq!(picked(&dots), Some(1));
         let moved: Vec<_> = dots.iter().map(|&dot| dot - Point::new(0.3, 0.0)).collect();
         assert_ne!(picked(&moved), Some(1), "the third dot has come in");
-        // The only candidate is taken from just outside, but no farther.
+        // The only candidate is accepted from just outside the quadrant, but no farther.
         assert_eq!(picked(&points(&[(10.5, 5.0), (12.0, 5.0)])), Some(0));
         assert_eq!(picked(&points(&[(11.5, 5.0)])), None);
     }

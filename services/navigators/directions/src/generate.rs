@@ -1,4 +1,4 @@
-//! Random planes, by seed.
+//! Generates random planes from a seed.
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -8,25 +8,25 @@ use crate::error::Error;
 use crate::geometry::Point;
 use crate::plane::Plane;
 
-/// A point of normal errors, each of this standard deviation.
+/// Draws a point whose coordinates are normal errors with this standard deviation.
 pub fn error(rng: &mut Pcg64Mcg, sigma: f64) -> Point {
     let (x, y): (f64, f64) = (StandardNormal.sample(rng), StandardNormal.sample(rng));
     Point::new(x, y) * sigma
 }
 
-/// Dots with equal probability everywhere on a square of this side.
+/// Generates dots that are uniformly distributed over a square with this side.
 pub fn uniform(dots: usize, side: f64, seed: u64) -> Result<Plane, Error> {
     plane(places::uniform(dots, side, seed))
 }
 
-/// Dots around so many centres on a square of this side, with normal distances of this spread. Dots beyond the square are
-/// drawn anew.
+/// Generates dots around `clusters` centres on a square with this side, at normally distributed distances with this spread. A
+/// dot that falls outside the square is drawn again.
 pub fn clustered(dots: usize, side: f64, clusters: usize, spread: f64, seed: u64) -> Result<Plane, Error> {
     plane(places::clustered(dots, side, clusters, spread, seed))
 }
 
-/// Dots with equal probability everywhere on a square of this side, and more of them in a wall. The wall is an upright
-/// strip in the middle, a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
+/// Generates dots that are uniformly distributed over a square with this side, and additional dots in a wall. The wall is a
+/// vertical strip in the middle, a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
 pub fn walled(dots: usize, in_wall: usize, side: f64, seed: u64) -> Result<Plane, Error> {
     plane(places::walled(dots, in_wall, side, seed))
 }

@@ -7,43 +7,43 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 
-/// A point or a displacement: x to the east, y to the north.
+/// A point or a displacement, in the plane's unit. x points east, y north.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Point {
-    /// To the east.
+    /// The coordinate towards the east.
     pub x: f64,
-    /// To the north.
+    /// The coordinate towards the north.
     pub y: f64,
 }
 
 impl Point {
-    /// The point (x, y).
+    /// Returns the point (x, y).
     pub const fn new(x: f64, y: f64) -> Self {
         Self { x, y }
     }
 
-    /// The inner product.
+    /// Returns the inner product with another vector.
     pub fn dot(self, other: Self) -> f64 {
         self.x * other.x + self.y * other.y
     }
 
-    /// The square of its length.
+    /// Returns the square of the length.
     pub fn norm_squared(self) -> f64 {
         self.dot(self)
     }
 
-    /// Its length.
+    /// Returns the length.
     pub fn norm(self) -> f64 {
         self.norm_squared().sqrt()
     }
 
-    /// Turned to the left by an angle in radians.
+    /// Returns the vector turned to the left by an angle in radians.
     pub fn turned(self, angle_rad: f64) -> Self {
         let (sin, cos) = angle_rad.sin_cos();
         Self::new(self.x * cos - self.y * sin, self.x * sin + self.y * cos)
     }
 
-    /// The direction of length 1; none where the length is 0.
+    /// Returns the vector scaled to length 1, or `None` if its length is 0.
     pub fn direction(self) -> Option<Self> {
         let norm = self.norm();
         (norm > 0.0).then(|| self * (1.0 / norm))
@@ -80,8 +80,8 @@ impl Mul<f64> for Point {
 
 /// A corner of the view window.
 ///
-/// It also names a *quadrant* of a landmark: what the window covers while the landmark lies in that corner (Park and Kender
-/// 1995, 6.3.1). The quadrant `Se` is therefore the area north-west of the landmark.
+/// A corner also names a *quadrant* of a landmark: the area that the window covers while the landmark lies in that corner (Park
+/// and Kender 1995, 6.3.1). The quadrant `Se` is therefore the area north-west of the landmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Corner {
     /// South-east.
@@ -95,13 +95,13 @@ pub enum Corner {
 }
 
 impl Corner {
-    /// All corners, in the order of the paper's signatures.
+    /// All corners, in the order used by the paper's signatures.
     pub const ALL: [Self; 4] = [Self::Se, Self::Sw, Self::Ne, Self::Nw];
 
-    /// The same corners, each a neighbour of the one before: the order in which a navigator looks around.
+    /// All corners in the order in which a navigator looks around, so that each is next to the one before.
     pub const ROUND: [Self; 4] = [Self::Se, Self::Sw, Self::Nw, Self::Ne];
 
-    /// From the corner into the window, by signs of x and y.
+    /// Returns the direction from the corner into the window, as the signs of x and y.
     pub const fn inward(self) -> Point {
         match self {
             Self::Se => Point::new(-1.0, 1.0),
@@ -111,12 +111,13 @@ impl Corner {
         }
     }
 
-    /// Whether a quadrant of this side holds a point, given relative to the landmark. Its edges belong to it.
+    /// Returns true if a quadrant with this side covers a point, given relative to the landmark. The edges belong to the
+    /// quadrant.
     pub fn covers(self, relative: Point, side: f64) -> bool {
         self.nearly_covers(relative, side, 0.0)
     }
 
-    /// Whether it does when each of its edges is moved outwards by some slack.
+    /// Like [`Corner::covers`], but with each edge of the quadrant moved outwards by `slack`.
     pub fn nearly_covers(self, relative: Point, side: f64, slack: f64) -> bool {
         let inward = self.inward();
         let (along_x, along_y) = (relative.x * inward.x, relative.y * inward.y);
@@ -124,7 +125,7 @@ impl Corner {
         range.contains(&along_x) && range.contains(&along_y)
     }
 
-    /// The word that custom maps have for it.
+    /// Returns the name of the corner as it is written in custom maps.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Se => "SE",
@@ -137,36 +138,37 @@ impl Corner {
 
 /// The square view window.
 ///
-/// Descriptions count what lies within `side` of a landmark in its corner. The camera sees `margin` more on each edge. So a
-/// landmark in a corner stays visible although the helicopter is never exactly where it wants to be.
+/// Descriptions count the dots within `side` of a landmark in its corner. The camera sees `margin` more on each side. A
+/// landmark in a corner therefore stays visible although the helicopter is never exactly at its intended position.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Window {
     /// The side of the square, in the plane's unit.
     pub side: f64,
     /// How far the camera sees beyond each edge.
     pub margin: f64,
-    /// A robot on land has a panorama in place of a camera above.
+    /// Set for a robot on land, which has a panorama instead of a camera that looks down.
     pub land: Option<Land>,
 }
 
-/// How a robot on land sees landmarks and passes them (Park and Kender 1995, 8).
+/// How a robot on land sees landmarks and drives past them (Park and Kender 1995, 8). Lengths are in the plane's unit.
 ///
-/// Landmarks are upright cylinders, all alike. The robot sees them all around, as far as its range, and those behind others
-/// not at all. It has a landmark *in a corner* when it stands beside it, on the side of the quadrant that it looks into.
+/// All landmarks are identical upright cylinders. The robot sees them in all directions up to its range, but not those hidden
+/// by others. It has a landmark *in a corner* when it stands beside that landmark, on the side of the quadrant that it looks
+/// into.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Land {
     /// Radius of a landmark.
     pub radius: f64,
-    /// How far the robot sees.
+    /// Maximum distance at which the robot sees a landmark.
     pub range: f64,
-    /// How far its centre is from that of a landmark beside which it stands.
+    /// Distance between the centres of the robot and of a landmark that it stands beside.
     pub stand_off: f64,
-    /// How far its centre keeps from those of all landmarks.
+    /// Minimum distance between the centres of the robot and of every landmark.
     pub clearance: f64,
 }
 
 impl Window {
-    /// A window, if its side is above 0 and its margin is not below.
+    /// Creates a window. Returns [`Error::Parameter`] unless the side is above 0 and the margin is at least 0.
     pub fn new(side: f64, margin: f64) -> Result<Self, Error> {
         let is_length = |value: f64| value.is_finite() && value <= crate::plane::LIMIT;
         if !is_length(side) || side <= 0.0 {
@@ -182,8 +184,8 @@ impl Window {
         Ok(Self { side, margin, land: None })
     }
 
-    /// The window of a robot on land. Its side is how far along its edges the robot sees a quadrant from beside a landmark; what
-    /// of the quadrant lies beyond its range it does not see ([`crate::sight`]).
+    /// Creates the window of a robot on land. Its side is the distance along the edges of a quadrant that the robot sees from
+    /// beside a landmark. The part of the quadrant beyond its range remains out of sight ([`crate::sight`]).
     pub fn on_land(land: Land) -> Result<Self, Error> {
         let Land { radius, range, stand_off, clearance } = land;
         for (what, expected, found, is_right) in [
@@ -201,7 +203,7 @@ impl Window {
         Ok(Self { land: Some(land), ..Self::new(side, stand_off)? })
     }
 
-    /// From a landmark to the centre of the window that has it in a corner.
+    /// Returns the displacement from a landmark to the centre of the window that has it in a corner.
     pub fn centre_from(self, corner: Corner) -> Point {
         match self.land {
             None => corner.inward() * (self.side / 2.0),
@@ -209,19 +211,19 @@ impl Window {
         }
     }
 
-    /// From the centre to where the window is over a landmark at a place: on land, beside it.
+    /// Returns the displacement from the window's centre to its position over a landmark or, on land, beside it.
     pub fn over(self, place: Point) -> Point {
         let stand_off = self.land.map_or(0.0, |land| land.stand_off);
         place.direction().map_or(place, |towards| place - towards * stand_off)
     }
 
-    /// Whether the window proper shows a point, given relative to the centre.
+    /// Returns true if the window proper shows a point, given relative to its centre.
     pub fn shows(self, relative: Point) -> bool {
         let half = self.side / 2.0;
         relative.x.abs() <= half && relative.y.abs() <= half
     }
 
-    /// Whether the camera sees a point, given relative to the centre.
+    /// Returns true if the camera sees a point, given relative to the window's centre.
     pub fn camera_sees(self, relative: Point) -> bool {
         if let Some(land) = self.land {
             return relative.norm() <= land.range;
@@ -230,7 +232,7 @@ impl Window {
         relative.x.abs() <= half && relative.y.abs() <= half
     }
 
-    /// How far from its centre it sees at most.
+    /// Returns the maximum distance from its centre at which the camera sees anything.
     pub fn reach(self) -> f64 {
         self.land.map_or((self.side / 2.0 + self.margin) * SQRT_2, |land| land.range)
     }

@@ -1,14 +1,14 @@
-//! Which of several dots is the most isolated (Park and Kender 1995, 5.6.2, after Gowda and Krishna 1978).
+//! Determines which of several dots is the most isolated (Park and Kender 1995, 5.6.2, after Gowda and Krishna 1978).
 //!
-//! The *mutual neighbourhood value* of two dots is the rank of one among the neighbours of the other, plus the reverse. The
-//! *c-value* of a dot is its least mutual neighbourhood value. The most isolated dot has the largest c-value.
+//! The *mutual neighbourhood value* of two dots is the sum of two ranks: that of each dot among the neighbours of the other.
+//! The *c-value* of a dot is its smallest mutual neighbourhood value. The most isolated dot has the largest c-value.
 //!
-//! Dots at equal distance share the better rank, so nothing depends on the order of the dots. All functions are cubic or
-//! less in the number of dots, which a window keeps small, and allocate nothing.
+//! Dots at equal distance share the better rank, so the result does not depend on the order of the dots. All functions take at
+//! most cubic time in the number of dots, which a window keeps small, and none of them allocates.
 
 use crate::geometry::Point;
 
-/// How close `other` is to `dot` among all others: 1 for the closest.
+/// Returns the rank of `other` among the neighbours of `dot`, 1 for the closest.
 fn rank(dots: &[Point], other: usize, dot: usize) -> u32 {
     let distance = (dots[other] - dots[dot]).norm_squared();
     let is_closer =
@@ -16,17 +16,18 @@ fn rank(dots: &[Point], other: usize, dot: usize) -> u32 {
     dots.iter().enumerate().filter(is_closer).count() as u32 + 1
 }
 
-/// The mutual neighbourhood value of two different dots: 2 where each is the other's closest.
+/// Returns the mutual neighbourhood value of two different dots, which is 2 if each is the other's closest neighbour.
 pub fn mutual_neighbourhood(dots: &[Point], a: usize, b: usize) -> u32 {
     rank(dots, a, b) + rank(dots, b, a)
 }
 
-/// The c-value of a dot; none where it is alone.
+/// Returns the c-value of a dot, or `None` if there is no other dot.
 pub fn c_value(dots: &[Point], dot: usize) -> Option<u32> {
     (0..dots.len()).filter(|&other| other != dot).map(|other| mutual_neighbourhood(dots, other, dot)).min()
 }
 
-/// The c-value of a pair: the least mutual neighbourhood value of one of the two with a third. None where there is no third.
+/// Returns the c-value of a pair: the smallest mutual neighbourhood value of either dot with a third one. Returns `None` if
+/// there is no third dot.
 pub fn c_value_of_pair(dots: &[Point], [a, b]: [usize; 2]) -> Option<u32> {
     let thirds = (0..dots.len()).filter(|&third| third != a && third != b);
     thirds.map(|third| mutual_neighbourhood(dots, third, a).min(mutual_neighbourhood(dots, third, b))).min()
@@ -39,7 +40,7 @@ mod tests {
     use super::*;
     use crate::testing::config;
 
-    /// Four dots as in figure 20: B and C close together, D near C, A apart.
+    /// Four dots as in figure 20: B and C are close together, D is near C, and A is apart.
     const FIGURE_20: [Point; 4] =
         [Point::new(0.0, 10.0), Point::new(6.0, 4.0), Point::new(8.0, 2.0), Point::new(11.0, 0.0)];
 
@@ -47,16 +48,16 @@ mod tests {
     fn figure_20_has_c_values_of_4_2_2_3() {
         let c_values: Vec<_> = (0..4).map(|dot| c_value(&FIGURE_20, dot).unwrap()).collect();
         assert_eq!(c_values, [4, 2, 2, 3]);
-        // A's closest is B, to whom A is the last: 1 + 3.
+        // A's closest neighbour is B, for which A is the most distant one: 1 + 3.
         assert_eq!(mutual_neighbourhood(&FIGURE_20, 0, 1), 4);
-        // B and C are each other's closest; D's closest is C, whose second is D.
+        // B and C are each other's closest neighbours. D's closest neighbour is C, for which D is the second closest.
         assert_eq!(mutual_neighbourhood(&FIGURE_20, 1, 2), 2);
         assert_eq!(mutual_neighbourhood(&FIGURE_20, 2, 3), 3);
     }
 
     #[test]
     fn the_second_closest_and_the_third_closest_make_five() {
-        // The paper's own example: B is second to A, A is third to B.
+        // The paper's own example, in which B is second to A, and A is third to B.
         let dots = [0.0, 4.0, -3.0, 5.0, 7.5].map(|x| Point::new(x, 0.0));
         assert_eq!((rank(&dots, 1, 0), rank(&dots, 0, 1)), (2, 3));
         assert_eq!(mutual_neighbourhood(&dots, 0, 1), 5);

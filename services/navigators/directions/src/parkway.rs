@@ -1,8 +1,8 @@
-//! Parkways: landmarks that follow each other without ever being out of sight (Park and Kender 1995, 4.1 to 4.3).
+//! Parkways: sets of landmarks that follow one another without ever being out of sight (Park and Kender 1995, 4.1 to 4.3).
 //!
-//! In a *general* parkway two dots are connected where one window can show both. *Obvious* and *isolated* parkways are
-//! transitions ([`Kinds::OBVIOUS`], [`Kinds::ISOLATED`]), and as directed graphs their strongly connected components count.
-//! Reliable, error-detectable and error-recoverable parkways are transitions that pass a test
+//! In a *general* parkway, two dots are connected if one window can show both. *Obvious* and *isolated* parkways are directed
+//! graphs of transitions ([`Kinds::OBVIOUS`], [`Kinds::ISOLATED`]), of which the strongly connected components are counted.
+//! Reliable, error-detectable and error-recoverable parkways consist of the transitions that pass a test
 //! ([`Transitions::filtered`]).
 
 use petgraph::unionfind::UnionFind;
@@ -11,13 +11,13 @@ use crate::geometry::Window;
 use crate::plane::{DotId, Plane};
 use crate::transitions::{Components, Kinds, Transitions};
 
-/// The dots that one window can show together with a dot.
+/// Iterates over the dots that one window can show together with this dot.
 pub fn neighbours(plane: &Plane, window: Window, dot: DotId) -> impl Iterator<Item = DotId> + '_ {
     let is_other = move |&(other, _): &(DotId, _)| other != dot;
     plane.around(plane.dot(dot), window.side).filter(is_other).map(|(other, _)| other)
 }
 
-/// The general parkways.
+/// Returns the general parkways.
 pub fn general(plane: &Plane, window: Window) -> Components {
     let mut sets = UnionFind::<u32>::new(plane.len());
     for dot in 0..plane.len() as DotId {
@@ -39,14 +39,14 @@ pub fn general(plane: &Plane, window: Window) -> Components {
     components
 }
 
-/// How many parkways of each kind a plane has (figure 7).
+/// Number of parkways of each kind on a plane (figure 7).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Counts {
-    /// General parkways.
+    /// Number of general parkways.
     pub general: usize,
-    /// Isolated parkways.
+    /// Number of isolated parkways.
     pub isolated: usize,
-    /// Obvious parkways.
+    /// Number of obvious parkways.
     pub obvious: usize,
 }
 
@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn what_is_obvious_one_way_may_not_be_so_in_reverse() {
-        // A sees B alone in its north-east. B's south-west shows A and C.
+        // A sees only B in its north-east. B's south-west shows both A and C.
         let world = plane(&[(0.0, 0.0), (5.0, 5.0), (-4.0, -3.0)]);
         let obvious = Transitions::new(&world, window(), Kinds::OBVIOUS);
         let leads = |from: DotId, to: DotId| obvious.from(from).iter().any(|entry| entry.to == to);

@@ -1,7 +1,7 @@
-//! The world: identical dots on a plane, and a uniform grid that answers which of them lie in a rectangle.
+//! The world: identical dots on a plane, with a uniform grid that finds the dots in a rectangle.
 //!
-//! The grid has about one dot a cell, so a query takes time in proportion to what it finds. Dots are kept in the order of
-//! their cells, and a row of cells is one slice.
+//! The grid has about one dot per cell, so a query takes time proportional to the number of dots that it finds. The dots are
+//! stored in the order of their cells, so each row of cells is a contiguous slice.
 
 use std::sync::Arc;
 
@@ -12,12 +12,12 @@ use crate::walls::Walls;
 /// The number of a dot, from 0.
 pub type DotId = u32;
 
-/// The largest magnitude of a coordinate.
+/// Maximum magnitude of a coordinate.
 pub const LIMIT: f64 = 1e9;
-/// The greatest number of dots.
+/// Maximum number of dots.
 const MOST_DOTS: usize = 1 << 28;
 
-/// A plane of dots. No two lie in one place.
+/// A plane of dots, no two of which have the same position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plane {
     dots: Vec<Point>,
@@ -26,20 +26,20 @@ pub struct Plane {
     walls: Arc<Walls>,
 }
 
-/// Dots by cells of a uniform grid, rows from the south.
+/// Dots sorted by the cells of a uniform grid, with the rows starting in the south.
 #[derive(Debug, Clone, PartialEq)]
 struct Grid {
     south_west: Point,
     cell: f64,
     columns: usize,
     rows: usize,
-    /// Where each cell begins in `sorted`; one more at the end.
+    /// Index in `sorted` at which each cell begins, and the end of the last cell.
     begins: Vec<u32>,
     sorted: Vec<(DotId, Point)>,
 }
 
 impl Plane {
-    /// A plane of these dots. Rejects an empty list, bad coordinates, and two dots in one place.
+    /// Creates a plane of these dots. Rejects an empty list, invalid coordinates, and two dots with the same position.
     pub fn new(dots: Vec<Point>) -> Result<Self, Error> {
         if dots.is_empty() {
             return Err(Error::NoDots);
@@ -56,54 +56,54 @@ impl Plane {
         Ok(Self { bounds: bounds(&dots), dots, grid, walls: Arc::default() })
     }
 
-    /// The same dots among walls.
+    /// Returns the same dots, standing among walls.
     pub fn among(self, walls: Arc<Walls>) -> Self {
         Self { walls, ..self }
     }
 
-    /// The walls that stand among the dots; none above a plane.
+    /// Returns the walls that stand among the dots. Above a plane, there are none.
     pub fn walls(&self) -> &Arc<Walls> {
         &self.walls
     }
 
-    /// The dots, by number.
+    /// Returns the dots, indexed by their numbers.
     pub fn dots(&self) -> &[Point] {
         &self.dots
     }
 
-    /// How many dots there are; never 0.
+    /// Number of dots, which is never 0.
     #[allow(clippy::len_without_is_empty, reason = "a plane is never empty")]
     pub fn len(&self) -> usize {
         self.dots.len()
     }
 
-    /// Where a dot is.
+    /// Returns the position of a dot.
     pub fn dot(&self, id: DotId) -> Point {
         self.dots[id as usize]
     }
 
-    /// The number of a dot, if the plane has it.
+    /// Returns the number of a dot, or [`Error::UnknownDot`] if the plane doesn't have it.
     pub fn known(&self, dot: DotId) -> Result<DotId, Error> {
         if (dot as usize) < self.len() { Ok(dot) } else { Err(Error::UnknownDot { dot, dots: self.len() }) }
     }
 
-    /// The corners of the smallest rectangle that holds all dots: south-west, north-east.
+    /// Returns the south-west and north-east corners of the smallest rectangle that contains all dots.
     pub fn bounds(&self) -> (Point, Point) {
         self.bounds
     }
 
-    /// The same rectangle, larger on each side by a margin.
+    /// Returns the bounds of the dots, enlarged by a margin on each side.
     pub fn bounds_with_margin(&self, margin: f64) -> (Point, Point) {
         let half = Point::new(margin, margin);
         (self.bounds.0 - half, self.bounds.1 + half)
     }
 
-    /// The dots in a rectangle, edges included, in a fixed order.
+    /// Iterates over the dots in a rectangle, including its edges, in a fixed order.
     pub fn within(&self, south_west: Point, north_east: Point) -> impl Iterator<Item = (DotId, Point)> + '_ {
         self.grid.within(south_west, north_east)
     }
 
-    /// The dots at most `reach` to each side of a point, edges included.
+    /// Iterates over the dots in the square that extends by `reach` to each side of a point, including its edges.
     pub fn around(&self, centre: Point, reach: f64) -> impl Iterator<Item = (DotId, Point)> + '_ {
         let half = Point::new(reach, reach);
         self.within(centre - half, centre + half)
@@ -121,7 +121,7 @@ impl Grid {
         let (south_west, north_east) = bounds(dots);
         let extent = north_east - south_west;
         let count = dots.len() as f64;
-        // About one dot a cell, and never many more cells than dots, however narrow the plane.
+        // About one dot per cell, and never many more cells than dots, however narrow the plane is.
         let cell = (extent.x * extent.y / count).sqrt().max(extent.x.max(extent.y) / count);
         let cell = if cell > 0.0 { cell } else { 1.0 };
         let columns = (extent.x / cell) as usize + 1;
@@ -132,7 +132,7 @@ impl Grid {
         grid
     }
 
-    /// Counting sort by cells.
+    /// Sorts the dots by their cells, with a counting sort.
     fn sort(&mut self, dots: &[Point]) {
         let cells: Vec<usize> = dots.iter().map(|&dot| self.cell_of(dot)).collect();
         for &cell in &cells {
@@ -149,7 +149,7 @@ impl Grid {
         }
     }
 
-    /// A number of cells, held within the grid.
+    /// Returns the number of whole cells between two coordinates, clamped to the grid.
     fn step(&self, from: f64, to: f64, cells: usize) -> usize {
         (((to - from) / self.cell).max(0.0) as usize).min(cells - 1)
     }
@@ -209,7 +209,7 @@ mod tests {
         assert_eq!(twice, Error::SamePlace { first: 0, second: 2, x: 1.0, y: 2.0 });
         let nowhere = Plane::new(points(&[(1.0, 2.0), (f64::NAN, 0.0)])).unwrap_err();
         assert!(matches!(nowhere, Error::Coordinate { dot: 1, .. }), "{nowhere}");
-        // Minus zero is zero.
+        // 0.0 and -0.0 are the same coordinate.
         assert!(Plane::new(points(&[(0.0, 1.0), (-0.0, 1.0)])).is_err());
     }
 

@@ -1,7 +1,7 @@
-//! What surrounds a landmark: which of its quadrants hold other dots (Park and Kender 1995, 6.3.1).
+//! The surroundings of a landmark, given by which of its quadrants hold other dots (Park and Kender 1995, 6.3.1).
 //!
-//! A navigator above the plane counts the occupied quadrants. One on land names what it sees all around, in order: a
-//! *panorama* of four words (8).
+//! A navigator above the plane counts the occupied quadrants. A navigator on land describes its surroundings by a *panorama*,
+//! one word for each of the four quadrants in order (8).
 
 use std::fmt;
 
@@ -11,47 +11,47 @@ use crate::geometry::{Corner, Window};
 use crate::plane::{DotId, Plane};
 use crate::transitions::Candidates;
 
-/// The words for none, one, two and more dots in a quadrant.
+/// The words for no, one, two, and three or more dots in a quadrant.
 const WORDS: [&str; 4] = ["none", "point", "pair", "group"];
 
-/// How many dots are in each quadrant of a landmark: none, one, two or more.
+/// The number of dots in each quadrant of a landmark: 0, 1, 2, or 3 for three and more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
 pub struct Signature(u8);
 
 impl Signature {
-    /// The panorama with a number: two bits for each quadrant.
+    /// Returns the panorama with a code, which has two bits for each quadrant.
     pub const fn of_code(code: u8) -> Self {
         Self(code)
     }
 
-    /// Says that there is one dot more in a quadrant.
+    /// Adds one dot to a quadrant.
     pub fn occupy(&mut self, quadrant: Corner) {
         if self.dots(quadrant) < 3 {
             self.0 += 1 << (2 * quadrant as u8);
         }
     }
 
-    /// How many dots a quadrant has: 3 stands for 3 and more.
+    /// Returns the number of dots in a quadrant. 3 stands for 3 or more.
     pub fn dots(self, quadrant: Corner) -> u8 {
         self.0 >> (2 * quadrant as u8) & 3
     }
 
-    /// Whether a quadrant is occupied.
+    /// Returns true if a quadrant is occupied.
     pub fn has(self, quadrant: Corner) -> bool {
         self.dots(quadrant) > 0
     }
 
-    /// The quadrant occupancy count, QOC: 0 to 4.
+    /// Returns the quadrant occupancy count (QOC), from 0 to 4.
     pub fn count(self) -> u8 {
         Corner::ALL.into_iter().map(|quadrant| u8::from(self.has(quadrant))).sum()
     }
 
-    /// How far two panoramas differ: the sum over the quadrants.
+    /// Returns the difference between two panoramas, summed over the quadrants.
     pub fn difference(self, other: Self) -> u8 {
         Corner::ALL.into_iter().map(|quadrant| self.dots(quadrant).abs_diff(other.dots(quadrant))).sum()
     }
 
-    /// The panorama of four words, as a custom map has it.
+    /// Parses a panorama of four words, as it is written in custom maps.
     pub fn of_words(text: &str) -> Option<Self> {
         let mut signature = Self::default();
         let mut words = text.split('+');
@@ -63,7 +63,7 @@ impl Signature {
         words.next().is_none().then_some(signature)
     }
 
-    /// The signature of a dot.
+    /// Returns the signature of a dot.
     pub fn of(plane: &Plane, dot: DotId, window: Window) -> Self {
         let place = plane.dot(dot);
         let mut signature = Self::default();
@@ -85,7 +85,7 @@ impl Signature {
         signature
     }
 
-    /// The signatures of all dots.
+    /// Returns the signatures of all dots.
     pub fn of_all(plane: &Plane, window: Window) -> Vec<Self> {
         (0..plane.len() as DotId).map(|dot| Self::of(plane, dot, window)).collect()
     }

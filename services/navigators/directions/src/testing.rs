@@ -1,11 +1,11 @@
-//! What the tests of this crate share.
+//! Helpers for the tests of this crate.
 
 use proptest::test_runner::{Config, RngAlgorithm, RngSeed};
 
 use crate::geometry::Point;
 use crate::plane::Plane;
 
-/// So many cases from a fixed seed, and no files of failures.
+/// Returns a configuration with this many cases from a fixed seed, and without files of failed cases.
 pub fn config(cases: u32) -> Config {
     Config {
         cases,
@@ -16,7 +16,7 @@ pub fn config(cases: u32) -> Config {
     }
 }
 
-/// A plane of dots that a test writes down.
+/// Creates a plane of dots at these positions.
 pub fn plane(pairs: &[(f64, f64)]) -> Plane {
     Plane::new(pairs.iter().map(|&(x, y)| Point::new(x, y)).collect()).unwrap()
 }

@@ -1,49 +1,49 @@
-//! Trajectories: the window slides along the line of two landmarks until a third comes into it (Park and Kender 1995, 4.4 to
-//! 4.6).
+//! Trajectories, in which the window slides along the line through two landmarks until a third one comes into view (Park and
+//! Kender 1995, 4.4 to 4.6).
 //!
-//! The window is first centred around the pair (figure 10). What it shows then is not new. Dots are found strip by strip, so
-//! a slide looks at little more than what the window sweeps over.
+//! The window is first centred on the pair (figure 10), and the dots that it shows then do not count as new. Dots are searched
+//! strip by strip, so a slide examines little more than the area that the window sweeps over.
 
 use crate::geometry::{Point, Window};
 use crate::plane::{DotId, Plane};
 
-/// Where a window slides: from a centre into a direction of length 1.
+/// A slide of the window from a start position in a direction of length 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slide {
-    /// The window's centre at the beginning.
+    /// Position of the window's centre at the beginning.
     pub from: Point,
-    /// The direction.
+    /// Direction of the slide, of length 1.
     pub along: Point,
 }
 
-/// What a slide attains.
+/// The end of a slide.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Landing {
-    /// The dot that comes into the window first.
+    /// The first dot that comes into the window.
     pub dot: DotId,
-    /// How far the window has slid by then.
+    /// Distance that the window has slid by then.
     pub distance: f64,
 }
 
 impl Slide {
-    /// From the middle of two landmarks, from the first to the second; with `backwards` the other way. None where the two are
-    /// one.
+    /// Returns the slide that starts midway between two landmarks and leads from the first towards the second or, if
+    /// `backwards` is set, in the opposite direction. Returns `None` if both have the same position.
     pub fn of_pair(first: Point, second: Point, backwards: bool) -> Option<Self> {
         let along = (second - first).direction()?;
         Some(Self { from: (first + second) * 0.5, along: if backwards { -along } else { along } })
     }
 
-    /// The same slide, so far to the left.
+    /// Returns the same slide, shifted to the left by a distance.
     pub fn moved_aside(self, by: f64) -> Self {
         Self { from: self.from + Point::new(-self.along.y, self.along.x) * by, ..self }
     }
 
-    /// The same slide, begun this far ahead.
+    /// Returns the same slide, started this far ahead.
     pub fn moved_along(self, by: f64) -> Self {
         Self { from: self.from + self.along * by, ..self }
     }
 
-    /// After how long a slide the window takes in a point, and after how long it leaves it; none where it never does.
+    /// Returns the distances slid when a point enters the window and when it leaves, or `None` if it never does.
     pub fn span(self, window: Window, point: Point) -> Option<(f64, f64)> {
         let relative = point - self.from;
         let half = window.side / 2.0;
@@ -53,17 +53,19 @@ impl Slide {
         (enters <= leaves).then_some((enters, leaves))
     }
 
-    /// After how long a slide the window takes in a point; none where it never does, or shows it from the beginning.
+    /// Returns the distance slid when a point enters the window, or `None` if it never does or is in the window from the
+    /// beginning.
     pub fn meets(self, window: Window, point: Point) -> Option<f64> {
         self.span(window, point).map(|(enters, _)| enters).filter(|&enters| enters > 0.0)
     }
 
-    /// The dot that a slide attains; none where it leaves the plane before. Of two at once: the one nearer to the line.
+    /// Returns the dot that a slide attains, or `None` if the window leaves the plane first. If two dots enter at once, the one
+    /// nearer to the line counts.
     pub fn lands(self, plane: &Plane, window: Window) -> Option<Landing> {
         let reach = self.leaves(plane, window)?;
         let mut begin = 0.0;
         while begin < reach {
-            // Each strip is as long as all before it: an empty plane is crossed in few.
+            // Each strip is as long as all previous ones together, so that an empty plane is crossed in few strips.
             let end = f64::max(2.0 * begin, begin + window.side);
             if let Some(landing) = self.lands_within(plane, window, begin, end) {
                 return Some(landing);
@@ -73,7 +75,7 @@ impl Slide {
         None
     }
 
-    /// The first dot that is met in a strip of a slide.
+    /// Returns the first dot that enters the window within a strip of the slide.
     fn lands_within(self, plane: &Plane, window: Window, begin: f64, end: f64) -> Option<Landing> {
         let (a, b) = (self.from + self.along * begin, self.from + self.along * end);
         let half = Point::new(window.side / 2.0, window.side / 2.0);
@@ -89,13 +91,13 @@ impl Slide {
         met.min_by(order).map(|(_, landing)| landing)
     }
 
-    /// How far a point lies to the side of the line.
+    /// Returns the distance of a point from the line.
     fn aside(self, point: Point) -> f64 {
         let relative = point - self.from;
         (relative.x * self.along.y - relative.y * self.along.x).abs()
     }
 
-    /// After how long a slide no dot of the plane can come into the window any more; none where none ever can.
+    /// Returns the distance slid after which no dot of the plane can enter the window, or `None` if none ever can.
     fn leaves(self, plane: &Plane, window: Window) -> Option<f64> {
         let (low, high) = plane.bounds_with_margin(window.side / 2.0);
         let span = |low: f64, high: f64, from: f64, along: f64| {
@@ -111,7 +113,8 @@ impl Slide {
     }
 }
 
-/// When a point at `relative` comes within `half` of a window that moves by `along`, and when it leaves.
+/// Returns the distances at which a point at `relative` comes within `half` of a window that moves by `along`, and at which it
+/// leaves.
 fn passes(relative: f64, along: f64, half: f64) -> (f64, f64) {
     if along == 0.0 {
         return if relative.abs() <= half {
@@ -135,13 +138,13 @@ mod tests {
         Window::new(10.0, 0.0).unwrap()
     }
 
-    /// Figure 10: two landmarks, a goal ahead of them and one behind.
+    /// Figure 10: two landmarks, with one goal ahead of them and one behind.
     #[test]
     fn a_pair_has_a_goal_in_each_direction() {
         let world = plane(&[(50.0, 50.0), (54.0, 50.0), (80.0, 53.0), (10.0, 46.0), (80.0, 56.0)]);
         let ahead =
             Slide::of_pair(world.dot(0), world.dot(1), false).unwrap().lands(&world, window()).unwrap();
-        // The window's edge is at 52 + 5; the goal at 80.
+        // The window's edge starts at 52 + 5, and the goal is at 80.
         assert_eq!(ahead, Landing { dot: 2, distance: 23.0 });
         let behind =
             Slide::of_pair(world.dot(0), world.dot(1), true).unwrap().lands(&world, window()).unwrap();
@@ -156,7 +159,7 @@ mod tests {
         assert_eq!(landing.dot, 3);
     }
 
-    /// The camera's error moves the window, so it may at first not show what the map says it shows, and vice versa.
+    /// The camera's error shifts the window, so at first it may not show what the map says it shows, or show more.
     #[test]
     fn a_slide_that_begins_elsewhere_attains_what_lies_at_the_edge_of_its_window() {
         let world = plane(&[(50.0, 50.0), (54.0, 50.0), (56.9, 52.0), (70.0, 50.0)]);

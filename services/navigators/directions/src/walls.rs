@@ -1,34 +1,36 @@
-//! What stands on a floor beside its landmarks: walls between their doors, and furniture. It hides landmarks, and bars the way.
+//! The obstacles of a floor other than its landmarks, namely walls between their doors, and furniture. They hide landmarks and
+//! block the robot.
 //!
-//! Lengths are in the plane's unit, as everywhere. Everything is a line with a thickness.
+//! All lengths are in the plane's unit, and every obstacle consists of lines with a thickness.
 
 use sketchnav_schemas::floor_plan::{FloorPlan, Furniture};
 
 use crate::geometry::Point;
 use crate::sight::bearing_rad;
 
-/// Corners of the polygon that stands for a disc.
+/// Number of corners of the polygon that approximates a disc.
 const DISC_CORNERS: u32 = 16;
 
-/// A line with half of a thickness to each side.
+/// A line that extends by half its thickness to each side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Piece {
     ends: [Point; 2],
     half: f64,
 }
 
-/// What a robot's own body and its laser make of walls.
+/// The properties of a robot's body and its laser that matter near walls.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Body {
-    /// Its radius.
+    /// Radius of the body.
     pub radius: f64,
-    /// How far its centre keeps from walls where it can choose.
+    /// Distance that the robot's centre keeps from walls whenever it has a choice.
     pub keeps: f64,
-    /// A laser takes a landmark and what is nearer behind it than this for one thing, which is none.
+    /// Minimum distance in range between a landmark and anything else close to its edge. If they are closer, the laser merges
+    /// both into one object, which isn't recognised as a landmark.
     pub merges: f64,
 }
 
-/// The walls of a floor; above a plane there are none.
+/// The walls of a floor. Above a plane, there are none.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Walls {
     pieces: Vec<Piece>,
@@ -36,13 +38,13 @@ pub struct Walls {
 }
 
 impl Walls {
-    /// Walls along lines of this thickness.
+    /// Creates walls along lines with this thickness.
     pub fn new(lines: impl IntoIterator<Item = [Point; 2]>, thickness: f64, body: Body) -> Self {
         let half = thickness / 2.0;
         Self { pieces: lines.into_iter().map(|ends| Piece { ends, half }).collect(), body }
     }
 
-    /// What stands on a floor but for its landmarks. Metres.
+    /// Returns everything that stands on a floor except its landmarks, in metres.
     pub fn of_floor(plan: &FloorPlan, is_landmark: impl Fn(&Furniture) -> bool, body: Body) -> Self {
         let point = |[x, y]: [f64; 2]| Point::new(x, y);
         let lines = plan.middle_lines().into_iter().map(|line| line.map(point));
@@ -52,27 +54,27 @@ impl Walls {
         walls
     }
 
-    /// Whether there are none.
+    /// Returns true if there are no walls.
     pub fn is_empty(&self) -> bool {
         self.pieces.is_empty()
     }
 
-    /// The lines of all of them.
+    /// Iterates over the centre lines of all walls.
     pub fn lines(&self) -> impl Iterator<Item = [Point; 2]> + '_ {
         self.pieces.iter().map(|piece| piece.ends)
     }
 
-    /// Whether one of them is nearer to the straight way than the robot keeps.
+    /// Returns true if a wall is closer to the straight path than the robot keeps.
     pub fn bar(&self, from: Point, to: Point) -> bool {
         self.pieces.iter().any(|piece| piece.distance(from, to) < self.body.keeps)
     }
 
-    /// Whether one of them lies across a straight line.
+    /// Returns true if a wall lies across a straight line.
     pub fn cross(&self, from: Point, to: Point) -> bool {
         self.pieces.iter().any(|piece| piece.distance(from, to) <= 0.0)
     }
 
-    /// Whether the robot touches one of them on a short way, and does not leave it.
+    /// Returns true if the robot touches a wall on a short path without moving away from it.
     pub fn touch(&self, from: Point, to: Point) -> bool {
         self.pieces.iter().any(|piece| {
             piece.distance(from, to) < self.body.radius
@@ -80,8 +82,8 @@ impl Walls {
         })
     }
 
-    /// What of a landmark's width is in sight beside them: from one angle to another, radians from its middle. `landmark` is
-    /// relative to the eye. Nothing is left where a laser takes the landmark and a wall for one thing.
+    /// Returns the part of a landmark's width that walls leave in sight, as the first and the last angle from its middle, in
+    /// radians. `landmark` is relative to the eye. Both angles are 0 if the laser merges the landmark with a wall.
     pub fn narrow(
         &self,
         eye: Point,
@@ -101,13 +103,13 @@ impl Walls {
                 return [0.0; 2];
             }
             let [a, b] = ends.map(|end| bearing_rad(landmark, end));
-            // What passes behind the eye lies on neither side.
+            // A wall that passes behind the eye hides nothing on either side.
             let (from, to) = (a.min(b).max(-half_rad), a.max(b).min(half_rad));
             let is_nearer = || range(ends, landmark, (from + to) / 2.0).is_some_and(|range| range < distance);
             if (a - b).abs() > std::f64::consts::PI || from >= to || !is_nearer() {
                 continue;
             }
-            // The wider part that is left counts.
+            // Of the two parts that remain, the wider one counts.
             if from - low > high - to {
                 high = high.min(from);
             } else {
@@ -119,7 +121,7 @@ impl Walls {
 }
 
 impl Piece {
-    /// From a straight way to its edge.
+    /// Returns the distance from a straight path to the edge of this piece.
     fn distance(&self, from: Point, to: Point) -> f64 {
         let [a, b] = self.ends;
         if cross(to - from, a - from) * cross(to - from, b - from) < 0.0
@@ -132,7 +134,8 @@ impl Piece {
     }
 }
 
-/// How far a ray goes until it meets a line; by an angle to the left of the way to a landmark.
+/// Returns the distance along a ray to its intersection with a line. The ray's direction is given as an angle to the left of
+/// the direction to a landmark.
 fn range([a, b]: [Point; 2], landmark: Point, side_rad: f64) -> Option<f64> {
     let way = landmark.direction()?.turned(side_rad);
     let (along, from) = (cross(way, b - a), cross(a, b - a));
@@ -144,7 +147,7 @@ fn cross(a: Point, b: Point) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
-/// From a point to the nearest one of a line.
+/// Returns the distance from a point to the nearest point of a line segment.
 fn to_line(point: Point, from: Point, to: Point) -> f64 {
     let along = to - from;
     let share =
@@ -152,7 +155,7 @@ fn to_line(point: Point, from: Point, to: Point) -> f64 {
     (point - from - along * share.clamp(0.0, 1.0)).norm()
 }
 
-/// The edges of a piece of furniture, metres.
+/// Returns the edges of a piece of furniture, in metres.
 fn outline(piece: &Furniture) -> Vec<[[f64; 2]; 2]> {
     let corners: Vec<[f64; 2]> = match (&piece.polygon, piece.center, piece.size, piece.radius_m) {
         (Some(polygon), ..) => polygon.clone(),
@@ -196,7 +199,7 @@ mod tests {
         let gap = walls(&[[(5.0, -9.0), (5.0, -1.0)], [(5.0, 1.0), (5.0, 9.0)]]);
         assert!(gap.bar(point(0.0, 4.0), point(9.0, 4.0)) && gap.cross(point(0.0, 4.0), point(9.0, 4.0)));
         assert!(!gap.bar(point(0.0, 0.0), point(9.0, 0.5)));
-        // 0.3 beside the end of a wall of which 0.05 is its own half thickness.
+        // The path passes the end of a wall at a distance of 0.3, of which 0.05 is half the wall's own thickness.
         assert!(gap.bar(point(0.0, 0.7), point(9.0, 0.7)) && !gap.cross(point(0.0, 0.7), point(9.0, 0.7)));
         assert!(gap.bar(point(4.7, 4.0), point(4.7, 8.0)) && !gap.bar(point(4.5, 4.0), point(4.5, 8.0)));
         assert!(!Walls::default().bar(point(0.0, 0.0), point(9.0, 9.0)));

@@ -1,4 +1,4 @@
-//! What can be wrong with a mission of this kind.
+//! Errors in a mission of this kind.
 
 use sketchnav_dots::DotsError;
 use sketchnav_schemas::mission::MissionError;
@@ -6,65 +6,65 @@ use sketchnav_schemas::robot::RobotError;
 
 use crate::error::Error;
 
-/// Why a mission of this kind cannot be flown.
+/// The reason why a mission of this kind cannot be run.
 #[derive(Debug, thiserror::Error)]
 pub enum DirectionsError {
-    /// The mission's keys.
+    /// The mission's keys are invalid.
     #[error(transparent)]
     Mission(#[from] MissionError),
-    /// A sensor that the robot lacks.
+    /// The robot lacks a sensor.
     #[error(transparent)]
     Robot(#[from] RobotError),
-    /// Reading a file failed.
+    /// A file could not be read, or its contents are invalid.
     #[error("{key}: {file}: {reason}")]
     File {
-        /// The key that names it.
+        /// The mission key that names the file.
         key: &'static str,
-        /// The file.
+        /// Name of the file.
         file: String,
-        /// Why.
+        /// What is wrong with the file.
         reason: String,
     },
-    /// A custom map.
+    /// A custom map, or the dots of a plane, are invalid.
     #[error("{file}: {cause}")]
     Map {
-        /// Its file.
+        /// Name of the file.
         file: String,
-        /// What is wrong with it.
+        /// The error in the file.
         cause: Error,
     },
-    /// A picture of the plane.
+    /// A picture of the plane is unusable.
     #[error("{file}: {cause}")]
     Picture {
-        /// Its file.
+        /// Name of the file.
         file: String,
-        /// What is wrong with it.
+        /// The error in the picture.
         cause: DotsError,
     },
-    /// The calibration of the picture.
+    /// The calibration of the picture is unusable.
     #[error("navigator.calibration: {0}")]
     Calibration(DotsError),
-    /// What the map-maker cannot plan.
+    /// The map-maker cannot plan a task.
     #[error("task {number} ({name}): {cause}{}", beside(notices))]
     Plan {
-        /// The task, from 1.
+        /// Number of the task, from 1.
         number: usize,
-        /// Its name.
+        /// Name of the task.
         name: String,
-        /// Why.
+        /// The reason why planning failed.
         cause: Error,
-        /// What was found wrong before, and may be the reason.
+        /// Earlier findings about the files of the run, which may explain the failure.
         notices: Vec<String>,
     },
-    /// Invalid settings of the navigator.
+    /// The settings of the navigator are invalid.
     #[error("parameters.planner: {0}")]
     Settings(Error),
-    /// More entries than the message about them holds.
+    /// The custom maps have more entries than the message about them can hold.
     #[error("expected at most {limit} entries of all custom maps, found {found}")]
     TooLong {
-        /// The most.
+        /// Maximum number of entries.
         limit: usize,
-        /// How many there are.
+        /// Number of entries found.
         found: usize,
     },
 }

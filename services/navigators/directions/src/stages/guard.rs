@@ -1,7 +1,7 @@
-//! Keeps a robot on land from what is no landmark: walls, furniture and people.
+//! Keeps a robot on land away from everything that isn't a landmark: walls, furniture and people.
 //!
-//! The laser looks all around, so the newest scan says what is near, and nothing is remembered of those before. Where the way
-//! is barred, the robot takes the free one that is nearest to it, or stands.
+//! The laser looks all around, so the newest scan shows everything nearby, and earlier scans are not remembered. If the robot's
+//! direction is blocked, it takes the free direction closest to it, or stops.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_motion::obstacles::Obstacles;
@@ -13,39 +13,39 @@ use sketchnav_schemas::robot::Robot;
 use super::error::DirectionsError;
 use crate::geometry::Point;
 
-/// How far aside of a way that is barred others are tried, radians: first on the side to which the robot moves already.
-/// The last ones lead away again from where it is too near.
+/// Angles from a blocked direction at which others are tried, in radians, starting on the side to which the robot already
+/// moves. The last ones lead away from an obstacle that is already too near.
 const ASIDE_RAD: [f64; 9] = [0.0, 0.4, 0.8, 1.2, 1.7, -0.4, -0.8, -1.2, -1.7];
-/// The least part of the wish with which a way counts as free.
+/// Minimum fraction of the desired velocity at which a direction counts as free.
 const FREE: f64 = 0.5;
 
-/// What is near the robot, in its own axes.
+/// Limits the robot's velocity so that it can stop before every obstacle in its newest scan.
 pub struct Guard {
     body: Body,
     mount: Pose<Base>,
     obstacles: Obstacles,
 }
 
-/// The last command.
+/// The last command, from which the next one accelerates.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Last(Pursuit);
 
 impl Guard {
-    /// Of a robot with a laser.
+    /// Creates the guard of a robot with a laser.
     ///
     /// # Errors
-    /// [`DirectionsError`] for a robot without one.
+    /// [`DirectionsError`] if the robot has no laser.
     pub fn new(robot: &Robot) -> Result<Self, DirectionsError> {
         let body = Body { radius_m: robot.radius_m, drive: robot.drive, limits: robot.limits };
         Ok(Self { body, mount: robot.laser()?.mount(), obstacles: Obstacles::new(1.0) })
     }
 
-    /// The robot at rest.
+    /// Returns the command of a robot at rest.
     pub fn at_rest(&self) -> Last {
         Last(Pursuit::new(self.body))
     }
 
-    /// The velocity nearest to `wish` with which the robot can stop before everything in the scan.
+    /// Returns the velocity closest to `wish` at which the robot can still stop before every obstacle in the scan.
     pub fn command(&mut self, last: &mut Last, wish: Point, scan: &LaserScan, dt_s: f64) -> Point {
         if wish == Point::default() {
             *last = self.at_rest();
@@ -62,7 +62,7 @@ impl Guard {
             (Point::new(twist.vx_mps, twist.vy_mps), pursuit)
         };
         let before = Point::new(last.0.last().vx_mps, last.0.last().vy_mps);
-        // What the limits of acceleration allow with nothing in the way.
+        // The velocity that the acceleration limits would allow without any obstacle.
         let free = |way: Point| {
             let change = way - before;
             let most = self.body.limits.acceleration_mps2 * dt_s;
@@ -91,7 +91,7 @@ mod tests {
         Guard::new(&sketchnav_sim::files::robot(&file.to_string_lossy()).unwrap()).unwrap()
     }
 
-    /// A scan of a disc of some radius.
+    /// Returns a scan of a disc with this radius.
     fn scan(at: Point, radius_m: f64) -> Box<LaserScan> {
         let mut scan: Box<LaserScan> = Box::new(Zeroable::zeroed());
         (scan.beam_count, scan.range_min_m, scan.range_max_m) = (720, 0.05, 10.0);
@@ -108,7 +108,8 @@ mod tests {
         scan
     }
 
-    /// Drives east for a while; where the robot is, and the nearest that it came to the disc's edge with its centre.
+    /// Drives east for a while. Returns the robot's final position, and the smallest distance from its centre to the edge of
+    /// the disc.
     fn driven(at: Point, radius_m: f64) -> (Point, f64) {
         let mut guard = guard();
         let (mut last, mut place, mut nearest) = (guard.at_rest(), Point::default(), f64::INFINITY);

@@ -22,11 +22,11 @@
 //! landmark_radius_m = 0.15         # the pillars' radius; all are alike
 //! range_m = 8.0                    # how far the navigator looks; else as far as its laser
 //! ```
-//! Either may say by how much the robot may look aside of the map's axes at the start; the maps then say bearings, and these
-//! correct its heading: `heading_noise_deg = 2.0`.
+//! In either case, the mission may state by how much the robot's heading may deviate from the map's axes at the start:
+//! `heading_noise_deg = 2.0`. The maps then include bearings, by which the robot corrects its heading.
 //!
-//! Somebody may write the custom map: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and `goal`. Its
-//! task may list `landmarks = [[x, y], …]`, one for each entry: those that the map means, for the judge.
+//! The custom map may also be written by hand: `map_file = "mine.directions"` in place of `plane_file`, `calibration` and
+//! `goal`. For the judge, the task may then list `landmarks = [[x, y], …]`, the landmark that the map means at each entry.
 
 use serde::{Deserialize, Serialize};
 use sketchnav_dots::camera::Known;
@@ -48,49 +48,50 @@ use crate::transitions::Kinds;
 use crate::traversal::Noise;
 use crate::walls::Body;
 
-/// The word of `[navigator] kind`.
+/// The value of `[navigator] kind`.
 pub const KIND: &str = "directions";
-/// The words of `[navigator] method`, the default first.
+/// The values of `[navigator] method`, the default first.
 pub const METHODS: [&str; 8] =
     ["arrival", "branching", "shortest", "simplest", "fewest-views", "quickest", "reliable", "d-r"];
 
-/// What a path is chosen by.
+/// The criterion by which a path is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 pub enum Method {
-    /// The probability of arrival, by simulation: this project's own.
+    /// The probability of arrival, found by simulation. This method is our own.
     #[default]
     #[serde(rename = "arrival")]
     Arrival,
-    /// The same, among maps that branch, too.
+    /// The probability of arrival, with maps that branch considered as well.
     #[serde(rename = "branching")]
     Branching,
-    /// The distance.
+    /// The shortest distance.
     #[serde(rename = "shortest")]
     Shortest,
-    /// The number of entries of the map.
+    /// The smallest number of map entries.
     #[serde(rename = "simplest")]
     Simplest,
-    /// The number of views by which the navigator decides.
+    /// The smallest number of views that the navigator needs for its decisions.
     #[serde(rename = "fewest-views")]
     FewestViews,
-    /// The time of the journey.
+    /// The shortest time of the journey.
     #[serde(rename = "quickest")]
     Quickest,
-    /// The product of reliabilities.
+    /// The largest product of reliabilities.
     #[serde(rename = "reliable")]
     Reliable,
-    /// The distance over the reliability.
+    /// The smallest ratio of distance to reliability.
     #[serde(rename = "d-r")]
     Ratio,
 }
 
 impl Method {
-    /// Whether a plan is chosen by simulated journeys.
+    /// Returns true if the plan is chosen by simulated journeys.
     fn is_simulated(self) -> bool {
         matches!(self, Self::Arrival | Self::Branching)
     }
 
-    /// What the search minimises, for a navigator with these settings; `None` for simulation.
+    /// Returns the objective that the search minimises for a navigator with these settings, or `None` if the plan is chosen by
+    /// simulation.
     pub fn objective(self, settings: &Settings) -> Option<Objective> {
         match self {
             Self::Arrival | Self::Branching => None,
@@ -104,34 +105,34 @@ impl Method {
     }
 }
 
-/// Where the custom maps come from.
+/// The origin of the custom maps.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Source {
-    /// The map-maker makes them from a picture.
+    /// The map-maker makes the maps from a picture.
     Picture {
-        /// The picture.
+        /// Name of the picture's file.
         file: String,
-        /// Its known points.
+        /// Points of the picture with known positions.
         calibration: Vec<Known>,
-        /// The error of the map-maker's positions on each axis, where it is given, metres.
+        /// Standard deviation of the map-maker's positions on each axis, in metres, if the mission states it.
         noise_m: Option<f64>,
     },
-    /// The map-maker makes them from a floor plan.
+    /// The map-maker makes the maps from a floor plan.
     Floor {
-        /// The floor plan.
+        /// Name of the floor plan's file.
         file: String,
-        /// The error of the map-maker's positions on each axis, metres.
+        /// Standard deviation of the map-maker's positions on each axis, in metres, if the mission states it.
         noise_m: Option<f64>,
     },
-    /// Somebody has written one.
+    /// The map was written by hand.
     Map {
-        /// Its file.
+        /// Name of the map's file.
         file: String,
     },
 }
 
 impl Source {
-    /// Its file.
+    /// Returns the name of the file.
     pub fn file(&self) -> &str {
         match self {
             Self::Picture { file, .. } | Self::Floor { file, .. } | Self::Map { file } => file,
@@ -142,30 +143,31 @@ impl Source {
 /// What a robot on land knows about its landmarks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LandKeys {
-    /// Their radius, metres.
+    /// Radius of the landmarks, in metres.
     pub radius_m: f64,
-    /// How far it looks, metres; none as far as its laser.
+    /// Maximum distance at which the robot looks for landmarks, in metres. `None` stands for the range of its laser.
     pub range_m: Option<f64>,
 }
 
-/// What belongs to this kind of a mission.
+/// The part of a mission that is specific to this kind of navigator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DirectionsMission {
-    /// What a path is chosen by.
+    /// The criterion by which a path is chosen.
     pub method: Method,
-    /// Where the custom maps come from.
+    /// The origin of the custom maps.
     pub source: Source,
-    /// The landmarks of a robot on land; none above a plane.
+    /// The landmarks of a robot on land, or `None` above a plane.
     pub land: Option<LandKeys>,
-    /// Standard deviation of the heading at the start, degrees. Above 0, the maps say bearings, and these correct it.
+    /// Standard deviation of the heading at the start, in degrees. If it is above 0, the maps include bearings to correct the
+    /// heading.
     pub heading_noise_deg: f64,
-    /// Which errors the paper's maps let the navigator notice.
+    /// The errors that the navigator can notice with the paper's maps.
     pub verify: Verify,
-    /// What the navigator understands.
+    /// The words that the navigator understands.
     pub words: Vec<Descriptor>,
-    /// Where each task leads; empty with a custom map that was written by hand.
+    /// The goal of each task. Empty if the custom map was written by hand.
     pub goals: Vec<Point>,
-    /// The landmarks that such a map means; empty where nobody says.
+    /// The landmarks that a map written by hand means. Empty if the mission doesn't list them.
     pub landmarks: Vec<Point>,
 }
 
@@ -205,7 +207,7 @@ impl DirectionsMission {
     /// Reads and checks the keys of this kind.
     ///
     /// # Errors
-    /// [`MissionError`] with the key and what was expected.
+    /// [`MissionError`] with the key and the expected value.
     pub fn of(mission: &Mission) -> Result<Self, MissionError> {
         let keys: NavigatorKeys = keys("navigator", &mission.navigator.given)?;
         if keys.verify.is_some() && keys.method.is_simulated() {
@@ -238,8 +240,8 @@ impl DirectionsMission {
         Ok(Self { method, source, land, heading_noise_deg, verify, words, goals, landmarks })
     }
 
-    /// The words with which the map-maker plans: the method's own, or else any whose landmark is known beforehand, as far as
-    /// the navigator understands them.
+    /// Returns the words that the map-maker plans with: the method's own words that the navigator understands. If it
+    /// understands none of them, these are the understood words whose landmark is known beforehand.
     pub fn planned(&self) -> Vec<Descriptor> {
         let usual: &[Descriptor] = if self.method.is_simulated() { &WORDS } else { Kinds::PAPER.words };
         let understood = |words: &[Descriptor]| -> Vec<Descriptor> {
@@ -267,7 +269,7 @@ fn words(given: Option<&[String]>) -> Result<Vec<Descriptor>, MissionError> {
     given.iter().map(word).collect()
 }
 
-/// The keys of a robot on land.
+/// Reads the keys for a robot on land.
 fn land(keys: &NavigatorKeys) -> Result<Option<LandKeys>, MissionError> {
     let only = |key: &str, is_there: bool| match is_there {
         true => Err(wrong(key, "no such key without navigator.landmark_radius_m", "it")),
@@ -368,43 +370,43 @@ fn task_places(
     }
 }
 
-/// What may be set of the navigator: a mission's table `parameters.planner`. See [`Settings`].
+/// The settings of the navigator that a mission can override in its table `parameters.planner`. See [`Settings`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlannerParameters {
-    /// How many views it takes where it stands before it decides.
+    /// Number of views that the navigator takes at rest before each decision.
     pub looks: u8,
-    /// How often it looks again for a landmark that it cannot locate.
+    /// Number of times that the navigator looks again for a landmark that it cannot locate.
     pub patience: u8,
-    /// How often it recovers within one entry.
+    /// Maximum number of recoveries within one entry.
     pub most_recoveries: u8,
-    /// How long it works on an entry before it gives up, seconds.
+    /// Time after which the navigator gives up on an entry, in seconds.
     pub longest_entry_s: f64,
-    /// How fast it removes an error of position, a second.
+    /// Rate at which the navigator removes a position error, per second.
     pub gain: f64,
-    /// The weight of a new position of a dot while the window moves, from 0 to 1.
+    /// Weight of a dot's new position while the window moves, from 0 to 1.
     pub weight: f64,
 }
 
-/// What may be set of the map-maker: a mission's table `parameters.sketcher`. See [`Effort`].
+/// The settings of the map-maker that a mission can override in its table `parameters.sketcher`. See [`Effort`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SketcherParameters {
-    /// Simulations of each transition.
+    /// Number of simulations of each transition.
     pub trials: u32,
-    /// Simulated journeys of each candidate.
+    /// Number of simulated journeys for each candidate.
     pub trial_journeys: u32,
-    /// Simulated journeys for the stated probability.
+    /// Number of simulated journeys for the stated probability.
     pub journeys: u32,
 }
 
-/// Most simulations of each kind.
+/// Maximum number of simulations of each kind.
 const MOST_SIMULATIONS: u32 = 100_000;
 
-/// How much the map-maker simulates.
+/// Returns how much the map-maker simulates.
 ///
 /// # Errors
-/// [`MissionError`] with the key.
+/// [`MissionError`] with the invalid key.
 pub fn effort(mission: &Mission) -> Result<Effort, MissionError> {
     let Effort { trials, trial_journeys, journeys } = Effort::USUAL;
     let usual = SketcherParameters { trials, trial_journeys, journeys };
@@ -418,18 +420,19 @@ pub fn effort(mission: &Mission) -> Result<Effort, MissionError> {
     Ok(Effort { trials, trial_journeys, journeys })
 }
 
-/// How far beside a landmark's and its own body the robot keeps, metres.
+/// Gap that the robot keeps between its own body and a landmark or wall, in metres.
 const BERTH_M: f64 = 0.15;
-/// How much further than that it stands beside a landmark, metres.
+/// Additional gap when the robot stands beside a landmark, in metres.
 const BESIDE_M: f64 = 0.25;
 
-/// The distance at which position errors are stated, as a share of the robot's range: that of a usual landmark.
+/// Distance at which position errors are stated, as a fraction of the robot's range. It is the distance of a typical landmark.
 const USUAL_SHARE: f64 = 0.62;
 
-/// What the robot of a mission sees: its window, and the standard deviation of a position in it, metres.
+/// Returns the window of a mission's robot, and the standard deviation of a position in it, in metres.
 ///
 /// # Errors
-/// A robot without a view, on land without a laser all around; [`DirectionsError::Settings`].
+/// [`DirectionsError::Robot`] if the robot has no view or, on land, no laser. [`DirectionsError::Settings`] if the window is
+/// invalid or, on land, the laser doesn't look all around or the drive is not omnidirectional.
 pub fn sight(mission: &Mission, robot: &Robot) -> Result<(Window, f64), DirectionsError> {
     let Some(land) = DirectionsMission::of(mission)?.land else {
         let view = robot.view()?;
@@ -452,8 +455,8 @@ pub fn sight(mission: &Mission, robot: &Robot) -> Result<(Window, f64), Directio
     Ok((window, position_noise_m(laser, land.radius_m, USUAL_SHARE * range)))
 }
 
-/// The standard deviation of a landmark's position at a distance, on each axis. Its returns are averaged along the
-/// beams, and its edges lie between two of them.
+/// Returns the standard deviation of a landmark's position at a distance, on each axis. Along the beams, the landmark's returns
+/// are averaged. Across the beams, each edge lies somewhere between two of them.
 fn position_noise_m(laser: &Laser, radius_m: f64, distance_m: f64) -> f64 {
     let beam_rad = laser.field_of_view_deg.to_radians() / f64::from(laser.beams.max(1));
     let returns = (2.0 * radius_m / distance_m / beam_rad).max(1.0);
@@ -461,10 +464,10 @@ fn position_noise_m(laser: &Laser, radius_m: f64, distance_m: f64) -> f64 {
     along_m.hypot(distance_m * beam_rad / 12.0_f64.sqrt())
 }
 
-/// Finds landmarks in the laser scans of a robot on land; none above a plane.
+/// Returns the finder of landmarks in the laser scans of a robot on land, or `None` above a plane.
 ///
 /// # Errors
-/// As [`sight`].
+/// Returns the errors of [`sight`].
 pub fn finder(mission: &Mission, robot: &Robot) -> Result<Option<Finder>, DirectionsError> {
     let (window, _) = sight(mission, robot)?;
     let Some(land) = window.land else { return Ok(None) };
@@ -473,19 +476,19 @@ pub fn finder(mission: &Mission, robot: &Robot) -> Result<Option<Finder>, Direct
     Ok(Some(Finder { radius_m: land.radius, range_m: land.range, noise_m, mount: laser.mount() }))
 }
 
-/// What the walls of a floor mean to a robot on land.
+/// Returns the size and the clearance of a robot on land for the walls of its floor.
 ///
 /// # Errors
-/// As [`sight`].
+/// Returns the errors of [`sight`].
 pub fn body(mission: &Mission, robot: &Robot) -> Result<Body, DirectionsError> {
     let merges = finder(mission, robot)?.map_or(0.0, |finder| finder.jump_m());
     Ok(Body { radius: robot.radius_m, keeps: robot.radius_m + BERTH_M, merges })
 }
 
-/// How the navigator of a mission sees and moves.
+/// Returns the settings of a mission's navigator.
 ///
 /// # Errors
-/// As [`sight`], and [`DirectionsError::Settings`].
+/// Returns the errors of [`sight`], and [`DirectionsError::Settings`] if a setting is out of range.
 pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, DirectionsError> {
     let (window, noise_m) = sight(mission, robot)?;
     let usual = Settings::new(window, noise_m);
@@ -503,7 +506,7 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
     let settings = Settings {
         vocabulary: Vocabulary::of(&words),
         heading_rad: heading_noise_deg.to_radians(),
-        // A step is a tick: it never moves further in one than it may see.
+        // A step is a tick, so the window never moves further per step than the view allows.
         speed: usual.speed.min(robot.limits.speed_mps),
         looks,
         patience,
@@ -516,10 +519,10 @@ pub fn settings(mission: &Mission, robot: &Robot) -> Result<Settings, Directions
     settings.check().map_err(DirectionsError::Settings)
 }
 
-/// What the map-maker reckons with: the navigator, and the errors of both.
+/// Returns the navigator's settings together with the errors of the navigator and the map-maker, for the map-maker's plans.
 ///
 /// # Errors
-/// As [`settings`].
+/// Returns the errors of [`settings`].
 pub fn pilot(mission: &Mission, robot: &Robot, map_noise_m: f64) -> Result<Pilot, DirectionsError> {
     let (_, sigma) = sight(mission, robot)?;
     let settings = settings(mission, robot)?;
@@ -540,18 +543,18 @@ pub fn pilot(mission: &Mission, robot: &Robot, map_noise_m: f64) -> Result<Pilot
     Ok(Pilot { settings, noise })
 }
 
-/// How far aside of the axes of a floor or a plane a robot may look at its start, degrees.
+/// Maximum deviation of the robot's heading from the axes of the floor or plane at the start, in degrees.
 const MOST_ASIDE_DEG: f64 = 20.0;
 
-/// What this kind demands of a mission and a robot.
+/// Checks what this kind of navigator requires of a mission and a robot.
 ///
 /// # Errors
-/// [`DirectionsError`] with the key or the sensor.
+/// [`DirectionsError`] with the key or the sensor at fault.
 pub fn check(mission: &Mission, robot: &Robot) -> Result<(), DirectionsError> {
     let read = DirectionsMission::of(mission)?;
     effort(mission)?;
     settings(mission, robot)?;
-    // Above a plane nothing corrects a heading of which nobody has said that it may be wrong.
+    // Above a plane, a wrong heading is only corrected if the mission states that it may be wrong.
     let is_corrected = read.land.is_some() || read.heading_noise_deg > 0.0;
     let most_deg = if is_corrected { MOST_ASIDE_DEG } else { 0.0 };
     if mission.start.world_heading_deg.abs() > most_deg {

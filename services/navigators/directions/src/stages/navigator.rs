@@ -1,4 +1,4 @@
-//! The navigator as a mission chooses it: its stages, and all that is shown and said of them.
+//! The navigator `directions` as a mission selects it: its stages, its views and its reports.
 
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::{Mission, Parameters};
@@ -24,7 +24,7 @@ pub const NAVIGATOR: Navigator = Navigator {
     channels: crate::messages::CHANNELS,
     lookout: Some(|run| Box::new(lookout::Lookout::new(&run.robot))),
     doubts: Some(|run, files| {
-        // What cannot be read the navigator itself says.
+        // Files that cannot be read are reported by the stages themselves.
         let warnings = sketcher::notices(run, files).unwrap_or_default();
         Ok(Doubts { warnings, ..Doubts::default() })
     }),

@@ -1,7 +1,7 @@
-//! The navigator as a stage: follows a custom map by what the localizer describes, and by nothing else.
+//! The navigator as a stage. It follows a custom map and uses only what the localizer describes.
 //!
-//! It answers every description with one command and one status. Where the same view comes again it goes on as before. At the
-//! goal it moves its window over the landmark, so that the next task begins there.
+//! Every description is answered with one command and one status. If a view is repeated, the navigator continues as before. At
+//! the goal, it moves its window over the landmark so that the next task begins there.
 
 use crate::messages::Activity as Code;
 use crate::messages::{DESCRIPTION, DIRECTIONS, Description, JOURNEY, Journey};
@@ -28,29 +28,29 @@ pub struct Planner {
     nominal_dt_s: f64,
     agenda: Agenda,
     navigators: Vec<Navigator>,
-    /// Keeps a robot on land from what is no landmark.
+    /// Keeps a robot on land away from everything that isn't a landmark.
     guard: Option<Guard>,
     memory: Memory,
 }
 
-/// All that changes beside the agenda.
+/// The part of the state, besides the agenda, that changes during a run.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Memory {
-    /// The journey under way, or the last one.
+    /// The current journey, or the last one.
     journey: Option<navigator::State>,
-    /// Whether the journey is at its goal, and the window moves over it.
+    /// Whether the journey has reached its goal and the window is moving over it.
     hovers: bool,
-    /// The number of the last view, and when it was taken.
+    /// Number of the last view, and the time at which it was taken.
     seen: Option<(u64, u64)>,
-    /// On land, the last command.
+    /// The last command, for a robot on land only.
     last: Option<Last>,
 }
 
 impl Planner {
-    /// For a run: its robot, its tasks, and the parameters of its mission.
+    /// Creates the planner for the robot, the tasks and the mission parameters of a run.
     ///
     /// # Errors
-    /// [`DirectionsError`] with the key.
+    /// [`DirectionsError`] with the invalid key or the missing sensor.
     pub fn new(run: &RunConfig) -> Result<Self, DirectionsError> {
         mission::check(&run.mission, &run.robot)?;
         let settings = mission::settings(&run.mission, &run.robot)?;
@@ -70,7 +70,7 @@ impl Planner {
         self.navigators.is_empty().then_some("waiting for the custom map")
     }
 
-    /// Begins the journey of a task, where the last one has ended.
+    /// Begins the journey of a task where the last one ended.
     fn begin(&mut self) {
         let last = self.memory.journey.take();
         self.memory.journey = self.navigators.get(self.agenda.task()).map(|navigator| match &last {
@@ -80,7 +80,7 @@ impl Planner {
         (self.memory.hovers, self.memory.seen) = (false, None);
     }
 
-    /// Follows the map by a new view.
+    /// Continues the journey with a new view.
     fn follow(&mut self, description: &Description) {
         let (Some(navigator), Some(state)) =
             (self.navigators.get(self.agenda.task()), &mut self.memory.journey)
@@ -110,7 +110,7 @@ impl Planner {
         }
     }
 
-    /// The journey has ended, or the window is over its goal.
+    /// Handles the end of a journey: on arrival, the window first moves over the goal, and then the task ends.
     fn end(&mut self, outcome: Outcome, output: &Output) {
         let (agenda, hovers) = (&mut self.agenda, &mut self.memory.hovers);
         let (entry, recoveries) = (output.entry + 1, output.recoveries);
@@ -142,20 +142,20 @@ impl Planner {
         self.memory.journey.iter_mut().for_each(navigator::State::stand_still);
     }
 
-    /// Stands. No time passes for the journey meanwhile.
+    /// Stops. No time passes for the journey in the meantime.
     fn pause(&mut self, description: &Description) {
         self.stop();
         self.memory.seen = self.memory.seen.map(|_| (description.views, description.view_stamp_ns));
     }
 
-    /// The velocity of the window: none where no task is under way.
+    /// Returns the velocity of the window, which is zero while no task is being driven.
     fn velocity(&self) -> Point {
         let drives = self.agenda.phase() == Phase::Driving;
         let output = self.memory.journey.as_ref().filter(|_| drives).map(navigator::State::output);
         output.map_or(Point::default(), |output| output.velocity)
     }
 
-    /// The velocity that what is near allows.
+    /// Returns the velocity, limited by obstacles in the newest scan.
     fn guarded(&mut self, scan: Option<&LaserScan>) -> Point {
         let wish = self.velocity();
         let (Some(guard), Some(last), Some(scan)) = (&mut self.guard, &mut self.memory.last, scan) else {
@@ -191,7 +191,7 @@ fn code(activity: Activity) -> Code {
     }
 }
 
-/// What the navigator is about, for people.
+/// The progress of a journey, as text for people.
 struct Progress<'a> {
     output: &'a Output,
     entries: usize,
@@ -204,7 +204,7 @@ impl std::fmt::Display for Progress<'_> {
     }
 }
 
-/// The navigators of the maps in a text.
+/// Creates a navigator for each map in a text.
 fn navigators(text: &str, settings: Settings) -> Result<Vec<Navigator>, Error> {
     maps_of(text)?.into_iter().map(|map| Navigator::new(settings, map)).collect()
 }

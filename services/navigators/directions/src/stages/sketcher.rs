@@ -1,8 +1,8 @@
-//! The map-maker as a stage: sees the plane as the global camera does, plans, and says the custom maps once.
+//! The map-maker as a stage: it sees the plane as the global camera does, plans, and publishes the custom maps once.
 //!
-//! It knows the plane by a picture alone: spots, their centroids, and a perspective transform by known points (Park and
-//! Kender 1995, 7.1.1). So its positions have errors of their own, and it reckons with them. A floor on land it knows by its
-//! floor plan.
+//! The map-maker knows a plane only from a picture, in which it finds spots and their centroids and maps them onto the plane by
+//! a perspective transform through known points (Park and Kender 1995, 7.1.1). Its positions therefore have errors of their
+//! own, which it takes into account. A floor on land is known from its floor plan instead.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -37,26 +37,27 @@ use crate::reliability::Reliability;
 use crate::transitions::Kinds;
 use crate::walls::{Body, Walls};
 
-/// The line between the maps of two tasks.
+/// The line that separates the maps of two tasks.
 pub const BETWEEN: &str = "---";
 
-/// All that the map-maker has made of a mission.
+/// Everything that the map-maker has made for a mission.
 #[derive(Debug, Clone)]
 pub struct Made {
-    /// The dots as the map-maker sees them; empty if the map was written by hand.
+    /// The dots at the positions where the map-maker sees them. Empty if the map was written by hand.
     pub dots: Vec<Point>,
     /// The custom map of each task.
     pub maps: Vec<CustomMap>,
     /// The plan of each task; empty if the map was written by hand.
     pub plans: Vec<Plan>,
-    /// The landmarks of each task that its map means, with their numbers among `dots`; of a written map by the order of its list.
+    /// For each task, the landmarks that its map means. Each has its number in `dots` or, for a map written by hand, its
+    /// position in the task's list.
     pub landmarks: Vec<Vec<(DotId, Point)>>,
 }
 
-/// What the map-maker sees of the dots, or of the landmarks on a floor.
+/// The dots, or the landmarks on a floor, as the map-maker sees them.
 struct Seen {
     plane: Plane,
-    /// The error of a position on each axis, metres.
+    /// Standard deviation of a position on each axis, in metres.
     noise_m: f64,
     notices: Vec<String>,
 }
@@ -64,7 +65,7 @@ struct Seen {
 /// Makes the custom maps of a run.
 ///
 /// # Errors
-/// [`DirectionsError`] with the file, the key or the task.
+/// [`DirectionsError`] with the file, the key or the task at fault.
 pub fn make(run: &RunConfig, files: &Files<'_>) -> Result<Made, DirectionsError> {
     let read = DirectionsMission::of(&run.mission)?;
     match (seen(run, &read, files)?, &read.source) {
@@ -73,10 +74,10 @@ pub fn make(run: &RunConfig, files: &Files<'_>) -> Result<Made, DirectionsError>
     }
 }
 
-/// What the map-maker knows about the plane of a run; `None` if the map was written by hand.
+/// Returns what the map-maker knows about the plane of a run, or `None` if the map was written by hand.
 ///
 /// # Errors
-/// [`DirectionsError`] with the file or the key.
+/// [`DirectionsError`] with the file or the key at fault.
 pub fn atlas(run: &RunConfig, files: &Files<'_>) -> Result<Option<Atlas>, DirectionsError> {
     let read = DirectionsMission::of(&run.mission)?;
     let Some(Seen { plane, noise_m, .. }) = seen(run, &read, files)? else { return Ok(None) };
@@ -89,11 +90,11 @@ fn survey(read: &DirectionsMission, plane: Plane, pilot: &Pilot) -> Atlas {
     Atlas::new(plane, pilot.settings.window, kinds, Reliability::fitted(pilot.noise))
 }
 
-/// What looks wrong with the files of a run, for people, before anything is planned: known points that disagree, uneven light,
-/// spots that are no dots, bearings that correct nothing.
+/// Returns notices for people about anything suspicious in the files of a run, before anything is planned. Examples are known
+/// points that disagree, uneven light, spots that are not dots, and bearings that correct nothing.
 ///
 /// # Errors
-/// [`DirectionsError`] with the file or the key.
+/// [`DirectionsError`] with the file or the key at fault.
 pub fn notices(run: &RunConfig, files: &Files<'_>) -> Result<Vec<String>, DirectionsError> {
     let read = DirectionsMission::of(&run.mission)?;
     if let Some(seen) = seen(run, &read, files)? {
@@ -107,10 +108,10 @@ pub fn notices(run: &RunConfig, files: &Files<'_>) -> Result<Vec<String>, Direct
     Ok(corrects_nothing.then(notice).into_iter().collect())
 }
 
-/// A stated probability of arrival below this is said before the start.
+/// A stated probability of arrival below this value is reported before the start.
 const LOW: f64 = 0.5;
 
-/// Which journeys will rather fail than arrive, by what the map-maker states.
+/// Returns a warning for each journey that is more likely to fail than to arrive, according to the map-maker's own estimate.
 pub fn doubts(mission: &Mission, journeys: &[PlannedJourney]) -> Vec<String> {
     let planned = (1..).zip(mission.task.iter().zip(journeys));
     let low = planned.filter(|(_, (_, journey))| (0.0..LOW).contains(&journey.probability));
@@ -121,7 +122,7 @@ pub fn doubts(mission: &Mission, journeys: &[PlannedJourney]) -> Vec<String> {
     .collect()
 }
 
-/// What is doubted about the maps that it has made.
+/// Reports doubts about the maps that the map-maker has made.
 pub const PLANNED: Planned = Planned {
     on: ITINERARY.spec,
     doubts: |run, message| {
@@ -130,7 +131,7 @@ pub const PLANNED: Planned = Planned {
     },
 };
 
-/// What the map-maker sees; nothing if the map was written by hand.
+/// Returns what the map-maker sees, or `None` if the map was written by hand.
 fn seen(
     run: &RunConfig,
     read: &DirectionsMission,
@@ -141,7 +142,8 @@ fn seen(
         Source::Picture { file, calibration, noise_m } => {
             let (plane, spread_m, notices) =
                 see(&bytes("navigator.plane_file", file, files)?, file, calibration, window)?;
-            // Without a word of it, by how far the known points lie off. Four points always fit.
+            // If the mission doesn't state the error, it is estimated from the residuals of the known points. With four points
+            // there are none, since a transform always fits four points exactly.
             let noise_m = noise_m.or(spread_m).unwrap_or(sigma_m);
             Ok(Some(Seen { plane, noise_m, notices }))
         }
@@ -164,7 +166,7 @@ fn bytes(key: &'static str, file: &str, files: &Files<'_>) -> Result<Vec<u8>, Di
     files(file).map_err(wrong)
 }
 
-/// The map that was written by hand.
+/// Reads and checks a map that was written by hand.
 fn written(
     run: &RunConfig,
     read: &DirectionsMission,
@@ -191,7 +193,7 @@ fn written(
     Ok(Made { dots: Vec::new(), maps: vec![map], plans: Vec::new(), landmarks })
 }
 
-/// The landmarks on a floor, among its walls.
+/// Reads a floor plan and returns its landmarks, among the floor's walls.
 fn floor(bytes: &[u8], file: &str, land: Option<LandKeys>, body: Body) -> Result<Plane, DirectionsError> {
     let wrong =
         |reason: String| DirectionsError::File { key: "navigator.floor_file", file: file.to_owned(), reason };
@@ -211,12 +213,13 @@ fn floor(bytes: &[u8], file: &str, land: Option<LandKeys>, body: Body) -> Result
     Ok(plane.among(Arc::new(walls)))
 }
 
-/// The landmarks of a floor: its round furniture of this radius, within a tenth.
+/// Returns the landmarks of a floor, which are the pieces of round furniture whose radius differs from this one by at most 10
+/// %.
 pub fn pillars(plan: &FloorPlan, radius_m: f64) -> impl Iterator<Item = [f64; 2]> + '_ {
     plan.furniture.iter().filter(move |piece| is_pillar(piece, radius_m)).filter_map(|piece| piece.center)
 }
 
-/// What stands on a floor beside its landmarks.
+/// Returns the walls of a floor and all furniture that isn't a landmark.
 pub fn walls(plan: &FloorPlan, radius_m: f64, body: Body) -> Walls {
     Walls::of_floor(plan, |piece| is_pillar(piece, radius_m), body)
 }
@@ -225,7 +228,8 @@ fn is_pillar(piece: &Furniture, radius_m: f64) -> bool {
     piece.radius_m.is_some_and(|own| (own - radius_m).abs() <= 0.1 * radius_m)
 }
 
-/// The plane in a picture, the error of a position where the known points tell it, metres, and what looks wrong.
+/// Reads a picture. Returns the plane, the standard deviation of a position in metres if the known points reveal it, and
+/// notices about anything suspicious.
 fn see(
     bytes: &[u8],
     file: &str,
@@ -247,7 +251,7 @@ fn see(
     Ok((plane, camera.spread(known), notices))
 }
 
-/// The camera of known points, and whether they agree.
+/// Calibrates the camera from known points, and reviews whether these agree.
 fn camera(known: &[Known], window: Window) -> Result<(Camera, Review), DirectionsError> {
     let review = Review::of(known);
     let disagree = || DirectionsError::Calibration(DotsError::Disagree(review.to_string()));
@@ -255,7 +259,7 @@ fn camera(known: &[Known], window: Window) -> Result<(Camera, Review), Direction
         Err(DotsError::Behind { .. }) if !review.agrees() => return Err(disagree()),
         camera => camera.map_err(DirectionsError::Calibration)?,
     };
-    // Off by half a window, no dot is the one that it seems to be.
+    // If positions are off by half a window, every dot may be mistaken for another.
     let is_useless = camera.spread(known).is_some_and(|spread_m| spread_m >= window.side / 2.0);
     if !review.agrees() && is_useless {
         return Err(disagree());
@@ -272,10 +276,10 @@ fn calibration_notices(review: &Review) -> Vec<String> {
     disagree.into_iter().chain(mirrored).chain(unchecked).collect()
 }
 
-/// How many of the spots that are no dots are described.
+/// Maximum number of odd spots that a notice describes one by one.
 const DESCRIBED: usize = 3;
 
-/// The spots that are no dots.
+/// Returns a notice about the spots that are not dots, or `None` if there are none.
 fn left_out(odd: &[Odd], dust: usize) -> Option<String> {
     if odd.is_empty() {
         return (dust > 0).then(|| format!("left out {dust} specks of less than three pixels"));
@@ -329,14 +333,14 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// The plan of a task. It begins over the goal of the one before, the first one at the mission's start.
+    /// Plans a task. The first task begins at the mission's start, and each other task over the goal of the one before.
     fn plan(&self, index: usize, before: Option<Start>, start: Point, goal: Point) -> Result<Plan, Error> {
         let Self { atlas, read, pilot, effort, seed } = self;
         let start = match before {
             Some(start) => start,
             None => Start::at(&atlas.plane, atlas.window, start)?,
         };
-        // The dot that a window over the goal would show nearest to its middle.
+        // The dot that a window over the goal would show closest to its middle.
         let goal = Start::wanted(&atlas.plane, atlas.window, goal).map_err(no_goal)?.landmark;
         match read.method.objective(&pilot.settings) {
             Some(objective) => {
@@ -351,7 +355,7 @@ impl Maker<'_> {
     }
 }
 
-/// The seed of a task's simulations.
+/// Returns the seed for the simulations of a task.
 fn own_seed(seed: u64, task: usize) -> u64 {
     stream(seed, &format!("sketcher/arrival/{task}")).random()
 }
@@ -363,17 +367,17 @@ fn no_goal(cause: Error) -> Error {
     }
 }
 
-/// Says the custom maps of a run.
+/// The map-maker of a run, which publishes its custom maps.
 pub struct Sketcher {
     made: Made,
     text: String,
 }
 
 impl Sketcher {
-    /// Makes them.
+    /// Makes the custom maps of a run.
     ///
     /// # Errors
-    /// [`DirectionsError`] with the file, the key or the task.
+    /// [`DirectionsError`] with the file, the key or the task at fault.
     pub fn new(run: &RunConfig, files: &Files<'_>) -> Result<Self, DirectionsError> {
         let made = make(run, files)?;
         let found = made.maps.iter().map(|map| map.entries().len()).sum();
@@ -384,16 +388,16 @@ impl Sketcher {
     }
 }
 
-/// The maps in the text of several.
+/// Parses the text of several maps.
 ///
 /// # Errors
-/// [`Error`] for a text that is no map, with the line within its map.
+/// [`Error`] if a part of the text is not a map. Line numbers are those within that part.
 pub fn maps_of(text: &str) -> Result<Vec<CustomMap>, Error> {
     let lines: Vec<&str> = text.lines().collect();
     lines.split(|line| line.trim() == BETWEEN).map(|lines| lines.join("\n").parse()).collect()
 }
 
-/// The maps as one text.
+/// Joins maps into one text.
 fn text(maps: &[CustomMap]) -> String {
     let mut text = String::new();
     for (index, map) in maps.iter().enumerate() {
@@ -442,7 +446,7 @@ impl Stage for Sketcher {
     }
 }
 
-/// The dots behind an itinerary: as the map-maker sees them.
+/// Returns the dots in the slice of an itinerary, at the positions where the map-maker sees them.
 pub fn dots_of(cells: &[u8]) -> impl Iterator<Item = Point> + '_ {
     let number = |bytes: &[u8]| f64::from(f32::from_le_bytes(bytes.try_into().unwrap_or_default()));
     cells.chunks_exact(8).map(move |cell| Point::new(number(&cell[..4]), number(&cell[4..])))
@@ -454,8 +458,8 @@ mod tests {
 
     const SIZE: [usize; 2] = [320, 100];
 
-    /// A picture of 320 × 100 pixels of 2.5 mm, with a dark square for each dot (column and row of its middle), and something
-    /// done to the level of each pixel.
+    /// Returns a picture of 320 × 100 pixels of 2.5 mm, with a dark square for each dot (column and row of its middle).
+    /// `changed` can modify the level of each pixel.
     fn picture(dots: &[[usize; 2]], changed: impl Fn([usize; 2], usize) -> usize) -> Vec<u8> {
         let is_dark = |[column, row]: [usize; 2]| {
             dots.iter().any(|dot| column.abs_diff(dot[0]) <= 2 && row.abs_diff(dot[1]) <= 2)
@@ -487,7 +491,7 @@ mod tests {
         make(&run(KNOWN, goal), &|_| Ok(picture(dots, |_, level| level)))
     }
 
-    /// Two pairs, and no line of one pair leads to the other.
+    /// Two pairs of dots. The line through neither pair leads to the other pair.
     const APART: [[usize; 2]; 4] = [[40, 60], [60, 40], [280, 60], [280, 36]];
 
     #[test]
@@ -505,7 +509,7 @@ mod tests {
 
     #[test]
     fn known_points_that_disagree_are_named_and_refused_where_nothing_could_be_right() {
-        // Two more points that agree, and one that does by other coordinates.
+        // Two further known points, which agree with the others, followed by `last`.
         let known = |last: &str| format!("{KNOWN},[160,0,0.4,0.25],[160,100,0.4,0],{last}");
         let see = |known: &str| {
             notices(&run(known, [0.15, 0.15]), &|_| Ok(picture(&APART, |_, level| level)))
@@ -574,8 +578,8 @@ mod tests {
         assert!(doubts(0.9).is_empty() && doubts(-1.0).is_empty());
     }
 
-    /// A hall of columns, so many metres apart, and something else in it; from the column in the south-west to that in the
-    /// north-east, for a robot that looks so far.
+    /// Plans a path through a hall of columns at this spacing, with `more` standing in the hall, for a robot that sees as far
+    /// as `range_m`. The path leads from the column in the south-west to that in the north-east.
     fn hall(apart_m: f64, range_m: f64, more: &str) -> Result<Made, DirectionsError> {
         let mut floor = "name='hall'\nwall_thickness_m=0.1\n[[wall]]\nclosed=true\n\
                          points=[[-3,-3],[33,-3],[33,33],[-3,33]]\n"
@@ -600,7 +604,8 @@ mod tests {
         make(&run, &|_| Ok(floor.clone().into_bytes()))
     }
 
-    /// Columns 6 m apart were no neighbours to a robot that sees 8 m: its window was a square that ended at 5 m.
+    /// Columns 6 m apart used not to be neighbours for a robot that sees 8 m, because its window was a square that ended at 5
+    /// m.
     #[test]
     fn columns_that_are_in_sight_are_joined() {
         for (apart_m, range_m) in [(6.0, 8.0), (7.0, 9.5)] {
@@ -612,13 +617,14 @@ mod tests {
                 made.maps[0]
             );
         }
-        // The one across is out of sight, and of the two along the axes none is more isolated. But there is a path.
+        // The column diagonally opposite is out of sight, and neither of the two along the axes is more isolated than the
+        // other. There is a path nevertheless.
         assert!(hall(5.0, 6.0, "").is_ok());
         let error = hall(8.8, 8.0, "").unwrap_err().to_string();
         assert!(error.contains(" apart, and two are seen together up to 8.775"), "{error}");
     }
 
-    /// A wall between the second and the third row of columns.
+    /// Puts a wall with a gap between the second and the third row of columns.
     #[test]
     fn a_path_leads_through_the_gap_of_a_wall_and_none_through_the_wall() {
         let wall = |from: f64, to: f64| format!("[[wall]]\npoints=[[9,{from:?}],[9,{to:?}]]\n");

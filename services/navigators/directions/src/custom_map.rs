@@ -1,4 +1,4 @@
-//! The custom map: the list of symbols by which the navigator finds its way (Park and Kender 1995, 5.5).
+//! The custom map, a list of symbols that guides the navigator (Park and Kender 1995, 5.5).
 //!
 //! ```text
 //! # from dot 12 to dot 81
@@ -7,16 +7,18 @@
 //! (Isol, Trajp, (2, NW, Isol), (1, -), -)
 //! ```
 //!
-//! An entry is `(D, [B,] [T,] [E,] M)`. `D` says which landmark to seek ([`Descriptor`]). `B` is the compass bearing of that
-//! landmark from the reference, `000` to `359`: a robot whose heading may be wrong corrects it by that. `T` is `Trajp` or `Trajn`:
-//! slide along the line from the reference to that landmark, forwards or backwards. Each `E` says what to do when so many
-//! quadrants of the attained landmark are occupied. `(3, -)` takes it as right; `(4, SW, Isol)` moves it to a corner
-//! and seeks again. `M` is the corner for the attained landmark; `-` stands in the last entry alone and does nothing.
+//! An entry has the form `(D, [B,] [T,] [E,] M)`. `D` is the word for the landmark to seek ([`Descriptor`]). `B` is the compass
+//! bearing of that landmark from the reference, `000` to `359`, by which a robot with an uncertain heading corrects it. `T` is
+//! `Trajp` or `Trajn`: slide along the line from the reference to that landmark, forwards or backwards. Each `E` says what to
+//! do if the attained landmark has a given number of occupied quadrants: `(3, -)` accepts the landmark as right, and `(4, SW,
+//! Isol)` moves it to a corner and seeks again. `M` is the corner to move the attained landmark to. Only the last entry may
+//! have `-` instead, which does nothing.
 //!
-//! A count says how many quadrants are occupied. A navigator on land sees all around, and has the four quadrants in order in
-//! its place: `(none+point+pair+group, SW, Isol)` (8). Of all panoramas of an entry, the one that is most like what it sees counts.
+//! A count is the number of occupied quadrants. A navigator on land sees all around, so its maps have the contents of the four
+//! quadrants in order instead of a count: `(none+point+pair+group, SW, Isol)` (8). Of all panoramas of an entry, the one most
+//! similar to the view is used.
 //!
-//! A map may *branch*; this part is ours. A number in place of a word is that of an entry, from 1:
+//! A map may also *branch*, which is our own extension. A number in place of a word is the number of an entry, from 1:
 //!
 //! ```text
 //! (*, SW)
@@ -25,13 +27,14 @@
 //! (Isol, (none+point+pair+none, SW, 3), (point+point+none+none, -), -)
 //! ```
 //!
-//! `(point+none+none+pair, NE, 4)` says: a landmark with this panorama is another one that the map knows. Move it to the corner NE
-//! and go on at entry 4. Two more signs stand for what is not seen: `-` if no landmark is found that the word means, and `*` for
-//! every panorama that is like none of the others. An entry that branches needs no right sign; without one it has `-` for `M`. In
-//! a map that branches, any entry may end the journey, and each entry but the first is led to by the one before it or by a branch.
+//! `(point+none+none+pair, NE, 4)` means that a landmark with this panorama is a different one that the map knows: move it to
+//! the corner NE and continue at entry 4. Two further signs stand for unexpected views: `-` means that there is no landmark for
+//! the word, and `*` stands for every panorama that none of the others resembles. An entry that branches needs no right sign;
+//! without one, `M` is `-`. In a map that branches, any entry may end the journey, and each entry except the first must be
+//! reachable from the previous one or by a branch.
 //!
-//! Case and white space do not matter, `#` begins a comment, commas between entries and brackets around all of them are
-//! optional. [`CustomMap`] prints as it parses.
+//! Case and white space don't matter, and `#` starts a comment. Commas between entries and brackets around all entries are
+//! optional. [`CustomMap`] is printed in the same form as it is parsed.
 
 mod parse;
 
@@ -44,10 +47,10 @@ use crate::error::Error;
 use crate::geometry::Corner;
 use crate::signature::Signature;
 
-/// The most entries of a map.
+/// Maximum number of entries of a map.
 pub const MOST_ENTRIES: usize = 10_000;
 
-/// A map for the navigator. It has at least one entry, and its last entry alone may have no corner.
+/// A map for the navigator. It has at least one entry, and if it has no branches, only its last entry may lack a corner.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<Entry>", into = "Vec<Entry>")]
 pub struct CustomMap(Vec<Entry>);
@@ -55,49 +58,49 @@ pub struct CustomMap(Vec<Entry>);
 /// One line of a map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Entry {
-    /// Which landmark to seek.
+    /// The word for the landmark to seek.
     pub word: Descriptor,
-    /// Its bearing from the reference, degrees from north to the east, if the map says it.
+    /// The bearing of the landmark from the reference, in degrees clockwise from north, if the map states it.
     pub bearing_deg: Option<u16>,
-    /// In which direction to slide along the line of the reference and that landmark, if at all.
+    /// The direction in which to slide along the line through the reference and the landmark, if the entry has a trajectory.
     pub trajectory: Option<Direction>,
-    /// How to verify the landmark that was attained, if at all.
+    /// How to verify the attained landmark, if the entry verifies it.
     pub verification: Option<Verification>,
-    /// The corner for the landmark that was attained; none does nothing.
+    /// The corner to move the attained landmark to, if there is one.
     pub place: Option<Corner>,
 }
 
 /// The direction of a trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Direction {
-    /// From the reference to the landmark that is seen: `Trajp`.
+    /// From the reference towards the landmark that is seen: `Trajp`.
     Forward,
-    /// The other way: `Trajn`.
+    /// From the landmark that is seen towards the reference and beyond: `Trajn`.
     Backward,
 }
 
-/// Degrees of a full turn: a bearing is less.
+/// The degrees of a full turn. All bearings are less.
 pub const FULL_TURN_DEG: u16 = 360;
-/// The most clauses of an entry beside that of the right sign.
+/// Maximum number of clauses of an entry in addition to that for the right sign.
 pub const MOST_WAYS: usize = 8;
-/// The greatest difference of a panorama from one that is taken for it.
+/// Maximum difference between two panoramas that are considered similar.
 const MOST_DIFFERENCE: u8 = 2;
 
-/// What is seen around a landmark, as a map has it.
+/// A sign by which a map describes the surroundings of a landmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Sign {
     /// The quadrant occupancy count.
     Count(u8),
-    /// What each quadrant holds, in order.
+    /// The contents of each quadrant, in order.
     Panorama(Signature),
-    /// Whatever is like none of the other signs of the entry: `*`.
+    /// Every view that none of the entry's other signs resembles: `*`.
     Other,
-    /// There is no landmark that the word means: `-`.
+    /// No landmark was found for the word: `-`.
     Nothing,
 }
 
 impl Sign {
-    /// How far it is from what is seen; none where that is something else.
+    /// Returns the difference between this sign and the view, or `None` if they don't match.
     fn difference(self, seen: Signature) -> Option<u8> {
         match self {
             Self::Count(count) => (count == seen.count()).then_some(0),
@@ -125,57 +128,58 @@ impl fmt::Display for Sign {
     }
 }
 
-/// What to do for each sign of the landmark that was attained.
+/// What to do for each sign of the attained landmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Verification {
-    /// The sign of the right landmark; an entry that branches may have none.
+    /// The sign of the right landmark, which an entry that branches may lack.
     expected: Option<Sign>,
-    /// What to do for other signs, in the order of the signs.
+    /// What to do for the other signs, sorted by sign.
     ways: [Option<(Sign, Way)>; MOST_WAYS],
 }
 
 /// What to do with a landmark that is not the right one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Way {
-    /// Go back to the right one.
+    /// Returns to the right landmark.
     Recover(Recovery),
-    /// Go on from this one.
+    /// Continues from this landmark.
     Branch(Branch),
 }
 
-/// A branch: move the landmark to a corner, and go on at another entry.
+/// A branch, which moves the landmark to a corner and continues at another entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Branch {
-    /// The corner.
+    /// The corner to move the landmark to.
     pub corner: Corner,
-    /// The entry, from 0.
+    /// Number of the entry, from 0.
     pub entry: u16,
 }
 
-/// A way back: move the wrong landmark to a corner, and seek from there.
+/// A recovery, which moves the wrong landmark to a corner and seeks from there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Recovery {
-    /// The corner.
+    /// The corner to move the wrong landmark to.
     pub corner: Corner,
-    /// The landmark to seek.
+    /// The word for the landmark to seek.
     pub word: Descriptor,
 }
 
-/// What the navigator does after it has looked around.
+/// What the navigator does after looking around the landmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Response {
-    /// The landmark is right.
+    /// Accepts the landmark as right.
     Correct,
-    /// It is wrong, and this is the way back.
+    /// Recovers from a wrong landmark.
     Recover(Recovery),
-    /// It is another one that the map knows.
+    /// Continues at another entry, because the landmark is a different one that the map knows.
     Branch(Branch),
-    /// It is wrong, and the map has no way back.
+    /// Gives up, because the landmark is wrong and the map has no recovery for it.
     Lost,
 }
 
 impl Verification {
-    /// Accepts a landmark with this sign: a count of occupied quadrants, 0 to 4, or a panorama.
+    /// Creates a verification that accepts a landmark with this sign, which is either a count of occupied quadrants from 0 to 4
+    /// or a panorama.
     pub fn new(expected: impl Into<Sign>) -> Result<Self, Error> {
         match expected.into() {
             Sign::Count(count @ 5..) => Err(Error::Parameter {
@@ -187,17 +191,17 @@ impl Verification {
         }
     }
 
-    /// Adds a way back for a sign, as [`Verification::leading`] does.
+    /// Adds a recovery for a sign, with the restrictions of [`Verification::leading`].
     pub fn recovering(self, sign: impl Into<Sign>, recovery: Recovery) -> Self {
         self.leading(sign, Way::Recover(recovery))
     }
 
-    /// Adds a branch for a sign, as [`Verification::leading`] does.
+    /// Adds a branch for a sign, with the restrictions of [`Verification::leading`].
     pub fn branching(self, sign: impl Into<Sign>, branch: Branch) -> Self {
         self.leading(sign, Way::Branch(branch))
     }
 
-    /// Adds what to do for a sign. The expected sign, counts above 4, and signs beyond [`MOST_WAYS`] have nothing.
+    /// Adds what to do for a sign. Ignores the expected sign, counts above 4, and signs beyond [`MOST_WAYS`].
     pub fn leading(mut self, sign: impl Into<Sign>, way: Way) -> Self {
         let sign = sign.into();
         if Some(sign) == self.expected || matches!(sign, Sign::Count(5..)) {
@@ -212,12 +216,12 @@ impl Verification {
         self
     }
 
-    /// The sign of the right landmark; none if the entry only branches.
+    /// Returns the sign of the right landmark, or `None` if the entry only branches.
     pub fn expected(self) -> Option<Sign> {
         self.expected
     }
 
-    /// What to do with what is seen around. Of the signs that agree with it, the most similar one counts.
+    /// Returns what to do for the surroundings of the landmark, by the sign that is most similar to them.
     pub fn response(self, seen: Signature) -> Response {
         let right = self.expected.map(|sign| (sign, Response::Correct));
         let ways = self.ways().map(|(sign, way)| (sign, way.into()));
@@ -228,28 +232,30 @@ impl Verification {
         similar.unwrap_or(if says_nothing { Response::Correct } else { Response::Lost })
     }
 
-    /// What to do if there is no landmark that the word means, if the map says it.
+    /// Returns what to do if there is no landmark for the word, if the map says so.
     pub fn without_landmark(self) -> Option<Way> {
         self.ways().find(|(sign, _)| *sign == Sign::Nothing).map(|(_, way)| way)
     }
 
-    /// Whether it looks around the landmark. It need not if it says the same of every landmark.
+    /// Returns true if the navigator has to look around the landmark, which is unnecessary if the response is the same for
+    /// every view.
     pub fn looks_around(self) -> bool {
         let is_seen = |sign: Sign| matches!(sign, Sign::Count(_) | Sign::Panorama(_));
         self.expected.is_some_and(is_seen) || self.ways().any(|(sign, _)| is_seen(sign))
     }
 
-    /// Whether it takes some landmark as right: one that has the right sign, or any if it says what to do without one and no more.
+    /// Returns true if some landmark is accepted as right: one with the right sign or, if the only clause is for a missing
+    /// landmark, any landmark.
     pub fn accepts(self) -> bool {
         self.expected.is_some() || self.ways().all(|(sign, _)| sign == Sign::Nothing)
     }
 
-    /// What to do for other signs than the right one, by these signs.
+    /// Iterates over the clauses for signs other than the right one.
     pub fn ways(self) -> impl Iterator<Item = (Sign, Way)> {
         self.ways.into_iter().flatten()
     }
 
-    /// The ways back, by their signs.
+    /// Iterates over the recoveries with their signs.
     pub fn recoveries(self) -> impl Iterator<Item = (Sign, Recovery)> {
         self.ways().filter_map(|(sign, way)| match way {
             Way::Recover(recovery) => Some((sign, recovery)),
@@ -257,7 +263,7 @@ impl Verification {
         })
     }
 
-    /// The branches, by their signs.
+    /// Iterates over the branches with their signs.
     pub fn branches(self) -> impl Iterator<Item = (Sign, Branch)> {
         self.ways().filter_map(|(sign, way)| match way {
             Way::Recover(_) => None,
@@ -276,25 +282,26 @@ impl From<Way> for Response {
 }
 
 impl Entry {
-    /// The words that it needs.
+    /// Iterates over the words that a navigator needs to know for this entry.
     pub fn words(&self) -> impl Iterator<Item = Descriptor> + use<> {
         let recoveries = self.verification.into_iter().flat_map(Verification::recoveries);
         std::iter::once(self.word).chain(recoveries.map(|(_, recovery)| recovery.word))
     }
 
-    /// The entries to which it branches, from 0.
+    /// Iterates over the numbers of the entries that this entry branches to, from 0.
     pub fn branches(&self) -> impl Iterator<Item = u16> + use<> {
         self.verification.into_iter().flat_map(Verification::branches).map(|(_, branch)| branch.entry)
     }
 
-    /// Whether it takes some landmark as right.
+    /// Returns true if some landmark is accepted as right.
     fn accepts(&self) -> bool {
         self.verification.is_none_or(Verification::accepts)
     }
 }
 
 impl CustomMap {
-    /// A map of these entries. Each but the first is led to by the one before it or by a branch, and branches lead to entries.
+    /// Creates a map of these entries. Branches must lead to existing entries, and each entry except the first must be
+    /// reachable from the previous one or by a branch.
     pub fn new(entries: Vec<Entry>) -> Result<Self, Error> {
         if entries.is_empty() || entries.len() > MOST_ENTRIES {
             return Err(Error::MapLength { limit: MOST_ENTRIES, found: entries.len() });
@@ -325,19 +332,20 @@ impl CustomMap {
         Ok(Self(entries))
     }
 
-    /// Whether it branches.
+    /// Returns true if any entry branches.
     pub fn branches(&self) -> bool {
         self.0.iter().any(|entry| entry.branches().next().is_some())
     }
 
-    /// The entries.
+    /// Returns the entries of the map.
     pub fn entries(&self) -> &[Entry] {
         &self.0
     }
 
-    /// For each entry that was finished, whether its landmark is the one that is meant. Of confusable ones each is.
+    /// Returns, for each finished entry, whether its landmark is the intended one. If the word of an entry is `Confusable`, any
+    /// landmark is.
     pub fn agreement<T: PartialEq>(&self, attained: &[T], meant: &[T]) -> impl Iterator<Item = bool> {
-        // In a map that branches, entries are not finished in their order.
+        // In a map that branches, entries are not finished in order.
         let in_order = if self.branches() { &[] } else { &self.0[..] };
         let pairs = (0..).zip(attained.iter().zip(meant));
         let is_confusable = |number: usize| {
@@ -361,7 +369,7 @@ impl From<CustomMap> for Vec<Entry> {
 }
 
 impl Direction {
-    /// The word as custom maps have it.
+    /// Returns the word as it is written in custom maps.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Forward => "Trajp",

@@ -1,7 +1,7 @@
-//! Fits equations 1 and 2 to simulations, by seed, and reports how well they fit.
+//! Fits equations 1 and 2 to seeded simulations, and reports the quality of the fit.
 //!
-//! The constants of [`crate::reliability`] are results of [`landmarks`] and [`trajectories`] with [`Effort::FULL`] and the seed
-//! of the example `fit`. A refit agrees with them; the tests say how closely.
+//! The constants of [`crate::reliability`] are the results of [`landmarks`] and [`trajectories`] with [`Effort::FULL`] and the
+//! seed of the example `fit`. The tests check how closely a new fit agrees with them.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -19,17 +19,17 @@ use crate::navigator::Settings;
 use crate::reliability::{LandmarkModel, TrajectoryModel};
 use crate::traversal::Noise;
 
-/// How much is simulated.
+/// The amount of simulation for a fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Trials for each sample of a fit.
+    /// Number of trials for each sample.
     pub trials: u32,
 }
 
 impl Effort {
-    /// What the constants stand on.
+    /// The effort with which the constants were fitted.
     pub const FULL: Self = Self { trials: 20_000 };
-    /// What a test can afford.
+    /// An effort that is small enough for tests.
     pub const QUICK: Self = Self { trials: 2_000 };
 }
 
@@ -38,46 +38,48 @@ impl Effort {
 pub struct Fit<Model> {
     /// The fitted model.
     pub model: Model,
-    /// How many samples it was fitted to.
+    /// Number of samples that the model was fitted to.
     pub samples: usize,
-    /// The root mean square residual, with each sample weighted by how often it occurs.
+    /// The root mean square residual, in which samples are weighted by how often they occur.
     pub rms_residual: f64,
     /// The largest residual.
     pub max_residual: f64,
 }
 
-/// A point of figure 21: how often the isolated landmark is identified right.
+/// A point of figure 21, which shows how often the isolated landmark is identified correctly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Identified {
-    /// How many candidates.
+    /// Number of candidates.
     pub candidates: u16,
-    /// The error of position, in window sides.
+    /// The position error, in window sides.
     pub sigma: f64,
-    /// The fraction that was identified right.
+    /// The fraction of trials in which the landmark was identified correctly.
     pub fraction: f64,
-    /// The same if no dot crosses an edge of the quadrant: the navigator then ranks the map-maker's candidates.
+    /// The same fraction on the assumption that no dot crosses an edge of the quadrant, so that the navigator ranks exactly the
+    /// map-maker's candidates.
     pub enclosed: f64,
 }
 
-/// The errors of position of the fit, in window sides: 1 to 8 mm for a window of 100 mm. If map-maker and navigator both err by 5
-/// mm, their combined error is 7 mm.
+/// The position errors of the fit, in window sides: 1 to 8 mm for a window of 100 mm. If the map-maker and the navigator each
+/// have an error of 5 mm, their combined error is 7 mm.
 const SIGMAS: [f64; 8] = [0.01, 0.02, 0.03, 0.04, 0.05, 0.06, 0.07, 0.08];
-/// The most candidates of the fit.
+/// Maximum number of candidates of the fit.
 const MOST: u16 = 10;
-/// How far around the quadrant dots are placed that errors may bring into it: three and a half standard deviations of two of the
-/// largest errors.
+/// Distance around the quadrant in which additional dots are placed, since errors may bring them into it. It is 3.5 standard
+/// deviations of the combination of two of the largest errors.
 const AROUND: f64 = 0.4;
 
-/// Measures figure 21 on the paper's worlds, which have one dot per window on average (4.3). Dots are distributed uniformly, and
-/// positions have normal errors. An error of the landmark moves the whole quadrant, so that dots cross its edges.
+/// Measures the points of figure 21 on the paper's worlds, which have one dot per window on average (4.3). Dots are distributed
+/// uniformly, and positions have normal errors. The landmark's own error moves the whole quadrant, so that dots cross its
+/// edges.
 pub fn identified(effort: Effort, seed: u64) -> Result<Vec<Identified>, Error> {
     let mut rng = stream(seed, "directions/fit/landmarks");
-    // The window of the experiments, with its side as the unit.
+    // The window of the experiments, in units of its side.
     let window = Window::new(1.0, 0.15)?;
     let trials = effort.trials.max(1);
     let grid = (1..=MOST).flat_map(|candidates| SIGMAS.map(|sigma| (candidates, sigma)));
     let sample = |(candidates, sigma)| {
-        // Half of the variance is the navigator's own.
+        // The navigator's own error has half of the variance.
         let slack = Settings::new(window, sigma * FRAC_1_SQRT_2).slack();
         let mut right = [0; 2];
         for _ in 0..trials {
@@ -90,7 +92,7 @@ pub fn identified(effort: Effort, seed: u64) -> Result<Vec<Identified>, Error> {
     Ok(grid.map(sample).collect())
 }
 
-/// Whether one look identifies the landmark, and whether it would if no dot crossed an edge.
+/// Simulates one look. Returns whether it identifies the landmark, and whether it would do so if no dot crossed an edge.
 fn identifies(rng: &mut Pcg64Mcg, candidates: u16, sigma: f64, slack: f64) -> [bool; 2] {
     let dots = dots_around(rng, candidates);
     let landmark = error(rng, sigma);
@@ -104,7 +106,7 @@ fn identifies(rng: &mut Pcg64Mcg, candidates: u16, sigma: f64, slack: f64) -> [b
     ]
 }
 
-/// Dots around a landmark at the origin: this many in its quadrant, and a random number outside it.
+/// Places dots around a landmark at the origin: this many in its quadrant, and a random number outside it.
 fn dots_around(rng: &mut Pcg64Mcg, candidates: u16) -> Vec<Point> {
     let mut dots: Vec<_> = (0..candidates).map(|_| Point::new(rng.random(), rng.random())).collect();
     let side = 1.0 + 2.0 * AROUND;
@@ -117,13 +119,13 @@ fn dots_around(rng: &mut Pcg64Mcg, candidates: u16) -> Vec<Point> {
     dots
 }
 
-/// How often a quadrant of the paper's worlds has this many candidates, relative to how often it has one, by the Poisson
-/// distribution with mean 1.
+/// Returns how often a quadrant of the paper's worlds has this many candidates, relative to how often it has one, by the
+/// Poisson distribution with mean 1.
 fn frequency(candidates: u16) -> f64 {
     (1..=candidates).map(|number| 1.0 / f64::from(number)).product()
 }
 
-/// Fits equation 1. The residuals are probabilities. Each view is weighted by how often it occurs.
+/// Fits equation 1. The residuals are probabilities, and each sample is weighted by how often its number of candidates occurs.
 pub fn landmarks(effort: Effort, seed: u64) -> Result<Fit<LandmarkModel>, Error> {
     let samples = identified(effort, seed)?;
     let row =
@@ -133,7 +135,7 @@ pub fn landmarks(effort: Effort, seed: u64) -> Result<Fit<LandmarkModel>, Error>
     Ok(Fit { model: LandmarkModel { coefficients }, samples: rows.len(), rms_residual, max_residual })
 }
 
-/// Fits equation 2. Residuals are relative to the variance that was measured.
+/// Fits equation 2. The residuals are relative to the measured variance.
 pub fn trajectories(effort: Effort, seed: u64) -> Result<Fit<TrajectoryModel>, Error> {
     let mut rng = stream(seed, "directions/fit/trajectories");
     let mut rows = Vec::new();
@@ -149,7 +151,7 @@ pub fn trajectories(effort: Effort, seed: u64) -> Result<Fit<TrajectoryModel>, E
     Ok(Fit { model: TrajectoryModel { coefficients }, samples: rows.len(), rms_residual, max_residual })
 }
 
-/// Mixtures of errors, with the window's side as the unit.
+/// Returns mixtures of errors, in units of the window's side.
 fn errors() -> impl Iterator<Item = Noise> {
     let table =
         [(0.02, 0.0, 0.0), (0.05, 0.0, 0.0), (0.005, 0.05, 0.0), (0.005, 0.0, 0.05), (0.03, 0.03, 0.03)];
@@ -161,14 +163,14 @@ fn errors() -> impl Iterator<Item = Noise> {
     })
 }
 
-/// The variance to the side of slides that start from a pair of landmarks as it is seen.
+/// Returns the variance of the sideways error of slides that start from a pair of landmarks as seen by the camera.
 fn variance_aside(rng: &mut Pcg64Mcg, slide: f64, pair: f64, noise: Noise, trials: u32) -> f64 {
     let sum: f64 = (0..trials).map(|_| aside(rng, slide, pair, noise).powi(2)).sum();
     sum / f64::from(trials)
 }
 
-/// By how much the window misses its goal sideways: one slide in steps of a twentieth of the window's side, like those of
-/// [`crate::traversal::Helicopter::fly`].
+/// Simulates a slide and returns its sideways distance from the goal. The slide proceeds in steps of a twentieth of the
+/// window's side, in the way of [`crate::traversal::Helicopter::fly`].
 fn aside(rng: &mut Pcg64Mcg, slide: f64, pair: f64, noise: Noise) -> f64 {
     const STEP: f64 = 0.05;
     let first = Point::new(-pair / 2.0, 0.0) + error(rng, noise.sigma);
@@ -184,10 +186,10 @@ fn aside(rng: &mut Pcg64Mcg, slide: f64, pair: f64, noise: Noise) -> f64 {
     place.y - goal.y
 }
 
-/// Terms, a value, and a weight.
+/// The factors of the coefficients, the value, and the weight of a sample.
 type Row = ([f64; 4], f64, f64);
 
-/// The coefficients of the least-squares fit, their weighted root mean square residual, and the largest residual.
+/// Returns the coefficients of the least-squares fit, their weighted root mean square residual, and the largest residual.
 fn least_squares(rows: &[Row]) -> Result<([f64; 4], f64, f64), Error> {
     let terms = DMatrix::from_fn(rows.len(), 4, |row, column| rows[row].0[column]);
     let values = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.1));
@@ -205,7 +207,7 @@ fn least_squares(rows: &[Row]) -> Result<([f64; 4], f64, f64), Error> {
 mod tests {
     use super::*;
 
-    /// Equation 1 used to let no dot cross the edge of the window, and was far too optimistic.
+    /// Equation 1 used to assume that no dot crosses the edge of the window, and was far too optimistic.
     #[test]
     fn dots_that_cross_the_edge_of_the_window_are_most_of_the_errors() {
         let samples = identified(Effort::QUICK, 7).unwrap();
@@ -216,7 +218,7 @@ mod tests {
         }
     }
 
-    /// The constants are what a fit gives: a new one, with another seed, predicts the same.
+    /// The constants are the result of a fit, so a new fit with another seed predicts the same reliabilities.
     #[test]
     fn a_refit_of_equation_1_agrees() {
         let again = landmarks(Effort::QUICK, 7).unwrap();
@@ -241,8 +243,8 @@ mod tests {
         }
     }
 
-    /// A line through two points, each with an error, has half the variance in the middle, and 2(d/l)² more at d; the goal adds its
-    /// own. Random walks of place and heading add d and d³/3.
+    /// A line through two points, each with an error, has half of that variance in the middle, and an additional 2(d/l)² at d.
+    /// The goal adds its own variance. Random walks of the position and the heading add d and d³/3.
     #[test]
     fn equation_2_is_near_the_theory() {
         let theory = [1.5, 2.0, 1.0, 1.0 / 3.0];

@@ -1,22 +1,22 @@
-//! The navigator: seeks, verifies, adjusts and recovers by a custom map and the view of its window (Park and Kender 1995, 3,
-//! 5.5, 6.3).
+//! The navigator, which seeks, verifies, adjusts and recovers by a custom map and the view of its window (Park and Kender 1995,
+//! 3, 5.5, 6.3).
 //!
-//! It knows its map, its own window, and nothing of the plane. A step takes the positions of the dots in view,
-//! relative to the window's centre. It gives the velocity of the window in its own axes. A step is a function of
-//! state, view and elapsed time; it allocates nothing. The state is small and serializable.
+//! The navigator knows its map and its own window, but nothing about the plane. A step takes the positions of the dots in view,
+//! relative to the window's centre, and returns the velocity of the window in its own axes. It is a function of the state, the
+//! view and the elapsed time, and it doesn't allocate. The state is small and serializable.
 //!
-//! For each entry of the map it:
-//! 1. *describes*: stands still, looks, and picks the landmark that the word means;
-//! 2. for a trajectory, *centres* the window around the pair and *slides* until a new dot comes in;
-//! 3. *verifies*, where the map says how: looks around the landmark and counts its occupied quadrants;
-//! 4. *adjusts*: moves the landmark to its corner; or *recovers*: to the corner of the recovery, and describes again; or
-//!    *branches*: to the corner of the branch, and goes on at its entry.
+//! For each entry of the map, the navigator
+//! 1. *describes*: it stands still, looks, and picks the landmark that the word means;
+//! 2. for a trajectory, *centres* the window on the pair and *slides* until a new dot comes into view;
+//! 3. *verifies*, if the map says how: it looks around the landmark and counts the occupied quadrants;
+//! 4. *adjusts*, which moves the landmark to its corner; or *recovers*, which moves it to the corner of the recovery and
+//! describes again; or *branches*, which moves it to the corner of the branch and continues at the entry of the branch.
 //!
-//! It has two bodies ([`Window::land`]). Above a plane its window moves freely. On land it is a robot that drives
-//! around the landmarks in its way (8). To seek is to drive to a landmark, and to adjust is to pass beside it. There
-//! it has no trajectories.
+//! There are two kinds of bodies ([`Window::land`]). Above a plane, the window moves freely. On land, the navigator is a robot
+//! that drives around the landmarks in its path (8). To seek then means to drive to a landmark, to adjust means to drive past
+//! it, and there are no trajectories.
 //!
-//! It knows of itself that it has arrived, that it cannot locate a landmark, and that it is lost ([`Outcome`]).
+//! The navigator itself knows when it has arrived, when it cannot locate a landmark, and when it is lost ([`Outcome`]).
 
 mod detour;
 pub mod heading;
@@ -34,41 +34,44 @@ use crate::signature::Signature;
 use heading::Heading;
 use tracks::Tracks;
 
-/// How a navigator sees and moves. Lengths are in the plane's unit.
+/// Settings for how a navigator sees and moves. Lengths are in the plane's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
-    /// Its window.
+    /// The navigator's window.
     pub window: Window,
-    /// The words that it understands.
+    /// The words that the navigator understands.
     pub vocabulary: Vocabulary,
-    /// Its greatest speed, per second.
+    /// Maximum speed, per second.
     pub speed: f64,
-    /// How fast it removes an error of position, per second.
+    /// Rate at which the navigator removes a position error, per second.
     pub gain: f64,
-    /// The error of position at which a landmark lies in its corner.
+    /// Position error within which a landmark counts as being in its corner.
     pub tolerance: f64,
-    /// How far a dot may be from where it should be.
+    /// Maximum distance between a dot and its expected position.
     pub gate: f64,
-    /// The weight of a new position of a dot while the window moves, from 0 to 1.
+    /// Weight of a dot's new position while the window moves, from 0 to 1.
     pub weight: f64,
-    /// How many views it takes where it stands before it decides. The paper's navigator takes one.
+    /// Number of views that the navigator takes at rest before each decision. The paper's navigator takes one.
     pub looks: u8,
-    /// How often it looks again for a landmark that it cannot locate, and for how many views it follows one unseen.
+    /// Number of times that the navigator looks again for a landmark that it cannot locate, and number of views for which it
+    /// keeps following an unseen landmark.
     pub patience: u8,
-    /// How often it recovers within one entry.
+    /// Maximum number of recoveries within one entry.
     pub most_recoveries: u8,
-    /// How long it works on an entry before it gives up, in seconds.
+    /// Time after which the navigator gives up on an entry, in seconds.
     pub longest_entry_s: f64,
-    /// Standard deviation of its heading at the start, radians. Above 0, it corrects it by the bearings of its map.
+    /// Standard deviation of the heading at the start, in radians. If it is above 0, the navigator corrects its heading by the
+    /// bearings of its map.
     pub heading_rad: f64,
 }
 
-/// The tolerance and the gate of a robot on land, in its range.
+/// The tolerance and the gate of a robot on land, as fractions of its range.
 const LAND_TOLERANCE: f64 = 0.012_5;
 const LAND_GATE: f64 = 0.037_5;
 
 impl Settings {
-    /// What suits a window and an error of position: a window's side a second, and a gate of three and a half deviations.
+    /// Returns suitable settings for a window and a position error: a speed of one window side per second, and a gate that
+    /// includes 3.5 standard deviations.
     pub fn new(window: Window, sigma: f64) -> Self {
         let above = Self {
             window,
@@ -86,7 +89,7 @@ impl Settings {
         };
         match window.land {
             None => above,
-            // A robot needs time to brake, and passes behind landmarks that hide others for a while.
+            // A robot needs time to brake, and while it passes a landmark, others may be hidden for a while.
             Some(land) => Self {
                 gain: 1.5,
                 tolerance: LAND_TOLERANCE * land.range,
@@ -98,7 +101,7 @@ impl Settings {
         }
     }
 
-    /// How far outside of a quadrant a dot is still taken for a candidate where there is no other.
+    /// Returns the distance outside a quadrant at which a dot is still accepted as a candidate, if there is no other.
     pub fn slack(&self) -> f64 {
         self.gate.min(self.window.margin)
     }
@@ -133,93 +136,96 @@ impl Settings {
     }
 }
 
-/// The most dots of a view that count on land: more than any description copes with.
+/// Maximum number of dots of a view that are considered if the heading is uncertain, which is more than any description can
+/// cope with.
 const MOST_SEEN: usize = 128;
 
-/// What a navigator is doing.
+/// The current activity of a navigator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Activity {
-    /// It looks for the landmark that a word means.
+    /// Looks for the landmark that a word means.
     Seek,
-    /// It brings a pair of landmarks to the middle of its window, or slides along their line.
+    /// Brings a pair of landmarks to the middle of the window, or slides along the line through them.
     Slide,
-    /// It looks around the landmark that it has attained.
+    /// Looks around the landmark that it has attained.
     Verify,
-    /// It moves the landmark to the corner that the entry says.
+    /// Moves the landmark to the corner that the entry names.
     Adjust,
-    /// It moves a wrong landmark to the corner of a recovery, or seeks from there.
+    /// Moves a wrong landmark to the corner of a recovery, or seeks from there.
     Recover,
-    /// It has finished.
+    /// Rests after the journey.
     Rest,
 }
 
-/// How a journey has ended, as far as the navigator is aware (7.2.6).
+/// How a journey ended, as far as the navigator is aware (7.2.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Outcome {
-    /// It reports the goal.
+    /// The navigator reports the goal.
     Arrived,
-    /// It cannot locate a landmark: failure 1.
+    /// Failure 1: the navigator cannot locate a landmark.
     CannotLocate,
-    /// It has verified that it is lost, and the map has no way back: failure 2.
+    /// Failure 2: the verification has shown that the navigator is lost, and the map has no recovery.
     Lost,
 }
 
-/// What a step gives.
+/// The result of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output {
-    /// The velocity of the window in its own axes, per second.
+    /// Velocity of the window in its own axes, per second.
     pub velocity: Point,
-    /// What the navigator is doing.
+    /// The current activity.
     pub activity: Activity,
-    /// The entry that it works on, from 0.
+    /// Number of the current entry, from 0.
     pub entry: u16,
-    /// Where it believes its reference landmark to be, relative to the window's centre.
+    /// Estimated position of the reference landmark, relative to the window's centre.
     pub reference: Option<Point>,
-    /// How many entries it has finished, each with a landmark that it took as right.
+    /// Number of entries finished, each with a landmark that was accepted as right.
     pub accepted: u16,
-    /// Which of the landmarks of its map it takes the one for that it accepted last: of a straight map, that of the entry; in general
-    /// the one where the next entry of the map begins, and the last one is the goal.
+    /// The landmark of the map that the navigator believes to have accepted last, as the number of its entry. In a straight
+    /// map, this is the entry just finished. In general, it is the entry after which the next entry of the map begins, and the
+    /// last entry stands for the goal.
     pub meant: u16,
-    /// How often it has recovered, or branched to another entry than the next one, in all.
+    /// Total number of recoveries, and of branches to any entry other than the next.
     pub recoveries: u16,
-    /// How the journey has ended, if it has.
+    /// How the journey ended, or `None` if it has not.
     pub outcome: Option<Outcome>,
 }
 
-/// A landmark that is followed.
+/// A landmark that is followed from view to view.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Mark {
     place: Point,
     missed: u8,
 }
 
-/// What is done now.
+/// The current phase of the work on an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 enum Phase {
-    /// Stands, looks, and picks the landmark of a word. With a corner, the reference lies there.
+    /// Stands still, looks, and picks the landmark that the word means. With a corner, the reference lies in it.
     Describe { word: Descriptor, corner: Option<Corner>, is_recovery: bool },
-    /// Brings the reference and the second landmark to the middle.
+    /// Brings the midpoint between the reference and the second landmark to the middle of the window.
     Centre { second: Mark },
-    /// Slides. The pair's line lies so far to the left of the window's centre, and the window has slid so far along it.
+    /// Slides. `aside` is the distance of the pair's line to the left of the window's centre, and `slid` is the distance that
+    /// the window has slid along it.
     Slide { along: Point, aside: f64, slid: f64 },
-    /// Looks around the reference: at the corner with this number.
+    /// Looks around the reference, which is in the corner with this number.
     Around { corner: u8 },
     /// Brings the reference to a corner.
     Adjust { corner: Corner, next: Next },
-    /// Rests.
+    /// Rests after the journey.
     Finished { outcome: Outcome },
 }
 
-/// What follows when the reference lies in its corner.
+/// What to do once the reference lies in its corner.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 enum Next {
-    /// It seeks by a recovery's word.
+    /// Seeks the landmark that the word of a recovery means.
     Seek(Descriptor),
-    /// It goes on at an entry. One beyond the map is the end of the journey.
+    /// Continues at this entry. A number beyond the last entry ends the journey.
     Entry(u16),
 }
 
-/// All that a navigator remembers. Equal states, views and times give equal steps.
+/// Everything that a navigator remembers. Equal states, views and times result in equal steps.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct State {
     phase: Phase,
@@ -227,22 +233,22 @@ pub struct State {
     accepted: u16,
     meant: u16,
     recoveries: u16,
-    /// Recoveries within this entry.
+    /// Number of recoveries within the current entry.
     tries: u8,
     /// Seconds since the entry began.
     spent_s: f64,
     velocity: Point,
-    /// All places here are in the map's axes as this believes them.
+    /// The estimated heading. All positions in the state are in the map's axes according to this estimate.
     heading: Heading,
     reference: Option<Mark>,
-    /// How many views have been taken at this stand.
+    /// Number of views taken since the window stopped.
     looks: u8,
-    /// How often the landmark was not found.
+    /// Number of times that the landmark was not found.
     waited: u8,
     signature: Signature,
-    /// What this stand or slide has seen.
+    /// The dots seen since the window stopped or began to slide.
     tracks: Tracks,
-    /// What the last description saw: anything else is new.
+    /// The dots seen by the last description. All others are new.
     before: Tracks,
 }
 
@@ -254,7 +260,7 @@ pub struct Navigator {
 }
 
 impl Navigator {
-    /// Rejects settings out of range, and a map with words that the navigator does not understand.
+    /// Creates a navigator. Rejects settings out of range, and maps with words that the navigator doesn't understand.
     pub fn new(settings: Settings, map: CustomMap) -> Result<Self, Error> {
         let settings = settings.check()?;
         for (entry, line) in (1..).zip(map.entries()) {
@@ -268,22 +274,22 @@ impl Navigator {
         Ok(Self { settings, map })
     }
 
-    /// Its settings.
+    /// Returns the settings.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
 
-    /// Its map.
+    /// Returns the map.
     pub fn map(&self) -> &CustomMap {
         &self.map
     }
 
-    /// The number of the last entry, from 0.
+    /// Returns the number of the last entry, from 0.
     fn last_entry(&self) -> u16 {
         (self.map.entries().len() - 1) as u16
     }
 
-    /// The state at the beginning: no reference, the first entry.
+    /// Returns the initial state, at the first entry and without a reference.
     pub fn start(&self) -> State {
         State {
             phase: Phase::Describe { word: self.map.entries()[0].word, corner: None, is_recovery: false },
@@ -304,19 +310,20 @@ impl Navigator {
         }
     }
 
-    /// The state at the beginning of a journey that follows another: what it knows of its heading remains.
+    /// Returns the initial state of a journey that follows another one. The estimate of the heading is kept.
     pub fn start_behind(&self, last: &State) -> State {
         State { heading: last.heading, ..self.start() }
     }
 
-    /// One step: what the window shows now, and how long ago the last step was. The first step has no time before it.
+    /// Performs one step, given what the window shows now and the time since the last step. For the first step, that time is 0.
     pub fn step(&self, state: &mut State, view: &[Point], elapsed_s: f64) -> Output {
         let mut turned = ArrayVec::new();
         steps::step(self, state, self.in_map_axes(state, view, &mut turned), elapsed_s);
         state.output()
     }
 
-    /// One step after the journey: the window moves over the landmark that was attained. It has an outcome when it is there.
+    /// Performs one step after the journey, in which the window moves over the attained landmark. The output has an outcome
+    /// once the window is there.
     pub fn hover(&self, state: &mut State, view: &[Point], elapsed_s: f64) -> Output {
         let mut turned = ArrayVec::new();
         let view = self.in_map_axes(state, view, &mut turned);
@@ -324,7 +331,7 @@ impl Navigator {
         Output { outcome: state.outcome().filter(|_| is_there), ..state.output() }
     }
 
-    /// What the window shows along the map's axes. Without an error of the heading, the window's axes are those of the map.
+    /// Converts the view to the map's axes. If the heading has no error, the window's axes are those of the map.
     fn in_map_axes<'a>(
         &self,
         state: &State,
@@ -340,7 +347,7 @@ impl Navigator {
 }
 
 impl State {
-    /// What the last step gave.
+    /// Returns the result of the last step.
     pub fn output(&self) -> Output {
         let turned_rad = self.heading.turned_rad;
         Output {
@@ -355,17 +362,18 @@ impl State {
         }
     }
 
-    /// Somebody stopped the window: it does not move until the next step.
+    /// Records that the window was stopped and won't move until the next step.
     pub fn stand_still(&mut self) {
         self.moves_by(Point::default());
     }
 
-    /// The window moves by another velocity, in its own axes, until the next step: something is in its way.
+    /// Records that the window moves at a different velocity until the next step, because something is in its path. The
+    /// velocity is in the window's own axes.
     pub fn moves_by(&mut self, velocity: Point) {
         self.velocity = velocity.turned(self.heading.turned_rad);
     }
 
-    /// How the journey has ended, if it has.
+    /// Returns how the journey ended, or `None` if it has not.
     pub fn outcome(&self) -> Option<Outcome> {
         match self.phase {
             Phase::Finished { outcome } => Some(outcome),

@@ -1,13 +1,14 @@
-//! The best path from landmark to landmark (Park and Kender 1995, 5.1 to 5.4).
+//! Finds the best path from landmark to landmark (Park and Kender 1995, 5.1 to 5.4).
 //!
-//! The costs of a path are its distance D, its unreliability −ln R, its number of entries M, its sensing cost S and its time T. A
-//! path minimises a weighted sum of them, or the ratio D/R. The ratio of a whole path is not a sum over its parts, but its minimum
-//! lies on the convex hull of all (D, −ln R), since ln D − ln R is concave there, so searches with several weights find it exactly.
+//! The costs of a path are its distance D, its unreliability −ln R, its number of entries M, its sensing cost S and its time T.
+//! A path minimises either a weighted sum of these costs or the ratio D/R. The ratio of a whole path is not a sum over its
+//! parts. However, since ln D − ln R is concave, its minimum lies on the convex hull of all points (D, −ln R), and searches
+//! with several weights find it exactly.
 //!
-//! **Measures.** Between *landmarks*, D is the way from dot to dot. Between *windows* (5.4), D is the way of the window's
-//! centre, and each landmark counts four times, once for each corner.
+//! **Measures.** Between *landmarks*, D is the distance from dot to dot. Between *windows* (5.4), D is the distance that the
+//! window's centre travels, and each landmark is represented by four nodes, one for each corner.
 //!
-//! Ties go to the path with fewer entries, then to the smaller numbers.
+//! Ties go to the path with fewer entries, then to the smaller node numbers.
 
 mod search;
 
@@ -20,23 +21,23 @@ use crate::sight::{Eye, is_seen};
 use crate::transitions::{Movement, Transition};
 use crate::traversal::STEP_S;
 
-/// What the distance of a path is.
+/// How the distance of a path is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
     /// From landmark to landmark.
     Landmarks,
-    /// The way of the window's centre: context-based.
+    /// Along the path of the window's centre, which the paper calls context-based.
     Windows,
 }
 
-/// The weights of a sum of costs, each from 0.
+/// The weights of a sum of costs, none of which is negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
-    /// Of the distance, in the plane's unit.
+    /// Weight of the distance, per unit of length.
     pub distance: f64,
-    /// Of −ln R.
+    /// Weight of −ln R.
     pub unreliability: f64,
-    /// Of the number of entries: the length of the map.
+    /// Weight of the number of entries, which is the length of the map.
     pub entries: f64,
     /// Weight of the number of trajectories.
     pub slides: f64,
@@ -51,24 +52,24 @@ impl Weights {
 /// What a path minimises.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Objective {
-    /// A weighted sum.
+    /// A weighted sum of costs.
     Sum(Weights),
-    /// D/R: the paper's compromise.
+    /// The ratio D/R, which is the paper's compromise.
     Ratio,
 }
 
 impl Objective {
-    /// The shortest path, by distance.
+    /// The shortest path.
     pub const SHORTEST: Self = Self::Sum(Weights { distance: 1.0, ..Weights::NONE });
-    /// The most reliable path. Of equals, the shortest.
+    /// The most reliable path. Ties go to the shortest path.
     pub const MOST_RELIABLE: Self = Self::Sum(Weights { unreliability: 1.0, ..Weights::TIE });
-    /// The shortest map. Of equals, the shortest path.
+    /// The path with the shortest map. Ties go to the shortest path.
     pub const FEWEST_ENTRIES: Self = Self::Sum(Weights { entries: 1.0, ..Weights::TIE });
-    /// The least sensing cost, [`Path::sensing`]. Ties go to the shortest path.
+    /// The path with the least sensing cost, [`Path::sensing`]. Ties go to the shortest path.
     pub const FEWEST_VIEWS: Self =
         Self::Sum(Weights { entries: VIEWS, slides: VIEWS_OF_A_SLIDE - VIEWS, ..Weights::TIE });
 
-    /// The least time, [`Path::time_s`].
+    /// Returns the objective that minimises the time, [`Path::time_s`].
     pub fn quickest(settings: &Settings) -> Self {
         let (stop_s, view_s) = (stop_s(settings), view_s(settings));
         Self::Sum(Weights {
@@ -80,35 +81,36 @@ impl Objective {
     }
 }
 
-/// Number of views by which a seek is decided: the one in which the word means a landmark.
+/// Number of views that a seek needs: the one in which the word means a landmark.
 const VIEWS: f64 = 1.0;
-/// Number of views by which a trajectory is decided: that of the word, that of the pair's line, and that of the landmark that comes
-/// in.
+/// Number of views that a trajectory needs: one for the word, one for the line through the pair, and one for the landmark that
+/// comes into view.
 const VIEWS_OF_A_SLIDE: f64 = 3.0;
 
-/// How long a decision by one view takes while the window stands.
+/// Returns the time for a decision from one view, while the window stands still, in seconds.
 fn view_s(settings: &Settings) -> f64 {
     f64::from(settings.looks) * STEP_S
 }
 
-/// How much longer the window takes to reach a place where it stops than it would at full speed. Within speed/gain of the place it
-/// slows down in proportion to the remaining distance, until that is within the tolerance.
+/// Returns how much longer it takes to reach a position and stop there than it would at full speed, in seconds. Within
+/// speed/gain of the position, the window slows down in proportion to the remaining distance until that is within the
+/// tolerance.
 fn stop_s(settings: &Settings) -> f64 {
     let &Settings { speed, gain, tolerance, .. } = settings;
     ((speed / (gain * tolerance)).ln() - 1.0).max(0.0) / gain
 }
 
-/// Where a journey begins: a view with at least one dot.
+/// The start of a journey, at which at least one dot is in view.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Start {
-    /// The window's centre.
+    /// Position of the window's centre.
     pub centre: Point,
-    /// The dot nearest to it: the landmark that `*` means.
+    /// The dot closest to the centre, which is the landmark that `*` means.
     pub landmark: DotId,
 }
 
 impl Start {
-    /// From a centre of the window. Rejects a view without a dot.
+    /// Creates a start with the window's centre at this position. Rejects a view without a dot.
     pub fn at(plane: &Plane, window: Window, centre: Point) -> Result<Self, Error> {
         let eye = Eye { at: centre, walls: plane.walls() };
         Self::nearest(plane, window, centre, |dot| match window.land {
@@ -120,7 +122,7 @@ impl Start {
         })
     }
 
-    /// At a place to which somebody wants to go: over the dot nearest to it, without a wall between them.
+    /// Creates a start over the dot closest to a requested position, with no wall between the dot and that position.
     pub fn wanted(plane: &Plane, window: Window, place: Point) -> Result<Self, Error> {
         Self::nearest(plane, window, place, |dot| !plane.walls().cross(place, dot))
     }
@@ -139,13 +141,14 @@ impl Start {
         Ok(Self { centre, landmark })
     }
 
-    /// With the window right over a dot.
+    /// Creates a start with the window directly over a dot.
     pub fn over(plane: &Plane, dot: DotId) -> Result<Self, Error> {
         let landmark = plane.known(dot)?;
         Ok(Self { centre: plane.dot(dot), landmark })
     }
 
-    /// Where a journey along a path ends: with the window over its last landmark, on land with the robot beside it.
+    /// Returns the end of a path as the start of the next one: the window is over the last landmark or, on land, the robot is
+    /// beside it.
     pub fn behind(atlas: &Atlas, path: &Path) -> Self {
         let (from, landmark) = match path.legs.last() {
             Some(leg) => (atlas.centre(leg.from, leg.transition.corner), leg.transition.to),
@@ -158,51 +161,51 @@ impl Start {
 /// One transition of a path.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leg {
-    /// The landmark where it begins.
+    /// The landmark at which the transition begins.
     pub from: DotId,
-    /// The number of the transition.
+    /// Number of the transition.
     pub number: u32,
     /// The transition.
     pub transition: Transition,
-    /// The corner for the landmark that is attained; none at the end.
+    /// The corner to move the attained landmark to, or `None` at the end of the path.
     pub place: Option<Corner>,
-    /// Its distance, by the measure of the path.
+    /// Distance of this leg, by the measure of the path.
     pub distance: f64,
-    /// −ln R.
+    /// −ln R of the transition.
     pub unreliability: f64,
 }
 
 /// A path and its costs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Path {
-    /// Where it begins.
+    /// The start of the path.
     pub start: Start,
-    /// Its transitions; none where the start is the goal.
+    /// The transitions of the path. Empty if the start is the goal.
     pub legs: Vec<Leg>,
-    /// D, by the measure of the search.
+    /// The distance D, by the measure of the search.
     pub distance: f64,
-    /// −ln R.
+    /// The unreliability −ln R.
     pub unreliability: f64,
 }
 
-/// −ln R of legs together.
+/// Returns −ln R of several legs together.
 pub(crate) fn unreliability(legs: &[Leg]) -> f64 {
-    // An empty sum of floats is minus zero.
+    // An empty sum of floats would be minus zero.
     legs.iter().fold(0.0, |sum, leg| sum + leg.unreliability)
 }
 
 impl Path {
-    /// R.
+    /// Returns the reliability R.
     pub fn reliability(&self) -> f64 {
         (-self.unreliability).exp()
     }
 
-    /// D/R.
+    /// Returns the ratio D/R.
     pub fn ratio(&self) -> f64 {
         self.distance * self.unreliability.exp()
     }
 
-    /// M: the number of entries of its map (5.3), including the first one, which says over which landmark the window stands.
+    /// Returns the number of map entries M (5.3). This includes the first entry, which names the landmark under the window.
     pub fn entries(&self) -> usize {
         self.legs.len() + 1
     }
@@ -211,25 +214,26 @@ impl Path {
         self.legs.iter().filter(|leg| leg.transition.movement != Movement::Seek).count()
     }
 
-    /// S, the sensing cost (5.3): the number of views by which the navigator decides, one for each entry and two more for each
-    /// trajectory. The paper names the cost and refers to an earlier work for it; this definition is ours.
+    /// Returns the sensing cost S (5.3), which is the number of views that the navigator needs for its decisions: one for each
+    /// entry and two more for each trajectory. The paper only refers to an earlier work for this cost; the definition is ours.
     pub fn sensing(&self) -> f64 {
         VIEWS * self.entries() as f64 + (VIEWS_OF_A_SLIDE - VIEWS) * self.slides() as f64
     }
 
-    /// T, the time of an error-free journey (5.3), in seconds: the time for the distance at full speed, for the stops, and for the
-    /// views. The window stops once for each entry but the last, and once more for each trajectory. This definition is ours, too.
+    /// Returns the time T of an error-free journey (5.3), in seconds. It is the sum of the time for the distance at full speed,
+    /// for the stops, and for the views. The window stops once for each entry except the last, and once more for each
+    /// trajectory. This definition is ours, too.
     pub fn time_s(&self, settings: &Settings) -> f64 {
         let stops = self.legs.len() + self.slides();
         self.distance / settings.speed + stops as f64 * stop_s(settings) + self.sensing() * view_s(settings)
     }
 
-    /// The landmarks, from the start to the goal.
+    /// Returns the landmarks, from the start to the goal.
     pub fn landmarks(&self) -> Vec<DotId> {
         std::iter::once(self.start.landmark).chain(self.legs.iter().map(|leg| leg.transition.to)).collect()
     }
 
-    /// The distance by another measure.
+    /// Returns the distance by another measure.
     pub fn distance_by(&self, atlas: &Atlas, measure: Measure) -> f64 {
         let first = match (measure, self.legs.first()) {
             (Measure::Windows, Some(leg)) => {
@@ -245,7 +249,7 @@ impl Path {
     }
 }
 
-/// The best path. Where none leads to the goal, the error says what would have to be joined.
+/// Returns the best path. If no path leads to the goal, the error says which dots would have to be joined.
 pub fn best(
     atlas: &Atlas,
     start: Start,
@@ -263,10 +267,10 @@ pub fn best(
     path.ok_or_else(|| search::unreachable(atlas, start.landmark, goal))
 }
 
-/// The most searches for one ratio.
+/// Maximum number of searches for the least ratio.
 const MOST_SEARCHES: usize = 64;
 
-/// The path with the least D/R, among the corners of the convex hull of all (D, −ln R).
+/// Returns the path with the least D/R, among the corners of the convex hull of all points (D, −ln R).
 fn least_ratio(find: impl Fn(Weights) -> Option<Path>) -> Option<Path> {
     let weights = |distance, unreliability| Weights { distance, unreliability, ..Weights::NONE };
     let ends = [find(weights(1.0, 1e-6))?, find(weights(1e-9, 1.0))?];
@@ -280,7 +284,7 @@ fn least_ratio(find: impl Fn(Weights) -> Option<Path>) -> Option<Path> {
         }
         let path = find(weights(slope, run))?;
         let value = |path: &Path| slope * path.distance + run * path.unreliability;
-        // On the edge from one end to the other, there is no corner between them.
+        // If the path lies on the edge between the two ends, there is no corner between them.
         if value(&path) >= value(&short) * (1.0 - 1e-9) {
             continue;
         }

@@ -1,7 +1,8 @@
-//! Landmarks on land in a laser scan: upright cylinders of a known radius.
+//! Finds landmarks on land in a laser scan. The landmarks are upright cylinders of a known radius.
 //!
-//! Neighbouring returns at similar ranges are one thing. A thing as wide as a landmark has the circle of that radius fitted to
-//! it (Gauss-Newton). What is wider is a wall; what shows less than half of its width, or is hidden on both sides, is left out.
+//! Neighbouring returns at similar ranges form one object. If the object is as wide as a landmark, a circle with the landmark's
+//! radius is fitted to it by the Gauss-Newton method. Wider objects are walls. Objects of which less than half of the width is
+//! visible, or that are hidden on both sides, are ignored.
 
 use arrayvec::ArrayVec;
 use sketchnav_schemas::geometry::{Base, Pose};
@@ -10,39 +11,40 @@ use sketchnav_schemas::message::{LaserScan, MAX_BEAMS, MAX_DOTS};
 use crate::geometry::Point;
 use crate::sight::{LEAST_SHARE, half_angle_rad};
 
-/// The fewest returns of a landmark.
+/// Minimum number of returns from a landmark.
 const LEAST_RETURNS: usize = 3;
-/// How many lost beams in a row do not divide a thing.
+/// Maximum number of consecutive lost beams within an object.
 const MOST_LOST: usize = 2;
-/// Steps of a fit.
+/// Number of iterations of a fit.
 const STEPS: usize = 6;
-/// Keeps a fit to a short arc where it begins, along the arc.
+/// Damping of a fit. It prevents a fit to a short arc from drifting along the arc.
 const DAMPING: f64 = 0.02;
-/// The widest that a landmark looks, in its own width: errors, and a beam more.
+/// Maximum apparent width of a landmark, as a multiple of its true width. This allows for errors; one additional beam is
+/// allowed as well.
 const WIDEST: f64 = 1.5;
 
-/// What is known of landmarks and of the laser.
+/// The properties of the landmarks and of the laser.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Finder {
-    /// Radius of a landmark, metres.
+    /// Radius of a landmark, in metres.
     pub radius_m: f64,
-    /// How far landmarks are looked for, metres.
+    /// Maximum distance of a landmark, in metres.
     pub range_m: f64,
-    /// Standard deviation of a range there, metres.
+    /// Standard deviation of a range at that distance, in metres.
     pub noise_m: f64,
-    /// Where the laser sits.
+    /// Pose of the laser on the robot.
     pub mount: Pose<Base>,
 }
 
-/// A return: the number of its beam, and its range.
+/// A return, as the number of its beam and its range in metres.
 type Return = (usize, f64);
 
 impl Finder {
-    /// The landmarks in a scan, in the robot's axes.
+    /// Returns the positions of the landmarks in a scan, in the robot's axes.
     pub fn find(&self, scan: &LaserScan) -> ArrayVec<Point, MAX_DOTS> {
         let returns = self.returns(scan);
         let mut found = ArrayVec::new();
-        // A full turn has no end: it begins where a thing ends.
+        // A full turn has no beginning, so the search starts where an object ends.
         let Some(first) = (0..returns.len()).find(|&at| !self.joins(&returns, at, scan)) else {
             return found;
         };
@@ -52,7 +54,7 @@ impl Finder {
                 continue;
             }
             if let Some(place) = self.landmark(&returns, begin, at, scan) {
-                // What is more than fits is not described.
+                // Landmarks beyond the capacity are left out.
                 let _ = found.try_push(place);
             }
             begin = at + 1;
@@ -68,12 +70,12 @@ impl Finder {
             .collect()
     }
 
-    /// How much nearer or further the next return may be that belongs to the same thing, metres.
+    /// Returns the maximum difference in range between two neighbouring returns from the same object, in metres.
     pub fn jump_m(&self) -> f64 {
         2.0 * self.radius_m + 4.0 * self.noise_m
     }
 
-    /// Whether a return and the next one, around the turn, belong to one thing.
+    /// Returns true if a return and the next one, cyclically, belong to the same object.
     fn joins(&self, returns: &[Return], at: usize, scan: &LaserScan) -> bool {
         let (beam, range) = returns[at];
         let (next, next_range) = returns[(at + 1) % returns.len()];
@@ -81,7 +83,7 @@ impl Finder {
         lost <= MOST_LOST + 1 && (range - next_range).abs() <= self.jump_m()
     }
 
-    /// The landmark that the returns from one to another are, if they are one.
+    /// Returns the position of the landmark that these returns come from, or `None` if they don't come from one.
     fn landmark(&self, returns: &[Return], begin: usize, end: usize, scan: &LaserScan) -> Option<Point> {
         let at = |index: usize| returns[index % returns.len()];
         let count = end + 1 - begin;
@@ -97,7 +99,7 @@ impl Finder {
         if shown_rad > WIDEST * whole_rad + increment_rad || shown_rad < LEAST_SHARE * whole_rad {
             return None;
         }
-        // Something nearer may hide it from one side, not from both.
+        // A landmark may be hidden by something nearer from one side, but not from both.
         let hides = |other: usize, own: usize| {
             let (beam, range) = at(other);
             let off = beam.abs_diff(at(own).0);
@@ -117,11 +119,12 @@ impl Finder {
             .then(|| centre.turned(self.mount.yaw_rad) + Point::new(self.mount.x, self.mount.y))
     }
 
-    /// The centre of the circle of a landmark's radius through points, seen from the origin; none where they lie on none.
+    /// Fits a circle with the landmark's radius to points that are seen from the origin. Returns its centre, or `None` if the
+    /// points don't lie on such a circle.
     fn fit(&self, count: usize, place: impl Fn(usize) -> Point) -> Option<Point> {
         let n = count as f64;
         let mean = (0..count).fold(Point::default(), |sum, index| sum + place(index)) * (1.0 / n);
-        // Half of a circle is seen: its points are on average so far before the centre.
+        // Half of the circle is visible, and the mean of its points lies this far in front of the centre.
         let mut centre = mean + mean.direction()? * (self.radius_m * std::f64::consts::FRAC_PI_4);
         let mut squares = 0.0;
         for _ in 0..STEPS {
@@ -159,7 +162,7 @@ mod tests {
         Finder { radius_m: RADIUS_M, range_m: 8.0, noise_m, mount: Pose::new(0.0, 0.0, 0.0) }
     }
 
-    /// A scan among cylinders, and before a wall north of all.
+    /// Returns a scan of cylinders in front of a wall, which lies north of all of them.
     fn scan(landmarks: &[Point], wall_m: f64, noise_m: f64, seed: u64) -> Box<LaserScan> {
         let mut scan: Box<LaserScan> = Box::new(Zeroable::zeroed());
         scan.beam_count = 900;
@@ -188,7 +191,7 @@ mod tests {
 
     #[test]
     fn landmarks_are_found_where_they_are_and_a_wall_is_none() {
-        // One lies behind the robot, where the scan begins and ends.
+        // One of them lies behind the robot, where the scan begins and ends.
         let landmarks =
             [(2.0, 1.0), (-6.5, 0.0), (0.0, -0.9), (5.0, -4.0), (0.4, 3.0)].map(|(x, y)| Point::new(x, y));
         for seed in 0..20 {
@@ -208,7 +211,7 @@ mod tests {
         let found = finder(0.01).find(&scan(&half, 50.0, 0.01, 1));
         assert_eq!(found.len(), 2);
         assert!(nearest(&found, half[1]) < 0.1, "{found:?}");
-        // Between two nearer ones a wall looks as narrow as a landmark.
+        // Between two nearer landmarks, a wall appears as narrow as a landmark.
         let slit = [Point::new(2.0, 0.22), Point::new(2.0, -0.22)];
         let turned: Vec<_> = slit.iter().map(|place| place.turned(std::f64::consts::FRAC_PI_2)).collect();
         assert_eq!(finder(0.01).find(&scan(&turned, 6.0, 0.01, 1)).len(), 2);

@@ -1,4 +1,5 @@
-//! From a path to a custom map, with what it costs and what it can recover from (Park and Kender 1995, 5.5, figure 30).
+//! Turns a path into a custom map, with its costs and the errors that it can recover from (Park and Kender 1995, 5.5, figure
+//! 30).
 
 use std::fmt;
 
@@ -12,14 +13,14 @@ use crate::plane::DotId;
 use crate::recovery::Check;
 use crate::transitions::Movement;
 
-/// Which errors a map lets the navigator notice.
+/// The errors that a map allows the navigator to notice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verify {
-    /// None: there is no verification.
+    /// No errors, since nothing is verified.
     Nothing,
-    /// Those that can be corrected.
+    /// Only the errors that can be corrected.
     Recoverable,
-    /// All that can be noticed. Where one cannot be corrected, the navigator knows that it is lost.
+    /// All errors that can be noticed. If one cannot be corrected, the navigator knows that it is lost.
     Detectable,
 }
 
@@ -28,18 +29,19 @@ pub enum Verify {
 pub struct Plan {
     /// The path.
     pub path: Path,
-    /// What can be done about errors of each leg.
+    /// The check for errors of each leg.
     pub checks: Vec<Check>,
-    /// The map.
+    /// The custom map of the path.
     pub map: CustomMap,
-    /// The landmarks that the map means, one for each entry: where the next entry begins, and at last the goal.
+    /// The landmarks that the map means, one for each entry: the landmark at which the next entry begins or, for the last
+    /// entry, the goal.
     pub landmarks: Vec<DotId>,
-    /// The probability of arrival, where it was estimated.
+    /// The probability of arrival, if it was estimated.
     pub probability: Option<f64>,
 }
 
 impl Plan {
-    /// The map of a path. Its first entry is `*`: the landmark over which the window stands.
+    /// Creates the map of a path. Its first entry is `*`, for the landmark under the window.
     pub fn new(atlas: &Atlas, path: Path, verify: Verify) -> Result<Self, Error> {
         Self::choosing(atlas, path, |_, check| match verify {
             Verify::Nothing => false,
@@ -48,7 +50,7 @@ impl Plan {
         })
     }
 
-    /// The map of a path where a test says which legs are verified, among those that can be.
+    /// Creates the map of a path. `verifies` decides which legs are verified, among those that can be.
     pub fn choosing(
         atlas: &Atlas,
         path: Path,
@@ -68,9 +70,9 @@ impl Plan {
             place: path.legs.first().map(|leg| leg.transition.corner),
         };
         let entry = |(leg, &check): (&Leg, &Check)| {
-            // Which of several confusable landmarks it is needs no proof.
+            // There is nothing to prove about a confusable landmark, because any of them will do.
             let is_definite = leg.transition.word != Descriptor::Confusable;
-            // To verify is to look around a landmark from all sides.
+            // To verify a landmark, the navigator has to go around it.
             let can_be_verified = is_definite && atlas.is_free_around(leg.transition.to);
             let verification = check.verification().filter(|_| can_be_verified && verifies(leg, check));
             entry(atlas, leg, verification)
@@ -81,18 +83,19 @@ impl Plan {
         Ok(Self { path, checks, map, landmarks, probability: None })
     }
 
-    /// S (5.3): the views of the path ([`Path::sensing`]), and one view of each quadrant for each verification.
+    /// Returns the sensing cost S (5.3): the views of the path ([`Path::sensing`]), and one view of each quadrant for each
+    /// verification.
     pub fn sensing(&self) -> f64 {
         let verified = self.map.entries().iter().filter(|entry| entry.verification.is_some()).count();
         self.path.sensing() + (Corner::ALL.len() * verified) as f64
     }
 
-    /// The landmarks that the map means, one for each entry.
+    /// Returns the landmarks that the map means, one for each entry.
     pub fn landmarks(&self) -> Vec<DotId> {
         self.landmarks.clone()
     }
 
-    /// The table of figure 30, with the map's entries and the path's costs.
+    /// Returns a printable table like that of figure 30, followed by the path's costs.
     pub fn itinerary(&self) -> Itinerary<'_> {
         Itinerary(self)
     }
@@ -108,7 +111,7 @@ fn entry(atlas: &Atlas, leg: &Leg, verification: Option<Verification>) -> Entry 
     Entry { word: leg.transition.word, bearing_deg, trajectory, verification, place: leg.place }
 }
 
-/// The bearing of a leg's landmark, for a robot whose heading is not known exactly. Confusable landmarks have several.
+/// Returns the bearing of a leg's landmark, if the robot's heading is uncertain. Confusable landmarks have no single bearing.
 fn bearing_deg(atlas: &Atlas, leg: &Leg) -> Option<u16> {
     let corrects = atlas.reliability.noise.heading_rad > 0.0;
     let is_definite = leg.transition.word != Descriptor::Confusable;
@@ -116,7 +119,7 @@ fn bearing_deg(atlas: &Atlas, leg: &Leg) -> Option<u16> {
     (corrects && is_definite).then(|| heading::bearing_deg(way))
 }
 
-/// Prints a plan as figure 30 does; of a map that branches, where each entry leads.
+/// Prints a plan in the form of figure 30 or, for a map that branches, the successors of each entry.
 #[derive(Debug, Clone, Copy)]
 pub struct Itinerary<'a>(&'a Plan);
 
@@ -151,11 +154,12 @@ impl fmt::Display for Itinerary<'_> {
     }
 }
 
-/// For each entry: the landmark where it begins, what it seeks, and for each sign the landmark and the entry where it goes on.
+/// Prints, for each entry, the landmark at which it begins, what it seeks, and for each sign the landmark and the entry where
+/// the journey continues.
 fn graph(f: &mut fmt::Formatter<'_>, Plan { map, landmarks, probability, .. }: &Plan) -> fmt::Result {
     writeln!(f, "{:>7} {:>7} {:<10}  LEADS TO", "ENTRY", "FROM", "CMD")?;
     let goal = landmarks.last().copied().unwrap_or_default();
-    // A branch to the first entry has no landmark of its own.
+    // The landmark of a branch back to the first entry is unknown.
     let begins = |entry: usize| entry.checked_sub(1).and_then(|before| landmarks.get(before)).copied();
     for (index, entry) in map.entries().iter().enumerate() {
         let from = begins(index).map_or("-".to_owned(), |dot| dot.to_string());
@@ -231,7 +235,7 @@ mod tests {
         Some(Plan::new(atlas, path, verify).unwrap())
     }
 
-    /// Without errors, the navigator follows whatever the map-maker plans, and flies as far as the map-maker says.
+    /// Without errors, the navigator follows every plan of the map-maker, and flies exactly as far as planned.
     #[test]
     fn without_errors_every_plan_arrives_directly() {
         let words = [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::PlusPair];

@@ -1,16 +1,16 @@
-//! Which transitions are error-detectable and error-recoverable, and how to recover (Park and Kender 1995, 6.3).
+//! Determines which transitions are error-detectable and error-recoverable, and how to recover (Park and Kender 1995, 6.3).
 //!
-//! The navigator verifies a landmark by its quadrant occupancy count, QOC. A transition is *detectable* where no other
-//! dot that can be mistaken for the target has the target's count. It is *recoverable* (6.3.2) where
+//! The navigator verifies a landmark by its quadrant occupancy count (QOC). A transition is *detectable* if no other dot that
+//! can be mistaken for the target has the target's count. It is *recoverable* (6.3.2) if
 //! 1. it is detectable;
-//! 2. for each other count there is a quadrant that shows the target from all these dots with that count;
-//! 3. from each of them the recoveries, applied again and again, lead to the target.
+//! 2. for each other count, there is a quadrant in which the target is visible from every mistakable dot with that count;
+//! 3. from each of these dots, the recoveries, applied repeatedly, lead to the target.
 //!
-//! Condition 3 follows a recovery to any dot of the plane, also to one that was not in the first view. There too the count
+//! Condition 3 follows a recovery to any dot of the plane, including dots that were not in the first view. Their counts, too,
 //! must differ from the target's and have a recovery.
 //!
-//! In a parkway, the dots that can be mistaken are the candidates of the view. On a trajectory they are the dots that a
-//! slide aside of the right line attains.
+//! In a parkway, the dots that can be mistaken for the target are the candidates of the view. On a trajectory, they are the
+//! dots that a slide beside the correct line attains.
 
 use crate::custom_map::{Recovery, Response, Sign, Verification};
 use crate::description::Descriptor;
@@ -22,24 +22,25 @@ use crate::signature::Signature;
 use crate::trajectory::Slide;
 use crate::transitions::{Candidates, Movement, Transition};
 
-/// With more signs of dots that can be mistaken, a complete way back is not looked for: each has four ways to begin.
+/// Maximum number of different signs among the mistakable dots for which a complete recovery is searched. Each further sign
+/// multiplies the number of combinations by up to four.
 const MOST_SIGNS: usize = 4;
 
-/// What can be done about errors of a transition.
+/// The result of checking a transition for errors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Check {
-    /// There is but one candidate: nothing can be mistaken.
+    /// There is only one candidate, so nothing can be mistaken for the target.
     Trivial,
-    /// Errors are detected and corrected.
+    /// All errors are detected and corrected.
     Recoverable(Verification),
-    /// Errors are detected. Those that one recovery corrects are corrected.
+    /// All errors are detected, but only those that a single recovery can correct are corrected.
     Detectable(Verification),
-    /// Some wrong dot has the target's count.
+    /// A wrong dot has the same count as the target.
     Unverifiable,
 }
 
 impl Check {
-    /// What the map says about it: nothing for trivial and unverifiable transitions, as in 6.3.4.
+    /// Returns the verification for the map, or `None` for trivial and unverifiable transitions, as in 6.3.4.
     pub fn verification(self) -> Option<Verification> {
         match self {
             Self::Recoverable(verification) | Self::Detectable(verification) => Some(verification),
@@ -47,29 +48,29 @@ impl Check {
         }
     }
 
-    /// Whether an error would be noticed.
+    /// Returns true if an error would be noticed.
     pub fn is_detectable(self) -> bool {
         self != Self::Unverifiable
     }
 
-    /// Whether an error would be corrected.
+    /// Returns true if an error would be corrected.
     pub fn is_recoverable(self) -> bool {
         matches!(self, Self::Trivial | Self::Recoverable(_))
     }
 }
 
-/// Looks for recoveries on a plane.
+/// Searches for recoveries on a plane.
 #[derive(Debug)]
 pub struct Recoveries<'a> {
     plane: &'a Plane,
     window: Window,
     signatures: &'a [Signature],
-    /// The word by which recoveries seek.
+    /// The word that recoveries use to seek the target.
     word: Descriptor,
 }
 
 impl<'a> Recoveries<'a> {
-    /// Recoveries that seek by a word. Signatures are those of all dots of the plane.
+    /// Creates a search for recoveries that use this word. `signatures` must have one entry for each dot of the plane.
     pub fn new(
         plane: &'a Plane,
         window: Window,
@@ -84,7 +85,8 @@ impl<'a> Recoveries<'a> {
         }
     }
 
-    /// What can be done about errors of a transition. `aside` is the standard deviation of a slide's error to the side.
+    /// Checks how errors of a transition can be detected and corrected. `aside` is the standard deviation of a slide's sideways
+    /// error.
     pub fn check(&self, from: DotId, transition: &Transition, aside: f64) -> Check {
         let mistaken = self.mistaken(from, transition, aside);
         if mistaken.is_empty() {
@@ -99,7 +101,8 @@ impl<'a> Recoveries<'a> {
         let complete = self.recoverable(target, &mistaken, plain).map(Check::Recoverable);
         let check =
             complete.unwrap_or_else(|| Check::Detectable(self.partly_recoverable(target, &mistaken, plain)));
-        // A way back for one panorama tells it from the right one, which may be similar.
+        // A recovery for one panorama also accepts similar ones, so a wrong panorama that resembles the right one may still be
+        // accepted as correct.
         let is_taken = |dot: &DotId| {
             let response = check.verification().map(|way| way.response(self.signatures[*dot as usize]));
             response == Some(Response::Correct)
@@ -107,7 +110,7 @@ impl<'a> Recoveries<'a> {
         if mistaken.iter().any(is_taken) { Check::Unverifiable } else { check }
     }
 
-    /// What the map says of a dot's surroundings.
+    /// Returns the sign that the map uses for the surroundings of a dot.
     fn sign(&self, dot: DotId) -> Sign {
         let signature = self.signatures[dot as usize];
         match self.window.land {
@@ -116,7 +119,7 @@ impl<'a> Recoveries<'a> {
         }
     }
 
-    /// The signs of dots, each once, in order.
+    /// Returns the distinct signs of these dots, sorted.
     fn signs(&self, dots: &[DotId]) -> Vec<Sign> {
         let mut signs: Vec<_> = dots.iter().map(|&dot| self.sign(dot)).collect();
         signs.sort_unstable();
@@ -124,7 +127,7 @@ impl<'a> Recoveries<'a> {
         signs
     }
 
-    /// The verification with recoveries for those counts alone from which one recovery leads to the target.
+    /// Returns the verification with recoveries only for those signs from which a single recovery leads to the target.
     fn partly_recoverable(&self, target: DotId, mistaken: &[DotId], plain: Verification) -> Verification {
         self.signs(mistaken).into_iter().fold(plain, |way, sign| {
             let same: Vec<_> = mistaken.iter().filter(|&&dot| self.sign(dot) == sign).collect();
@@ -135,7 +138,7 @@ impl<'a> Recoveries<'a> {
         })
     }
 
-    /// The dots that can be mistaken for the target, in ascending order.
+    /// Returns the dots that can be mistaken for the target, in ascending order.
     pub fn mistaken(&self, from: DotId, transition: &Transition, aside: f64) -> Vec<DotId> {
         let mut dots = if transition.movement == Movement::Seek {
             let mut candidates = Candidates::default();
@@ -158,7 +161,7 @@ impl<'a> Recoveries<'a> {
         quantiles().filter_map(lands).map(|landing| landing.dot).collect()
     }
 
-    /// The verification with recoveries, if conditions 2 and 3 hold.
+    /// Returns the verification with recoveries for all signs, or `None` unless conditions 2 and 3 hold.
     fn recoverable(&self, target: DotId, mistaken: &[DotId], plain: Verification) -> Option<Verification> {
         let mut ways = vec![plain];
         let signs = self.signs(mistaken);
@@ -179,21 +182,21 @@ impl<'a> Recoveries<'a> {
         ways.into_iter().find(|way| mistaken.iter().all(|&dot| self.leads(dot, target, *way)))
     }
 
-    /// Whether the target lies in a quadrant of a dot.
+    /// Returns true if the target is visible in a quadrant of a dot.
     fn shows(&self, dot: DotId, quadrant: Corner, target: DotId) -> bool {
         let mut candidates = Candidates::default();
         candidates.find(self.plane, self.window, dot, quadrant);
         candidates.dots.contains(&target)
     }
 
-    /// Where a recovery leads from a dot.
+    /// Returns the dot that a recovery leads to from this dot.
     pub fn next(&self, dot: DotId, recovery: Recovery) -> Option<DotId> {
         let mut candidates = Candidates::default();
         candidates.find(self.plane, self.window, dot, recovery.corner);
         candidates.pick(recovery.word)
     }
 
-    /// Condition 3: whether the recoveries lead from a dot to the target.
+    /// Checks condition 3: returns true if the recoveries lead from a dot to the target.
     fn leads(&self, from: DotId, target: DotId, verification: Verification) -> bool {
         let mut seen = Vec::new();
         let mut dot = from;

@@ -1,15 +1,17 @@
-//! How reliable a transition is, by models fitted to simulations (Park and Kender 1995, equations 1 and 2).
+//! Computes how reliable a transition is, by models fitted to simulations (Park and Kender 1995, equations 1 and 2).
 //!
-//! **Equation 1**, landmarks: `R(n, σ) = (Aσ + B)/n − Cσ + D` (6.1.2), where n is the number of candidates and σ the error of
-//! position in units of the window's side. The paper gives no coefficients. Those below are fitted by [`crate::fit::landmarks`],
-//! where the camera's error moves the window, so that dots cross its edge. [`crate::arrival`] simulates each transition instead.
+//! **Equation 1** is for landmarks: `R(n, σ) = (Aσ + B)/n − Cσ + D` (6.1.2), where n is the number of candidates and σ is the
+//! position error in units of the window's side. The paper gives no coefficients. The ones below are fitted by
+//! [`crate::fit::landmarks`], where the camera's error shifts the window, so that dots cross its edge. [`crate::arrival`]
+//! simulates each transition instead of using this equation.
 //!
-//! **Equation 2**, trajectories: the paper's form is unreadable in the copies we know. Ours is the variance to the
-//! side of a slide, composed of what the text names (6.2). One part is the error of position of the two landmarks and of the goal,
-//! which grows with the ratio of the way to the distance of the two. The others are the errors of translation and rotation, which
-//! grow with the way. The reliability is the probability that a slide with this error still attains its goal first. The same error
-//! of position moves the window at the beginning, and so decides which dots at its leading edge are new. The coefficients are
-//! fitted by [`crate::fit::trajectories`].
+//! **Equation 2** is for trajectories. The paper's form is unreadable in the copies that we know. Ours is the variance of a
+//! slide's sideways error, composed of the terms that the text names (6.2). The position errors of the two landmarks and of the
+//! goal contribute one part, which grows with the ratio of the slide's length to the distance between the two landmarks. The
+//! errors of translation and rotation contribute the other parts, which grow with the distance travelled. The reliability is
+//! the probability that a slide with this error still attains its goal first. The position error also shifts the window at the
+//! beginning of the slide, and so decides which dots at its leading edge count as new. The coefficients are fitted by
+//! [`crate::fit::trajectories`].
 
 use crate::geometry::{Point, Window};
 use crate::plane::{DotId, Plane};
@@ -17,13 +19,13 @@ use crate::trajectory::Slide;
 use crate::transitions::{Movement, Transition};
 use crate::traversal::Noise;
 
-/// No reliability is less: costs stay finite.
+/// Minimum reliability, which keeps costs finite.
 pub const LEAST: f64 = 1e-6;
 
 /// The coefficients of equation 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LandmarkModel {
-    /// A, B, C and D.
+    /// The coefficients A, B, C and D.
     pub coefficients: [f64; 4],
 }
 
@@ -31,13 +33,13 @@ impl LandmarkModel {
     /// Fitted by [`crate::fit::landmarks`]: 80 samples, residuals of 0.021 (root mean square) and at most 0.239.
     pub const FITTED: Self = Self { coefficients: [4.599_9, 0.078_1, 6.460_6, 0.929_1] };
 
-    /// The terms of the coefficients: σ/n, 1/n, −σ, 1.
+    /// Returns the factors by which the coefficients are multiplied: σ/n, 1/n, −σ, 1.
     pub fn terms(candidates: u16, sigma: f64) -> [f64; 4] {
         let n = f64::from(candidates);
         [sigma / n, 1.0 / n, -sigma, 1.0]
     }
 
-    /// The probability that the isolated landmark of so many candidates is identified right. σ is in window sides.
+    /// Returns the probability of identifying the isolated landmark among this many candidates. σ is in window sides.
     pub fn reliability(self, candidates: u16, sigma: f64) -> f64 {
         if sigma <= 0.0 {
             return 1.0;
@@ -52,17 +54,17 @@ impl LandmarkModel {
 /// The coefficients of equation 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrajectoryModel {
-    /// Of the error of position, of its growth, of translation and of rotation.
+    /// The coefficients of the position error, its growth, the translation error and the rotation error.
     pub coefficients: [f64; 4],
 }
 
 impl TrajectoryModel {
     /// Fitted by [`crate::fit::trajectories`]: 60 samples, relative residuals of 0.018 (root mean square) and at most 0.067.
-    /// Theory has 1½, 2, 1 and ⅓.
+    /// Theory predicts 1½, 2, 1 and ⅓.
     pub const FITTED: Self = Self { coefficients: [1.473_5, 2.005_2, 1.002_6, 0.312_1] };
 
-    /// The terms of the coefficients: σ², σ²(d/l)², τ²d, ρ²d³. The slide is d long, the pair is l apart, τ and ρ are
-    /// [`Noise::translation`] and [`Noise::rotation_rad`].
+    /// Returns the factors by which the coefficients are multiplied: σ², σ²(d/l)², τ²d, ρ²d³. d is the length of the slide, l
+    /// is the distance between the pair, and τ and ρ are [`Noise::translation`] and [`Noise::rotation_rad`].
     pub fn terms(slide: f64, pair: f64, noise: Noise) -> [f64; 4] {
         let sigma = noise.combined_sigma();
         let (ratio, turn) = (slide / pair, noise.rotation_rad);
@@ -74,13 +76,13 @@ impl TrajectoryModel {
         ]
     }
 
-    /// The standard deviation of a dot's place along a slide at its beginning, which the error of position causes there as it does
-    /// sideways.
+    /// Returns the standard deviation of a dot's position along a slide at its beginning. The position error has the same
+    /// effect there as sideways.
     pub fn along(self, noise: Noise) -> f64 {
         self.coefficients[0].sqrt() * noise.combined_sigma()
     }
 
-    /// The standard deviation to the side of a slide.
+    /// Returns the standard deviation of a slide's sideways error.
     pub fn aside(self, slide: f64, pair: f64, noise: Noise) -> f64 {
         let terms = Self::terms(slide, pair, noise);
         let sum: f64 =
@@ -89,26 +91,27 @@ impl TrajectoryModel {
     }
 }
 
-/// How many places across the normal distribution stand for it.
+/// Number of quantiles that represent the normal distribution.
 const QUANTILES: u32 = 21;
 /// The Fibonacci number preceding [`QUANTILES`].
 const LATTICE: u32 = 13;
-/// Where the lattice begins: from here the two numbers are uncorrelated. From 0 the least of both fall on each other, and they
-/// correlate by 0.16.
+/// The start of the lattice, chosen so that the two numbers of a pair are uncorrelated. If it started at 0, the smallest values
+/// of both would coincide, and the correlation would be 0.16.
 const OFFSET: u32 = 6;
 
-/// The middles of so many equally probable parts of the standard normal distribution.
+/// Returns the medians of [`QUANTILES`] equally probable parts of the standard normal distribution.
 pub fn quantiles() -> impl Iterator<Item = f64> {
     (0..QUANTILES).map(|part| normal_quantile((f64::from(part) + 0.5) / f64::from(QUANTILES)))
 }
 
-/// Pairs of two independent, standard normal numbers, each of which takes each of [`quantiles`] once: a Fibonacci lattice.
+/// Returns pairs of independent, standard normal numbers. Each number of a pair takes each of the [`quantiles`] once, arranged
+/// in a Fibonacci lattice.
 fn quantile_pairs() -> impl Iterator<Item = [f64; 2]> {
     let quantile = |part: u32| normal_quantile((f64::from(part) + 0.5) / f64::from(QUANTILES));
     (0..QUANTILES).map(move |part| [quantile(part), quantile((part * LATTICE + OFFSET) % QUANTILES)])
 }
 
-/// The quantile of the standard normal distribution, by Abramowitz and Stegun 1964, 26.2.23; 4.5e-4 exact.
+/// Returns the quantile of the standard normal distribution, accurate to 4.5e-4 (Abramowitz and Stegun 1964, 26.2.23).
 fn normal_quantile(probability: f64) -> f64 {
     let tail = probability.min(1.0 - probability);
     let t = (-2.0 * tail.ln()).sqrt();
@@ -118,24 +121,24 @@ fn normal_quantile(probability: f64) -> f64 {
     if probability < 0.5 { -quantile } else { quantile }
 }
 
-/// Both models, and the errors that they are for.
+/// Both models, with the errors to apply them to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reliability {
     /// Equation 1.
     pub landmarks: LandmarkModel,
     /// Equation 2.
     pub trajectories: TrajectoryModel,
-    /// The errors.
+    /// The errors of the navigator and of the map-maker.
     pub noise: Noise,
 }
 
 impl Reliability {
-    /// The fitted models with these errors.
+    /// Returns the fitted models with these errors.
     pub fn fitted(noise: Noise) -> Self {
         Self { landmarks: LandmarkModel::FITTED, trajectories: TrajectoryModel::FITTED, noise }
     }
 
-    /// The probability that a transition attains its target.
+    /// Returns the probability that a transition attains its target.
     pub fn of(&self, plane: &Plane, window: Window, from: DotId, transition: &Transition) -> f64 {
         let sigma = self.noise.combined_sigma() / window.side;
         let seen = self.landmarks.reliability(transition.candidates, sigma);
@@ -145,7 +148,7 @@ impl Reliability {
         (seen * self.hit(plane, window, from, transition)).max(LEAST)
     }
 
-    /// The standard deviation to the side of a trajectory's slide; 0 within a parkway.
+    /// Returns the standard deviation of the sideways error of a trajectory's slide, or 0 within a parkway.
     pub fn aside(&self, plane: &Plane, from: DotId, transition: &Transition) -> f64 {
         let pair: Point = plane.dot(transition.seen) - plane.dot(from);
         self.trajectories.aside(f64::from(transition.slide), pair.norm(), self.noise)
@@ -199,7 +202,7 @@ mod tests {
             assert!(model.reliability(n, 0.04) < model.reliability(n, 0.03), "{n}");
         }
         assert!(model.reliability(3, 0.03) < model.reliability(2, 0.03));
-        // A second dot may come in.
+        // A second dot may enter the quadrant.
         assert!(model.reliability(1, 0.05) < 0.95);
         assert_eq!(model.reliability(5, 0.0), 1.0);
     }
@@ -223,7 +226,7 @@ mod tests {
             assert_eq!(slide.to, 2);
             Reliability::fitted(Noise::of_sigma(0.3)).hit(&world, window, 0, slide)
         };
-        // The window is first centred over 3, so its edge is at 8. Its own error and the dot's combine to 0.5.
+        // The window is first centred on x = 3, so its edge is at 8. The errors of the window and of the dot combine to 0.5.
         let (far, near) = (hit(12.0), hit(8.1));
         assert!(far == 1.0 && (0.4..0.75).contains(&near), "{far} {near}");
     }

@@ -1,26 +1,26 @@
-//! The words of a path that depend on what comes before or after: `New` and `Confusable` (Park and Kender 1995, 5.6).
+//! The words `New` and `Confusable`, which depend on what comes before or after in the path (Park and Kender 1995, 5.6).
 //!
 //! Whether a landmark is *new* depends on what the window showed when the reference was chosen. Whether landmarks are
-//! *confusable* depends on where the path leads from each of them. So neither is a transition by itself: they take the place of
-//! other words in a path that has been found.
+//! *confusable* depends on where the path leads from each of them. Neither word can therefore belong to a transition on its
+//! own. Instead, they replace other words in a path that has already been found.
 
 use crate::description::{Descriptor, Vocabulary};
 use crate::path::{Atlas, Leg, Path, unreliability};
 use crate::plane::DotId;
 use crate::transitions::{Candidates, Movement};
 
-/// The path with `New` and `Confusable` wherever they hold and the navigator understands them. Nearer than `slack` to the edge
-/// of what the window showed, nothing is surely new or old.
+/// Returns the path with `New` and `Confusable` wherever they apply and the navigator understands them. Dots within `slack` of
+/// the edge of the earlier view are neither certainly new nor certainly old.
 ///
-/// A landmark that is new is the only one, and with confusable ones nothing can be mistaken: both are as certain as a
-/// single candidate is by equation 1.
+/// A new landmark is the only one in question, and among confusable landmarks there is no wrong one. By equation 1, both are
+/// therefore as certain as a single candidate.
 pub fn reworded(atlas: &Atlas, path: &Path, vocabulary: Vocabulary, slack: f64) -> Path {
     let mut reworded = path.clone();
     for index in (0..path.legs.len()).rev() {
         let leg = &path.legs[index];
         let before = index.checked_sub(1).map(|before| &path.legs[before]);
-        // What follows a confusable landmark keeps its word: it has been looked at from each of them. And what is new behind that
-        // depends on from where it was chosen.
+        // The leg after a confusable landmark must keep its word, because the check for confusability has used that word from
+        // each candidate. The leg after that must not be `New`, since what is new there depends on which candidate was chosen.
         let word_at = |at: usize| reworded.legs.get(at).map(|leg| leg.transition.word);
         let next = path.legs.get(index + 1).filter(|next| {
             word_at(index + 1) == Some(next.transition.word) && word_at(index + 2) != Some(Descriptor::New)
@@ -42,7 +42,7 @@ pub fn reworded(atlas: &Atlas, path: &Path, vocabulary: Vocabulary, slack: f64) 
     reworded
 }
 
-/// Whether the landmark of a leg is the only one of several candidates that the last movement has brought in.
+/// Returns true if the landmark of a leg is the only one of several candidates that the last movement brought into view.
 fn is_new(atlas: &Atlas, before: &Leg, leg: &Leg, slack: f64) -> bool {
     if before.transition.movement != Movement::Seek || leg.transition.movement != Movement::Seek {
         return false;
@@ -54,7 +54,7 @@ fn is_new(atlas: &Atlas, before: &Leg, leg: &Leg, slack: f64) -> bool {
         let slack = if is_old(dot) { -slack } else { slack };
         let relative = atlas.plane.dot(dot) - reference;
         let covers = before.transition.corner.nearly_covers(relative, atlas.window.side, slack);
-        // A robot on land sees a quadrant as far as its range.
+        // A robot on land sees a quadrant only up to its range.
         let away = (relative - atlas.window.centre_from(before.transition.corner)).norm();
         let is_near = atlas.window.land.is_none_or(|land| away <= land.range + slack);
         dot == before.from || (covers && is_near) == is_old(dot)
@@ -64,7 +64,7 @@ fn is_new(atlas: &Atlas, before: &Leg, leg: &Leg, slack: f64) -> bool {
         && now.dots.iter().filter(|&&dot| !is_old(dot)).eq([&leg.transition.seen])
 }
 
-/// Whether the next leg leads from each of several candidates to where it leads from the landmark.
+/// Returns true if the next leg leads to the same landmark from each of several candidates.
 fn are_confusable(atlas: &Atlas, leg: &Leg, next: &Leg) -> bool {
     let (onward, now) = (next.transition, candidates(atlas, leg));
     let leads = |dot: DotId| {
@@ -110,7 +110,7 @@ mod tests {
         Atlas::new(plane, window, kinds, Reliability::fitted(Noise::NONE))
     }
 
-    /// The shortest path in the words of before and after.
+    /// Returns the shortest path, with `New` and `Confusable` where they apply.
     fn path(atlas: &Atlas, from: DotId, to: DotId, slack: f64) -> Option<Path> {
         let start = Start::over(&atlas.plane, from).unwrap();
         let path = best(atlas, start, to, Measure::Windows, Objective::SHORTEST).ok()?;
@@ -129,8 +129,8 @@ mod tests {
         journey.run(start.centre, &mut stream(1, "journey"), |_, _, _| {})
     }
 
-    /// South-west in the window lies the start; the isolated dot is the second. From there the pair is known, and the last dot
-    /// is new.
+    /// The start lies in the south-west of the window, and the isolated dot is the third one. From there, the pair is already
+    /// known, and the last dot is new.
     const ONWARD: [(f64, f64); 5] = [(0.0, 0.0), (4.0, 1.0), (8.0, 8.0), (8.5, 8.5), (13.0, 3.0)];
 
     #[test]
@@ -139,7 +139,7 @@ mod tests {
         let reworded = path(&atlas, 0, 4, 0.5).unwrap();
         assert_eq!(words(&reworded), [Descriptor::Isolated, Descriptor::New]);
         assert_eq!(reworded.legs[1].unreliability, 0.0);
-        // The pair lies 1.5 from the edge of the first view: too near for larger errors.
+        // The pair lies 1.5 from the edge of the first view, which is too close for larger errors.
         assert_eq!(words(&path(&atlas, 0, 4, 2.0).unwrap()), [Descriptor::Isolated; 2]);
     }
 
@@ -153,7 +153,7 @@ mod tests {
         }
     }
 
-    /// The new landmark lies beside an old one, and a third is the most isolated: only `New` means it.
+    /// The new landmark lies beside an old one, and a third dot is the most isolated, so only `New` means the new landmark.
     #[test]
     fn the_navigator_finds_a_new_landmark_that_no_other_word_means() {
         let world = plane(&[(0.0, 0.0), (4.0, 1.0), (5.0, 9.5), (9.6, 4.0), (11.0, 4.2)]);
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn landmarks_that_lead_to_the_same_are_confusable_and_any_of_them_is_right() {
-        // From either of two dots the same third one is alone in view.
+        // From either of two dots, the same third dot is the only one in view.
         let fork = plane(&[(0.0, 0.0), (5.0, 2.0), (2.0, 5.5), (11.0, 11.5)]);
         let atlas = atlas(fork, window());
         let reworded = path(&atlas, 0, 3, 0.5).unwrap();
@@ -189,8 +189,8 @@ mod tests {
         assert_eq!(reworded(&atlas, &path, knows, 0.5), path);
     }
 
-    /// Counts over plans that are followed directly in the words of before: how often each of the two words stands in
-    /// them, how many plans they are, and how many are followed directly in the new words.
+    /// Counts over the plans that are followed directly in their original words: how often each of the two words occurs, how
+    /// many plans there are, and how many of them are followed directly in the new words.
     struct Agreement {
         new: usize,
         confusable: usize,
@@ -198,7 +198,7 @@ mod tests {
         direct: usize,
     }
 
-    /// Without errors the navigator should read each view as the map-maker did, and go from landmark to landmark as planned.
+    /// Without errors, the navigator should read each view as the map-maker did, and go from landmark to landmark as planned.
     fn agreement(window: Window, slack: f64, worlds: impl Iterator<Item = Plane>) -> Agreement {
         let mut all = Agreement { new: 0, confusable: 0, plans: 0, direct: 0 };
         for world in worlds {
@@ -237,7 +237,8 @@ mod tests {
         assert!(all.plans > 60 && all.direct == all.plans, "{} of {}", all.direct, all.plans);
     }
 
-    /// On land too. There the robot does not stand exactly where it should, and so poles hide others now and then.
+    /// The same holds on land, except that the robot never stands exactly at its intended position, so poles occasionally hide
+    /// others.
     #[test]
     fn on_land_a_new_pole_is_found() {
         let land = Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 };

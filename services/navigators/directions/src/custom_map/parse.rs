@@ -1,4 +1,4 @@
-//! Reads custom maps. An error names the line, the column and the word, and what was expected there.
+//! Parses custom maps. An error gives the line, the column and the word, and what was expected there.
 
 use std::str::FromStr;
 
@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::geometry::Corner;
 use crate::signature::Signature;
 
-/// A bracket, a comma or a word, and where it stands; both counts from 1.
+/// A bracket, a comma or a word, with its line and column, both from 1.
 #[derive(Debug, Clone, Copy)]
 struct Token<'a> {
     text: &'a str,
@@ -52,12 +52,12 @@ fn tokens(text: &str) -> Vec<Token<'_>> {
     found
 }
 
-/// The tokens that are left. Behind the last one stand empty tokens.
+/// The remaining tokens, followed by an endless row of empty ones.
 struct Reader<'a> {
     tokens: Vec<Token<'a>>,
     next: usize,
     end: Token<'a>,
-    /// The entries to which branches lead, from 1.
+    /// The numbers of the entries that branches lead to, from 1, with the tokens that name them.
     targets: Vec<(usize, Token<'a>)>,
 }
 
@@ -169,7 +169,7 @@ impl<'a> Reader<'a> {
         Descriptor::ALL.into_iter().find(|word| token.is(word.word())).ok_or_else(|| token.error(EXPECTED))
     }
 
-    /// All clauses of an entry about signs. One of them must say which sign is right, or one must branch.
+    /// Parses all clauses of an entry about signs. Unless one of them branches, one must state the right sign.
     fn verification(&mut self) -> Result<Option<Verification>, Error> {
         let begin = self.peek(0);
         let mut clauses: Vec<(Sign, Option<Way>)> = Vec::new();
@@ -222,7 +222,7 @@ impl<'a> Reader<'a> {
         Ok(Some(all))
     }
 
-    /// What a clause says beside its corner: a word, or the number of an entry.
+    /// Parses what follows the corner of a clause, which is either a word or the number of an entry.
     fn way(&mut self, corner: Corner) -> Result<Way, Error> {
         let token = self.peek(0);
         if !token.text.starts_with(|c: char| c.is_ascii_digit()) {

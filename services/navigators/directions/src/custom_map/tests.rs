@@ -1,4 +1,4 @@
-//! Custom maps are read and written.
+//! Tests of parsing and printing custom maps.
 
 use proptest::prelude::*;
 
@@ -13,7 +13,7 @@ fn error(text: &str) -> String {
     text.parse::<CustomMap>().unwrap_err().to_string()
 }
 
-/// So many quadrants with a dot each.
+/// Returns a signature with this many quadrants that have one dot each.
 pub fn counting(count: usize) -> Signature {
     let mut signature = Signature::default();
     Corner::ALL.into_iter().take(count).for_each(|quadrant| signature.occupy(quadrant));
@@ -192,7 +192,7 @@ fn of_verification(verification: impl Strategy<Value = Verification>) -> impl St
     )
 }
 
-/// Some of them with branches to the first three entries.
+/// Generates entries, some of which branch to one of the first three entries.
 fn branching_entry() -> impl Strategy<Value = Entry> {
     let sign = prop_oneof![
         (0_u8..=255).prop_map(|code| Sign::Panorama(Signature::of_code(code))),
@@ -208,7 +208,7 @@ fn branching_entry() -> impl Strategy<Value = Entry> {
         ways.into_iter().fold(own, |all, (sign, way)| all.leading(sign, way))
     });
     of_verification(verification).prop_map(|mut entry| {
-        // An entry without a sign is one without a verification, and one that only recovers has a right sign.
+        // An entry without any sign has no verification, and an entry that only recovers has a right sign.
         let is_empty = |signs: &Verification| signs.expected().is_none() && signs.branches().next().is_none();
         entry.verification = entry.verification.filter(|signs| !is_empty(signs));
         entry.place = entry.place.filter(|_| entry.verification.is_none_or(Verification::accepts));

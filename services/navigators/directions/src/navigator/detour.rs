@@ -1,16 +1,16 @@
-//! The way of a robot on land around what stands before it.
+//! Steers a robot on land around the landmarks in its path.
 //!
-//! It drives straight, or along the tangent of a landmark's circle. Of all free directions it takes the one nearest to
-//! where it wants to be.
+//! The robot drives straight ahead or along the tangent to a circle around a landmark. Of all free directions, it takes the one
+//! closest to the direction of its destination.
 
 use crate::geometry::Point;
 
-/// How far ahead a direction must be free, in clearances.
+/// Distance ahead for which a direction must be free, as a multiple of the clearance.
 const AHEAD: f64 = 4.0;
-/// How far beside a circle its tangent passes, in radians.
+/// Additional angle by which a tangent passes beside its circle, in radians.
 const BESIDE_RAD: f64 = 0.02;
 
-/// The direction, of length 1; none where every way is barred.
+/// Returns the direction to take, of length 1, or `None` if all directions are blocked.
 pub fn direction(displacement: Point, view: &[Point], clearance: f64) -> Option<Point> {
     let length = displacement.norm().min(AHEAD * clearance);
     let straight = displacement.direction()?;
@@ -23,7 +23,8 @@ pub fn direction(displacement: Point, view: &[Point], clearance: f64) -> Option<
     ways.max_by(|a, b| a.dot(straight).total_cmp(&b.dot(straight)))
 }
 
-/// Whether a landmark bars a way of this length. From too near, only ways towards it are barred.
+/// Returns true if a landmark blocks a direction over this length. If the robot is already too close to the landmark, only
+/// directions towards it are blocked.
 fn bars(way: Point, length: f64, place: Point, clearance: f64) -> bool {
     let along = place.dot(way);
     if along <= 0.0 {
@@ -33,7 +34,7 @@ fn bars(way: Point, length: f64, place: Point, clearance: f64) -> bool {
     (place - nearest).norm() < clearance
 }
 
-/// Both ways past a landmark; from too near, those that lead a little away from it.
+/// Returns the two directions past a landmark. If the robot is too close to it, both lead slightly away from it.
 fn tangents(place: Point, clearance: f64) -> impl Iterator<Item = Point> {
     let towards = place.direction();
     let distance = place.norm();
@@ -61,7 +62,7 @@ mod tests {
         );
         let past = direction(goal, &[Point::new(1.0, 0.1)], 0.5).unwrap();
         assert!(past.y < 0.0 && past.x > 0.8, "{past:?}");
-        // A second one bars that side.
+        // A second landmark blocks that side.
         let other = direction(goal, &[Point::new(1.0, 0.1), Point::new(1.0, -0.8)], 0.5).unwrap();
         assert!(other.y > 0.0, "{other:?}");
     }
@@ -74,7 +75,7 @@ mod tests {
     proptest! {
         #![proptest_config(config(64))]
 
-        /// Whatever stands around, it comes to a free place and keeps clear on its way.
+        /// Whatever landmarks stand around, the robot reaches a free position and keeps its clearance.
         #[test]
         fn it_arrives_and_keeps_its_distance(
             places in prop::collection::vec((-4.0..4.0_f64, -4.0..4.0_f64), 0..9),

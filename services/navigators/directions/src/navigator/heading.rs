@@ -1,8 +1,9 @@
-//! The heading of a robot, corrected by the bearings of landmarks that its map says. This part is ours.
+//! Corrects the heading of a robot by the bearings of landmarks in its map. This part is our own.
 //!
-//! A robot that never turns on purpose keeps the error of heading that it has at the start. The map says the bearing of a
-//! landmark from the reference. Where the robot sees both, the difference from what it sees is that error: a Kalman filter in
-//! one dimension. A difference that is too great is none of the heading: the landmark is a wrong one.
+//! A robot that never turns on purpose keeps the heading error that it has at the start. The map states the bearing of a
+//! landmark from the reference. If the robot sees both, the difference between the bearing in the map and the one that it sees
+//! measures this error, which a one-dimensional Kalman filter estimates. If the difference is too large to be a heading error,
+//! the landmark must be the wrong one.
 
 use std::f64::consts::PI;
 
@@ -10,33 +11,33 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::Point;
 
-/// Standard deviation of a bearing that is rounded to a degree, radians.
+/// Standard deviation of a bearing that is rounded to one degree, in radians.
 const ROUNDED_RAD: f64 = PI / 180.0 * 0.289;
-/// A greater difference, in standard deviations, is no error of the heading.
+/// Maximum difference that counts as a heading error, in standard deviations.
 const GATE: f64 = 3.0;
 
-/// The compass bearing of a displacement, in degrees.
+/// Returns the compass bearing of a displacement, in degrees.
 pub fn bearing_deg(way: Point) -> u16 {
     let degrees = way.x.atan2(way.y).to_degrees().round();
     degrees.rem_euclid(f64::from(crate::custom_map::FULL_TURN_DEG)) as u16
 }
 
-/// What is believed of a heading.
+/// An estimate of a heading.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Heading {
-    /// By how much the robot's axes are turned to the left of the map's, radians.
+    /// Angle by which the robot's axes are turned to the left of the map's axes, in radians.
     pub turned_rad: f64,
     variance: f64,
 }
 
 impl Heading {
-    /// Of a robot whose heading is right but for this standard deviation.
+    /// Returns the heading of a robot whose initial error has this standard deviation, in radians.
     pub fn of_sigma(sigma_rad: f64) -> Self {
         Self { turned_rad: 0.0, variance: sigma_rad * sigma_rad }
     }
 
-    /// Takes in the bearing of a landmark, which is seen at `way` from the reference in the map's axes as they are believed, with
-    /// an error of position. Returns by how much the belief turns to the left.
+    /// Takes in the bearing of a landmark, which is seen at `way` from the reference, in the map's axes as currently estimated.
+    /// `sigma` is the position error. Returns the angle by which the estimate turns to the left.
     pub fn correct(&mut self, bearing_deg: u16, way: Point, sigma: f64) -> f64 {
         let distance = way.norm();
         if self.variance <= 0.0 || distance <= sigma {

@@ -9,7 +9,7 @@ use crate::description::{Descriptor, MOST_CANDIDATES};
 use crate::geometry::{Corner, Point};
 use crate::trajectory::Slide;
 
-/// How many views must show a new dot on a slide.
+/// Number of views that must show a new dot during a slide.
 const CONFIRMED: u8 = 2;
 
 pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], elapsed_s: f64) {
@@ -24,11 +24,11 @@ pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], ela
     let is_lost = state.reference.as_mut().is_some_and(|mark| {
         let expected = mark.place - moved;
         let is_seen = mark.follow(settings, view, moved);
-        // What was seen before is where it was beside the reference, however the window has moved.
+        // Dots seen earlier keep their positions relative to the reference, however the window has moved.
         state.before.shift(expected - mark.place);
         !is_seen
     });
-    // On a slide the reference leaves the view, as it should.
+    // During a slide, the reference leaves the view, as it should.
     let is_sliding = matches!(state.phase, Phase::Slide { .. });
     if (is_lost && !is_sliding) || state.spent_s > settings.longest_entry_s {
         return state.finish(Outcome::CannotLocate);
@@ -49,7 +49,7 @@ pub(super) fn step(navigator: &Navigator, state: &mut State, view: &[Point], ela
     }
 }
 
-/// Brings the reference under the middle of the window. True, and at rest, when it is there or out of sight.
+/// Brings the reference under the middle of the window. Returns true, with the window at rest, if it is there or out of sight.
 pub(super) fn hover(settings: &Settings, state: &mut State, view: &[Point], elapsed_s: f64) -> bool {
     let moved = state.velocity * elapsed_s;
     let Some(mark) = &mut state.reference else { return true };
@@ -66,7 +66,7 @@ impl Mark {
         Self { place, missed: 0 }
     }
 
-    /// Follows the landmark into a new view; false where it has been out of sight for too long.
+    /// Follows the landmark into a new view. Returns false if it has been out of sight for too long.
     fn follow(&mut self, settings: &Settings, view: &[Point], moved: Point) -> bool {
         self.place = self.place - moved;
         match nearest(view, self.place, settings.gate) {
@@ -86,7 +86,7 @@ impl State {
         self.phase = Phase::Finished { outcome };
     }
 
-    /// Takes another view at this stand. True when there are enough of them.
+    /// Takes another view at rest. Returns true if there are enough of them.
     fn has_looked(&mut self, settings: &Settings, view: &[Point]) -> bool {
         self.velocity = Point::default();
         if self.looks == 0 {
@@ -97,7 +97,8 @@ impl State {
         self.looks >= settings.looks
     }
 
-    /// Moves the window by a displacement; on land, around what stands in the way. True, and at rest, when it is there.
+    /// Moves the window by a displacement and, on land, around obstacles. Returns true, with the window at rest, if it is
+    /// there.
     fn approaches(&mut self, settings: &Settings, displacement: Point, view: &[Point]) -> bool {
         let distance = displacement.norm();
         let is_there = distance <= settings.tolerance;
@@ -111,7 +112,8 @@ impl State {
         is_there
     }
 
-    /// Where the dots of this stand are that are not a landmark, and where that landmark is by the views of this stand.
+    /// Returns the position of a landmark, averaged over the views taken at rest, and the positions of all other dots in these
+    /// views.
     fn others(
         &self,
         settings: &Settings,
@@ -126,7 +128,7 @@ impl State {
     }
 }
 
-/// The displacement that brings the reference to a corner.
+/// Returns the displacement that brings the reference to a corner.
 fn to_corner(state: &State, settings: &Settings, corner: Corner) -> Point {
     state.reference.map_or(Point::default(), |mark| mark.place) + settings.window.centre_from(corner)
 }
@@ -161,14 +163,14 @@ fn describe(
     if is_trajectory && state.reference.is_some() {
         state.phase = Phase::Centre { second: Mark::new(place) };
     } else if is_trajectory {
-        // Without a reference there is no line.
+        // Without a reference, there is no line to slide along.
         state.finish(Outcome::CannotLocate);
     } else {
         attain(navigator, state, place);
     }
 }
 
-/// There is no landmark that the word means: what the entry says for that.
+/// Handles the case that there is no landmark for the word, as the entry specifies.
 fn go_without(navigator: &Navigator, state: &mut State) {
     let signs = entry(navigator, state).verification;
     match signs.and_then(Verification::without_landmark).filter(|_| state.reference.is_some()) {
@@ -180,12 +182,12 @@ fn go_without(navigator: &Navigator, state: &mut State) {
     }
 }
 
-/// The entry that is worked on.
+/// Returns the current entry.
 fn entry<'a>(navigator: &'a Navigator, state: &State) -> &'a Entry {
     &navigator.map.entries()[usize::from(state.entry)]
 }
 
-/// Corrects the heading by the bearing of a landmark at a place. Returns by how much the map's axes have turned.
+/// Corrects the heading by the bearing of a landmark at this position. Returns the angle by which the map's axes have turned.
 fn correct_heading(state: &mut State, settings: &Settings, bearing_deg: Option<u16>, place: Point) -> f64 {
     let (Some(bearing_deg), Some(mark)) = (bearing_deg, state.reference) else { return 0.0 };
     let turn_rad = state.heading.correct(bearing_deg, place - mark.place, settings.tolerance);
@@ -194,7 +196,7 @@ fn correct_heading(state: &mut State, settings: &Settings, bearing_deg: Option<u
     turn_rad
 }
 
-/// What this view shows is not new in the next one: the reference, and what the window proper has in view with it.
+/// Remembers the dots that will not be new in the next view: the reference, and the dots in the window proper around it.
 fn remember(state: &mut State, settings: &Settings, corner: Option<Corner>) {
     let (origin, _) = state.others(settings, state.reference);
     let window = settings.window;
@@ -205,7 +207,7 @@ fn remember(state: &mut State, settings: &Settings, corner: Option<Corner>) {
     std::mem::swap(&mut state.before, &mut state.tracks);
 }
 
-/// Where the landmark is that a word means, relative to the window's centre.
+/// Returns the position of the landmark that a word means, relative to the window's centre.
 fn picked(
     state: &State,
     settings: &Settings,
@@ -226,7 +228,7 @@ fn picked(
     };
     let mut candidates = shown(0.0);
     if candidates.is_empty() {
-        // An error of position may have put the only candidate outside.
+        // A position error may have put the only candidate outside the quadrant.
         candidates = shown(settings.slack());
     }
     if word == Descriptor::New {
@@ -237,7 +239,7 @@ fn picked(
     word.pick(&candidates).map(|index| candidates[index] + origin)
 }
 
-/// The landmark at a place is attained: it is the reference from now on, and is verified or adjusted.
+/// Makes the landmark at this position the reference, then verifies or adjusts it.
 fn attain(navigator: &Navigator, state: &mut State, place: Point) {
     state.reference = Some(Mark::new(place));
     state.signature = Default::default();
@@ -248,7 +250,7 @@ fn attain(navigator: &Navigator, state: &mut State, place: Point) {
     }
 }
 
-/// The landmark is taken as right.
+/// Accepts the landmark as right.
 fn accept(navigator: &Navigator, state: &mut State) {
     state.accepted += 1;
     match entry(navigator, state).place {
@@ -270,7 +272,7 @@ fn centre(navigator: &Navigator, state: &mut State, view: &[Point], mut second: 
     }
     state.phase = Phase::Centre { second };
     let Some(first) = state.reference else { return state.finish(Outcome::CannotLocate) };
-    // Once it looks, it stands still.
+    // Once the navigator has begun to look, it stands still.
     if state.looks == 0 && !state.approaches(settings, (first.place + second.place) * 0.5, view) {
         return;
     }
@@ -288,7 +290,7 @@ fn centre(navigator: &Navigator, state: &mut State, view: &[Point], mut second: 
     state.phase = Phase::Slide { along, aside: middle.dot(left_of(along)), slid: -middle.dot(along) };
 }
 
-/// The direction to the left of a direction.
+/// Returns the direction to the left of a direction.
 fn left_of(along: Point) -> Point {
     Point::new(-along.y, along.x)
 }
@@ -299,7 +301,7 @@ fn slide(navigator: &Navigator, state: &mut State, view: &[Point], along: Point,
     state.velocity = velocity * (settings.speed / velocity.norm());
     state.tracks.update(view, settings.gate, settings.weight);
     state.tracks.forget(settings.window);
-    // The line is where the window should be. A dot at the corner may come in and go out between two views.
+    // The window should be exactly over the line. A dot near a corner may enter and leave the window between two views.
     let line = Slide { from: left_of(along) * aside, along };
     let entered =
         state.tracks.0.iter().filter(|track| !track.was_inside && track.seen >= CONFIRMED).filter_map(
@@ -310,7 +312,7 @@ fn slide(navigator: &Navigator, state: &mut State, view: &[Point], along: Point,
         );
     if let Some((enters, place)) = entered.min_by(|a, b| a.0.total_cmp(&b.0)) {
         state.velocity = Point::default();
-        // The window has slid on since the landmark came in.
+        // The window has slid further since the landmark entered.
         state.tracks.mark_inside(settings.window, left_of(along) * aside + along * enters);
         std::mem::swap(&mut state.before, &mut state.tracks);
         attain(navigator, state, place);
@@ -361,7 +363,7 @@ fn follow(navigator: &Navigator, state: &mut State, response: Response) {
         Response::Branch(Branch { corner, entry })
             if state.recoveries < most.saturating_mul(navigator.last_entry() + 1) =>
         {
-            // To go on at the next entry is what a right landmark does, too.
+            // Continuing at the next entry is what happens for a right landmark too, so it doesn't count as a recovery.
             state.recoveries = state.recoveries.saturating_add(u16::from(entry != state.entry + 1));
             state.phase = Phase::Adjust { corner, next: Next::Entry(entry) };
         }

@@ -1,4 +1,4 @@
-//! What a navigator keeps and what it rejects.
+//! Tests of a navigator's state, and of what it rejects.
 
 use proptest::prelude::*;
 use sketchnav_schemas::seed::stream;
@@ -39,7 +39,7 @@ fn settings_out_of_range_are_rejected() {
     }
 }
 
-/// The count of looks was a byte and went one beyond the patience: 255 overflowed it.
+/// Regression test: the number of looks was stored in a byte and exceeded the patience by one, so a patience of 255 overflowed.
 #[test]
 fn a_navigator_of_the_greatest_patience_gives_up_after_so_many_looks() {
     for patience in [0, 5, u8::MAX] {
@@ -52,7 +52,8 @@ fn a_navigator_of_the_greatest_patience_gives_up_after_so_many_looks() {
     }
 }
 
-/// A kill between any two steps changes nothing: the successor restores the state and gives the same steps.
+/// Killing the process between any two steps must not change anything: a restarted process restores the state and takes the
+/// same steps.
 #[test]
 fn a_state_survives_a_checkpoint_at_every_step() {
     let world = plane(&[(0.0, 0.0), (7.0, 6.0), (13.0, 14.0), (46.0, 58.0), (15.0, 8.0)]);
@@ -79,7 +80,7 @@ fn a_state_survives_a_checkpoint_at_every_step() {
     panic!("no end");
 }
 
-/// A number from a camera: mostly a place in the window, sometimes nonsense.
+/// Generates a camera's coordinate: usually a position in the window, occasionally nonsense.
 fn coordinate() -> impl Strategy<Value = f64> {
     prop_oneof![20 => -7.0..7.0, 1 => Just(f64::NAN), 1 => Just(f64::INFINITY), 1 => -1e300..1e300]
 }
@@ -87,7 +88,7 @@ fn coordinate() -> impl Strategy<Value = f64> {
 proptest! {
     #![proptest_config(config(64))]
 
-    /// Whatever the camera shows, a journey ends, and no velocity exceeds the greatest speed.
+    /// Whatever the camera shows, a journey ends, and no velocity exceeds the maximum speed.
     #[test]
     fn any_views_give_good_velocities_and_an_end(
         views in prop::collection::vec(
@@ -106,7 +107,7 @@ proptest! {
                 prop_assert_eq!(output.velocity, Point::default());
                 return Ok(());
             }
-            // Without time no journey ends.
+            // If no time passes, a journey never ends.
             if elapsed_s < 0.01 && step > 100 {
                 return Ok(());
             }

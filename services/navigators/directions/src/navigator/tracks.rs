@@ -1,7 +1,7 @@
-//! Dots followed from view to view by where they should be now.
+//! Follows dots from view to view, by their expected positions.
 //!
-//! All dots stand still, so a movement of the window moves all of them alike. A dot seen where no followed dot should be is
-//! new. A dot that is missed is believed to be where it should be for a while.
+//! All dots stand still, so when the window moves, all of them move alike in the view. A dot seen where no followed dot is
+//! expected is new. A dot that is missed is assumed to be at its expected position for a while.
 
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
@@ -9,27 +9,27 @@ use serde::{Deserialize, Serialize};
 use crate::description::MOST_CANDIDATES;
 use crate::geometry::{Point, Window};
 
-/// After how many views without it a dot outside of the window proper is forgotten.
+/// Number of consecutive views without a dot outside the window proper after which that dot is forgotten.
 const MOST_MISSED: u8 = 3;
 
-/// A dot that is followed: relative to the window's centre.
+/// A dot that is followed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Track {
-    /// Where it is.
+    /// Position of the dot, relative to the window's centre.
     pub place: Point,
-    /// How many views have shown it.
+    /// Number of views that have shown the dot.
     pub seen: u8,
-    /// How many views in a row have not.
+    /// Number of consecutive views that have not shown it, up to now.
     pub missed: u8,
-    /// Whether the window proper showed it from the beginning.
+    /// Whether the window proper showed the dot from the beginning.
     pub was_inside: bool,
 }
 
-/// All dots that are followed.
+/// All dots that are being followed.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Tracks(pub ArrayVec<Track, MOST_CANDIDATES>);
 
-/// The place in a view that is nearest to where a dot should be, within a gate.
+/// Returns the index of the dot in a view that is closest to an expected position, within a gate.
 pub fn nearest(view: &[Point], expected: Point, gate: f64) -> Option<usize> {
     let distance = |index: &usize| (view[*index] - expected).norm_squared();
     let near = (0..view.len()).filter(|index| distance(index) <= gate * gate);
@@ -37,17 +37,17 @@ pub fn nearest(view: &[Point], expected: Point, gate: f64) -> Option<usize> {
 }
 
 impl Tracks {
-    /// Moves the window by `moved`: the dots move the other way.
+    /// Accounts for a movement of the window by `moved`: the dots move in the opposite direction.
     pub fn shift(&mut self, moved: Point) {
         self.0.iter_mut().for_each(|track| track.place = track.place - moved);
     }
 
-    /// Turns the axes: the dots turn to the left.
+    /// Turns all dots to the left.
     pub fn turn(&mut self, by_rad: f64) {
         self.0.iter_mut().for_each(|track| track.place = track.place.turned(by_rad));
     }
 
-    /// Takes a view that was made at the place where the last one was made: positions are averaged.
+    /// Takes in a view from the same position as the last one. Positions are averaged.
     pub fn average(&mut self, view: &[Point], gate: f64) {
         self.follow(view, gate, |track, seen| {
             let weight = 1.0 / f64::from(track.seen);
@@ -55,7 +55,7 @@ impl Tracks {
         });
     }
 
-    /// Takes a view that was made elsewhere: the new positions count, smoothed by a weight from 0 to 1.
+    /// Takes in a view from a new position. Positions are smoothed, with this weight for the new one, from 0 to 1.
     pub fn update(&mut self, view: &[Point], gate: f64, weight: f64) {
         self.follow(view, gate, |track, seen| track.place = track.place + (seen - track.place) * weight);
     }
@@ -72,35 +72,35 @@ impl Tracks {
             }
         }
         for place in free.rest() {
-            // A view with more dots than fit has no description anyway.
+            // A view with more dots than fit cannot be described anyway.
             let _ = self.0.try_push(Track { place, seen: 1, missed: 0, was_inside: false });
         }
     }
 
-    /// Marks what was in view, by where it is.
+    /// Marks each dot as having been in view or not, by its position.
     pub fn mark(&mut self, is_inside: impl Fn(Point) -> bool) {
         self.0.iter_mut().for_each(|track| track.was_inside = is_inside(track.place));
     }
 
-    /// Marks what the window proper would show with its centre at a place.
+    /// Marks the dots that the window proper would show if its centre were at this position.
     pub fn mark_inside(&mut self, window: Window, centre: Point) {
         self.mark(|place| window.shows(place - centre));
     }
 
-    /// Forgets what the camera cannot see any more, and what it does not see although it should.
+    /// Forgets dots that the camera can no longer see, and new dots that it has missed for too long.
     pub fn forget(&mut self, window: Window) {
         self.0.retain(|track| {
             window.camera_sees(track.place) && (track.was_inside || track.missed <= MOST_MISSED)
         });
     }
 
-    /// The dots that more than half of so many views have shown.
+    /// Iterates over the dots that more than half of this many views have shown.
     pub fn confirmed(&self, views: u8) -> impl Iterator<Item = Point> + '_ {
         self.0.iter().filter(move |track| track.seen > views / 2).map(|track| track.place)
     }
 }
 
-/// The places of a view that no dot has taken.
+/// The positions in a view that no dot has taken yet.
 struct Free<'a> {
     view: &'a [Point],
     taken: u128,
@@ -138,7 +138,7 @@ mod tests {
         let mut tracks = Tracks::default();
         tracks.average(&[Point::new(0.0, 0.0), Point::new(3.0, 0.0)], 1.0);
         tracks.shift(Point::new(3.0, 0.0));
-        // The second dot is now where the first one was.
+        // The second dot is now where the first one used to be.
         tracks.update(&[Point::new(0.1, 0.0), Point::new(-3.1, 0.0)], 1.0, 1.0);
         assert_eq!(places(&tracks), [(-3.1, 0.0), (0.1, 0.0)]);
     }

@@ -1,4 +1,4 @@
-//! Dijkstra's algorithm with a lower bound of the way that is left, and what to say where no path is.
+//! Dijkstra's algorithm with a lower bound of the remaining cost (A*), and the explanation if there is no path.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -9,23 +9,24 @@ use crate::geometry::{Corner, Point};
 use crate::plane::{DotId, Plane};
 use crate::transitions::{Movement, Transition};
 
-/// No transition leads here.
+/// The transition number of a node that no transition leads to.
 const NONE: u32 = u32::MAX;
 
-/// The cheapest way to a node so far: its cost, and the transition by which it comes. Both are read and written together.
+/// The cheapest path to a node so far, as its cost and its last transition. Both are stored together because they are read and
+/// written together.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     cost: f64,
     by: u32,
 }
 
-/// A graph of landmarks, or of landmarks in corners, with the goal as one more node.
+/// A search in a graph of landmarks, or of landmarks in corners, with the goal as an additional node.
 struct Search<'a> {
     atlas: &'a Atlas,
     goal: DotId,
     measure: Measure,
     weights: Weights,
-    /// Nodes of a landmark: 1, or 4 for its corners.
+    /// Number of nodes for each landmark: 1, or 4 for its corners.
     lanes: u32,
     nodes: Vec<Node>,
     open: BinaryHeap<(Reverse<u64>, Reverse<u32>, Reverse<u32>)>,
@@ -80,7 +81,7 @@ impl Search<'_> {
         }
     }
 
-    /// The least that is still to be paid from a node.
+    /// Returns a lower bound of the remaining cost from a node.
     fn left(&self, node: u32) -> f64 {
         if node == self.end() || self.weights.distance == 0.0 {
             return 0.0;
@@ -90,7 +91,7 @@ impl Search<'_> {
             Measure::Landmarks => (goal - self.atlas.plane.dot(node)).norm(),
             Measure::Windows => {
                 let centre = self.atlas.centre(node / 4, Corner::ALL[node as usize % 4]);
-                // At the end the window shows the goal.
+                // At the end of the path, the goal only has to be in view.
                 let shows = self
                     .atlas
                     .window
@@ -106,7 +107,7 @@ impl Search<'_> {
         let known = &mut self.nodes[node as usize];
         if cost < known.cost {
             *known = Node { cost, by };
-            // Costs are not below 0, so their bits are in their order.
+            // Costs are never negative, so their bit patterns have the same order.
             let rank = (cost + self.left(node)).to_bits();
             self.open.push((Reverse(rank), Reverse(entries), Reverse(node)));
         }
@@ -118,7 +119,7 @@ impl Search<'_> {
                 return true;
             }
             let cost = self.nodes[node as usize].cost;
-            // A dearer way to a node that has a cheaper one by now.
+            // A cheaper path to this node was found in the meantime.
             if f64::from_bits(rank) > cost + self.left(node) {
                 continue;
             }
@@ -140,7 +141,7 @@ impl Search<'_> {
         }
     }
 
-    /// What a transition costs besides its distance.
+    /// Returns the cost of a transition except for its distance.
     fn fixed(&self, number: u32) -> f64 {
         let unreliability = f64::from(self.atlas.unreliability[number as usize]);
         let slides = self.atlas.transitions.number(number).movement != Movement::Seek;
@@ -185,7 +186,7 @@ impl Search<'_> {
         }
     }
 
-    /// The path, from its end backwards.
+    /// Collects the path, from its end backwards.
     fn path(&self, start: Start) -> Path {
         let (mut legs, mut node, mut place) = (Vec::new(), self.end(), None);
         loop {
@@ -209,7 +210,8 @@ impl Search<'_> {
     }
 }
 
-/// Why there is no path: what is reached, what reaches the goal, and where the two are closest.
+/// Explains why there is no path: what can be reached, from where the goal can be reached, and where the two sets are closest
+/// to each other.
 pub(super) fn unreachable(atlas: &Atlas, start: DotId, goal: DotId) -> Error {
     let count = atlas.plane.len();
     let can_be_driven = |&(from, transition): &(DotId, &Transition)| atlas.can_be_driven(from, transition);
@@ -229,7 +231,7 @@ pub(super) fn unreachable(atlas: &Atlas, start: DotId, goal: DotId) -> Error {
         (0..).zip(set).filter(|(_, is_in)| **is_in).map(|(dot, _)| dot).collect()
     };
     let (near, far) = (ids(&reached), ids(&reaching));
-    // The search begins at the smaller set.
+    // The search starts from the smaller set.
     let (from, to) = if far.len() <= near.len() {
         let (to, from) = closest(&atlas.plane, &far, &reached);
         (from, to)
@@ -240,7 +242,7 @@ pub(super) fn unreachable(atlas: &Atlas, start: DotId, goal: DotId) -> Error {
     Error::Unreachable { start, goal, reached: near.len(), reaching: far.len(), from, to, why }
 }
 
-/// What bars the way from a dot to another.
+/// Returns what prevents a transition from one dot to another.
 fn barrier(atlas: &Atlas, from: DotId, to: DotId) -> Barrier {
     let (a, b) = (atlas.plane.dot(from), atlas.plane.dot(to));
     let gap = (b - a).norm();
@@ -275,7 +277,7 @@ fn flood(count: usize, from: DotId, visit: impl Fn(DotId, &mut dyn FnMut(DotId))
     is_in
 }
 
-/// The dot of a list and the dot of a set that are closest to each other. Neither is empty.
+/// Returns the dot of a list and the dot of a set that are closest to each other. Neither may be empty.
 fn closest(plane: &Plane, list: &[DotId], set: &[bool]) -> (DotId, DotId) {
     let (low, high) = plane.bounds();
     let whole = (high - low).norm().max(1.0);

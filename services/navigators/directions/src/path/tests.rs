@@ -1,4 +1,4 @@
-//! Paths on small worlds by hand, and the order of costs on random ones.
+//! Tests of paths on small worlds laid out by hand, and of the order of costs on random worlds.
 
 use super::*;
 use crate::error::Barrier;
@@ -35,12 +35,12 @@ fn a_line_of_landmarks_is_followed_and_its_distance_is_their_sum() {
     assert!((found.distance - 20.0).abs() < 1e-9 && found.unreliability == 0.0);
     assert_eq!(found.legs[0].place, Some(Corner::Sw));
     assert_eq!(found.legs[1].place, None);
-    // The window moves to the corner at the start, and once more for the middle landmark. The goal is seen from there.
+    // The window moves to the corner at the start, and once more for the middle landmark, from where the goal is in view.
     let windows = path(&atlas, 0, 2, Measure::Windows, Objective::SHORTEST).unwrap();
     assert!((windows.distance - (50_f64.sqrt() + 10.0)).abs() < 1e-6, "{}", windows.distance);
 }
 
-/// S and T of section 5.3 on the same line of landmarks, computed by hand.
+/// Checks S and T of section 5.3 on the same line of landmarks against values computed by hand.
 #[test]
 fn a_seek_decides_by_one_view_and_stops_once_and_a_trajectory_by_three_and_stops_twice() {
     let settings = Settings::new(window(), 0.0);
@@ -48,12 +48,12 @@ fn a_seek_decides_by_one_view_and_stops_once_and_a_trajectory_by_three_and_stops
     let atlas = Atlas::new(line, window(), Kinds::ISOLATED, Reliability::fitted(Noise::NONE));
     let seeks = path(&atlas, 0, 2, Measure::Windows, Objective::FEWEST_VIEWS).unwrap();
     assert_eq!((seeks.entries(), seeks.sensing()), (3, 3.0));
-    // The speed is 10 per second. Within 2.5 the rest decays by exp(-4t) to 0.2, which takes 0.631 s instead of 0.25 s at full
-    // speed.
+    // The speed is 10 per second. Within 2.5, the remaining distance decays by exp(-4t) to 0.2, which takes 0.631 s instead of
+    // 0.25 s at full speed.
     let stop_s = (2.5_f64 / 0.2).ln() / 4.0 - 0.25;
     let expected_s = (50_f64.sqrt() + 10.0) / 10.0 + 2.0 * stop_s + 3.0 * 0.1;
     assert!((seeks.time_s(&settings) - expected_s).abs() < 1e-9, "{}", seeks.time_s(&settings));
-    // A pair whose line leads to a third landmark.
+    // A pair of landmarks whose line leads to a third one.
     let atlas = self::atlas(plane(&[(0.0, 0.0), (6.0, 0.5), (40.0, 3.0)]), 0.0);
     let slide = path(&atlas, 0, 2, Measure::Windows, Objective::quickest(&settings)).unwrap();
     assert_eq!((slide.legs.len(), slide.entries(), slide.sensing()), (1, 2, 4.0));
@@ -69,7 +69,7 @@ fn the_start_is_a_goal_too() {
 
 #[test]
 fn what_does_not_lead_there_is_named() {
-    // Two parkways whose trajectories miss each other: the first points north-east, the second north.
+    // Two parkways whose trajectories miss each other, because the first points north-east and the second north.
     let atlas = atlas(plane(&[(0.0, 0.0), (5.0, 5.0), (60.0, 0.0), (60.0, 6.0)]), 0.0);
     let error = path(&atlas, 0, 3, Measure::Landmarks, Objective::SHORTEST).unwrap_err();
     let Error::Unreachable { start: 0, goal: 3, reached: 2, reaching: 2, from: 1, to: 3, why } = error else {
@@ -88,7 +88,8 @@ fn a_start_needs_a_dot_in_view() {
     assert_eq!(error, Error::NothingInView { x: 30.0, y: 1.0 });
 }
 
-/// Figure 16: the path with the shortest way from dot to dot is not the one with the shortest way of the window.
+/// Figure 16: the path with the shortest distance from dot to dot is not the one on which the window travels the shortest
+/// distance.
 #[test]
 fn the_window_may_have_a_shorter_way_than_the_landmarks() {
     let mut differ = 0;
@@ -108,7 +109,8 @@ fn the_window_may_have_a_shorter_way_than_the_landmarks() {
     assert!(differ > 5, "{differ}");
 }
 
-/// The shortest is never longer, the most reliable never less reliable, and D/R never worse in D/R.
+/// The shortest path is never longer than the others, the most reliable path never less reliable, and the D/R path never has a
+/// larger ratio.
 #[test]
 fn costs_are_in_order() {
     let (mut paths, mut compromises) = (0, 0);
@@ -141,7 +143,7 @@ fn costs_are_in_order() {
     assert!(paths > 60 && compromises > 10, "{paths} {compromises}");
 }
 
-/// The bound of the way that is left changes nothing: weights without it give the same cost.
+/// The lower bound of the remaining cost must not affect the result, so weights without a bound must give the same cost.
 #[test]
 fn a_search_with_a_bound_finds_what_plain_dijkstra_finds() {
     for seed in 0..10 {
@@ -156,7 +158,7 @@ fn a_search_with_a_bound_finds_what_plain_dijkstra_finds() {
     }
 }
 
-/// Bellman and Ford: as simple as can be.
+/// The algorithm of Bellman and Ford, which is as simple as can be.
 fn plain(atlas: &Atlas, from: DotId) -> Vec<f64> {
     let mut costs = vec![f64::INFINITY; atlas.plane.len()];
     costs[from as usize] = 0.0;

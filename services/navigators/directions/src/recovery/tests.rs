@@ -1,4 +1,4 @@
-//! Figure 23, and recoveries in simulation.
+//! Tests of figure 23, and of recoveries in simulation.
 
 use super::*;
 use crate::custom_map::tests::counting;
@@ -20,7 +20,7 @@ const I: DotId = 5;
 const E: usize = 6;
 const F: usize = 7;
 
-/// R, A, B, C, D, I, and outside of the window E and F.
+/// The dots R, A, B, C, D and I of figure 23, followed by E and F, which lie outside the window.
 const FIGURE_23: [(f64, f64); 8] =
     [(0.0, 0.0), (1.0, 2.0), (3.0, 6.0), (8.0, 4.0), (9.0, 2.0), (7.0, 9.0), (-6.0, 7.0), (14.0, -3.0)];
 
@@ -44,7 +44,7 @@ fn without(left_out: usize) -> Vec<(f64, f64)> {
 #[test]
 fn figure_23_has_the_counts_of_table_3() {
     assert_eq!(counts(&FIGURE_23)[..6], [2, 4, 4, 3, 3, 2], "R, A, B, C, D, I");
-    // E counts for A and B (and R), F for D.
+    // E adds to the counts of A and B (and R), and F to that of D.
     assert_eq!(counts(&without(E))[..6], [1, 3, 3, 3, 3, 2]);
     assert_eq!(counts(&without(F))[..6], [2, 4, 4, 3, 2, 2]);
 }
@@ -59,18 +59,18 @@ fn figure_23_is_recoverable_as_the_paper_says() {
     assert_eq!(recoveries.mistaken(R, &transition, 0.0), [A, B, C, D]);
     let Check::Recoverable(verification) = recoveries.check(R, &transition, 0.0) else { panic!() };
     let back = |corner| Response::Recover(Recovery { corner, word: Descriptor::Isolated });
-    // Table 3: 4 by the south-west, 3 by the south-east, 2 is right.
+    // Table 3: recover from 4 by the south-west and from 3 by the south-east, and accept 2.
     assert_eq!(verification.response(counting(4)), back(Corner::Sw));
     assert_eq!(verification.response(counting(3)), back(Corner::Se));
     assert_eq!(verification.response(counting(2)), Response::Correct);
-    // From C the recovery leads to B, and from B to I: transitively (condition 3).
+    // From C the recovery leads to B, and from B to I, so the target is reached transitively (condition 3).
     let next = |dot, corner| recoveries.next(dot, Recovery { corner, word: Descriptor::Isolated });
     assert_eq!((next(C, Corner::Se), next(B, Corner::Sw)), (Some(B), Some(I)));
 }
 
 #[test]
 fn a_count_that_is_not_unique_is_not_verifiable() {
-    // Without F, D has the count of I.
+    // Without F, D has the same count as I.
     let world = plane(&without(F));
     let signatures = Signature::of_all(&world, window());
     let recoveries = Recoveries::new(&world, window(), &signatures, Descriptor::Isolated).unwrap();
@@ -87,7 +87,7 @@ fn one_candidate_is_trivial() {
     assert!(Recoveries::new(&world, window(), &[], Descriptor::Isolated).is_err());
 }
 
-/// The navigator stands over a dot that it has mistaken, verifies it, and comes to the target.
+/// Runs the navigator from a dot that it has mistaken for the target, with this verification.
 fn recovers(world: &Plane, verification: Verification, from: DotId, target: DotId) -> Kind {
     let entry = Entry {
         word: Descriptor::Any,
@@ -115,8 +115,8 @@ fn figure_23_recovers_in_simulation() {
     assert_eq!(recovers(&world, verification, I, I), Kind::Direct);
 }
 
-/// On random planes every recoverable transition, in parkways and trajectories, recovers from every dot that can be
-/// mistaken for its target. A detectable one never ends elsewhere without notice.
+/// On random planes, every recoverable transition, in parkways and on trajectories, must recover from every dot that can be
+/// mistaken for its target. A detectable transition must never end anywhere else unnoticed.
 #[test]
 fn whatever_is_recoverable_recovers() {
     let (mut recoverable, mut detectable) = (0, 0);

@@ -1,4 +1,4 @@
-//! Success of straight and branching maps on worlds of one's own.
+//! Compares the success of straight maps and maps that branch, on worlds of your choice.
 
 use std::time::Instant;
 

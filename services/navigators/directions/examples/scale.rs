@@ -1,5 +1,5 @@
-//! How the cost of a survey and of a path grows with the number of dots, at one dot a window. It prints a table, and
-//! the exponent.
+//! Measures how the cost of a survey and of a path grows with the number of dots, at one dot per window. Prints a table and the
+//! exponent of the growth.
 
 use std::time::Instant;
 
@@ -18,7 +18,7 @@ fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     (result, begin.elapsed().as_secs_f64())
 }
 
-/// The most memory that this process has had, in GiB; 0 where the system does not tell.
+/// Peak memory usage of this process, in GiB, or 0 if the system doesn't report it.
 #[allow(clippy::disallowed_methods, reason = "an example measures memory")]
 fn peak_gib() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
@@ -43,7 +43,7 @@ fn row(dots: usize) -> Result<Row, Error> {
     drop(transitions);
     let (atlas, atlas_s) =
         timed(|| Atlas::new(plane, window, Kinds::PAPER, Reliability::fitted(Noise::of_sigma(0.15))));
-    // From near the south-west to near the north-east, within the largest component.
+    // The path leads from near the south-west to near the north-east, within the largest component.
     let largest = (0..).zip(&components.sizes).max_by_key(|(_, size)| **size).map_or(0, |(name, _)| name);
     let members = || (0..dots as u32).filter(|&dot| components.of[dot as usize] == largest);
     let sum = |dot: &u32| (atlas.plane.dot(*dot).x + atlas.plane.dot(*dot).y) as i64;

@@ -1,15 +1,16 @@
-//! The probability of arrival, by simulation of the navigator; and the path that maximises it. This part is ours.
+//! Estimates the probability of arrival by simulating the navigator, and finds the path that maximises it. This part is our
+//! own.
 //!
-//! The map-maker knows its own errors and the navigator's. It simulates:
-//! 1. each transition by itself, as geometry, without and with verification: how often errors of position lead to
-//!    another dot. This takes the place of equations 1 and 2 in a search for the most reliable path. It also says
-//!    where verification pays, since a count may be misread, too.
-//! 2. whole journeys with the navigator, for a few candidate plans: verification, recovery, misses and all. The best one is
-//!    kept;
-//! 3. fresh journeys with that plan: their share of arrivals is the probability that the plan states. The choice among
-//!    candidates does not flatter it, since it comes from other random numbers.
+//! The map-maker knows both its own errors and the navigator's. It simulates:
+//! 1. each transition on its own, purely geometrically, without and with verification, to estimate how often position errors
+//!    lead to another dot. In a search for the most reliable path, these estimates replace equations 1 and 2. They also show
+//!    where verification pays, which isn't everywhere, since a count may be misread, too;
+//! 2. whole journeys with the navigator, for a few candidate plans, including verification, recovery and missed dots. The best
+//!    candidate is kept;
+//! 3. further journeys with that plan, of which the fraction that arrives is the probability that the plan states. These
+//!    journeys use fresh random numbers, so the choice among candidates doesn't bias the estimate.
 //!
-//! In each simulation the dots lie elsewhere, by the map-maker's own errors.
+//! In each simulation, the dots are displaced according to the map-maker's own errors.
 
 mod trial;
 
@@ -30,69 +31,69 @@ use crate::wording::reworded;
 pub(crate) use trial::Trial;
 pub use trial::{Estimate, estimates};
 
-/// Around a path, how many window sides of the plane are simulated.
+/// Distance around a path within which the plane is simulated, in window sides.
 const REACH: f64 = 4.0;
 
-/// The navigator and the errors that the map-maker reckons with.
+/// The navigator, and the errors that the map-maker takes into account.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pilot {
-    /// How the navigator sees and moves.
+    /// The navigator's settings.
     pub settings: Settings,
-    /// The errors.
+    /// The errors of the navigator and of the map-maker.
     pub noise: Noise,
 }
 
-/// How much is simulated.
+/// The amount of simulation for a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Effort {
-    /// Trials of each transition.
+    /// Number of trials of each transition.
     pub trials: u32,
-    /// Journeys of each candidate.
+    /// Number of journeys for each candidate plan.
     pub trial_journeys: u32,
-    /// Journeys for the stated probability.
+    /// Number of journeys for the stated probability.
     pub journeys: u32,
 }
 
 impl Effort {
-    /// For a plan that is used: half a second for a hundred dots.
+    /// The effort for a plan that will be used, which takes half a second for a hundred dots.
     pub const USUAL: Self = Self { trials: 128, trial_journeys: 128, journeys: 512 };
 }
 
-/// How journeys ended, by kind.
+/// Number of journeys that ended in each way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tally {
-    /// How many ended in each kind, in the order of [`Kind::ALL`].
+    /// Number of journeys of each kind, in the order of [`Kind::ALL`].
     pub counts: [u32; 6],
 }
 
 impl Tally {
-    /// Counts one.
+    /// Counts one journey.
     pub fn add(&mut self, kind: Kind) {
         self.counts[kind as usize] += 1;
     }
 
-    /// Counts those of another.
+    /// Adds the counts of another tally.
     pub fn merge(&mut self, other: &Self) {
         self.counts.iter_mut().zip(other.counts).for_each(|(own, more)| *own += more);
     }
 
-    /// How many journeys there were.
+    /// Returns the number of journeys.
     pub fn journeys(&self) -> u32 {
         self.counts.iter().sum()
     }
 
-    /// How many arrived.
+    /// Returns the number of journeys that arrived.
     pub fn arrivals(&self) -> u32 {
         Kind::ALL.iter().zip(self.counts).filter(|(kind, _)| kind.is_success()).map(|(_, count)| count).sum()
     }
 
-    /// The share that arrived, drawn towards the middle as by one success and one failure more (Laplace).
+    /// Returns the fraction of journeys that arrived, after adding one success and one failure (Laplace's rule of succession).
     pub fn probability(&self) -> f64 {
         f64::from(self.arrivals() + 1) / f64::from(self.journeys() + 2)
     }
 }
 
-/// Simulates journeys by a plan. The same seed and round give the same errors to every plan.
+/// Simulates journeys with a plan. With the same seed and round, every plan is subject to the same errors.
 pub fn simulate(
     atlas: &Atlas,
     plan: &Plan,
@@ -112,7 +113,7 @@ pub fn simulate(
     Ok(tally)
 }
 
-/// The dots around a path, and the numbers that its landmarks have among them.
+/// Returns the dots around a path, and the numbers of its landmarks among them.
 fn surroundings(atlas: &Atlas, plan: &Plan) -> (Vec<Point>, Vec<DotId>) {
     let landmarks = plan.landmarks();
     let places = landmarks.iter().map(|&dot| atlas.plane.dot(dot));
@@ -129,12 +130,12 @@ fn surroundings(atlas: &Atlas, plan: &Plan) -> (Vec<Point>, Vec<DotId>) {
     (near.iter().map(|&dot| atlas.plane.dot(dot)).collect(), intended)
 }
 
-/// The dots as they may lie, given where the map-maker sees them.
+/// Returns a plane in which the dots are displaced at random, as they may be in reality given where the map-maker sees them.
 pub fn disturbed(dots: &[Point], sigma: f64, rng: &mut Pcg64Mcg) -> Result<Plane, Error> {
     Plane::new(dots.iter().map(|&dot| dot + error(rng, sigma)).collect())
 }
 
-/// The plan with the greatest probability of arrival that this search finds, and that probability.
+/// Returns the plan with the greatest probability of arrival that this search finds, together with that probability.
 pub fn most_probable(
     atlas: &Atlas,
     start: Start,
@@ -147,7 +148,7 @@ pub fn most_probable(
     let mut plans = Vec::new();
     let Settings { vocabulary, .. } = pilot.settings;
     for path in candidates(atlas, &estimates, start, goal, seed)? {
-        // First in other words: of equals, the first plan is kept.
+        // The plans with other words come first, because the first of equally good plans is kept.
         let other = reworded(atlas, &path, vocabulary, pilot.settings.gate);
         plans.push(Plan::choosing(atlas, other.clone(), |leg, _| estimates[leg.number as usize].pays())?);
         plans.push(Plan::new(atlas, other, Verify::Nothing)?);
@@ -161,7 +162,7 @@ pub fn most_probable(
             distinct.push(plan);
         }
     }
-    // All have a short trial, the best a long one.
+    // All plans get a short trial, and the best of them a longer one.
     let plans = ranked(atlas, distinct, pilot, effort.trial_journeys, (seed, "trial"))?;
     let finalists = plans.into_iter().take(FINALISTS).collect();
     let plans = ranked(atlas, finalists, pilot, effort.trial_journeys * 4, (seed, "final"))?;
@@ -170,12 +171,12 @@ pub fn most_probable(
     Ok(Plan { probability: Some(tally.probability()), ..plan })
 }
 
-/// How many plans have a long trial.
+/// Number of plans that get a long trial.
 pub(crate) const FINALISTS: usize = 4;
-/// How many paths are drawn by estimates that vary as much as their trials leave open.
+/// Number of paths found with randomly varied estimates. The estimates vary by as much as their trials leave them uncertain.
 const DRAWN: u64 = 6;
 
-/// Plans with the most arrivals first; of equals, those that come first.
+/// Returns the plans in descending order of their arrivals. Equally good plans keep their order.
 pub(crate) fn ranked(
     atlas: &Atlas,
     plans: Vec<Plan>,
@@ -191,8 +192,8 @@ pub(crate) fn ranked(
     Ok(tried.into_iter().map(|(_, plan)| plan).collect())
 }
 
-/// Paths that may be the most probable. They come from simulated transitions with and without a preference for short
-/// ways, from transitions that vary, and from the models.
+/// Returns paths that may be the most probable ones. They are found with the simulated estimates, with and without a preference
+/// for short paths, with randomly varied estimates, and with equations 1 and 2.
 fn candidates(
     atlas: &Atlas,
     estimates: &[Estimate],
@@ -229,7 +230,8 @@ fn candidates(
     Ok(paths)
 }
 
-/// The words with which this map-maker plans: each has a definite landmark, and together they join more than one alone.
+/// The words that this map-maker plans with. Each has a definite landmark, and together they connect more landmarks than one of
+/// them does.
 pub const WORDS: [Descriptor; 2] = [Descriptor::Isolated, Descriptor::IsolatedPair];
 
 #[cfg(test)]

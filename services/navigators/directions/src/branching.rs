@@ -1,11 +1,12 @@
-//! Maps that branch: the most probable ones, from the map-maker's model of the navigator's slips. This part is ours.
+//! Finds the most probable maps that branch, from the map-maker's model of the navigator's mistakes. This part is our own.
 //!
-//! A straight map is followed blindly, and one slip ends it. A map that branches says of each landmark which others the navigator may
-//! have attained in its place, how these are told by their panoramas, and where to go on from them. The map-maker
+//! A straight map is followed blindly, and a single mistake ends the journey. A map that branches says for each landmark which
+//! others the navigator may have attained instead, how to recognise them by their panoramas, and how to continue from them. The
+//! map-maker
 //! 1. simulates what may happen at each landmark near its paths ([`model`]);
-//! 2. searches for the controller of the greatest probability of arrival ([`policy`]);
-//! 3. writes it as a map of few entries and few signs ([`writing`]);
-//! 4. compares several such maps, and straight ones, by whole journeys, and states the probability of arrival of the best
+//! 2. searches for the controller with the greatest probability of arrival ([`policy`]);
+//! 3. writes this controller as a map with few entries and few signs ([`writing`]);
+//! 4. compares several such maps and straight ones by whole journeys, and states the probability of arrival of the best
 //!    ([`crate::arrival`]).
 
 pub mod model;
@@ -23,12 +24,12 @@ use crate::plane::DotId;
 use model::Model;
 use policy::{Search, Weights};
 
-/// How far around a path, in windows, places count.
+/// Distance from a path within which dots are considered, in window sides.
 const REACH: f64 = 1.5;
-/// A map has at most so many times the entries of the straight one.
+/// Maximum number of entries of a map, as a multiple of the straight map's entries.
 const LONGEST: usize = 3;
 
-/// What the searches weigh, one for each map that is compared.
+/// The weights of the searches. Each yields a map, and all of these maps are compared.
 const WEIGHTS: [Weights; 5] = [
     Weights { discount: 0.985, nothing: 0.8, new_place: 0.01, least_visits: 0.01 },
     Weights { discount: 0.97, nothing: 0.8, new_place: 0.03, least_visits: 0.02 },
@@ -36,21 +37,24 @@ const WEIGHTS: [Weights; 5] = [
     Weights { discount: 0.95, nothing: 0.8, new_place: 0.01, least_visits: 0.01 },
     Weights { discount: 0.9, nothing: 0.8, new_place: 0.01, least_visits: 0.005 },
 ];
-/// How often the model is simulated, each time with other errors: a search trusts what its model says of rare slips.
+/// Number of simulated models, each with different errors. Several are needed because a search relies on everything that its
+/// model says about rare mistakes.
 const MODELS: u64 = 2;
 
-/// The words of maps that branch, as far as a navigator understands them. The closest landmark is often a sure one.
+/// The words of maps that branch, if the navigator understands them. `*` is included because the closest landmark is often a
+/// safe one.
 const WORDS: [Descriptor; 3] = [Descriptor::Isolated, Descriptor::IsolatedPair, Descriptor::Any];
 
-/// The words that a navigator understands.
+/// Returns the words of maps that branch that a navigator understands.
 pub fn words(vocabulary: Vocabulary) -> Vec<Descriptor> {
     WORDS.into_iter().filter(|&word| vocabulary.has(word)).collect()
 }
 
-/// The plan with the greatest probability of arrival among maps that branch and straight ones, and that probability.
+/// Returns the plan with the greatest probability of arrival among maps that branch and straight ones, together with that
+/// probability.
 ///
 /// # Errors
-/// As [`most_probable`].
+/// Returns the errors of [`most_probable`].
 pub fn most_probable_branching(
     atlas: &Atlas,
     start: Start,
@@ -76,7 +80,7 @@ pub fn most_probable_branching(
     Ok(Plan { probability: Some(tally.probability()), ..plan })
 }
 
-/// The map of the best controller; none if it leads nowhere, or if it is too long beside the straight one.
+/// Returns the map of the best controller, or `None` if it leads nowhere or is too long compared with the straight map.
 fn written(model: &Model, weights: Weights, straight: &Plan) -> Result<Option<Plan>, Error> {
     let landmarks = straight.path.landmarks();
     let ends = [landmarks[0], landmarks[landmarks.len() - 1]].map(|dot| model.place(dot));
@@ -89,7 +93,7 @@ fn written(model: &Model, weights: Weights, straight: &Plan) -> Result<Option<Pl
     Ok(plan.filter(|plan| plan.map.entries().len() <= LONGEST * straight.map.entries().len()))
 }
 
-/// The dots near a path, ascending.
+/// Returns the dots near a path, in ascending order.
 fn near(atlas: &Atlas, path: &Path) -> Vec<DotId> {
     let reach = REACH * atlas.window.side;
     let mut dots: Vec<DotId> = Vec::new();

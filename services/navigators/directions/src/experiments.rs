@@ -1,8 +1,9 @@
-//! The experiments of Park and Kender 1995 as pure functions, by seed, and those that they leave out. Each gives a table.
+//! The experiments of Park and Kender 1995, and some that the paper leaves out, as pure functions of a seed. Each returns a
+//! table.
 //!
-//! The paper's world: 100 dots on a square of ten windows. In its physical setting, figure 30's distances say that a
-//! window is some 100 mm wide. So this module has a window of 100 mm on 1000 mm × 1000 mm. Its errors of 1 and 5 mm
-//! are then 0.01 and 0.05 windows.
+//! The paper's world has 100 dots on a square with a side of ten windows. The distances in figure 30 imply that in the physical
+//! setup, a window is about 100 mm wide. This module therefore uses a window of 100 mm on a square of 1000 mm × 1000 mm, on
+//! which the paper's errors of 1 and 5 mm are 0.01 and 0.05 windows.
 
 mod journeys;
 mod paths;
@@ -24,10 +25,10 @@ use crate::geometry::Window;
 
 /// The side of the paper's world, in millimetres.
 pub const SIDE: f64 = 1000.0;
-/// How many dots it has.
+/// Number of dots in the paper's world.
 pub const DOTS: usize = 100;
 
-/// The window of the experiments: 100 mm, with a margin of 15 mm.
+/// Returns the window of the experiments, which is 100 mm wide with a margin of 15 mm.
 pub fn window() -> Result<Window, Error> {
     Window::new(100.0, 15.0)
 }
@@ -35,9 +36,9 @@ pub fn window() -> Result<Window, Error> {
 /// A table of numbers.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Table {
-    /// What it shows.
+    /// The title.
     pub title: String,
-    /// The names of the columns; the first is that of the rows.
+    /// The names of the columns, including that of the row names.
     pub head: Vec<String>,
     /// The name of each row and its numbers.
     pub rows: Vec<(String, Vec<f64>)>,
@@ -56,21 +57,22 @@ impl Table {
         self.rows.push((name.to_string(), values.to_vec()));
     }
 
-    /// The mean over worlds, Student's interval, and the number of worlds. With a single world, the interval is its value.
+    /// Returns the mean over worlds, Student's confidence interval, and the number of worlds. For a single world, both ends of
+    /// the interval are its value.
     fn mean_of(numbers: &[f64]) -> [f64; 4] {
         let middle = mean(numbers);
         let [low, high] = interval_of_mean(numbers).unwrap_or([middle; 2]);
         [middle, low, high, numbers.len() as f64]
     }
 
-    /// A row with a share in percent, Wilson's interval and the number of worlds.
+    /// Adds a row with a share in percent, Wilson's confidence interval, and the number of worlds.
     fn share(&mut self, name: impl fmt::Display, hits: usize, of: usize) {
         let [low, high] = wilson(hits, of);
         let shares = [hits as f64 / of.max(1) as f64, low, high].map(|share| 100.0 * share);
         self.row(name, &[shares[0], shares[1], shares[2], of as f64]);
     }
 
-    /// The numbers of a column, 0 for the first behind the names.
+    /// Returns the numbers of a column, where 0 is the first column after the names.
     pub fn column(&self, column: usize) -> Vec<f64> {
         self.rows.iter().map(|(_, values)| values[column]).collect()
     }

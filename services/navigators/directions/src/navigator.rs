@@ -10,7 +10,7 @@
 //! 2. for a trajectory, *centres* the window on the pair and *slides* until a new dot comes into view;
 //! 3. *verifies*, if the map says how: it looks around the landmark and counts the occupied quadrants;
 //! 4. *adjusts*, which moves the landmark to its corner; or *recovers*, which moves it to the corner of the recovery and
-//! describes again; or *branches*, which moves it to the corner of the branch and continues at the entry of the branch.
+//!    describes again; or *branches*, which moves it to the corner of the branch and continues at the entry of the branch.
 //!
 //! There are two kinds of bodies ([`Window::land`]). Above a plane, the window moves freely. On land, the navigator is a robot
 //! that drives around the landmarks in its path (8). To seek then means to drive to a landmark, to adjust means to drive past

@@ -71,7 +71,7 @@ impl Plane {
         &self.dots
     }
 
-    /// Number of dots, which is never 0.
+    /// Returns the number of dots, which is never 0.
     #[allow(clippy::len_without_is_empty, reason = "a plane is never empty")]
     pub fn len(&self) -> usize {
         self.dots.len()

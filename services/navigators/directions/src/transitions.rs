@@ -136,12 +136,12 @@ impl Transitions {
         Self { begins, entries }
     }
 
-    /// Number of landmarks.
+    /// Returns the number of landmarks.
     pub fn landmarks(&self) -> usize {
         self.begins.len() - 1
     }
 
-    /// Number of transitions.
+    /// Returns the number of transitions.
     pub fn count(&self) -> usize {
         self.entries.len()
     }
@@ -248,7 +248,7 @@ pub struct Components {
 }
 
 impl Components {
-    /// Number of components.
+    /// Returns the number of components.
     pub fn count(&self) -> usize {
         self.sizes.len()
     }

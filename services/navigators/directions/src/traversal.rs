@@ -1,8 +1,8 @@
-//! A simulated helicopter, or a robot on land, that follows a custom map: for Monte Carlo estimates and for tests.
+//! Simulates a helicopter, or a robot on land, that follows a custom map, for Monte Carlo estimates and for tests.
 //!
-//! The window hangs over the plane. It follows commands. Its errors of place and of heading are random and grow with the
-//! square root of the way. The camera sees each dot with an error of position, misses some, and sees some that are not
-//! there. The judge knows the plane, and tells the six kinds of success and failure (Park and Kender 1995, 7.2.6).
+//! The window hangs over the plane and follows commands. Its position and heading have random errors, which grow with the
+//! square root of the distance travelled. The camera sees each dot with a position error, misses some dots, and sees some that
+//! don't exist. The judge knows the plane and distinguishes the six kinds of success and failure (Park and Kender 1995, 7.2.6).
 
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
@@ -19,25 +19,26 @@ use crate::walls::Walls;
 
 /// The time between two steps, in seconds.
 pub const STEP_S: f64 = 0.1;
-/// The same on land, where a robot takes minutes.
+/// The time between two steps on land, in seconds. It is longer because a robot's journey takes minutes.
 pub const LAND_STEP_S: f64 = 0.5;
-/// How far aside of a way into a wall a robot on land tries others, radians.
+/// Angles at which a robot on land tries other directions if its own leads into a wall, in radians.
 const ASIDE_RAD: [f64; 7] = [0.0, 0.4, -0.4, 0.9, -0.9, 1.5, -1.5];
 
-/// The errors of the helicopter, its camera, and the map-maker's. Lengths are in the plane's unit.
+/// The errors of the helicopter, its camera and the map-maker. Lengths are in the plane's unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Noise {
     /// Standard deviation of a dot's position in the navigator's view, on each axis.
     pub sigma: f64,
     /// Standard deviation of a dot's position as the map-maker knows it, on each axis.
     pub map_sigma: f64,
-    /// The probability that a view lacks a dot.
+    /// Probability that a view misses a dot.
     pub misses: f64,
-    /// How many dots a view shows that are not there, on average.
+    /// Mean number of false dots in a view.
     pub false_dots: f64,
-    /// Standard deviation of the place after a movement of length 1, on each axis. It grows with the square root.
+    /// Standard deviation of the position after a movement of length 1, on each axis. It grows with the square root of the
+    /// length.
     pub translation: f64,
-    /// Standard deviation of the heading after a movement of length 1, in radians. It grows with the square root.
+    /// Standard deviation of the heading after a movement of length 1, in radians. It grows with the square root of the length.
     pub rotation_rad: f64,
     /// Standard deviation of the heading at the start, in radians.
     pub heading_rad: f64,
@@ -55,17 +56,17 @@ impl Noise {
         heading_rad: 0.0,
     };
 
-    /// Errors of position alone, the navigator's and the map-maker's alike.
+    /// Returns position errors only, the same for the navigator and the map-maker.
     pub fn of_sigma(sigma: f64) -> Self {
         Self { sigma, map_sigma: sigma, ..Self::NONE }
     }
 
-    /// The standard deviation of a position in the view about the map-maker's.
+    /// Returns the standard deviation of the difference between a position in the view and the same position on the map.
     pub fn combined_sigma(self) -> f64 {
         self.sigma.hypot(self.map_sigma)
     }
 
-    /// Rejects errors below 0, and probabilities above 1.
+    /// Rejects negative errors and probabilities above 1.
     pub fn check(self) -> Result<Self, Error> {
         for (what, value, most) in [
             ("error of position", self.sigma, f64::MAX),
@@ -94,7 +95,7 @@ pub struct Helicopter {
 }
 
 impl Helicopter {
-    /// What the camera sees, relative to the window's centre and along its axes.
+    /// Returns what the camera sees in `view`, relative to the window's centre and along its axes.
     pub fn look(
         &self,
         plane: &Plane,
@@ -109,7 +110,7 @@ impl Helicopter {
             plane.around(self.centre, window.reach()).map(|(_, at)| at - self.centre).collect();
         let eye = Eye { at: self.centre, walls: plane.walls() };
         for &at in &around {
-            // What is as near as the landmark itself does not hide it.
+            // A dot doesn't hide itself, since only nearer dots can hide it.
             let is_hidden = window.land.is_some_and(|land| !is_seen(land, eye, at, around.iter().copied()));
             let relative = at.turned(-self.heading_rad);
             if window.camera_sees(relative)
@@ -124,7 +125,7 @@ impl Helicopter {
         }
     }
 
-    /// Moves for a while by a velocity in the window's axes.
+    /// Moves for some time at a velocity in the window's axes.
     pub fn fly(&mut self, velocity: Point, elapsed_s: f64, noise: Noise, rng: &mut Pcg64Mcg) {
         let way = velocity * elapsed_s;
         let spread = way.norm().sqrt();
@@ -136,7 +137,8 @@ impl Helicopter {
         }
     }
 
-    /// The velocity nearest to a wish, in the window's axes, that leads into no wall; none where every way does.
+    /// Returns the velocity closest to `wish` that doesn't lead into a wall, in the window's axes, or zero if every direction
+    /// does.
     fn guarded(&self, wish: Point, elapsed_s: f64, walls: &Walls) -> Point {
         let is_free = |velocity: &Point| {
             let way = (*velocity * elapsed_s).turned(self.heading_rad);
@@ -146,13 +148,13 @@ impl Helicopter {
         ways.into_iter().find(is_free).unwrap_or_default()
     }
 
-    /// Where a place in the window is on the plane.
+    /// Converts a position in the window to one on the plane.
     pub fn on_plane(&self, place: Point) -> Point {
         self.centre + place.turned(self.heading_rad)
     }
 }
 
-/// A Poisson number, by Knuth's product: the mean is small.
+/// Draws a Poisson-distributed number by Knuth's multiplication method, which suits small means.
 fn arrivals(rng: &mut Pcg64Mcg, mean: f64) -> u32 {
     if mean <= 0.0 {
         return 0;
@@ -165,20 +167,20 @@ fn arrivals(rng: &mut Pcg64Mcg, mean: f64) -> u32 {
     count
 }
 
-/// How a journey ended: the six kinds of 7.2.6.
+/// How a journey ended: one of the six kinds of 7.2.6.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Kind {
-    /// Success 1: on the right path to the goal, without a recovery.
+    /// Success 1: at the goal by the right path, without a recovery.
     Direct,
     /// Success 2: at the goal, after recoveries.
     Recovered,
-    /// Success 3: at the goal by a wrong path. The navigator is not aware of its mistakes.
+    /// Success 3: at the goal by a wrong path, without being aware of the mistake.
     Unaware,
-    /// Failure 1: it cannot locate a landmark, and knows it.
+    /// Failure 1: the navigator cannot locate a landmark, and knows it.
     CannotLocate,
-    /// Failure 2: it has verified that it is lost.
+    /// Failure 2: the verification has shown that the navigator is lost.
     Lost,
-    /// Failure 3: it reports success elsewhere.
+    /// Failure 3: the navigator reports success away from the goal.
     Astray,
 }
 
@@ -187,7 +189,7 @@ impl Kind {
     pub const ALL: [Self; 6] =
         [Self::Direct, Self::Recovered, Self::Unaware, Self::CannotLocate, Self::Lost, Self::Astray];
 
-    /// The word for people.
+    /// Returns the name of this kind, for people.
     pub const fn word(self) -> &'static str {
         match self {
             Self::Direct => "direct",
@@ -199,42 +201,43 @@ impl Kind {
         }
     }
 
-    /// Whether the navigator is at the goal and says so.
+    /// Returns true if the navigator is at the goal and reports it.
     pub fn is_success(self) -> bool {
         self < Self::CannotLocate
     }
 }
 
-/// What became of a journey.
+/// The result of a journey.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// How it ended.
+    /// How the journey ended.
     pub kind: Kind,
-    /// The dots that the navigator took as right, one for each entry that it finished.
+    /// The dots that the navigator accepted as right, one for each entry that it finished.
     pub attained: Vec<DotId>,
-    /// The dots that it took them for.
+    /// The dots that the navigator believed to have attained.
     pub meant: Vec<DotId>,
-    /// How often it recovered.
+    /// Number of recoveries.
     pub recoveries: u16,
-    /// How many steps it took.
+    /// Number of steps.
     pub steps: u32,
-    /// How far the window was moved.
+    /// Distance that the window was moved.
     pub distance: f64,
 }
 
-/// A journey under way.
+/// A journey over a plane.
 #[derive(Debug)]
 pub struct Traversal<'a> {
     plane: &'a Plane,
     navigator: &'a Navigator,
     noise: Noise,
-    /// The landmarks that the map means, one for each entry: where the next entry begins, and at last the goal.
+    /// The landmarks that the map means, one for each entry: the landmark at which the next entry begins or, for the last
+    /// entry, the goal.
     intended: &'a [DotId],
 }
 
 impl<'a> Traversal<'a> {
-    /// A journey over the true plane. Rejects impossible errors, and intended landmarks that are not one dot of the plane for
-    /// each entry of the map.
+    /// Creates a journey over the true plane. Rejects invalid errors. Also rejects intended landmarks that aren't dots of the
+    /// plane, or whose number differs from that of the map's entries.
     pub fn new(
         plane: &'a Plane,
         navigator: &'a Navigator,
@@ -254,7 +257,7 @@ impl<'a> Traversal<'a> {
         Ok(Self { plane, navigator, noise, intended })
     }
 
-    /// Runs it from a centre of the window to its end. Calls `watch` after each step.
+    /// Simulates the journey from a position of the window's centre to its end. Calls `watch` after each step.
     pub fn run(
         &self,
         from: Point,
@@ -299,7 +302,7 @@ impl<'a> Traversal<'a> {
         }
     }
 
-    /// The dot that is nearest to where the navigator believes its reference to be.
+    /// Returns the dot closest to where the navigator believes its reference to be.
     fn attained(&self, helicopter: &Helicopter, output: &Output) -> DotId {
         let place = helicopter.on_plane(output.reference.unwrap_or_default());
         let mut reach = self.navigator.settings().window.side / 8.0;
@@ -313,7 +316,7 @@ impl<'a> Traversal<'a> {
         }
     }
 
-    /// Whether the landmarks are those that the map means.
+    /// Returns true if the attained landmarks are those that the map means.
     fn is_planned(&self, report: &Report) -> bool {
         let map = self.navigator.map();
         (map.branches() || report.attained.len() == self.intended.len())
@@ -332,7 +335,7 @@ impl<'a> Traversal<'a> {
     }
 }
 
-/// The activities of a journey, each once in a row.
+/// Returns the activities of a journey in order, without immediate repetitions.
 pub fn activities(journey: &Traversal<'_>, from: Point, rng: &mut Pcg64Mcg) -> Vec<Activity> {
     let mut seen = Vec::new();
     journey.run(from, rng, |_, output, _| {

@@ -1,4 +1,4 @@
-//! A step of the navigator allocates nothing, whatever it does.
+//! Tests that no step of the navigator allocates, whatever the navigator is doing.
 
 use sketchnav_directions::generate::uniform;
 use sketchnav_directions::geometry::Window;

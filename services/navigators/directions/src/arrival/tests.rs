@@ -1,4 +1,4 @@
-//! What is simulated is what happens.
+//! Tests that journeys turn out as simulated.
 
 use super::*;
 use crate::generate::uniform;
@@ -31,8 +31,8 @@ fn a_tally_counts_what_arrived() {
 #[test]
 fn a_sure_transition_is_sure_and_a_doubtful_one_is_not() {
     let pilot = pilot(5.0);
-    // From the first dot: one candidate in the middle of the south-west quadrant; two equally isolated ones of nearly the
-    // same distance in the north-west one.
+    // From the first dot, there is one candidate in the middle of the south-west quadrant. In the north-west quadrant, there
+    // are two equally isolated ones at nearly the same distance.
     let world = plane(&[(0.0, 0.0), (50.0, 50.0), (50.0, -60.0), (61.0, -50.0), (900.0, 900.0)]);
     let atlas = atlas(world, &pilot);
     let estimates = estimates(&atlas, &pilot, 400, 1).unwrap();
@@ -60,8 +60,8 @@ fn without_errors_arrival_is_certain() {
     assert!(plan.itinerary().to_string().contains("probability of arrival"));
 }
 
-/// On worlds that the map-maker sees with errors. The plan that was simulated arrives more often than the paper's D/R
-/// plan, and about as often as it says.
+/// On worlds that the map-maker sees with errors, a plan chosen by simulation should arrive more often than the paper's D/R
+/// plan, and about as often as it states.
 #[test]
 fn the_stated_probability_is_kept_and_is_better_than_the_ratio_of_the_paper() {
     let pilot = pilot(3.0);

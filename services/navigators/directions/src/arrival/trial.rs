@@ -1,7 +1,8 @@
-//! Simulates transitions one by one, as geometry: what the navigator picks, where a slide lands, what it counts.
+//! Simulates transitions one by one, purely geometrically: which dot the navigator picks, where a slide ends, and what a
+//! verification counts.
 //!
-//! In each trial a dot lies in one place, off the map-maker's by an error, and each look at it has another error. Misses,
-//! false dots and the helicopter's movements within a parkway are left to whole journeys.
+//! In each trial, every dot has one position, which deviates from the map-maker's by an error, and each look at the dot adds
+//! another error. Missed dots, false dots and the helicopter's movements within a parkway are only simulated in whole journeys.
 
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
@@ -21,31 +22,31 @@ use crate::trajectory::Slide;
 use crate::transitions::{Movement, Transition};
 use crate::traversal::Noise;
 
-/// How probable it is that a transition attains its target.
+/// Estimated probability that a transition attains its target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
-    /// Without verification.
+    /// The probability without verification.
     pub plain: f64,
-    /// With verification and recovery; 0 where there is none.
+    /// The probability with verification and recovery, or 0 if the transition cannot be verified.
     pub verified: f64,
 }
 
 impl Estimate {
-    /// Whether verification makes it more probable.
+    /// Returns true if verification makes the transition more probable.
     pub fn pays(&self) -> bool {
         self.verified > self.plain
     }
 
-    /// With verification where it pays.
+    /// Returns the probability with verification if it pays, otherwise without.
     pub fn best(&self) -> f64 {
         self.plain.max(self.verified)
     }
 }
 
-/// How often a slide that has met nothing is looked at as far again and farther.
+/// Number of times that the search along a slide is extended if it has met nothing, each time by a larger distance.
 const STRIPS: u32 = 4;
 
-/// Estimates all transitions, one after the other.
+/// Estimates all transitions, one after another.
 pub fn estimates(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> Result<Vec<Estimate>, Error> {
     let recoveries = atlas.recoveries()?;
     let mut trial = Trial::new(atlas, pilot, stream(seed, "directions/transitions"));
@@ -69,17 +70,17 @@ pub fn estimates(atlas: &Atlas, pilot: &Pilot, trials: u32, seed: u64) -> Result
     Ok(atlas.transitions.all().map(&mut estimate).collect())
 }
 
-/// Simulates what the navigator does at one landmark after the other.
+/// Simulates what the navigator does at one landmark after another.
 pub(crate) struct Trial<'a> {
     atlas: &'a Atlas,
     pilot: &'a Pilot,
-    /// The error of a look.
+    /// Standard deviation of a position in a look, averaged over the navigator's views.
     look: f64,
     rng: Pcg64Mcg,
-    /// How far each dot is off, and the trial that says so.
+    /// Displacement of each dot, with the number of the trial in which it was drawn.
     off: Vec<(u32, Point)>,
     trial: u32,
-    /// How far the axes are turned.
+    /// Heading error in the current trial, in radians.
     heading_rad: f64,
     places: Vec<Point>,
     dots: Vec<DotId>,
@@ -102,14 +103,14 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// The dots lie elsewhere from now on.
+    /// Begins a new trial, in which all dots have new positions.
     pub(crate) fn begin(&mut self) {
         self.trial += 1;
         let drawn: f64 = StandardNormal.sample(&mut self.rng);
         self.heading_rad = drawn * self.pilot.noise.heading_rad;
     }
 
-    /// Where a dot lies in this trial.
+    /// Returns the position of a dot in this trial.
     fn place(&mut self, dot: DotId) -> Point {
         let off = &mut self.off[dot as usize];
         if off.0 != self.trial {
@@ -118,12 +119,12 @@ impl<'a> Trial<'a> {
         self.atlas.plane.dot(dot) + off.1
     }
 
-    /// Where the navigator sees a dot in one look.
+    /// Returns the position at which the navigator sees a dot in one look.
     fn seen(&mut self, dot: DotId) -> Point {
         self.place(dot) + error(&mut self.rng, self.look)
     }
 
-    /// One look at what is around a landmark in a corner, relative to it.
+    /// Takes one look at the surroundings of a landmark in a corner. Positions are relative to the landmark.
     pub(crate) fn look_around(&mut self, landmark: DotId, corner: Corner) {
         let window = self.atlas.window;
         let reach = window.land.map_or(window.side, |land| land.range + land.stand_off);
@@ -142,7 +143,7 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Takes away what the robot does not see from where it stands beside a landmark, not quite where it wants to.
+    /// Removes the dots that the robot doesn't see from beside a landmark, where it stands close to its intended position.
     fn hide(&mut self, land: Land, landmark: DotId, corner: Corner) {
         let beside = self.atlas.window.centre_from(corner).turned(self.heading_rad);
         let at = self.place(landmark) + beside + error(&mut self.rng, self.pilot.settings.tolerance / 2.0);
@@ -162,19 +163,20 @@ impl<'a> Trial<'a> {
         self.places.clear();
     }
 
-    /// The dot that a word means when the navigator looks.
+    /// Takes a look, and returns the dot that a word means.
     fn picks(&mut self, landmark: DotId, corner: Corner, word: Descriptor) -> Option<DotId> {
         self.look_around(landmark, corner);
         self.picked(corner, word)
     }
 
-    /// The dot that a word means in the last look.
+    /// Returns the dot that a word means in the last look.
     pub(crate) fn picked(&self, corner: Corner, word: Descriptor) -> Option<DotId> {
         let (side, slack) = (self.atlas.window.side, self.pilot.settings.slack());
         word.pick_in(&self.places, corner, side, slack).map(|index| self.dots[index])
     }
 
-    /// The dot that a slide along the line of two dots attains, where errors of all dots decide which comes in first.
+    /// Returns the dot that a slide along the line through two dots attains, where the errors of all dots decide which one
+    /// enters the window first.
     pub(crate) fn slides(&mut self, from: DotId, seen: DotId, movement: Movement) -> Option<DotId> {
         let (first, second) = (self.seen(from), self.seen(seen));
         let slide = Slide::of_pair(first, second, movement == Movement::Backward)?;
@@ -183,14 +185,14 @@ impl<'a> Trial<'a> {
         let aside = self.atlas.reliability.trajectories.aside(nominal.distance, (second - first).norm(), way);
         let slide = slide.moved_aside(error(&mut self.rng, aside).x);
         let reach = 6.0 * self.pilot.noise.combined_sigma();
-        // The nominal landmark may pass beside the window: then one beyond it comes in.
+        // The nominal landmark may pass beside the window, in which case a more distant one enters.
         (0..STRIPS).find_map(|strip| {
             let far = nominal.distance + reach + f64::from(strip * strip) * self.atlas.window.side;
             self.first_within(slide, far, reach)
         })
     }
 
-    /// The dot that a slide meets first on its way so far, among those near it.
+    /// Returns the dot that a slide meets first within a distance, among the dots near it.
     fn first_within(&mut self, slide: Slide, far: f64, reach: f64) -> Option<DotId> {
         let (plane, window) = (&self.atlas.plane, self.atlas.window);
         let end = slide.from + slide.along * far;
@@ -202,7 +204,7 @@ impl<'a> Trial<'a> {
         met.filter(|(distance, _)| *distance <= far).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, dot)| dot)
     }
 
-    /// The dot that a transition attains.
+    /// Returns the dot that a transition attains.
     fn attains(&mut self, from: DotId, transition: &Transition) -> Option<DotId> {
         let seen = self.picks(from, transition.corner, transition.word)?;
         if transition.movement == Movement::Seek {
@@ -211,11 +213,11 @@ impl<'a> Trial<'a> {
         self.lands(from, seen, transition)
     }
 
-    /// The dot that a slide with errors attains.
+    /// Returns the dot that a slide with errors attains.
     fn lands(&mut self, from: DotId, seen: DotId, transition: &Transition) -> Option<DotId> {
         let (first, second) = (self.seen(from), self.seen(seen));
         let slide = Slide::of_pair(first, second, transition.movement == Movement::Backward)?;
-        // What is left of equation 2 are the errors of the way. The goal has its own error.
+        // The only remaining terms of equation 2 are the errors along the slide. The goal has an error of its own.
         let noise = self.pilot.noise;
         let way = Noise { sigma: 0.0, map_sigma: 0.0, ..noise };
         let pair = (second - first).norm();
@@ -224,7 +226,7 @@ impl<'a> Trial<'a> {
         slide.moved_aside(drawn).lands(&self.atlas.plane, self.atlas.window).map(|landing| landing.dot)
     }
 
-    /// The dot that the navigator takes as right in the end; none where it knows that it is lost.
+    /// Returns the dot that the navigator finally accepts as right, or `None` if it knows that it is lost.
     fn verifies(&mut self, attained: DotId, verification: Verification) -> Option<DotId> {
         let mut dot = attained;
         for _ in 0..=self.pilot.settings.most_recoveries {
@@ -237,7 +239,7 @@ impl<'a> Trial<'a> {
         None
     }
 
-    /// What surrounds a dot, each quadrant by a look of its own.
+    /// Returns the surroundings of a dot, with a separate look at each quadrant.
     pub(crate) fn signature(&mut self, dot: DotId) -> Signature {
         let side = self.atlas.window.side;
         let mut signature = Signature::default();

@@ -1,7 +1,8 @@
-//! What a map-maker knows of the navigator's slips: which dot a movement attains from each dot, and what is then seen around it.
+//! The map-maker's model of the navigator's mistakes: which dot a movement attains from each dot, and what the surroundings
+//! look like there.
 //!
-//! Movements and looks are simulated one by one, as geometry. In each trial the dots lie elsewhere, and each look has errors of its
-//! own.
+//! Movements and looks are simulated one by one, purely geometrically. The dots are displaced in each trial, and each look has
+//! errors of its own.
 
 use sketchnav_schemas::seed::stream;
 
@@ -13,43 +14,44 @@ use crate::plane::DotId;
 use crate::signature::Signature;
 use crate::transitions::Movement;
 
-/// How many panoramas there are.
+/// Number of different panoramas.
 pub const PANORAMAS: usize = 256;
 
-/// What the navigator does with a landmark: it moves it to a corner, seeks from there, and may slide.
+/// An action of the navigator at a landmark: it moves the landmark to a corner, seeks from there, and may then slide.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Action {
-    /// The corner.
+    /// The corner to move the landmark to.
     pub corner: Corner,
-    /// The word by which it seeks.
+    /// The word of the landmark to seek.
     pub word: Descriptor,
-    /// How it moves to what it has found.
+    /// The movement to or along the landmark that was found.
     pub movement: Movement,
 }
 
-/// What an action attains.
+/// The result of an action.
 #[derive(Debug, Clone, Default)]
 pub struct Outcome {
-    /// Places, by their numbers in the model, and their probabilities. What is missing from 1 is a landmark that is out of reach.
+    /// The places attained, by their numbers in the model, with their probabilities. The difference between the sum of all
+    /// probabilities and 1 is the probability of a landmark outside the model.
     pub to: Vec<(usize, f64)>,
-    /// The probability that there is no landmark that the word means.
+    /// The probability that there is no landmark for the word.
     pub nothing: f64,
 }
 
-/// The places of a map and what may happen between them.
+/// The places of a map, and what may happen between them.
 #[derive(Debug)]
 pub struct Model {
-    /// The dots that count, ascending; their places in this list are their numbers here.
+    /// The dots of the model, in ascending order. A dot's number in the model is its index in this list.
     pub dots: Vec<DotId>,
-    /// What can be done at each of them.
+    /// The actions that are possible at each dot.
     pub actions: Vec<Action>,
     outcomes: Vec<Outcome>,
-    /// How probable each panorama is around each dot.
+    /// Probability of each panorama around each dot.
     panoramas: Vec<[f32; PANORAMAS]>,
 }
 
 impl Model {
-    /// Simulates so many trials of everything that can be done at these dots.
+    /// Simulates this many trials of every action at every dot.
     pub fn new(
         atlas: &Atlas,
         pilot: &Pilot,
@@ -68,7 +70,7 @@ impl Model {
                 let mut number = 0;
                 for corner in Corner::ALL {
                     let mut found = vec![None; words.len()];
-                    // It looks again and again for a landmark that it cannot locate.
+                    // The navigator looks repeatedly for a landmark that it cannot locate.
                     for _ in 0..=pilot.settings.patience.min(MOST_PATIENCE) {
                         trial.look_around(dot, corner);
                         for (found, &word) in found.iter_mut().zip(words).filter(|(found, _)| found.is_none())
@@ -86,7 +88,7 @@ impl Model {
                                 movement => trial.slides(dot, seen, movement),
                             });
                             let to = to.map(|to| dots.binary_search(&to).unwrap_or(OUT));
-                            // A slide to nowhere ends the journey.
+                            // A slide that meets no dot ends the journey.
                             let to = if seen.is_some() { to.or(Some(OUT)) } else { None };
                             counts.attain(place, number, to);
                             number += 1;
@@ -100,32 +102,32 @@ impl Model {
         Self { dots, actions, outcomes, panoramas }
     }
 
-    /// What an action attains from a dot.
+    /// Returns the outcome of an action at a place.
     pub fn outcome(&self, place: usize, action: usize) -> &Outcome {
         &self.outcomes[place * self.actions.len() + action]
     }
 
-    /// How probable each panorama is around a dot.
+    /// Returns the probability of each panorama around a place.
     pub fn panoramas(&self, place: usize) -> &[f32; PANORAMAS] {
         &self.panoramas[place]
     }
 
-    /// The number of a dot.
+    /// Returns the number of a dot in the model.
     pub fn place(&self, dot: DotId) -> Option<usize> {
         self.dots.binary_search(&dot).ok()
     }
 }
 
-/// More looks in vain change nothing.
+/// Maximum number of further looks that are simulated, since still more of them would change nothing.
 const MOST_PATIENCE: u8 = 5;
-/// A landmark that is no place of the model.
+/// Stands for a landmark outside the model.
 const OUT: usize = usize::MAX;
 
 fn movements(slides: bool) -> &'static [Movement] {
     if slides { &[Movement::Seek, Movement::Forward, Movement::Backward] } else { &[Movement::Seek] }
 }
 
-/// In the order in which they are simulated.
+/// Returns all actions, in the order in which they are simulated.
 fn actions(words: &[Descriptor], slides: bool) -> Vec<Action> {
     let of_word =
         |corner, word| movements(slides).iter().map(move |&movement| Action { corner, word, movement });
@@ -133,12 +135,12 @@ fn actions(words: &[Descriptor], slides: bool) -> Vec<Action> {
     Corner::ALL.into_iter().flat_map(of_corner).collect()
 }
 
-/// What happened in the trials.
+/// Counts of what happened in the trials.
 struct Counts {
     actions: usize,
-    /// For each place and action: what was attained, and how often; none where there was no landmark.
+    /// For each place and action: what was attained, and how often. `None` stands for no landmark.
     attained: Vec<Vec<(Option<usize>, u32)>>,
-    /// For each place and quadrant: how often it had none, one, two and more dots.
+    /// For each place and quadrant: how often it had no, one, two, and three or more dots.
     quadrants: Vec<[[u32; 4]; 4]>,
 }
 
@@ -169,10 +171,10 @@ fn outcome(attained: &[(Option<usize>, u32)], trials: u32) -> Outcome {
     Outcome { to: to.collect(), nothing }
 }
 
-/// A count that was never seen has this many sightings.
+/// Number of sightings assumed in addition to those counted, so that nothing has probability 0.
 const UNSEEN: f32 = 0.25;
 
-/// The quadrants have their dots independently of each other.
+/// Returns the probability of each panorama, assuming that the quadrants are independent of each other.
 fn panoramas(quadrants: &[[u32; 4]; 4]) -> [f32; PANORAMAS] {
     let shares = quadrants.map(|counts| {
         let all = counts.iter().sum::<u32>() as f32 + 4.0 * UNSEEN;

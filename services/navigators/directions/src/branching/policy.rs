@@ -1,96 +1,98 @@
-//! A finite-state controller for the navigator: what to do at each place that it takes a landmark for, and which landmark to take the
-//! next one for by its panorama.
+//! Searches for a finite-state controller of the navigator. The controller says what to do at each place where the navigator
+//! believes itself to be, and which place to assume next, given the panorama of the landmark attained.
 //!
-//! The navigator remembers no more than the place where it believes to be. The map-maker knows what it may truly be at then: a
-//! *belief*, the true places of all simulated journeys that come to this entry. Bounded policy iteration (after Poupart and Boutilier
-//! 2003) takes turns: for the controller, how probable arrival is from each true place and believed place; and for each belief, the
-//! action and the reading of panoramas that make arrival most probable.
+//! The navigator remembers nothing but the place where it believes itself to be. The map-maker knows where it may be in truth: the
+//! *belief* is the distribution of true places over all simulated journeys that reach this entry. Bounded policy iteration
+//! (after Poupart and Boutilier 2003) alternates between two steps. For the current controller, it computes the probability of
+//! arrival from each pair of believed and true places. For each belief, it then finds the action and the reading of panoramas
+//! that make arrival most probable.
 
 use super::model::{Model, Outcome, PANORAMAS};
 
-/// What the policy search weighs.
+/// The weights of the policy search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
-    /// What an entry costs: the value of arrival is multiplied by this for each.
+    /// Factor by which the value of arrival is multiplied for each entry, which makes entries costly.
     pub discount: f64,
-    /// What is left of the value of a place when its word has found nothing there.
+    /// Factor by which the value of a place is multiplied if its word has found nothing there.
     pub nothing: f64,
-    /// What it costs to come to a place that the map does not have yet, as a share of its value.
+    /// Cost of moving to a place that the map doesn't contain yet, as a fraction of the place's value.
     pub new_place: f64,
-    /// A place that fewer journeys come to is left out of the map.
+    /// Minimum fraction of journeys that come to a place. Places with fewer visits are left out of the map.
     pub least_visits: f64,
 }
 
-/// What the navigator does at a place, and how it reads what it sees then.
+/// What the navigator does at a place, and how it reads the resulting view.
 #[derive(Debug, Clone)]
 pub struct Node {
-    /// The number of the action.
+    /// Number of the action.
     pub action: usize,
-    /// The place to take a landmark for, by its panorama.
+    /// For each panorama, the place to assume.
     pub reads: Box<[usize; PANORAMAS]>,
-    /// The places that it takes landmarks for, each with the panoramas of these.
+    /// The places that may be assumed, each with its panoramas.
     pub takes: Vec<(usize, Vec<u8>)>,
-    /// The place to take the same landmark for if there is no landmark that the word means.
+    /// The place to assume for the current landmark if there is no landmark for the word.
     pub nothing: usize,
 }
 
-/// The controller: a node for each place of the model; none for those that the map lacks, and for the goal, where it ends.
+/// A controller, with a node for each place of the model. Places that the map doesn't contain have no node, nor does the goal,
+/// where the controller ends.
 #[derive(Debug, Clone)]
 pub struct Policy {
-    /// The nodes.
+    /// The node of each place.
     pub nodes: Vec<Option<Node>>,
-    /// The place where it begins.
+    /// The place at which the controller begins.
     pub start: usize,
-    /// The place where it ends.
+    /// The place at which the controller ends.
     pub goal: usize,
 }
 
-/// How often journeys come to a believed place with a true one.
+/// The frequencies with which journeys visit pairs of believed and true places.
 #[derive(Debug, Clone)]
 pub struct Visits {
-    /// For each believed place, the true ones.
+    /// For each believed place, the true places and their frequencies.
     pub beliefs: Vec<Vec<(usize, f64)>>,
 }
 
 impl Visits {
-    /// How many journeys end at the goal.
+    /// Returns the number of journeys that end at the goal, as a fraction of all.
     pub fn arrives(&self, goal: usize) -> f64 {
         self.beliefs[goal].iter().filter(|(at, _)| *at == goal).map(|(_, visits)| visits).sum()
     }
 
-    /// How many journeys come to a believed place.
+    /// Returns the number of visits to a believed place, relative to the number of journeys.
     pub fn of(&self, place: usize) -> f64 {
         self.beliefs[place].iter().map(|(_, visits)| visits).sum()
     }
 }
 
-/// Rounds of the policy iteration with all places, and with those that the map has.
+/// Number of rounds of the policy iteration with all places, and then with only those places that the map contains.
 const ROUNDS: usize = 4;
 const LAST_ROUNDS: usize = 3;
-/// The most entries that a journey reads.
+/// Maximum number of entries that a journey reads.
 const LONGEST: usize = 60;
-/// Sweeps over the places in each round.
+/// Number of sweeps over the places in each round.
 const SWEEPS: usize = 16;
-/// Less probable outcomes are neglected.
+/// Outcomes less probable than this are neglected.
 const RARE: f64 = 0.004;
 
-/// Searches for the best controller from a start to a goal.
+/// A search for the best controller from a start to a goal.
 pub struct Search<'a> {
     model: &'a Model,
     weights: Weights,
-    /// Of each place, if the navigator knew where it is.
+    /// The value of each place, if the navigator always knew where it is.
     values: Vec<f64>,
-    /// Of a true place where another one is believed, by believed place.
+    /// The value of each true place, for each believed place.
     joint: Vec<Vec<f32>>,
     allowed: Vec<bool>,
-    /// The best controller.
+    /// The best controller found.
     pub policy: Policy,
-    /// The journeys by it.
+    /// The visits of journeys with the best controller.
     pub visits: Visits,
 }
 
 impl<'a> Search<'a> {
-    /// Searches.
+    /// Runs the search.
     pub fn run(model: &'a Model, weights: Weights, start: usize, goal: usize) -> Self {
         let places = model.dots.len();
         let policy = Policy { nodes: vec![None; places], start, goal };
@@ -118,7 +120,8 @@ impl<'a> Search<'a> {
         search
     }
 
-    /// Nothing is known but that it is right to end at the goal. So values grow from below, and what leads in circles has none.
+    /// Resets the values. Initially, nothing is known except that ending at the goal is right. Values therefore grow from
+    /// below, and going around in circles has no value.
     fn begin(&mut self) {
         let Policy { nodes, goal, .. } = &mut self.policy;
         nodes.fill(None);
@@ -126,7 +129,8 @@ impl<'a> Search<'a> {
         self.joint[*goal][*goal] = 1.0;
     }
 
-    /// Improves each place again and again for the journeys by the last controller, those near the goal first; then sends journeys.
+    /// Improves each place repeatedly, for the visits under the previous controller and starting with the places near the goal.
+    /// Then computes the visits under the new controller.
     fn round(&mut self) {
         let goal = self.policy.goal;
         let mut order: Vec<_> =
@@ -143,8 +147,8 @@ impl<'a> Search<'a> {
         self.visits = visits_of(self.model, &self.policy);
     }
 
-    /// The best action and reading for the belief at a place, if they are better than those that it has. A place that no journey
-    /// comes to is believed to be the true one.
+    /// Finds the best action and reading for the belief at a place, and adopts them if they are better than the current ones.
+    /// If no journey visits the place, it is assumed to be the true one.
     fn improve(&mut self, place: usize) {
         let visited = self.visits.of(place);
         let mut belief: Vec<_> = match visited > 0.0 {
@@ -159,7 +163,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// What a believed place is worth at each true one, by what follows.
+    /// Updates the value of a believed place for each true place, from the values of its successors.
     fn back_up(&mut self, place: usize) {
         let Some(node) = &self.policy.nodes[place] else { return };
         let worth = |at: usize| {
@@ -181,19 +185,19 @@ impl<'a> Search<'a> {
         self.joint[place] = (0..self.values.len()).map(worth).collect();
     }
 
-    /// The true places of journeys that come to a believed one.
+    /// Returns the distribution of true places when journeys visit this believed place.
     pub fn belief(&self, place: usize) -> Vec<(usize, f64)> {
         let visits = self.visits.of(place).max(f64::MIN_POSITIVE);
         self.visits.beliefs[place].iter().map(|&(at, v)| (at, v / visits)).filter(|b| b.1 > RARE).collect()
     }
 
-    /// How probable arrival is from a true place that is taken for another one.
+    /// Returns the probability of arrival from a true place while another place is assumed.
     pub fn worth(&self, taken: usize, at: usize) -> f32 {
         self.joint[taken][at]
     }
 
     fn best_node(&self, place: usize, belief: &[(usize, f64)]) -> Option<(f64, Node)> {
-        // If every landmark were recognised, an action would be worth this.
+        // An upper bound of an action's value, which it would have if every landmark were recognised.
         let bound = |after: &After| {
             let led: f64 = after.to.iter().map(|&(to, p)| p * self.values[to]).sum();
             let nothing: f64 = after.nothing.iter().map(|&(at, p)| p * self.values[at]).sum();
@@ -215,7 +219,7 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// The best reading of what is seen after an action, and its value.
+    /// Returns the value of the best reading of the views after an action, and the node with this reading.
     fn read(&self, place: usize, action: usize, after: &After) -> (f64, Node) {
         let places = after.places();
         let known = |place: usize| match place == self.policy.goal || self.visits.of(place) > 0.0 {
@@ -243,11 +247,11 @@ impl<'a> Search<'a> {
             value += f64::from(best.0);
             reads[seen] = best.1;
         }
-        // What the model holds to be impossible may happen all the same.
+        // Something that the model considers impossible may still happen.
         let stays = if after.nothing.is_empty() { &after.before } else { &after.nothing };
         let stay =
             |place: usize| -> f64 { stays.iter().map(|&(at, p)| p * f64::from(self.joint[place][at])).sum() };
-        // To do the same again would find as little. What is right at another place may be right here.
+        // Repeating the same action would be equally unsuccessful, whereas the action of another place may be right here.
         let others = (0..self.allowed.len()).filter(|&other| other != place && other != self.policy.goal);
         let others =
             others.filter(|&other| self.allowed[other]).map(|other| (stay(other) * known(other), other));
@@ -260,7 +264,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Where a node leads from a true place: what the landmark is taken for, what it is, and how probable that is.
+/// Returns where a node leads from a true place, as triples of the assumed place, the true place and the probability.
 fn follow(model: &Model, node: &Node, at: usize) -> Vec<(usize, usize, f64)> {
     let mut next: Vec<(usize, usize, f64)> = Vec::new();
     for &(to, p) in &model.outcome(at, node.action).to {
@@ -280,7 +284,7 @@ fn follow(model: &Model, node: &Node, at: usize) -> Vec<(usize, usize, f64)> {
     next
 }
 
-/// The places that are read, each with its panoramas.
+/// Groups the panoramas by the place that they are read as.
 fn grouped(reads: &[usize; PANORAMAS]) -> Vec<(usize, Vec<u8>)> {
     let mut groups: Vec<(usize, Vec<u8>)> = Vec::new();
     for (seen, &taken) in reads.iter().enumerate().filter(|(_, taken)| **taken != usize::MAX) {
@@ -292,7 +296,7 @@ fn grouped(reads: &[usize; PANORAMAS]) -> Vec<(usize, Vec<u8>)> {
     groups
 }
 
-/// How often journeys by a controller come to each believed place, and which true ones they are at then.
+/// Returns how often journeys with a controller visit each believed place, and which true places they are at.
 pub fn visits_of(model: &Model, policy: &Policy) -> Visits {
     let places = model.dots.len();
     let mut sums: Vec<Vec<(usize, f64)>> = vec![Vec::new(); places];
@@ -331,13 +335,13 @@ fn add(belief: &mut Vec<(usize, f64)>, at: usize, mass: f64) {
     }
 }
 
-/// What an action may attain from a belief.
+/// The distribution of places after an action.
 pub struct After {
-    /// The places, and their probabilities.
+    /// The places attained, with their probabilities.
     pub to: Vec<(usize, f64)>,
-    /// Where it may still be if there is no landmark that the word means.
+    /// The places where the navigator remains if there is no landmark for the word, with their probabilities.
     pub nothing: Vec<(usize, f64)>,
-    /// Where it may be before.
+    /// The places before the action, with their probabilities.
     pub before: Vec<(usize, f64)>,
 }
 
@@ -347,7 +351,7 @@ impl After {
     }
 }
 
-/// What an action may attain from a belief. Rare outcomes are neglected.
+/// Returns the distribution of places after an action at a belief. Rare outcomes are neglected.
 pub fn after(model: &Model, belief: &[(usize, f64)], action: usize) -> After {
     let mut after = After { to: Vec::new(), nothing: Vec::new(), before: belief.to_vec() };
     for &(at, share) in belief {
@@ -362,7 +366,7 @@ pub fn after(model: &Model, belief: &[(usize, f64)], action: usize) -> After {
     after
 }
 
-/// How probable arrival is from each place if the navigator always knew where it is.
+/// Returns the value of each place if the navigator always knew where it is.
 fn values(model: &Model, weights: Weights, goal: usize) -> Vec<f64> {
     let places = model.dots.len();
     let mut values = vec![0.0; places];

@@ -1,4 +1,4 @@
-//! Maps that branch, on a few worlds.
+//! Tests of maps that branch, on a few worlds.
 
 use super::*;
 use crate::custom_map::CustomMap;
@@ -11,7 +11,7 @@ use crate::traversal::Noise;
 
 const EFFORT: Effort = Effort { trials: 64, trial_journeys: 32, journeys: 64 };
 
-/// A world with errors of 5 mm, and who flies over it.
+/// Returns a world with position errors of 5 mm, the start of a journey, and its navigator.
 fn world(seed: u64) -> (Atlas, Start, Pilot) {
     let (window, noise) = (Window::new(100.0, 15.0).unwrap(), Noise::of_sigma(5.0));
     let kinds = Kinds { words: &crate::arrival::WORDS, trajectories: true };

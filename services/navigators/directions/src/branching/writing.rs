@@ -1,4 +1,4 @@
-//! Writes a controller as a custom map: an entry for each place that journeys come to, few signs for each entry.
+//! Writes a controller as a custom map, with an entry for each place that journeys visit and few signs in each entry.
 
 use super::model::{Action, Model, PANORAMAS};
 use super::policy::{Node, Search};
@@ -10,24 +10,25 @@ use crate::plan::Plan;
 use crate::signature::Signature;
 use crate::transitions::Movement;
 
-/// The most panoramas of an entry. With the signs for anything else and for nothing, it has at most eight.
+/// Maximum number of panoramas of an entry. Together with the signs for any other view and for no landmark, this makes at most
+/// eight signs.
 const MOST_SIGNS: usize = 6;
-/// So many panoramas come into question as signs, the most probable ones.
+/// Number of panoramas that are tried as signs, starting with the most important ones.
 const SIGNS_TRIED: usize = 24;
-/// A sign must bring so many more of all journeys to the goal.
+/// Minimum increase in the fraction of journeys that arrive for a sign to be added.
 const LEAST_GAIN: f64 = 0.001;
 
-/// How an entry reads what is seen.
+/// How an entry reads the surroundings of a landmark.
 struct Reading {
-    /// Panoramas, and the place to take the landmark for that has one like it.
+    /// The panoramas of the entry, each with the place to assume for similar panoramas.
     signs: Vec<(u8, usize)>,
-    /// The place to take any other landmark for.
+    /// The place to assume for any other view.
     other: usize,
-    /// The place to take the same landmark for if there is none that the word means.
+    /// The place to assume for the current landmark if there is no landmark for the word.
     nothing: Option<usize>,
 }
 
-/// The map of a controller; none if it does not lead to the goal.
+/// Returns the map of a controller, or `None` if it doesn't lead to the goal.
 pub fn write(model: &Model, search: &Search<'_>, straight: &Plan) -> Result<Option<Plan>, Error> {
     let policy = &search.policy;
     let readings: Vec<Option<Reading>> =
@@ -72,7 +73,7 @@ fn entry(
     let plain = Entry { word: action.word, bearing_deg: None, trajectory, verification: None, place: None };
     let signs = reading.signs.iter().map(|&(code, to)| (Sign::Panorama(Signature::of_code(code)), to));
     let mut clauses: Vec<(Sign, usize)> = signs.chain([(Sign::Other, reading.other)]).collect();
-    // The right landmark is the goal, or else the one where the next entry begins.
+    // The right landmark is the goal or, if the entry never leads there, the place of the next entry.
     let ends = clauses.iter().any(|&(_, to)| to == goal);
     let right = if ends { Some(goal) } else { next };
     let right = clauses.iter().position(|&(_, to)| Some(to) == right).map(|index| clauses.remove(index));
@@ -95,7 +96,7 @@ fn entry(
     Some(Entry { verification, place, ..plain })
 }
 
-/// The places of the map: the most probable way to the goal first, then those of the branches.
+/// Returns the places of the map: first those of the most probable path to the goal, then those that only branches lead to.
 fn order(model: &Model, search: &Search<'_>, readings: &[Option<Reading>]) -> Vec<usize> {
     let policy = &search.policy;
     let mut order = Vec::new();
@@ -138,7 +139,7 @@ fn most_probable(model: &Model, search: &Search<'_>, place: usize, reading: &Rea
     shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(place, |(to, _)| to)
 }
 
-/// The greatest difference of a panorama from one that is taken for it.
+/// Maximum difference between two panoramas that are considered similar.
 const MOST_DIFFERENCE: u8 = 2;
 
 impl Reading {
@@ -149,7 +150,7 @@ impl Reading {
     }
 }
 
-/// Few signs that read almost as well as the controller does: one after the other, the best one.
+/// Chooses a few signs that read almost as well as the controller does, by repeatedly adding the best one.
 fn reading(model: &Model, search: &Search<'_>, place: usize) -> Option<Reading> {
     let node = search.policy.nodes[place].as_ref()?;
     let visits = search.visits.of(place);
@@ -205,7 +206,7 @@ fn reading(model: &Model, search: &Search<'_>, place: usize) -> Option<Reading> 
     })
 }
 
-/// What it is worth to take a landmark with a panorama for a place.
+/// The value of assuming each place for each panorama.
 struct Worths {
     choices: Vec<usize>,
     of: Vec<[f32; PANORAMAS]>,
@@ -231,7 +232,7 @@ impl Worths {
         self.of[choice].iter().sum()
     }
 
-    /// With these signs, and one choice for all others.
+    /// Returns the value of a reading with these signs and one place for all other views.
     fn by(&self, signs: &[(u8, usize)], other: usize) -> f32 {
         let reading = Reading { signs: signs.to_vec(), other, nothing: None };
         (0..=u8::MAX).map(|seen| self.of[reading.takes(Signature::of_code(seen))][usize::from(seen)]).sum()

@@ -1,4 +1,5 @@
-//! Experiments with journeys: figures 26 and 28 over many worlds, counts of the six kinds, and the calibration.
+//! Experiments with journeys: figures 26 and 28 over many worlds, counts of the six kinds, and the calibration of stated
+//! probabilities.
 
 use sketchnav_schemas::seed::stream;
 use sketchnav_schemas::statistics::wilson;
@@ -18,38 +19,39 @@ use crate::reliability::Reliability;
 use crate::transitions::Kinds;
 use crate::traversal::{Noise, Traversal};
 
-/// How a plan is chosen.
+/// The method by which a plan is chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Choice {
-    /// As the paper: isolated landmarks, equations 1 and 2.
+    /// The paper's method, with isolated landmarks and equations 1 and 2.
     Paper(Objective, Verify),
-    /// The greatest probability of arrival, by simulation.
+    /// The greatest probability of arrival, found by simulation.
     Simulated(Effort),
-    /// The same among maps that branch.
+    /// The greatest probability of arrival, with maps that branch considered as well.
     Branching(Effort),
 }
 
-/// What is the same for all journeys of an experiment.
+/// The settings shared by all journeys of an experiment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setting {
     /// The navigator's window.
     pub window: Window,
-    /// The words with which the paper's map-maker plans.
+    /// The words that the paper's map-maker plans with.
     pub words: &'static [Descriptor],
-    /// How many looks the navigator takes where it stands.
+    /// Number of views that the navigator takes at rest before each decision.
     pub looks: u8,
     /// The errors.
     pub noise: Noise,
 }
 
 impl Setting {
-    /// The paper's: isolated landmarks, one look, errors of position alone.
+    /// Returns the paper's setting: isolated landmarks, one view per decision, and only position errors.
     pub fn of_sigma(sigma: f64) -> Result<Self, Error> {
         let words = Kinds::PAPER.words;
         Ok(Self { window: window()?, words, looks: 1, noise: Noise::of_sigma(sigma) })
     }
 
-    /// All errors at once: position, misses, false dots, and a helicopter that drifts by 2 mm and 1° in 100 mm.
+    /// Returns a setting with all kinds of errors: of position, missed and false dots, and a helicopter that drifts by 2 mm and
+    /// 1° in 100 mm.
     pub fn of_all_errors() -> Result<Self, Error> {
         let noise = Noise {
             misses: 0.02,
@@ -77,21 +79,21 @@ impl Setting {
 /// How journeys ended over many worlds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Success {
-    /// The journeys.
+    /// The counts of all journeys.
     pub tally: Tally,
-    /// The share of journeys that arrived, for each planned world. Journeys over one world are not independent trials.
+    /// Fraction of journeys that arrived, for each world with a plan. Journeys over the same world are not independent trials.
     pub arrived: Vec<f64>,
-    /// Worlds in which isolated landmarks join the start and the goal.
+    /// Number of worlds in which a path of isolated landmarks joins the start and the goal.
     pub worlds: u32,
-    /// Those of them for which there was a plan.
+    /// Number of these worlds for which a plan was found.
     pub planned: u32,
-    /// How many entries each map has.
+    /// Number of entries of each map.
     pub entries: Vec<f64>,
-    /// The probability of arrival that each plan states, if it states one.
+    /// The probabilities of arrival that the plans state. Plans without one are left out.
     pub stated: Vec<f64>,
 }
 
-/// A world as it is, and as the map-maker sees it.
+/// A world as it really is, and as the map-maker sees it.
 pub(super) struct World {
     truth: Plane,
     pub(super) atlas: Atlas,
@@ -100,20 +102,21 @@ pub(super) struct World {
 }
 
 impl World {
-    /// A world with a start and a goal between which there is a path; none where the seed gives no such world.
+    /// Creates a world with a start and a goal. Returns `None` if no path joins the start and the goal in the world of this
+    /// seed.
     pub(super) fn new(seed: u64, setting: &Setting, kinds: Kinds<'_>) -> Result<Option<Self>, Error> {
         let truth = uniform(DOTS, SIDE, seed)?;
         let seen = disturbed(truth.dots(), setting.noise.map_sigma, &mut stream(seed, "directions/map"))?;
         let model = Reliability::fitted(setting.noise);
         let atlas = Atlas::new(seen, setting.window, kinds, model);
         let (start, goal) = (Start::over(&atlas.plane, 0)?, 1);
-        // The paper's transitions decide, so that all choices have the same worlds.
+        // The paper's transitions decide, so that all methods are tried on the same worlds.
         let isolated = Atlas::new(atlas.plane.clone(), setting.window, Kinds::PAPER, model);
         let is_joined = best(&isolated, start, goal, Measure::Windows, Objective::SHORTEST).is_ok();
         Ok(is_joined.then_some(Self { truth, atlas, start, goal }))
     }
 
-    /// A world with a wall of clutter, from the dot furthest in the west to the one furthest in the east.
+    /// Creates a world with a wall of clutter, where the path leads from the westernmost to the easternmost dot.
     pub(super) fn walled(seed: u64, setting: &Setting) -> Result<Option<Self>, Error> {
         let truth = walled(DOTS, DOTS / 2, SIDE, seed)?;
         let seen = disturbed(truth.dots(), setting.noise.map_sigma, &mut stream(seed, "directions/map"))?;
@@ -143,7 +146,7 @@ impl World {
         best(&self.atlas, self.start, self.goal, Measure::Windows, objective)
     }
 
-    /// Journeys over the true world.
+    /// Simulates journeys over the true world.
     pub(super) fn fly(&self, plan: &Plan, pilot: &Pilot, journeys: u64, seed: u64) -> Result<Tally, Error> {
         let navigator = Navigator::new(pilot.settings, plan.map.clone())?;
         let landmarks = plan.landmarks();
@@ -157,8 +160,8 @@ impl World {
     }
 }
 
-/// How journeys end over many worlds, for one choice and one setting. Worlds without a path of isolated landmarks are left
-/// out.
+/// Counts how journeys end over many worlds, for one method and one setting. Worlds without a path of isolated landmarks are
+/// left out.
 pub fn success(
     choice: Choice,
     setting: &Setting,
@@ -201,8 +204,8 @@ const HEAD: [&str; 12] = [
     "journeys",
 ];
 
-/// A row in percent: the share of worlds that have a plan, the share of journeys that arrive, with Student's interval over the
-/// worlds, and the shares of the six kinds.
+/// Adds a row in percent: the fraction of worlds with a plan, the fraction of journeys that arrive with Student's confidence
+/// interval over the worlds, and the fractions of the six kinds.
 fn success_row(table: &mut Table, name: String, result: &Success) {
     let share = |count: u32, of: u32| 100.0 * f64::from(count) / f64::from(of.max(1));
     let (tally, journeys) = (&result.tally, result.tally.journeys());
@@ -213,7 +216,7 @@ fn success_row(table: &mut Table, name: String, result: &Success) {
     table.row(name, &values);
 }
 
-/// Success by descriptor and by window, with the paper's D/R path and no verification.
+/// Returns the success by descriptor and by window, for the paper's D/R path without verification.
 pub fn words_and_windows(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
     use Descriptor::{Isolated, IsolatedPair, Obvious, PlusPair};
     let title = format!("Success in percent by words and by window, D/R path, {sigma} mm");
@@ -235,7 +238,8 @@ pub fn words_and_windows(sigma: f64, worlds: std::ops::Range<u64>, journeys: u64
     Ok(table)
 }
 
-/// Success by cost, verification and error: the six kinds in percent, with the interval of the success.
+/// Returns the success by cost, verification and error: the fraction that arrives with its confidence interval, and the six
+/// kinds, in percent.
 pub fn costs(sigmas: &[f64], looks: u8, worlds: std::ops::Range<u64>, journeys: u64) -> Result<Table, Error> {
     let title = format!("Success in percent over {} worlds, {looks} looks", worlds.end - worlds.start);
     let mut table = Table::new(&title, &HEAD);
@@ -259,15 +263,16 @@ pub fn costs(sigmas: &[f64], looks: u8, worlds: std::ops::Range<u64>, journeys: 
     Ok(table)
 }
 
-/// Stated against observed probabilities, by tenths of the stated one.
+/// Observed against stated probabilities, grouped by tenths of the stated probability.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
-    /// For each tenth: the sum of what was stated, what arrived, and how many journeys there were.
+    /// For each tenth, the sum of the stated probabilities over all journeys, the number of arrivals, and the number of
+    /// journeys.
     pub bins: [(f64, u32, u32); 10],
 }
 
 impl Calibration {
-    /// The table of the bins that have journeys.
+    /// Returns a table of the tenths that have journeys.
     pub fn table(&self) -> Table {
         let head = ["stated, %", "mean stated", "observed", "low", "high", "journeys"];
         let mut table = Table::new("Calibration of the probability of arrival", &head);
@@ -284,7 +289,7 @@ impl Calibration {
     }
 }
 
-/// Plans by simulation on many worlds, and journeys on the true ones with seeds that fitted nothing.
+/// Plans by simulation on many worlds, and runs journeys over the true worlds with random numbers that the plans haven't used.
 pub fn calibration(
     settings: &[Setting],
     effort: Effort,

@@ -1,5 +1,5 @@
-//! Figures 14, 15, 26 and 27, and section 5.3: the costs of paths over many worlds, as ratios that do not depend on the scale of a
-//! figure.
+//! Figures 14, 15, 26 and 27 and section 5.3: the costs of paths over many worlds, mostly as ratios, which don't depend on the
+//! scale of a figure.
 
 use std::ops::Range;
 
@@ -13,21 +13,21 @@ use crate::reliability::Reliability;
 use crate::transitions::Kinds;
 use crate::traversal::Noise;
 
-/// The error of position of the paper's camera: the root mean square of σx and σy (6.1.1), millimetres.
+/// The position error of the paper's camera, which is the root mean square of σx and σy (6.1.1), in millimetres.
 pub const CAMERA_SIGMA: f64 = 1.3;
-/// How far the window moves on the shortest path of figure 14, millimetres (7.2.2).
+/// Distance that the window travels on the shortest path of figure 14, in millimetres (7.2.2).
 pub const PUBLISHED_WAY: f64 = 444.93;
 
-/// Which dot is chosen as the goal.
+/// The choice of the goal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// The one whose shortest path is nearest to this length.
+    /// The dot whose shortest path has a length closest to this one, in millimetres.
     At(f64),
-    /// The one whose shortest path is the longest.
+    /// The dot with the longest shortest path.
     Furthest,
 }
 
-/// The paths from a start to the goal.
+/// A world with a start and a goal.
 struct World {
     atlas: Atlas,
     start: Start,
@@ -35,7 +35,7 @@ struct World {
 }
 
 impl World {
-    /// A world without errors of the map; `None` if no path leads anywhere.
+    /// Creates a world in which the map has no errors. Returns `None` if no path leads anywhere.
     fn new(seed: u64, goal: Goal) -> Result<Option<Self>, Error> {
         let plane = uniform(DOTS, SIDE, seed)?;
         let atlas = Atlas::new(plane, window()?, Kinds::PAPER, Reliability::fitted(Noise::NONE));
@@ -43,7 +43,7 @@ impl World {
         Ok(goal_of(&atlas, start, goal).map(|goal| Self { atlas, start, goal }))
     }
 
-    /// The same world for a map-maker that takes errors of position into account.
+    /// Returns the same world for a map-maker that takes position errors into account.
     fn with_sigma(&self, sigma: f64) -> Self {
         let atlas = &self.atlas;
         let model = Reliability::fitted(Noise::of_sigma(sigma));
@@ -54,7 +54,7 @@ impl World {
         best(&self.atlas, self.start, self.goal, measure, objective)
     }
 
-    /// The shortest, the most reliable and the D/R path, measured by the way of the window.
+    /// Returns the shortest, the most reliable and the D/R path, measured by the distance that the window travels.
     fn three(&self) -> Result<[Path; 3], Error> {
         let path = |objective| self.path(Measure::Windows, objective);
         Ok([path(Objective::SHORTEST)?, path(Objective::MOST_RELIABLE)?, path(Objective::Ratio)?])
@@ -72,7 +72,7 @@ fn goal_of(atlas: &Atlas, start: Start, goal: Goal) -> Option<DotId> {
     reached.min_by(|a, b| off(a.1).total_cmp(&off(b.1))).map(|(goal, _)| goal)
 }
 
-/// Numbers from many worlds, by the quantity's name.
+/// Samples from many worlds, grouped by the name of the quantity.
 #[derive(Default)]
 struct Samples(Vec<(&'static str, Vec<f64>)>);
 
@@ -85,8 +85,8 @@ impl Samples {
     }
 }
 
-/// The quantities of figures 14, 15, 26 and 27, which show one world each, over many worlds: means with Student's intervals, and
-/// shares of worlds in percent with Wilson's.
+/// Returns the quantities of figures 14, 15, 26 and 27, which show one world each, over many worlds. Means have Student's
+/// confidence intervals, and shares of worlds, in percent, have Wilson's.
 pub fn paths(goal: Goal, worlds: Range<u64>) -> Result<Table, Error> {
     let (mut means, mut shares) = (Samples::default(), Samples::default());
     for seed in worlds {
@@ -107,7 +107,7 @@ pub fn paths(goal: Goal, worlds: Range<u64>) -> Result<Table, Error> {
     Ok(table)
 }
 
-/// Figures 14 and 15.
+/// Adds the quantities of figures 14 and 15.
 fn three_costs(world: &World, means: &mut Samples) -> Result<(), Error> {
     let [short, sure, ratio] = world.with_sigma(CAMERA_SIGMA).three()?;
     means.add("14: D of the shortest path", short.distance);
@@ -119,7 +119,8 @@ fn three_costs(world: &World, means: &mut Samples) -> Result<(), Error> {
     Ok(())
 }
 
-/// Figure 26. Which of two paths is nearer is judged by D; if both have the same D, the world is left out.
+/// Adds the quantities of figure 26. Whether the D/R path is closer to the shortest or to the most reliable path is judged by
+/// D. A world in which these two have the same D is left out.
 fn accuracies(world: &World, means: &mut Samples, shares: &mut Samples) -> Result<(), Error> {
     let [accurate, inaccurate] = [1.0, 5.0].map(|sigma| world.with_sigma(sigma).three());
     let (accurate, inaccurate) = (accurate?, inaccurate?);
@@ -146,7 +147,7 @@ fn accuracies(world: &World, means: &mut Samples, shares: &mut Samples) -> Resul
     Ok(())
 }
 
-/// Figure 27: the shortest path by landmarks and the shortest path by the window's way.
+/// Adds the quantities of figure 27, which compares the shortest path by landmarks with the shortest path by windows.
 fn contexts(world: &World, means: &mut Samples, shares: &mut Samples) -> Result<(), Error> {
     let by_landmarks = world.path(Measure::Landmarks, Objective::SHORTEST)?;
     let by_windows = world.path(Measure::Windows, Objective::SHORTEST)?;
@@ -160,7 +161,7 @@ fn contexts(world: &World, means: &mut Samples, shares: &mut Samples) -> Result<
     Ok(())
 }
 
-/// Section 5.3: S and T.
+/// Adds the costs S and T of section 5.3.
 fn views_and_time(world: &World, means: &mut Samples, shares: &mut Samples) -> Result<(), Error> {
     let settings = Settings::new(world.atlas.window, CAMERA_SIGMA);
     let shortest = world.path(Measure::Windows, Objective::SHORTEST)?;

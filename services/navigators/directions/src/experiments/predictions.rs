@@ -1,4 +1,4 @@
-//! Predictions of equations 1 and 2 against drives: for single transitions, and for whole paths (figure 25).
+//! Compares the predictions of equations 1 and 2 with drives, for single transitions and for whole paths (figure 25).
 
 use std::ops::Range;
 
@@ -13,13 +13,13 @@ use crate::plan::{Plan, Verify};
 use crate::plane::DotId;
 use crate::transitions::{Kinds, Movement, Transition};
 
-/// Simulations per transition.
+/// Number of simulations per transition.
 const TRIALS: u32 = 64;
-/// Journeys per path.
+/// Number of journeys per path.
 const JOURNEYS: u64 = 5;
 
-/// Transitions are classified by the number of candidates of a seek, up to this many and more; trajectories are a class of their
-/// own.
+/// Seeks are classified by their number of candidates, where the last class stands for this many or more. Trajectories form a
+/// class of their own.
 const MOST: u16 = 5;
 const CLASSES: usize = MOST as usize + 1;
 
@@ -39,14 +39,15 @@ fn name(class: usize) -> String {
     }
 }
 
-/// Drives each transition of many worlds once, by itself: how often it attains its target by equations 1 and 2, by the simulation
-/// of transitions, and in the drives. The values are means over worlds, those of the drives with Student's interval.
+/// Drives each transition of many worlds once, on its own, and returns how often it attains its target according to equations 1
+/// and 2, according to the simulation of transitions, and in the drives. The values are means over worlds; those of the drives
+/// have Student's confidence interval.
 pub fn of_transitions(sigmas: &[f64], worlds: Range<u64>) -> Result<Table, Error> {
     let head = ["transition", "equations, %", "simulated, %", "driven, %", "low", "high", "worlds", "drives"];
     let mut table = Table::new("Equations 1 and 2 against drives: transitions", &head);
     for &sigma in sigmas {
         let setting = Setting::of_sigma(sigma)?;
-        // For each class: the means of each world, and the number of all drives.
+        // For each class, the mean of each world and the total number of drives.
         let mut classes: [([Vec<f64>; 3], f64); CLASSES] = Default::default();
         for seed in worlds.clone() {
             let Some(world) = World::new(seed, &setting, Kinds::PAPER)? else { continue };
@@ -68,8 +69,8 @@ pub fn of_transitions(sigmas: &[f64], worlds: Range<u64>) -> Result<Table, Error
     Ok(table)
 }
 
-/// For each class of a world's transitions: the predictions of the equations, those of the simulation, and the outcomes of the
-/// drives.
+/// Returns, for each class of a world's transitions, the predictions of the equations, those of the simulation, and the
+/// outcomes of the drives.
 fn transitions(world: &World, setting: &Setting, seed: u64) -> Result<[[Vec<f64>; 3]; CLASSES], Error> {
     let mut classes: [[Vec<f64>; 3]; CLASSES] = Default::default();
     let (atlas, pilot) = (&world.atlas, setting.pilot());
@@ -83,7 +84,7 @@ fn transitions(world: &World, setting: &Setting, seed: u64) -> Result<[[Vec<f64>
     Ok(classes)
 }
 
-/// A path that consists of one transition.
+/// Returns a path that consists of a single transition.
 fn alone(atlas: &Atlas, from: DotId, number: u32, transition: Transition) -> Result<Path, Error> {
     let distance = atlas.window_distance(from, &transition, None);
     let unreliability = f64::from(atlas.unreliability[number as usize]);
@@ -91,9 +92,9 @@ fn alone(atlas: &Atlas, from: DotId, number: u32, transition: Transition) -> Res
     Ok(Path { start: Start::over(&atlas.plane, from)?, legs: vec![leg], distance, unreliability })
 }
 
-/// Drives whole paths, on random planes or, as in figure 25, through a wall of clutter. For each of three paths: its length, the
-/// share of its landmarks that have more than three candidates, how often it arrives according to equations 1 and 2, and how often
-/// in the drives. The values are means over worlds, those of the drives with Student's interval.
+/// Drives whole paths, on random planes or, as in figure 25, through a wall of clutter. For each of three paths, returns its
+/// length, the share of its landmarks with more than three candidates, and how often it arrives according to equations 1 and 2
+/// and in the drives. The values are means over worlds; those of the drives have Student's confidence interval.
 pub fn of_paths(sigmas: &[f64], is_walled: bool, worlds: Range<u64>) -> Result<Table, Error> {
     let title = if is_walled {
         "Figure 25: from one side of a cluttered wall to the other"
@@ -118,8 +119,8 @@ pub fn of_paths(sigmas: &[f64], is_walled: bool, worlds: Range<u64>) -> Result<T
     Ok(table)
 }
 
-/// For each world: the path's length, its cluttered landmarks, the equations' prediction, the outcome of the drives; shares in
-/// percent.
+/// Returns, for each world, the length of the path, its share of cluttered landmarks, the probability of arrival by the
+/// equations, and the share of drives that arrive. Shares are in percent.
 fn driven(
     objective: Objective,
     setting: &Setting,

@@ -1,4 +1,4 @@
-//! The shapes of the paper's figures, in small.
+//! Tests that the experiments reproduce the shapes of the paper's figures, on a smaller scale.
 
 use super::*;
 use crate::arrival::Effort;
@@ -6,7 +6,8 @@ use crate::fit;
 use crate::path::Objective;
 use crate::plan::Verify;
 
-/// Figure 7: the number of parkways rises, falls again, and a wider window has its peak at fewer dots.
+/// Figure 7: with more dots, the number of parkways rises and falls again. The wider the window, the fewer dots there are at
+/// the peak.
 #[test]
 fn parkways_rise_and_coalesce() {
     let populations = [25, 50, 100, 200, 400, 800];
@@ -19,7 +20,7 @@ fn parkways_rise_and_coalesce() {
     assert!(table.column(4)[5] < 3.0, "{table}");
 }
 
-/// Figure 7: the more restrictive the connection, the more parkways.
+/// Figure 7: the more restrictive the connection, the more parkways there are.
 #[test]
 fn obvious_parkways_are_the_most_and_general_ones_the_fewest() {
     let table = parkways(&[50, 100, 200], 5, 1).unwrap();
@@ -28,8 +29,8 @@ fn obvious_parkways_are_the_most_and_general_ones_the_fewest() {
     }
 }
 
-/// Figure 11: trajectories halve the number of components at least. Isolated parkways alone leave dots that none has as its
-/// isolated landmark, the more the more dots there are.
+/// Figure 11: trajectories at least halve the number of components. In isolated parkways without trajectories, some dots are
+/// not the isolated landmark of any other dot, and the more dots there are, the more such dots remain on their own.
 #[test]
 fn trajectories_join_components() {
     let table = components(&[100, 200, 300], 5, 1).unwrap();
@@ -51,7 +52,7 @@ fn value(table: &Table, name: &str) -> f64 {
     table.rows.iter().find(|(row, _)| row.contains(name)).unwrap_or_else(|| panic!("{name}: {table}")).1[0]
 }
 
-/// Figures 14 and 15: the costs are in order. Section 5.3: the shortest path is often the quickest.
+/// Figures 14 and 15: the costs have the right order. Section 5.3: the shortest path is often also the quickest.
 #[test]
 fn costs_are_in_order() {
     let table = paths(Goal::At(PUBLISHED_WAY), 0..8).unwrap();
@@ -79,7 +80,7 @@ fn some_transitions_are_recoverable_in_every_density() {
     }
 }
 
-/// Table 2's order over many worlds: with an error of 3 mm the most reliable path arrives more often than the shortest.
+/// Table 2 over many worlds: with an error of 3 mm, the most reliable path arrives more often than the shortest.
 #[test]
 fn the_most_reliable_path_arrives_more_often() {
     let rate = |objective| {
@@ -91,7 +92,7 @@ fn the_most_reliable_path_arrives_more_often() {
     assert!(sure > shortest + 0.05, "{sure} {shortest}");
 }
 
-/// Figure 25: the most reliable path avoids the clutter that the shortest one goes through.
+/// Figure 25: the most reliable path avoids the clutter that the shortest path crosses.
 #[test]
 fn the_most_reliable_path_avoids_clutter() {
     let table = of_paths(&[3.0], true, 0..12).unwrap();
@@ -99,26 +100,27 @@ fn the_most_reliable_path_avoids_clutter() {
     assert!(shortest.1[0] < sure.1[0] && shortest.1[1] > 1.5 * sure.1[1], "{table}");
 }
 
-/// Equation 1 used to let no dot cross the edge of the window. It predicted that all seeks with two candidates at 3 mm attain their
-/// target, and that 65 % of the shortest paths through clutter arrive, while 21 % did.
+/// Equation 1 used to assume that no dot crosses the edge of the window. It predicted that all seeks with two candidates at 3
+/// mm attain their target, and that 65 % of the shortest paths through clutter arrive, when only 21 % did.
 #[test]
 fn equations_1_and_2_predict_what_is_driven() {
     let transitions = of_transitions(&[3.0], 0..4).unwrap();
     for (name, values) in &transitions.rows {
-        // Within 10 points, or within the interval of what was driven: many candidates are rare, and one world has no interval.
+        // The prediction must be within 10 points of the drives or within their confidence interval. Seeks with many candidates
+        // are rare, and a single world has no interval.
         let [equations, _, driven, low, high, worlds, ..] = values[..] else { panic!("{transitions}") };
         let agrees = worlds < 2.0 || (equations - driven).abs() < 10.0 || (low..=high).contains(&equations);
         assert!(agrees, "{name}: {transitions}");
     }
     let paths = of_paths(&[3.0], false, 0..40).unwrap();
     for (name, values) in &paths.rows {
-        // They are pessimistic about the most reliable paths, but never promise more than the drives can mean.
+        // The equations are pessimistic about the most reliable paths, but must never promise more than the drives allow.
         let [_, _, equations, driven, _, high, ..] = values[..] else { panic!("{paths}") };
         assert!(equations <= high && driven - equations < 25.0, "{name}: {paths}");
     }
 }
 
-/// With misses, false dots, drift and rotation too, what is stated is what is observed.
+/// With missed dots, false dots, drift and rotation as well, the observed probability still matches the stated one.
 #[test]
 fn all_errors_at_once_are_reckoned_with() {
     let effort = Effort { trials: 24, trial_journeys: 8, journeys: 48 };

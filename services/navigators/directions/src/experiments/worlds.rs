@@ -1,4 +1,4 @@
-//! Experiments without a journey: figures 7, 11, 21, 28 and 29.
+//! Experiments without journeys: figures 7, 11, 21, 28 and 29.
 
 use super::{SIDE, Table, window};
 use crate::error::Error;
@@ -12,7 +12,7 @@ use crate::reliability::{LandmarkModel, Reliability, TrajectoryModel};
 use crate::transitions::{Kinds, Transitions};
 use crate::traversal::Noise;
 
-/// Figure 7, above: general parkways by the number of dots, for five windows on a world of side 100.
+/// Figure 7, upper part: the number of general parkways by the number of dots, for five windows on a square with a side of 100.
 pub fn windows(populations: &[usize], worlds: u64, seed: u64) -> Result<Table, Error> {
     let title = "Figure 7, above: general parkways by population and window (side 100)";
     let mut table = Table::new(title, &["dots", "2 x 2", "3 x 3", "4 x 4", "5 x 5", "10 x 10"]);
@@ -29,7 +29,8 @@ pub fn windows(populations: &[usize], worlds: u64, seed: u64) -> Result<Table, E
     Ok(table)
 }
 
-/// Figure 7, below: general, isolated and obvious parkways by the number of dots, for a window of 10 on a side of 100.
+/// Figure 7, lower part: the number of general, isolated and obvious parkways by the number of dots, for a window of 10 on a
+/// square with a side of 100.
 pub fn parkways(populations: &[usize], worlds: u64, seed: u64) -> Result<Table, Error> {
     let title = "Figure 7, below: parkways of three kinds by population (window 10, side 100)";
     let mut table = Table::new(title, &["dots", "general", "isolated", "obvious"]);
@@ -45,7 +46,7 @@ pub fn parkways(populations: &[usize], worlds: u64, seed: u64) -> Result<Table, 
     Ok(table)
 }
 
-/// Figure 11: strongly connected components without and with trajectories.
+/// Figure 11: the number of strongly connected components without and with trajectories.
 pub fn components(populations: &[usize], worlds: u64, seed: u64) -> Result<Table, Error> {
     let title = "Figure 11: strongly connected components (window 10, side 100)";
     let mut table = Table::new(title, &["dots", "parkways", "trajectories", "ratio"]);
@@ -63,8 +64,8 @@ pub fn components(populations: &[usize], worlds: u64, seed: u64) -> Result<Table
     Ok(table)
 }
 
-/// Figure 21: how often the isolated landmark is identified correctly: in simulated views in which no dot crosses an edge of the
-/// window, in views in which dots do, and by equation 1.
+/// Figure 21: how often the isolated landmark is identified correctly, in simulated views in which no dot crosses an edge of
+/// the window, in views in which dots do, and according to equation 1.
 pub fn reliability(effort: Effort, seed: u64) -> Result<Table, Error> {
     let title = "Figure 21: reliability of isolated landmarks (sigma in windows)";
     let mut table =
@@ -79,11 +80,11 @@ pub fn reliability(effort: Effort, seed: u64) -> Result<Table, Error> {
     Ok(table)
 }
 
-/// A fit's coefficients, and the root mean square and the maximum of its residuals.
+/// The coefficients of a fit, and the root mean square and the maximum of its residuals.
 type Fit = ([f64; 4], [f64; 2]);
 
-/// The fits of equations 1 and 2 with several seeds: the coefficients in use, the least and the greatest of all fits; and the
-/// residuals of the first fit, as probabilities for equation 1 and as shares of a variance for equation 2.
+/// Fits equations 1 and 2 with several seeds. Returns the coefficients in use next to the least and the greatest of all fits,
+/// and the residuals of the first fit, which are probabilities for equation 1 and fractions of a variance for equation 2.
 pub fn fits(effort: Effort, seeds: &[u64]) -> Result<Table, Error> {
     let head = ["coefficient", "in use", "least", "greatest", "fits"];
     let mut table = Table::new("Equations 1 and 2, fitted", &head);
@@ -111,7 +112,8 @@ pub fn fits(effort: Effort, seeds: &[u64]) -> Result<Table, Error> {
     Ok(table)
 }
 
-/// Figures 28 and 29: which share of transitions is trivial, recoverable, detectable or neither, by population.
+/// Figures 28 and 29: the fractions of transitions that are trivial, recoverable, detectable or none of these, by the number of
+/// dots.
 pub fn recoverable(populations: &[usize], worlds: u64, seed: u64) -> Result<Table, Error> {
     let title = "Figures 28, 29: what can be done about errors (share of isolated parkways and trajectories)";
     let mut table = Table::new(title, &["dots", "trivial", "recoverable", "detectable", "unverifiable"]);

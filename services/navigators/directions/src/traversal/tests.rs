@@ -1,4 +1,4 @@
-//! Small worlds, and how journeys through them end.
+//! Tests of journeys through small worlds.
 
 use std::sync::Arc;
 
@@ -31,7 +31,7 @@ fn run(world: &Plane, map: &str, intended: &[DotId], from: (f64, f64)) -> (Repor
     )
 }
 
-/// A line of dots to the north-east, each alone in reach of the one before.
+/// A line of dots towards the north-east. From each dot, only the next one is within reach.
 fn stairs() -> Plane {
     plane(&[(0.0, 0.0), (7.0, 6.0), (13.0, 14.0), (20.0, 20.0)])
 }
@@ -43,11 +43,11 @@ fn stairs_are_followed_directly() {
     assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[0, 1, 2, 3][..]));
     assert_eq!(activities.first(), Some(&Activity::Adjust));
     assert_eq!(activities.last(), Some(&Activity::Rest));
-    // The window's centre goes from (0.5, 0.5) to 5 north-east of the third dot.
+    // The window's centre moves from (0.5, 0.5) to a position 5 north-east of the third dot.
     assert!((23.0..28.0).contains(&report.distance), "{}", report.distance);
 }
 
-/// Wherever the navigator is on the stairs, the panorama says whether it is at their top.
+/// Wherever the navigator is on the stairs, the panorama shows whether it is at the top.
 #[test]
 fn a_written_map_that_branches_goes_on_where_its_signs_say() {
     let step =
@@ -56,14 +56,14 @@ fn a_written_map_that_branches_goes_on_where_its_signs_say() {
     let (report, _) = run(&stairs(), &map, &[0, 1, 2, 3], (0.5, 0.5));
     assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[0, 1, 2, 3][..]));
     assert_eq!(report.attained, report.meant);
-    // From one step higher it arrives all the same, by other landmarks than its map means.
+    // From one step higher, the navigator arrives as well, but by other landmarks than those that its map means.
     let (report, _) = run(&stairs(), &map, &[0, 1, 2, 3], (7.0, 6.0));
     assert_eq!((report.kind, &report.attained[..]), (Kind::Unaware, &[1, 2, 3][..]));
 }
 
 #[test]
 fn where_a_word_means_nothing_a_map_that_branches_looks_elsewhere() {
-    // North-east of the top there is nothing.
+    // There is nothing north-east of the top.
     let map = "(*, SW)\n(Isol, (-, NE, 3), SW)\n(Isol, -)";
     let (report, _) = run(&stairs(), map, &[3, 3, 2], (20.0, 20.0));
     assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[3, 2][..]));
@@ -79,10 +79,10 @@ fn who_branches_in_circles_is_lost_in_the_end() {
 
 #[test]
 fn a_landmark_that_is_not_there_cannot_be_located() {
-    // North-west of the first dot there is nothing.
+    // There is nothing north-west of the first dot.
     let (report, _) = run(&stairs(), "(*, SE)\n(Isol, -)", &[0, 1], (0.0, 0.0));
     assert_eq!((report.kind, report.attained.len()), (Kind::CannotLocate, 1));
-    // Two are not obvious.
+    // Of two candidates, neither is obvious.
     let two = plane(&[(0.0, 0.0), (7.0, 6.0), (3.0, 8.0)]);
     assert_eq!(run(&two, "(*, SW)\n(Obvious, -)", &[0, 1], (0.0, 0.0)).0.kind, Kind::CannotLocate);
 }
@@ -121,8 +121,8 @@ fn a_slide_into_nothing_ends() {
 
 #[test]
 fn what_the_last_movement_brought_in_is_new() {
-    // From the first dot the second is seen alone. With the second in the south-west, the third and the fourth are seen; the
-    // third was there before, at the edge of the first window.
+    // From the first dot, only the second is in view. With the second dot in the south-west, the third and the fourth are in
+    // view, but the third was there before, at the edge of the first window.
     let world = plane(&[(0.0, 0.0), (4.0, 5.0), (9.0, 8.0), (12.0, 13.0)]);
     let map = "(*, SW)\n(Any, SW)\n(New, -)";
     assert!(map.parse::<CustomMap>().is_err(), "the word for any is a star");
@@ -132,14 +132,14 @@ fn what_the_last_movement_brought_in_is_new() {
 
 #[test]
 fn every_word_is_understood() {
-    // North-east of the first dot: a pair, and a dot apart that is the isolated one.
+    // North-east of the first dot there are a pair, and a separate dot that is the isolated one.
     let world = plane(&[(0.0, 0.0), (7.0, 2.0), (8.0, 3.0), (2.0, 9.0), (3.0, 12.0), (9.5, 13.0)]);
     let attained = |word: &str| run(&world, &format!("(*, SW)\n({word}, -)"), &[0, 0], (0.0, 0.0)).0.attained;
     assert_eq!(attained("Isol"), [0, 3]);
     assert_eq!(attained("IsolPair"), [0, 2]);
     assert_eq!(attained("*"), [0, 1]);
     assert_eq!(attained("Confusable"), [0, 1]);
-    // From the dot apart there are two: none is obvious, and the one further away is meant.
+    // From the separate dot, two are in view, so none is obvious, and `PlusPair` means the more distant one.
     let from_isolated = |word: &str| {
         run(&world, &format!("(*, SW)\n(Isol, SW)\n({word}, -)"), &[0, 3, 0], (0.0, 0.0)).0.attained
     };
@@ -194,7 +194,7 @@ fn impossible_noise_is_rejected() {
     assert!(!journey(&[0], Noise::NONE) && !journey(&[0, 9], Noise::NONE));
 }
 
-/// A robot among poles: 0.15 m thick, seen as far as 8 m.
+/// The window of a robot among poles with a radius of 0.15 m, which it sees up to 8 m away.
 fn on_land() -> Window {
     Window::on_land(Land { radius: 0.15, range: 8.0, stand_off: 0.8, clearance: 0.5 }).unwrap()
 }
@@ -214,8 +214,8 @@ fn driven(world: &Plane, map: &str, intended: &[DotId], noise: Noise) -> (Report
 
 #[test]
 fn on_land_it_drives_around_a_pole_and_finds_the_one_that_it_hid() {
-    // From beside the first pole the second is alone in sight: it hides the third. To look north-east from the second, the
-    // robot has to drive around it.
+    // From beside the first pole, only the second is in sight, because it hides the third. To look north-east from the second,
+    // the robot has to drive around it.
     let world = plane(&[(0.0, 0.0), (2.0, 0.8), (4.0, 1.3)]);
     let (report, nearest) = driven(&world, "(*, SW)\n(Obvious, SW)\n(Obvious, -)", &[0, 1, 2], Noise::NONE);
     assert_eq!((report.kind, &report.attained[..]), (Kind::Direct, &[0, 1, 2][..]), "{report:?}");
@@ -224,8 +224,8 @@ fn on_land_it_drives_around_a_pole_and_finds_the_one_that_it_hid() {
 
 #[test]
 fn on_land_a_panorama_tells_the_wrong_pole_and_the_way_back() {
-    // Two poles north-east of the first; the isolated one is the further. A map that means the nearer one finds that out by
-    // what is around.
+    // There are two poles north-east of the first, of which the more distant one is isolated. With a map that means the nearer
+    // one, the robot notices by its surroundings that it is at the wrong pole.
     let world = plane(&[(0.0, 0.0), (2.0, 2.5), (4.5, 4.0), (9.0, 4.5)]);
     let around = |dot| Signature::of(&world, dot, on_land());
     assert_ne!(around(1), around(2));
@@ -236,9 +236,9 @@ fn on_land_a_panorama_tells_the_wrong_pole_and_the_way_back() {
     assert_eq!((report.kind, report.recoveries), (Kind::Recovered, 1), "{report:?}");
 }
 
-/// How many of forty journeys are direct whose heading is wrong by 5° at the start. The landmark to seek lies 2° beside the edge
-/// of its quadrant. Who looks further aside takes it to be beyond, and goes to another one; the bearing of the landmark before
-/// tells it so.
+/// Returns how many of forty journeys are direct although the heading error at the start has a standard deviation of 5°. The
+/// landmark to seek lies 2° inside the edge of its quadrant. With a larger error, the navigator believes it to be outside the
+/// quadrant and goes to another landmark, unless the bearing of the previous landmark has corrected the heading.
 fn direct(window: Window, from: Point, map: &str) -> usize {
     let world = plane(&[(0.0, 0.0), (4.0, 3.0), (4.19, 8.5), (8.9, 4.0)]);
     let noise = Noise { heading_rad: 5_f64.to_radians(), ..Noise::NONE };
@@ -261,7 +261,7 @@ fn on_land_bearings_correct_the_heading() {
     assert!(with >= 39 && without <= 35, "{with} {without}");
 }
 
-/// They once turned what the navigator did, but not what it saw.
+/// The corrected heading used to be applied to the navigator's movements, but not to its view.
 #[test]
 fn above_a_plane_bearings_correct_the_heading_too() {
     let window = Window::new(7.0, 1.5).unwrap();
@@ -269,7 +269,7 @@ fn above_a_plane_bearings_correct_the_heading_too() {
     assert!(with >= 38 && without <= 33, "{with} {without}");
 }
 
-/// Two landmarks with a wall between them and the straight way: the robot comes along the wall, and touches nothing.
+/// A wall stands between two landmarks, across the straight path. The robot comes along the wall and must not touch anything.
 #[test]
 fn on_land_a_wall_is_neither_seen_through_nor_driven_through() {
     let body = Body { radius: 0.225, keeps: 0.375, merges: 0.4 };

@@ -1,27 +1,27 @@
-//! Which spots of a picture are dots, and which are something else: a frame, a logo, dirt.
+//! Distinguishes the dots of a picture from other spots, such as a frame, a logo or dirt.
 //!
-//! All dots are alike. A spot that covers far more or far less of the plane than the usual one is not a dot, and neither is one
-//! of another shape. Two or three dots that touch still count as one spot among the dots.
+//! All dots look alike. A spot that covers far more or far less of the plane than a typical one is not a dot, and neither is a
+//! spot with a different shape. Two or three dots that touch still pass as one spot.
 
 use std::fmt;
 
 use crate::picture::Spot;
 
-/// A spot that is this many times larger or smaller than the usual one is something else.
+/// Factor by which a spot must be larger or smaller than the typical one not to be a dot.
 const FAR: f64 = 6.0;
-/// Least compactness of a dot, relative to the usual one.
+/// Minimum compactness of a dot, relative to the typical one.
 const LEAST_COMPACTNESS: f64 = 0.7;
-/// Spots of fewer pixels have no shape.
+/// Minimum number of pixels of a spot for its shape to be meaningful.
 const SHAPED_PIXELS: usize = 30;
 
-/// Why a spot is not a dot.
+/// The reason why a spot is not a dot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unlike {
-    /// Far larger than the others.
+    /// The spot is far larger than the others.
     Larger,
-    /// Far smaller.
+    /// The spot is far smaller than the others.
     Smaller,
-    /// Of another shape.
+    /// The spot has a different shape.
     Shape,
 }
 
@@ -30,9 +30,9 @@ pub enum Unlike {
 pub struct Odd {
     /// The spot.
     pub spot: Spot,
-    /// Why.
+    /// The reason why the spot is not a dot.
     pub why: Unlike,
-    /// Its size relative to the usual one.
+    /// Size of the spot, relative to the typical one.
     pub sizes: f64,
 }
 
@@ -48,7 +48,8 @@ impl fmt::Display for Odd {
     }
 }
 
-/// Divides spots into dots and others. `area` is how much of the plane a pixel covers at a place of the picture, in any unit.
+/// Separates dots from other spots. `area` returns the area of the plane that a pixel covers at a point of the picture, in any
+/// unit.
 pub fn alike(spots: Vec<Spot>, area: impl Fn([f64; 2]) -> f64) -> (Vec<Spot>, Vec<Odd>) {
     let size = |spot: &Spot| spot.pixels as f64 * area(spot.at);
     let (usual, compact) =
@@ -72,7 +73,7 @@ pub fn alike(spots: Vec<Spot>, area: impl Fn([f64; 2]) -> f64) -> (Vec<Spot>, Ve
     (dots, odd)
 }
 
-/// The median; for an even number of values, the lower one of the two in the middle.
+/// Returns the median. For an even number of values, this is the lower of the two in the middle.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
@@ -129,7 +130,7 @@ mod tests {
     #[test]
     fn letters_of_the_size_of_dots_and_dirt_are_none_and_dots_that_touch_are_a_dot() {
         let mut picture = picture();
-        // An L with a stroke of 3 pixels, a speck, and a dot that touches one of the others.
+        // An L with strokes of 3 pixels, a speck, and something the size of a dot that touches one of the dots.
         fill(&mut picture, 20..23, 20..44);
         fill(&mut picture, 23..38, 41..44);
         fill(&mut picture, 770..772, 580..582);
@@ -140,7 +141,7 @@ mod tests {
         assert_eq!((dots.len(), why), (25, vec![Unlike::Shape, Unlike::Smaller]), "{odd:?}");
     }
 
-    /// The nearest dots cover seven times as many pixels as the furthest.
+    /// The nearest dots cover seven times as many pixels as the most distant ones.
     #[test]
     fn near_and_far_dots_are_alike_on_the_plane() {
         let found = read_levels(&picture()).unwrap().spots;

@@ -1,8 +1,9 @@
-//! Which known points of a calibration disagree with the others.
+//! Finds the known points of a calibration that disagree with the others.
 //!
-//! Least squares hide a wrong point: it draws the camera towards itself, and the others look wrong too. Cameras of four points
-//! each are therefore tried, and the one with which most of the others agree shows which are off (consensus, Fischler and
-//! Bolles 1981). Four points always fit; five can disagree, but do not show which of them is wrong.
+//! A least-squares fit hides a wrong point, because the point pulls the camera towards itself and makes the others look wrong
+//! too. Instead, cameras fitted to four points each are tried, and the camera that most of the remaining points agree with
+//! shows which points are off (random sample consensus, Fischler and Bolles 1981). Four points always fit exactly. Five may
+//! disagree, but don't show which of them is wrong.
 
 use std::fmt;
 
@@ -12,44 +13,46 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::camera::{Camera, Known};
 
-/// A point off by no more than this, in pixels or as a part of the extent of all, was measured as well as people can.
+/// Maximum error of a well-measured point, in pixels or as a fraction of the extent of all points, whichever is greater. People
+/// cannot measure much better than this.
 const MEASURED_PX: f64 = 4.0;
 const MEASURED: f64 = 0.002;
-/// A point that is this many times further off than the others is wrong.
+/// Factor by which a wrong point is further off than the points that agree.
 const FAR: f64 = 4.0;
-/// The fewest points whose agreement is more than chance: four always agree.
+/// Minimum number of points whose agreement is meaningful, since four always agree.
 const FEWEST: usize = 5;
-/// How many cameras of four points are tried at most.
+/// Maximum number of cameras of four points that are tried.
 const MOST_CAMERAS: usize = 3000;
-/// With at most this many points, each pair is tried as exchanged.
+/// Maximum number of points for which all pairs are tried as exchanged.
 const MOST_EXCHANGED: usize = 12;
 
 /// A known point that disagrees with the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Off {
-    /// Its number, from 1.
+    /// Number of the point, from 1.
     pub number: usize,
-    /// How far it is from where the others place it, pixels.
+    /// Distance from where the other points place it, in pixels.
     pub off_px: f64,
 }
 
-/// What the known points say about each other.
+/// What the known points reveal about one another.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Review {
-    /// Those that disagree with the others.
+    /// The points that disagree with the others.
     pub off: Vec<Off>,
-    /// How many agree; `agreement_px` is how far off the furthest of them is.
+    /// Number of points that agree.
     pub agreeing: usize,
-    /// How far off the furthest of those that agree is, pixels.
+    /// Distance of the worst of the agreeing points from where the fit places it, in pixels.
     pub agreement_px: f64,
-    /// Two points, by their numbers, that agree with the others once they are exchanged.
+    /// Numbers of two points that would agree with the others after being exchanged.
     pub exchanged: Option<[usize; 2]>,
     /// Whether the picture shows the plane as if from below.
     pub is_mirrored: bool,
 }
 
 impl Review {
-    /// Reviews known points. For fewer than five it only says whether the picture is mirrored, because four always agree.
+    /// Reviews known points. For fewer than five points, it only finds out whether the picture is mirrored, because four always
+    /// agree.
     pub fn of(points: &[Known]) -> Self {
         let everybody: Vec<usize> = (0..points.len()).collect();
         let plain =
@@ -64,7 +67,7 @@ impl Review {
         let chosen = agreeing(points, measured_px).unwrap_or_default();
         let others: Vec<usize> = everybody.iter().copied().filter(|at| !chosen.contains(at)).collect();
         let suspects = if points.len() <= MOST_EXCHANGED { &everybody } else { &others };
-        // The strongest proof is that all agree after an exchange; failing that, that most agree.
+        // Agreement of all points after an exchange is the strongest evidence. Agreement of most points comes second.
         if let Some(([a, b], corrected)) = exchanged(points, suspects, measured_px) {
             let by = Camera::calibrated(&corrected).ok();
             let off_px = |at: usize| by.map_or(f64::INFINITY, |camera| off(&camera, &points[at]));
@@ -88,18 +91,18 @@ impl Review {
         }
     }
 
-    /// Whether all points agree.
+    /// Returns true if all points agree.
     pub fn agrees(&self) -> bool {
         self.off.is_empty()
     }
 
-    /// Whether there are so few points that they agree whatever is wrong with them.
+    /// Returns true if there are so few points that they would agree even if some of them were wrong.
     pub fn is_unchecked(&self) -> bool {
         self.agreeing + self.off.len() < FEWEST
     }
 }
 
-/// Which points are off, by how much, and what would correct it.
+/// Prints which points are off, by how much, and what would correct them.
 impl fmt::Display for Review {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { off, agreeing, agreement_px, .. } = self;
@@ -138,17 +141,17 @@ fn pixels(off_px: f64) -> String {
     if off_px.is_finite() { format!("{off_px:.0} pixels") } else { "infinitely far".to_owned() }
 }
 
-/// The points that agree with each other, if more do than by chance.
+/// Returns the points that agree with one another, if there are more of them than would agree by chance.
 fn agreeing(points: &[Known], measured_px: f64) -> Option<Vec<usize>> {
     let cost = |off_px: &[f64]| off_px.iter().map(|off| off.min(measured_px)).sum::<f64>();
     let tried = fours(points.len()).filter_map(|four| residuals(points, &four));
     let mut off_px = tried.min_by(|a, b| cost(a).total_cmp(&cost(b)))?;
     let mut most_px = measured_px;
     let mut chosen = Vec::new();
-    // A camera fitted to all that agree is better than one fitted to four.
+    // A camera fitted to all agreeing points is better than one fitted to four.
     for _ in 0..3 {
         chosen = (0..points.len()).filter(|&at| off_px[at] <= most_px).collect();
-        // More than half of those that are free to disagree.
+        // More than half of the points in excess of the four that always agree.
         if chosen.len() < FEWEST.max(points.len() / 2 + 2) {
             return None;
         }
@@ -159,7 +162,7 @@ fn agreeing(points: &[Known], measured_px: f64) -> Option<Vec<usize>> {
     Some(chosen)
 }
 
-/// How accurately people measure the points of a picture, pixels.
+/// Returns the accuracy with which people measure points in a picture, in pixels.
 fn measured_px(points: &[Known]) -> f64 {
     let extent = |axis: usize| {
         let ends = points.iter().fold((f64::MAX, f64::MIN), |(low, high), known| {
@@ -174,7 +177,8 @@ fn furthest(off_px: &[f64]) -> f64 {
     off_px.iter().copied().fold(0.0, f64::max)
 }
 
-/// Four of `count` points: all such choices, or many by chance (the same ones each time).
+/// Iterates over choices of four of `count` points. These are either all choices or a large pseudo-random sample, which is the
+/// same each time.
 fn fours(count: usize) -> impl Iterator<Item = Vec<usize>> {
     let all = count * (count - 1) * (count - 2) * (count - 3) / 24;
     let mut rng = Pcg64Mcg::seed_from_u64(1984);
@@ -190,7 +194,7 @@ fn fours(count: usize) -> impl Iterator<Item = Vec<usize>> {
     by_chance.into_iter().flatten().chain(each.into_iter().flatten())
 }
 
-/// How far each point is, in pixels, from where the camera fitted to some of them places it.
+/// Returns the distance of each point, in pixels, from where a camera fitted to some of the points places it.
 fn residuals(points: &[Known], of: &[usize]) -> Option<Vec<f64>> {
     let chosen: Vec<Known> = of.iter().map(|&at| points[at]).collect();
     let camera = Camera::fitted(&chosen).ok()?;
@@ -202,8 +206,9 @@ fn off(camera: &Camera, known: &Known) -> f64 {
     seen.map_or(f64::INFINITY, |[x, y]| (x - known.pixel[0]).hypot(y - known.pixel[1]))
 }
 
-/// Two of a few points, such that all agree once these two have swapped places, and all points after the swap. Exchanging two
-/// points of a rectangle may do as well as exchanging the other two, but then the picture is mirrored.
+/// Finds two of the given points such that all points agree once these two have exchanged positions. Returns these two, and all
+/// points after the exchange. For a rectangle, exchanging the other two may work as well, but would mirror the picture, so the
+/// exchange that doesn't is preferred.
 fn exchanged(points: &[Known], of: &[usize], measured_px: f64) -> Option<([usize; 2], Vec<Known>)> {
     let everybody: Vec<usize> = (0..points.len()).collect();
     let few: &[usize] = if of.len() <= MOST_EXCHANGED { of } else { &[] };
@@ -218,7 +223,7 @@ fn exchanged(points: &[Known], of: &[usize], measured_px: f64) -> Option<([usize
     best.map(|(_, _, pair, corrected)| (pair, corrected))
 }
 
-/// Whether the camera of some points sees the plane as if from below.
+/// Returns true if the camera fitted to some points sees the plane as if from below.
 fn is_mirrored(points: &[Known], of: &[usize]) -> bool {
     let chosen: Vec<Known> = of.iter().map(|&at| points[at]).collect();
     let area = |camera: Camera| camera.area(chosen[0].pixel);
@@ -231,7 +236,7 @@ mod tests {
 
     use super::*;
 
-    /// Points of a picture taken at a slight angle, measured to a pixel.
+    /// Returns known points of a picture that was taken at a slight angle, measured to the nearest pixel.
     fn points(count: usize) -> Vec<Known> {
         let places = [
             [0.0, 0.0],
@@ -306,7 +311,8 @@ mod tests {
         assert!(review.to_string().contains("more points would say"), "{review}");
     }
 
-    /// One of four points was 50 pixels off, and they "agree to 0.0 pixels": a camera fits any four.
+    /// Regression test: four points used to "agree to 0.0 pixels" although one was 50 pixels off, because a camera fits any
+    /// four.
     #[test]
     fn four_points_cannot_be_checked_whatever_is_wrong_with_one() {
         let mut four = points(4);

@@ -1,23 +1,23 @@
-//! The global camera: a perspective transform from pixels to places of the plane, calibrated by known points (Park and
+//! The global camera: a perspective transform from pixels to positions on the plane, calibrated by known points (Park and
 //! Kender 1995, 7.1.1).
 //!
-//! Eight numbers relate a plane and its picture (Hartley and Zisserman 2004, 4.1). They follow from four points, or from more
-//! by least squares.
+//! A plane and its picture are related by eight numbers (Hartley and Zisserman 2004, 4.1), which are determined by four points
+//! or, in the least-squares sense, by more.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use crate::error::DotsError;
 
-/// A known point: where it is in the picture and on the plane.
+/// A point whose position is known both in the picture and on the plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Known {
-    /// Column and row of the picture, from its upper left corner.
+    /// Column and row in the picture, from its upper left corner.
     pub pixel: [f64; 2],
-    /// On the plane.
+    /// Position on the plane.
     pub place: [f64; 2],
 }
 
-/// A perspective transform of a plane.
+/// A perspective transform between a plane and its picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
     place_from_pixel: Matrix3<f64>,
@@ -25,24 +25,24 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The camera that sees the known points where they are, as nearly as possible.
+    /// Returns the camera that sees the known points as closely as possible to where they are.
     ///
     /// # Errors
-    /// [`DotsError::Calibration`] if the points do not determine a camera, [`DotsError::Crossed`] if there are four that would
-    /// if two of them were exchanged, [`DotsError::Behind`] if one of them would lie behind the camera.
+    /// [`DotsError::Calibration`] if the points do not determine a camera. [`DotsError::Crossed`] if they are four points that
+    /// would do so if two of them were exchanged. [`DotsError::Behind`] if one of them would lie behind the camera.
     pub fn calibrated(points: &[Known]) -> Result<Self, DotsError> {
         Self::fitted(points).map_err(|error| {
             uncrossing(points).map_or(error, |pair| DotsError::Crossed { exchange: pair.map(|at| at + 1) })
         })
     }
 
-    /// The same, but an error says only that there is no such camera.
+    /// Like [`Camera::calibrated`], but doesn't look for two points to exchange, so it never returns [`DotsError::Crossed`].
     pub(crate) fn fitted(points: &[Known]) -> Result<Self, DotsError> {
         let wrong = || DotsError::Calibration { found: points.len() };
         if points.len() < 4 {
             return Err(wrong());
         }
-        // Coordinates about their mean and of size one keep the equations well conditioned.
+        // Centring and scaling the coordinates keeps the equations well-conditioned.
         let pixels = Normal::of(points.iter().map(|known| known.pixel)).ok_or_else(wrong)?;
         let places = Normal::of(points.iter().map(|known| known.place)).ok_or_else(wrong)?;
         let mut left = DMatrix::zeros(2 * points.len(), 8);
@@ -69,33 +69,34 @@ impl Camera {
         }
     }
 
-    /// Where on the plane a pixel is.
+    /// Returns the position on the plane that a pixel shows.
     ///
     /// # Errors
-    /// [`DotsError::Horizon`].
+    /// [`DotsError::Horizon`] if the pixel is on the horizon or beyond.
     pub fn place(&self, [x, y]: [f64; 2]) -> Result<[f64; 2], DotsError> {
         project(&self.place_from_pixel, [x, y]).ok_or(DotsError::Horizon { x, y })
     }
 
-    /// Where a place is in the picture; `None` if it is behind the camera.
+    /// Returns the pixel that shows a position, or `None` if the position is behind the camera.
     pub fn pixel(&self, place: [f64; 2]) -> Option<[f64; 2]> {
         project(&self.pixel_from_place, place)
     }
 
-    /// How much area of the plane, in its squared unit, a pixel covers at a place in the picture; below 0 for a picture that
-    /// shows the plane as if from below. `None` on the horizon and beyond.
+    /// Returns the area of the plane that a pixel covers at this point of the picture, in the plane's squared unit. It is
+    /// negative if the picture shows the plane as if from below. Returns `None` on the horizon and beyond.
     pub fn area(&self, [x, y]: [f64; 2]) -> Option<f64> {
         let h = &self.place_from_pixel;
         let at = h * Vector3::new(x, y, 1.0);
-        // The Jacobian of a perspective transform; rows of a picture count downwards.
+        // This is the Jacobian determinant of the perspective transform. Its sign is inverted because the rows of a picture
+        // count downwards.
         let area = -h.determinant() / at.z.powi(3);
         (at.z > 1e-12 && area.is_finite()).then_some(area)
     }
 
-    /// The standard deviation of a place on each axis, from how far off the known points are; `None` for four points, which
-    /// always fit.
+    /// Estimates the standard deviation of a position on each axis from the residuals of the known points. Returns `None` for
+    /// four points, which always fit exactly.
     pub fn spread(&self, points: &[Known]) -> Option<f64> {
-        // Eight numbers were fitted to two for each point.
+        // The fit determines eight numbers from two coordinates of each point.
         let freedom = (2 * points.len()).checked_sub(8).filter(|&freedom| freedom > 0)?;
         let squared = |known: &Known| {
             let [x, y] = self.place(known.pixel).ok()?;
@@ -106,8 +107,8 @@ impl Camera {
     }
 }
 
-/// The two of four points that have each other's places, if a camera sees all four once they are exchanged. The other two would
-/// do as well, but then the picture is mirrored.
+/// Returns the two of four points that have each other's positions, if a camera sees all four after exchanging them. Exchanging
+/// the other two would work as well, but would mirror the picture, so the exchange that doesn't is preferred.
 fn uncrossing(points: &[Known]) -> Option<[usize; 2]> {
     const PAIRS: [[usize; 2]; 6] = [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]];
     let exchanged = |[a, b]: [usize; 2]| {
@@ -120,15 +121,15 @@ fn uncrossing(points: &[Known]) -> Option<[usize; 2]> {
     upright.first().or(mirrored.first()).map(|(pair, _)| *pair)
 }
 
-/// `None` on the horizon and beyond. The third coordinate is 1 at the mean of the known pixels, so it is above 0 for anything
-/// in front of the camera, in both directions.
+/// Applies a perspective transform. Returns `None` on the horizon and beyond. The third coordinate is 1 at the mean of the
+/// known pixels, so in both directions, it is positive for everything in front of the camera.
 fn project(matrix: &Matrix3<f64>, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
     let at = matrix * Vector3::new(x, y, 1.0);
     let projected = [at.x / at.z, at.y / at.z];
     (at.z > 1e-12 && projected.iter().all(|v| v.is_finite())).then_some(projected)
 }
 
-/// Coordinates about their mean, of size one.
+/// A transform that moves the mean of points to the origin and scales their mean distance from it to 1.
 struct Normal {
     mean: [f64; 2],
     scale: f64,
@@ -172,7 +173,8 @@ mod tests {
             let [x, y] = camera.place(point.pixel).unwrap();
             assert!((x - point.place[0]).hypot(y - point.place[1]) < 1e-9);
         }
-        // The diagonals of the picture meet at x = 500, a third of the way up from the near side of 800 px to the far one of 400.
+        // The diagonals of the picture meet at x = 500, a third of the way up from the near side of 800 px to the far side of
+        // 400 px.
         let [x, y] = camera.pixel([0.5, 0.5]).unwrap();
         assert!((x - 500.0).abs() < 1e-6 && (y - 1300.0 / 3.0).abs() < 1e-6, "{x} {y}");
         assert!(camera.spread(&points).is_none());
@@ -187,12 +189,13 @@ mod tests {
         assert!(Camera::calibrated(&known([[2.0, 2.0]; 4], SQUARE)).is_err());
     }
 
-    /// A pixel above the horizon once had a place: one on the plane behind the camera, mirrored.
+    /// Regression test: a pixel above the horizon used to have a position, which was a mirrored one on the plane behind the
+    /// camera.
     #[test]
     fn beyond_the_horizon_there_is_no_place_and_behind_the_camera_no_pixel() {
         let aslant = [[100.0, 700.0], [900.0, 700.0], [700.0, 300.0], [300.0, 300.0]];
         let camera = Camera::calibrated(&known(aslant, SQUARE)).unwrap();
-        // The sides of the square meet in row -100; the camera is above y = -1.
+        // The sides of the square meet in row -100, and the camera is above y = -1.
         assert!(camera.place([500.0, -99.0]).is_ok() && camera.pixel([0.5, -0.99]).is_some());
         for beyond in [[500.0, -100.0], [500.0, -101.0], [300.0, -5000.0]] {
             assert!(matches!(camera.place(beyond), Err(DotsError::Horizon { .. })), "{beyond:?}");
@@ -220,8 +223,9 @@ mod tests {
         assert!(Camera::calibrated(&mirrored).unwrap().area([-500.0, 500.0]).unwrap() < 0.0);
     }
 
-    /// Four points always fit. With two of them exchanged, a line between them was the horizon, and half of the plane lay
-    /// behind the camera; for a rectangle seen straight from above, the error said that three of its corners lie on one line.
+    /// Four points always fit. If two of them were exchanged, the horizon used to run between them, and half of the plane lay
+    /// behind the camera. For a rectangle seen straight from above, the error used to claim that three of its corners lie on
+    /// one line.
     #[test]
     fn four_points_that_are_crossed_are_named_with_what_to_exchange() {
         let aslant = [[90.0, 700.0], [900.0, 690.0], [700.0, 300.0], [310.0, 320.0]];
@@ -239,7 +243,7 @@ mod tests {
         }
     }
 
-    /// One corner of the picture is within the triangle of the others: no exchange turns that into a square.
+    /// One of the four pixels lies inside the triangle of the others, and no exchange makes them the picture of a square.
     #[test]
     fn a_point_that_would_lie_behind_the_camera_is_named() {
         let inside = [[0.0, 900.0], [900.0, 900.0], [400.0, 0.0], [400.0, 600.0]];

@@ -1,95 +1,96 @@
-//! What can be wrong with input.
+//! Errors in the input of this crate.
 
-/// Why dots, a calibration or a picture are rejected.
+/// The reason why dots, a calibration or a picture were rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum DotsError {
-    /// A parameter out of its range.
+    /// A parameter is out of range.
     #[error("{what}: expected {expected}, found {found}")]
     Parameter {
-        /// Which parameter.
+        /// Name of the parameter.
         what: &'static str,
-        /// Its range.
+        /// Description of the valid range.
         expected: &'static str,
-        /// The number.
+        /// The invalid value.
         found: f64,
     },
-    /// A calibration from which no camera follows.
+    /// The known points don't determine a camera.
     #[error("expected at least four points, no three on one line, found {found} points")]
     Calibration {
-        /// How many points there are.
+        /// Number of points.
         found: usize,
     },
-    /// Four known points of which two have each other's places: a proper quadrilateral in the picture, a crossed one on the plane.
+    /// Two of the four known points have each other's positions, so that a proper quadrilateral in the picture crosses itself
+    /// on the plane.
     #[error(
         "expected four points that go around a quadrilateral in the picture as they do on the plane, found one that crosses \
          itself: exchange the places of points {} and {}",
         exchange[0], exchange[1]
     )]
     Crossed {
-        /// The numbers, from 1, of two points that are to be exchanged.
+        /// Numbers of the two points to exchange, from 1.
         exchange: [usize; 2],
     },
-    /// A known point that would lie behind the camera: two of them are exchanged, or one is far off.
+    /// A known point would lie behind the camera, because two points are exchanged or one is far off.
     #[error(
         "known point {number}, pixel ({}, {}): expected a place in front of the camera, like the others, found one behind it",
         pixel[0], pixel[1]
     )]
     Behind {
-        /// Its number, from 1.
+        /// Number of the point, from 1.
         number: usize,
-        /// Its pixel.
+        /// Pixel of the point.
         pixel: [f64; 2],
     },
-    /// Known points that disagree by more than a map can tolerate.
+    /// The known points disagree by more than a map can tolerate.
     #[error("expected known points that agree, found {0}")]
     Disagree(String),
-    /// A picture in which light and shadow leave no dots that can be told from their ground.
+    /// Light and shadow prevent dots from being distinguished from the ground.
     #[error(
         "expected even light, found a ground from {darkest} to {lightest} of 255 on which {found}: photograph it in even light"
     )]
     Light {
-        /// The darkest ground.
+        /// Level of the darkest ground.
         darkest: u8,
-        /// The lightest ground.
+        /// Level of the lightest ground.
         lightest: u8,
         /// What is wrong with the spots.
         found: String,
     },
-    /// A place behind the camera, or on its horizon.
+    /// A pixel shows a position on the camera's horizon or beyond.
     #[error("pixel ({x}, {y}): expected a place on the plane, found one on the camera's horizon or beyond")]
     Horizon {
-        /// The pixel.
+        /// Column of the pixel.
         x: f64,
-        /// The pixel.
+        /// Row of the pixel.
         y: f64,
     },
-    /// A picture without a spot.
+    /// A picture contains no spots.
     #[error("expected dots on a plain ground, found none in {width} × {height} pixels")]
     NoDots {
-        /// Pixels.
+        /// Width of the picture, in pixels.
         width: u32,
-        /// Pixels.
+        /// Height of the picture, in pixels.
         height: u32,
     },
-    /// More spots than a plane has dots.
+    /// A picture has more spots than a plane may have dots.
     #[error("expected at most {limit} dots, found {found}")]
     TooManyDots {
-        /// The greatest number.
+        /// Maximum number of dots.
         limit: usize,
-        /// How many there are.
+        /// Number of spots found.
         found: usize,
     },
-    /// A picture with too many pixels.
+    /// A picture has too many pixels.
     #[error("expected a picture of at most {limit} pixels, found {width} × {height}")]
     Size {
-        /// The greatest number of pixels.
+        /// Maximum number of pixels.
         limit: u64,
-        /// Pixels.
+        /// Width of the picture, in pixels.
         width: u32,
-        /// Pixels.
+        /// Height of the picture, in pixels.
         height: u32,
     },
-    /// Not a picture that can be read.
+    /// The bytes are not a readable picture.
     #[error("expected a PNG, JPEG or PNM picture: {0}")]
     Picture(#[from] image::ImageError),
 }

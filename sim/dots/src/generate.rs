@@ -1,4 +1,4 @@
-//! Random places on a square, by seed. No two are the same.
+//! Generates random positions on a square from a seed, no two of which are the same.
 
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
@@ -6,23 +6,23 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::error::DotsError;
 
-/// The longest side of a square.
+/// Maximum side of a square.
 pub const LIMIT: f64 = 1e9;
 
-/// Places with equal probability everywhere on a square of this side.
+/// Generates positions that are uniformly distributed over a square with this side.
 ///
 /// # Errors
-/// [`DotsError::Parameter`].
+/// [`DotsError::Parameter`] if the side is out of range.
 pub fn uniform(dots: usize, side: f64, seed: u64) -> Result<Vec<[f64; 2]>, DotsError> {
     let mut rng = generator(side, seed)?;
     Ok(distinct(dots, || place(&mut rng, side)))
 }
 
-/// Places around a number of centres on a square of this side, with normal distances of this spread. Places beyond the square
-/// are drawn again.
+/// Generates positions around `clusters` centres on a square with this side, at normally distributed distances with this
+/// spread. Positions outside the square are drawn again.
 ///
 /// # Errors
-/// [`DotsError::Parameter`].
+/// [`DotsError::Parameter`] if the side or the spread is out of range, or if there are no clusters.
 pub fn clustered(
     dots: usize,
     side: f64,
@@ -53,11 +53,11 @@ pub fn clustered(
     }))
 }
 
-/// Places with equal probability everywhere on a square of this side, and more of them in a wall. The wall is an
-/// upright strip in the middle, a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
+/// Generates positions that are uniformly distributed over a square with this side, and additional ones in a wall. The wall is
+/// a vertical strip in the middle, a tenth of the side wide and nine tenths high (Park and Kender 1995, figure 25).
 ///
 /// # Errors
-/// [`DotsError::Parameter`].
+/// [`DotsError::Parameter`] if the side is out of range.
 pub fn walled(dots: usize, in_wall: usize, side: f64, seed: u64) -> Result<Vec<[f64; 2]>, DotsError> {
     let mut rng = generator(side, seed)?;
     let mut drawn = 0;
@@ -83,7 +83,7 @@ fn place(rng: &mut Pcg64Mcg, side: f64) -> [f64; 2] {
     [rng.random_range(0.0..side), rng.random_range(0.0..side)]
 }
 
-/// Draws until no two are at the same place. With 53 bits per coordinate it seldom has to draw twice.
+/// Draws positions until no two are the same. With 53 bits per coordinate, it rarely has to draw again.
 fn distinct(dots: usize, mut draw: impl FnMut() -> [f64; 2]) -> Vec<[f64; 2]> {
     let mut places: Vec<_> = (0..dots).map(|_| draw()).collect();
     while let Some((_, second)) = same_place(&places) {
@@ -92,10 +92,10 @@ fn distinct(dots: usize, mut draw: impl FnMut() -> [f64; 2]) -> Vec<[f64; 2]> {
     places
 }
 
-/// Two at the same place, by their numbers.
+/// Returns the indices of two equal positions, if there are any.
 pub fn same_place(places: &[[f64; 2]]) -> Option<(usize, usize)> {
     let mut order: Vec<usize> = (0..places.len()).collect();
-    // Minus zero is zero.
+    // 0.0 and -0.0 are the same coordinate.
     let key = |number: usize| places[number].map(|at| at + 0.0);
     let by_place = |a: [f64; 2], b: [f64; 2]| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]));
     order.sort_by(|&a, &b| by_place(key(a), key(b)).then(a.cmp(&b)));

@@ -1,12 +1,13 @@
-//! Planes of identical dots (Park and Kender 1995, 3.1 and 7.1.1), as shared by worlds and map-makers.
+//! Planes of identical dots (Park and Kender 1995, 3.1 and 7.1.1), shared by worlds and map-makers.
 //!
-//! - [`generate`]: random places, by seed;
-//! - [`camera`]: where a global camera sees a place of the plane, and the calibration by known points;
-//! - [`calibration`]: which of the known points disagree with the others;
-//! - [`picture`]: the spots of a picture and their centroids, and pictures of planes; [`light`]: uneven light is levelled;
-//!   [`alike`]: spots that are not dots.
+//! - [`generate`] generates random positions from a seed.
+//! - [`camera`] maps between positions on the plane and pixels of the global camera, which is calibrated by known points.
+//! - [`calibration`] finds known points that disagree with the others.
+//! - [`picture`] finds the spots of a picture and their centroids, and draws pictures of planes.
+//! - [`light`] levels uneven light.
+//! - [`alike`] separates dots from other spots.
 //!
-//! Nothing here opens a file or has randomness of its own.
+//! This crate opens no files and has no source of randomness of its own.
 
 pub mod alike;
 pub mod calibration;

@@ -1,22 +1,23 @@
-//! Levels uneven light: a lamp on one side, a shadow across the picture, dark corners.
+//! Levels uneven light, such as a lamp on one side, a shadow across the picture, or dark corners.
 //!
-//! The ground of dark dots is what a morphological closing leaves: whatever is dark and narrower than a square that is larger
-//! than the dots is filled. Edges of shadows stay in place. An opening does the same for light dots. Each pixel then counts by
-//! its contrast with its own ground.
+//! For dark dots, the ground is what remains after a morphological closing, which fills everything dark that is narrower than a
+//! square larger than the dots. The edges of shadows stay in place. For light dots, an opening does the same. Each pixel is
+//! then replaced by its contrast with the ground around it.
 
 use image::{GrayImage, Luma};
 
-/// The square is this part of the shorter side of a picture, to each side of its middle.
+/// Divisor of a picture's shorter side that gives the distance by which the square extends to each side of its centre.
 const REACH: u32 = 12;
-/// And not smaller than this, pixels.
+/// Minimum distance by which the square extends to each side of its centre, in pixels.
 const LEAST_REACH: u32 = 7;
-/// Ground darker than this part of the light one is levelled no further, since that would show noise.
+/// Level of the darkest ground that is levelled completely, as a fraction of the lightest ground. Amplifying darker ground
+/// would reveal noise.
 const DARKEST: f64 = 0.25;
-/// Neither is ground below this level.
+/// Minimum level of ground that is levelled completely.
 const BLACK: f64 = 8.0;
-/// Light is even if the dark ground has at least this part of the level of the light one.
+/// Minimum level of the dark ground in even light, as a fraction of the level of the light ground.
 const EVEN: f64 = 0.7;
-/// Which part of the ground counts as its darkest and its lightest.
+/// Fraction of the ground that counts as its darkest and as its lightest part.
 const ENDS: f64 = 0.05;
 
 /// Whether the dots of a picture are dark or light.
@@ -31,22 +32,22 @@ pub enum Dots {
 /// The light on the ground of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Light {
-    /// The level that 5 % of the ground do not reach, of 255.
+    /// Level that separates the darkest 5 % of the ground from the rest, from 0 to 255.
     pub darkest: u8,
-    /// The level that 5 % of the ground exceed.
+    /// Level that separates the lightest 5 % of the ground from the rest, from 0 to 255.
     pub lightest: u8,
-    /// The share of the ground that is too dark for dots to be told from it.
+    /// Fraction of the ground that is too dark for dots to be distinguished from it.
     pub dark: f64,
 }
 
 impl Light {
-    /// Whether nothing needs to be levelled.
+    /// Returns true if the light doesn't need levelling.
     pub fn is_even(&self) -> bool {
         f64::from(self.darkest).max(BLACK) >= EVEN * f64::from(self.lightest)
     }
 }
 
-/// The light on a picture, and the picture in even light.
+/// Returns the light on a picture, and the picture in even light.
 pub fn level(picture: &GrayImage, dots: Dots) -> (Light, GrayImage) {
     let reach = (picture.width().min(picture.height()) / REACH).max(LEAST_REACH) as usize;
     let ground = ground(picture, dots, reach);
@@ -80,8 +81,8 @@ fn light(ground: &GrayImage) -> Light {
     Light { darkest: below(ENDS), lightest, dark: dark as f64 / all.max(1) as f64 }
 }
 
-/// The ground: for dark dots, the least of the greatest levels in squares that reach `reach` to each side. Squares may extend
-/// beyond the edge of the picture, where nothing counts.
+/// Returns the ground. For dark dots, this is the minimum over a square of the maxima over squares, where squares extend by
+/// `reach` to each side. Squares may extend beyond the edge of the picture, where pixels are ignored.
 fn ground(picture: &GrayImage, dots: Dots, reach: usize) -> GrayImage {
     let (width, height) = (picture.width() as usize, picture.height() as usize);
     let order: fn(u8) -> u8 = if dots == Dots::Dark { |level| level } else { |level| 255 - level };
@@ -98,7 +99,7 @@ fn ground(picture: &GrayImage, dots: Dots, reach: usize) -> GrayImage {
     GrayImage::from_raw(width as u32, height as u32, levels).unwrap_or_else(|| picture.clone())
 }
 
-/// Levels of a picture, row by row.
+/// The levels of a picture, row by row.
 struct Levels {
     width: usize,
     levels: Vec<u8>,
@@ -124,8 +125,8 @@ impl Levels {
     }
 }
 
-/// Appends the greatest value of each window of `2 * reach + 1` values in a line extended by `beyond` at either end: blocks are
-/// traversed from both ends (van Herk 1992).
+/// Appends the maximum of each window of `2 * reach + 1` values in a line that is extended by `beyond` values at either end.
+/// Blocks are traversed from both ends (van Herk 1992), which takes linear time.
 fn greatest(line: &[u8], reach: usize, beyond: usize, out: &mut Vec<u8>) {
     let window = 2 * reach + 1;
     let count = line.len() + 2 * beyond;
@@ -160,7 +161,7 @@ mod tests {
 
     #[test]
     fn the_ground_is_even_after_levelling_and_dots_stay() {
-        // Light from the left, and the shadow of something with a hard edge.
+        // Light from the left, and a shadow with a hard edge.
         let lit = |x: u32, y: u32| {
             let lamp = 80.0 + 150.0 * f64::from(x) / 240.0;
             if y > 100 { 0.5 * lamp } else { lamp }

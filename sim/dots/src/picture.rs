@@ -1,7 +1,8 @@
-//! Pictures of planes: the centroids of their spots, and pictures to be made.
+//! Finds the spots of a picture and their centroids, and draws pictures of planes.
 //!
-//! Dots are darker than their ground, or lighter. Uneven light is levelled first. The threshold between them is Otsu's (1979).
-//! Pixels that touch, corners included, are one spot. Its centroid weights each pixel by its contrast.
+//! Dots may be darker or lighter than their ground. Uneven light is levelled first. The threshold between dots and ground is
+//! that of Otsu (1979). Pixels that touch, even if only at their corners, belong to the same spot. A spot's centroid weights
+//! each pixel by its contrast.
 
 use std::fmt;
 
@@ -11,44 +12,46 @@ use crate::camera::Camera;
 use crate::error::DotsError;
 use crate::light::{Dots, Light, level};
 
-/// Most pixels of a picture.
+/// Maximum number of pixels of a picture.
 pub const MOST_PIXELS: u64 = 64_000_000;
-/// Most spots of a picture.
+/// Maximum number of spots of a picture.
 pub const MOST_SPOTS: usize = 20_000;
-/// Spots of fewer pixels are dust.
+/// Minimum number of pixels of a spot. Smaller ones are dust.
 const LEAST_PIXELS: usize = 3;
-/// The least difference between dots and ground, of 255.
+/// Minimum difference between the levels of dots and ground, which range from 0 to 255.
 const LEAST_CONTRAST: f64 = 40.0;
 
 /// A spot of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// Its centroid: column and row from the upper left corner, where the middle of the first pixel is (0.5, 0.5).
+    /// Column and row of the centroid, measured from the upper left corner. The centre of the first pixel is (0.5, 0.5).
     pub at: [f64; 2],
-    /// How many pixels it has.
+    /// Number of pixels.
     pub pixels: usize,
-    /// Its area relative to that of the ellipse with the same moments: 1 for a disc seen at any angle, 0.95 for a square, 0.5
-    /// for a letter.
+    /// Area of the spot relative to that of the ellipse with the same moments: 1 for a disc seen at any angle, 0.95 for a
+    /// square, 0.5 for a letter.
     pub compactness: f64,
 }
 
-/// What a picture shows.
+/// The contents of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reading {
-    /// Its spots, from the top to the bottom.
+    /// The spots, from top to bottom.
     pub spots: Vec<Spot>,
-    /// How many rows of pixels it has.
+    /// Number of rows of pixels.
     pub height: u32,
-    /// Its light, if that was levelled.
+    /// The light on the ground, if it was uneven and had to be levelled.
     pub uneven: Option<Light>,
-    /// How many spots of fewer than three pixels were taken for dust.
+    /// Number of spots with fewer than three pixels, which are considered dust.
     pub dust: usize,
 }
 
-/// The spots of a picture file.
+/// Finds the spots of a picture file.
 ///
 /// # Errors
-/// [`DotsError::Picture`], [`DotsError::Size`], [`DotsError::NoDots`], [`DotsError::TooManyDots`], [`DotsError::Light`].
+/// [`DotsError::Picture`] if the file cannot be decoded, [`DotsError::Size`] if it has too many pixels, [`DotsError::NoDots`]
+/// or [`DotsError::TooManyDots`] if the number of spots is out of range, and [`DotsError::Light`] instead of these two if the
+/// light is uneven.
 pub fn read(bytes: &[u8]) -> Result<Reading, DotsError> {
     let mut reader = image::ImageReader::new(std::io::Cursor::new(bytes))
         .with_guessed_format()
@@ -59,10 +62,11 @@ pub fn read(bytes: &[u8]) -> Result<Reading, DotsError> {
     read_levels(&reader.decode()?.into_luma8())
 }
 
-/// The spots of a picture.
+/// Finds the spots of a decoded picture.
 ///
 /// # Errors
-/// As [`read`].
+/// [`DotsError::Size`], [`DotsError::NoDots`], [`DotsError::TooManyDots`] and [`DotsError::Light`], under the same conditions
+/// as for [`read`].
 pub fn read_levels(picture: &GrayImage) -> Result<Reading, DotsError> {
     let (width, height) = picture.dimensions();
     if u64::from(width) * u64::from(height) > MOST_PIXELS {
@@ -86,39 +90,39 @@ pub fn read_levels(picture: &GrayImage) -> Result<Reading, DotsError> {
     }
 }
 
-/// A picture whose light was levelled.
+/// A picture after levelling its light.
 struct Lit {
     light: Light,
     picture: GrayImage,
 }
 
-/// Above this separation two levels are those of dots and their ground, however large the dots are.
+/// Separation above which two levels are certainly those of dots and ground, however large the dots are.
 const SEPARATED: f64 = 0.85;
 
-/// The picture in even light; `None` if its light is already even.
+/// Returns the picture in even light, or `None` if its light is already even.
 fn levelled(picture: &GrayImage) -> Option<Lit> {
     let of = |dots: Dots| {
         let (light, picture) = level(picture, dots);
         let found = levels(&picture).filter(|found| (found.ground > found.threshold) == (dots == Dots::Dark));
         (found.map_or(1.0, |found| found.marked), Lit { light, picture })
     };
-    // Dots are dark or light, whichever leaves more for the ground.
+    // Dots are assumed to be dark or light, whichever leaves more of the picture to the ground.
     let (dark, light) = (of(Dots::Dark), of(Dots::Light));
     let (marked, lit) = if dark.0 <= light.0 { dark } else { light };
     let has_dots_as_it_is = || levels(picture).is_some_and(|levels| levels.separation > SEPARATED);
     (!lit.light.is_even() && (marked < 1.0 || !has_dots_as_it_is())).then_some(lit)
 }
 
-/// The spots of a picture in even light.
+/// The spots of a picture in even light, and the number of dust specks.
 struct Found {
     spots: Vec<Spot>,
     dust: usize,
 }
 
-/// `None` if the picture has only one level, or nearly so.
+/// Returns the spots, or `None` if the picture has only one level, or nearly so.
 fn spots(picture: &GrayImage) -> Option<Found> {
     let Levels { ground, threshold, .. } = levels(picture)?;
-    // Contrast against the ground; pixels on the ground's side of the threshold have none.
+    // Returns the contrast of a level with the ground, which is 0 for pixels on the ground's side of the threshold.
     let contrast = |level: u8| {
         let is_spot = (f64::from(level) > threshold) != (ground > threshold);
         if is_spot { (f64::from(level) - ground).abs() } else { 0.0 }
@@ -128,17 +132,18 @@ fn spots(picture: &GrayImage) -> Option<Found> {
     Some(Found { spots, dust: dust.len() })
 }
 
-/// What divides spots from their ground.
+/// The levels that separate spots from the ground.
 struct Levels {
     ground: f64,
     threshold: f64,
-    /// The share of the picture that is not ground.
+    /// Fraction of the picture that is not ground.
     marked: f64,
-    /// Which part of the variance lies between the two: 1 for two levels, 0.75 for a slope from one to the other.
+    /// Fraction of the variance that lies between dots and ground: 1 for two distinct levels, 0.75 for a uniform slope between
+    /// them.
     separation: f64,
 }
 
-/// `None` if the picture has only one level, or nearly so.
+/// Returns the levels of a picture, or `None` if it has only one level, or nearly so.
 fn levels(picture: &GrayImage) -> Option<Levels> {
     let mut histogram = [0_u64; 256];
     picture.pixels().for_each(|pixel| histogram[usize::from(pixel.0[0])] += 1);
@@ -152,7 +157,7 @@ fn levels(picture: &GrayImage) -> Option<Levels> {
     let divided = (1..256).filter_map(|first| {
         let ((below, dark), (above, light)) = (moments(0..first), moments(first..256));
         let (low, high) = (dark / below, light / above);
-        // The ground has more pixels than the dots.
+        // The ground has more pixels than the dots have.
         let ground = if below > above { low } else { high };
         let marked = below.min(above) / (below + above);
         let between = below * above * (high - low).powi(2);
@@ -192,14 +197,14 @@ fn components(picture: &GrayImage, contrast: impl Fn(u8) -> f64) -> Vec<Spot> {
     spots
 }
 
-/// The sums over the pixels of a spot.
+/// Sums over the pixels of a spot.
 #[derive(Default)]
 struct Moments {
     weight: f64,
     weighted: [f64; 2],
     pixels: f64,
     sum: [f64; 2],
-    /// Of x², y² and xy.
+    /// Sums of x², y² and xy.
     squares: [f64; 3],
 }
 
@@ -216,7 +221,7 @@ impl Moments {
     fn spot(&self) -> Spot {
         let n = self.pixels;
         let [x, y] = self.sum.map(|sum| sum / n);
-        // A pixel is a square with moments of its own.
+        // Each pixel is a square, which has moments of its own.
         let [xx, yy] = [self.squares[0] / n - x * x, self.squares[1] / n - y * y].map(|own| own + 1.0 / 12.0);
         let xy = self.squares[2] / n - x * y;
         let ellipse = 4.0 * std::f64::consts::PI * (xx * yy - xy * xy).max(0.0).sqrt();
@@ -225,7 +230,7 @@ impl Moments {
     }
 }
 
-/// A description, for people, of the light that was levelled.
+/// Describes the light that was levelled, for people.
 impl fmt::Display for Light {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { darkest, lightest, dark } = self;
@@ -245,7 +250,7 @@ fn around(x: usize, y: usize, width: usize, height: usize) -> impl Iterator<Item
     rows.flat_map(move |y| (x.saturating_sub(1)..(x + 2).min(width)).map(move |x| (x, y)))
 }
 
-/// A picture of a plane with dark dots of this radius, as a camera sees it. Each pixel has five by five samples.
+/// Draws the picture that a camera sees of a plane with dark dots of this radius. Each pixel is averaged from 5 × 5 samples.
 pub fn draw(size: [u32; 2], camera: &Camera, dots: &[[f64; 2]], radius: f64) -> GrayImage {
     const SAMPLES: i32 = 5;
     let mut picture = GrayImage::from_pixel(size[0], size[1], Luma([235]));
@@ -320,7 +325,7 @@ mod tests {
         assert!(matches!(read(b"no picture"), Err(DotsError::Picture(_))));
     }
 
-    /// Twenty dots, as light from a direction and dark corners make them; how they are read.
+    /// Draws twenty dots under uneven light, and reads them. `light` is the brightness at a point of the picture.
     fn lit(light: impl Fn(f64, f64) -> f64, is_light_on_dark: bool) -> Result<Reading, DotsError> {
         let dots: Vec<_> =
             (0..20).map(|i| [0.1 + 0.2 * f64::from(i % 5), 0.1 + 0.25 * f64::from(i / 5)]).collect();
@@ -337,7 +342,7 @@ mod tests {
         for dot in dots {
             let nearest = reading.spots.iter().map(|spot| camera().place(spot.at).unwrap());
             let off = nearest.map(|at| (at[0] - dot[0]).hypot(at[1] - dot[1])).fold(f64::MAX, f64::min);
-            // An edge of a shadow across a dot moves its centroid by a pixel.
+            // The edge of a shadow across a dot moves its centroid by a pixel.
             assert!(off < 2e-3, "{off}");
         }
         Ok(reading)

@@ -1,5 +1,4 @@
-//! Any text as a floor plan: it is read or refused, and if it is read and has room for a robot, the robot moves for two
-//! instants.
+//! Parses arbitrary text as a floor plan. If it is valid and has room for a robot, the robot moves for two instants.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

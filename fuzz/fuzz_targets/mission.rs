@@ -1,5 +1,5 @@
-//! Any text as a mission file: it is read or rejected. What is read is driven for one instant, on a floor and with a drawing
-//! that ship.
+//! Parses arbitrary text as a mission file. If it is valid, the mission is driven for one instant, on a floor that ships with
+//! the program and with a small drawing.
 #![no_main]
 
 use std::path::Path;

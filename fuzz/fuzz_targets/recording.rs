@@ -1,4 +1,4 @@
-//! Any bytes as a recording: read in every way as far as they are intact, recovered, or refused.
+//! Opens arbitrary bytes as a recording, reads whatever is intact in every possible way, and recovers it.
 #![no_main]
 
 use std::io::Write;
@@ -20,7 +20,7 @@ fuzz_target!(|bytes: &[u8]| {
     }
     let Ok(recording) = Recording::open(file.path()) else { return };
     if let Ok(parts) = recording.parts() {
-        // A damaged file says so and ends.
+        // The parts of a damaged file end with an error.
         parts.take_while(Result::is_ok).for_each(drop);
     }
     let _ = recording.run();

@@ -1,4 +1,4 @@
-//! Any text as a robot file: it is read or refused, and what is read moves and measures for two instants.
+//! Parses arbitrary text as a robot file. If it is valid, the robot moves and measures for two instants.
 #![no_main]
 
 use std::convert::Infallible;
@@ -35,7 +35,7 @@ impl Senses for Valid {
 
 fuzz_target!(|text: &str| {
     let Ok(robot) = Robot::parse(text) else { return };
-    // Without what only a plane of dots has.
+    // The sensors that only exist above a plane of dots are removed.
     let robot = Robot { view: None, motion_noise: None, ..robot };
     let room = floor_plan::parse(ROOM).expect("a room");
     let mut floor = Floor::new(room, &robot, Pose::new(20.0, 20.0, 0.0), 1).expect("room for every robot");

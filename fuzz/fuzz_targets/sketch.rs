@@ -1,4 +1,4 @@
-//! Any bytes as a drawing, of whatever kind they claim to be.
+//! Reads arbitrary bytes as a drawing, in whatever format they claim to be.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

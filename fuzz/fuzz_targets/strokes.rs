@@ -1,4 +1,4 @@
-//! Any text after the head of a strokes file.
+//! Reads arbitrary text that follows the head of a strokes file.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

@@ -1,4 +1,5 @@
-//! Any styles in an SVG: a style sheet, the style of a group, the attribute of a path. (Any bytes as a drawing: `sketch`.)
+//! Reads an SVG with arbitrary styles: in a style sheet, in the style of a group, and in an attribute of a path. Arbitrary
+//! bytes as a drawing are covered by `sketch`.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -15,7 +16,7 @@ fuzz_target!(|styles: [String; 3]| {
     assert!(first == read(svg.as_bytes(), "fuzz.svg", &Options::default()), "two readings differ");
 });
 
-/// Escaped for XML.
+/// Returns the text escaped for XML.
 fn escaped(text: &str) -> String {
     let allowed = |c: &char| !c.is_control() && !matches!(c, '\u{fffe}' | '\u{ffff}');
     text.chars().filter(allowed).fold(String::new(), |mut text, c| {

@@ -62,7 +62,7 @@ impl Attached {
     }
 }
 
-/// A turn and the ticks that belong to it.
+/// A turn of one case, with the ticks that belong to it.
 struct Turn {
     attached: Attached,
     ticks: std::ops::Range<u64>,

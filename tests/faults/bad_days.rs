@@ -147,8 +147,7 @@ fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> 
     ended
 }
 
-/// The command used to end without a word, after a loop in which processes were killed by SIGBUS, including the
-/// supervisor.
+/// The command used to end silently, after a loop in which processes were killed by SIGBUS, including the supervisor.
 #[test]
 fn full_shared_memory_is_refused_with_a_word() {
     let place = Place::new();
@@ -189,8 +188,8 @@ fn with_file_limit(place: &Place, blocks: u32, arguments: &str) -> Option<Ended>
     Some(Running::of(command.spawn().unwrap()).end())
 }
 
-/// When a file grows beyond the limit, the kernel sends SIGXFSZ. This signal used to end the supervisor without a word,
-/// and the next system had to remove its files.
+/// When a file grows beyond the limit, the kernel sends SIGXFSZ. This signal used to end the supervisor silently, and the next
+/// system had to remove its files.
 #[test]
 fn a_limit_on_the_size_of_files_is_told() {
     let place = Place::new();

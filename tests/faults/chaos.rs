@@ -67,7 +67,7 @@ fn killed_one_after_the_other(processes: &[&str]) {
         if heard.by_ref().take(steps).count() < steps {
             break;
         }
-        // There is none if the previous one is still being restarted.
+        // No process is found while the previous one is still being restarted.
         let pids = place.serving("disturbed", process);
         kills += u64::from(!pids.is_empty());
         pids.into_iter().for_each(kill_if_alive);

@@ -97,7 +97,7 @@ fn what_a_mission_or_a_rule_file_lacks_is_said_before_anything_starts() {
         assert_eq!(ended.code, Some(2), "{words}: {ended}");
         assert!(ended.err.contains(words), "{words}: {ended}");
     }
-    // The floor is checked, too. The robot once drove towards a marker that did not exist until its time ran out.
+    // The floor is checked too. The robot once drove towards a marker that did not exist until its time ran out.
     let floor = text.split('"').find(|word| word.ends_with(".floor.toml")).unwrap();
     let plan = std::fs::read_to_string(place.files().join(floor)).unwrap();
     std::fs::write(place.files().join("bare.floor.toml"), plan.split("[[marker]]").next().unwrap()).unwrap();

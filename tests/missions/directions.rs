@@ -30,7 +30,7 @@ fn from_a_picture_of_the_plane_the_navigator_arrives() {
     place.page_says(recording, &words);
 }
 
-/// The same navigator on land, with a field of poles, a laser and a custom map.
+/// Runs the same navigator on land, among a field of poles, with a laser and a custom map made from a floor plan.
 #[test]
 fn from_a_floor_plan_the_robot_arrives_among_poles() {
     let place = place("poles.toml");
@@ -100,8 +100,8 @@ fn the_six_kinds_of_success_and_failure_are_told_apart() {
     for (map, landmarks, kind, says) in [
         // A is in the corner. B and C are in view with equal rank, and the one farther away is meant.
         ("(*, SW)\n(Isol, -)\n", format!("{A}, {C}"), "direct", 0),
-        // C is rejected, because two of its quadrants are occupied. With C in the north-east, only A is in view, and it
-        // has one.
+        // C is rejected, because two of its quadrants are occupied. With C in the north-east, only A is in view, and A is
+        // accepted, because one of its quadrants is occupied.
         ("(*, SW)\n(Isol, (2, NE, Isol), (1, -), -)\n", format!("{A}, {A}"), "recovered", 0),
         // The robot goes by way of C instead of B, but still arrives at B.
         ("(*, SW)\n(Isol, NW)\n(Isol, -)\n", format!("{A}, {B}, {B}"), "unaware", 0),
@@ -111,7 +111,7 @@ fn the_six_kinds_of_success_and_failure_are_told_apart() {
     ] {
         let (code, journey) = ended(map, &landmarks, &all);
         assert_eq!(journey["kind"], kind, "{map}{journey}");
-        // The mission has no place for the goal, so the navigator's own report counts.
+        // The mission doesn't state the goal's position in the world, so the navigator's own report counts.
         assert_eq!(code, Some(says), "{map}{journey}");
     }
 }

@@ -84,8 +84,8 @@ fn a_sketch_and_its_words_drive_to_the_same_place() {
     assert_eq!(commands(&recording), commands(&again));
 }
 
-/// A person says where in the sketch the robot is, which is half of the way back. From the next view on, the robot
-/// believes it.
+/// A person tells the robot where in the sketch it is, which is halfway back along the route. The robot believes this from the
+/// next view on.
 #[test]
 fn a_robot_by_belief_is_told_where_it_is() {
     let place = place("scene-a.toml");

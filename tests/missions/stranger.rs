@@ -85,7 +85,7 @@ fn what_its_mission_lacks_is_said_before_anything_starts() {
     std::fs::write(&path, MISSION.replace("nomad200", "robotino")).unwrap();
     let ended = place.run("run wall.toml");
     assert!(ended.code == Some(2) && ended.err.contains("[sonar]"), "{ended}");
-    // The project's own program does not know the navigator, and lists the ones that it knows.
+    // The project's own program doesn't know this navigator, and lists the ones that it does know.
     let ours = Place::new();
     std::fs::write(ours.files().join("wall.toml"), MISSION).unwrap();
     room::write(ours.files());

@@ -1,5 +1,5 @@
-//! Commands that people and programs use with a running system: `echo`, `hz`, `channels`, `logs`, `restart`, `send`,
-//! `graph`, `doctor` and `snapshot`. Also the program's own manual pages.
+//! Tests of the commands that people and programs use with a running system (`echo`, `hz`, `channels`, `logs`, `restart`,
+//! `send`, `graph`, `doctor` and `snapshot`), and of the program's own manual pages.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;
@@ -220,7 +220,7 @@ fn an_order_by_hand_pauses_the_mission_and_is_recorded() {
     place.assert_nothing_left(NAME);
 }
 
-/// Orders `here`, which the estimate must follow. A position outside the drawing is bad input.
+/// Sends the order `here`, which the estimate must follow. A position outside the drawing is bad input.
 fn says_where_it_is(place: &Place) {
     let told = place.fine("send here --at 1700,300 --heading -90 --json").json();
     assert_eq!(
@@ -275,7 +275,7 @@ fn logs_are_told_by_process_and_followed_to_the_end() {
     let told = follow.end();
     assert_eq!(told.code, Some(0), "{told}");
     let told = lines(&told);
-    // What the recorder reports about itself when it ends.
+    // The recorder reports this about itself when it ends.
     let is_recorders = |line: &Value| {
         let words = line["line"].as_str().unwrap();
         line["process"] == "recorder" && words.contains("messages recorded, 0 missing")

@@ -48,7 +48,8 @@ fn a_person_with_a_pen_draws_sends_drives_stops_and_arrives() {
     place.assert_nothing_left("pad");
 }
 
-/// Whatever is drawn can be selected, moved, scaled, turned, copied, grouped, aligned and edited point by point, and each step undone.
+/// Whatever is drawn can be selected, moved, scaled, turned, copied, grouped, aligned and edited point by point, and each step
+/// can be undone.
 #[test]
 fn what_is_drawn_is_selected_and_changed_by_mouse_pen_fingers_and_keys() {
     let Some(browser) = Browser::find() else { return };

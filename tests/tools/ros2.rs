@@ -245,7 +245,7 @@ fn ros_2_on_another_host_hears_the_robot_and_gives_it_a_goal() {
     place.assert_nothing_left("lab");
 }
 
-/// The mission in two rooms, with a ROS 2 robot in place of the world.
+/// Drives the mission in two rooms with a ROS 2 robot, which takes the place of the simulated world.
 #[test]
 fn a_robot_of_ros_2_drives_a_mission_in_the_world_s_place() {
     let Some(python) = ros2_python() else { return };

@@ -89,7 +89,7 @@ fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
     assert!(numbers(&report, "numbers").windows(2).all(|pair| pair[0] < pair[1]), "{report}");
     assert!(numbers(&report, "ages_s").iter().all(|age| (-60.0..3600.0).contains(age)), "{report}");
     assert_eq!(report["identities"].as_array().unwrap().len(), 1, "{report}");
-    // The graph of ROS 2 nodes and topics.
+    // The ROS 2 graph contains the bridge's node, its subscription and its topics.
     assert!(report["nodes"].as_array().unwrap().contains(&"sketchnav_lab".into()), "{report}");
     assert_eq!(report["subscriptions"], serde_json::json!(["%order"]), "{report}");
     for (topic, quality) in [("%scan", "2::,5:,:,:,,"), ("%sketch", ":1:,1:,:,:,,"), ("%tf", "::,100:,:,:,,")]
@@ -131,7 +131,7 @@ fn a_node_of_rmw_zenoh_hears_the_robot_and_its_orders_drive_it() {
     }
 }
 
-/// A subscriber, which is also the router, was there before the bridge.
+/// A subscriber, which is also the router, starts before the bridge.
 #[test]
 fn a_subscriber_that_waits_at_the_router_gets_the_latched_drawing() {
     let Some(python) = zenoh_python() else { return };
@@ -151,13 +151,13 @@ fn a_subscriber_that_waits_at_the_router_gets_the_latched_drawing() {
     is_whole(&ended.json(), &drawing);
     running.signal(Signal::SIGINT);
     running.end();
-    // The router is gone in the meantime.
+    // By now, the router is gone.
     let ended = bridge.end();
     assert_eq!(ended.code, Some(0), "{ended}");
     place.assert_nothing_left("lab");
 }
 
-/// The mission in two rooms, with a robot that is connected over Zenoh in place of the world.
+/// Drives the mission in two rooms with a robot connected over Zenoh, which takes the place of the simulated world.
 #[test]
 fn a_robot_of_rmw_zenoh_drives_a_mission_in_the_world_s_place() {
     let Some(python) = zenoh_python() else { return };

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::repository;
 
-/// A mission in which every task has plenty of time, for runs in real time. On a busy machine the robot gets less done
-/// per second.
+/// The file name of a mission in which every task has plenty of time, for runs in real time, since the robot gets less done per
+/// second on a busy machine.
 pub const PATIENT: &str = "patient.toml";
 
 /// Writes [`PATIENT`] into a folder.

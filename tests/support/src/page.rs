@@ -34,7 +34,7 @@ pub fn wait_for(running: &mut Running, port: u16) {
 /// The status and the body of an answer. The body is null if it is not JSON.
 pub type Answer = (u16, Value);
 
-/// Sends a request without changes and returns the answer.
+/// Sends a request exactly as given, and returns the answer.
 pub fn request(port: u16, head: &str, headers: &[(&str, &str)], body: &[u8]) -> Answer {
     try_request(port, head, headers, body).unwrap_or_else(|| panic!("no answer to {head}"))
 }

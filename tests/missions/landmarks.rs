@@ -84,8 +84,8 @@ fn a_sketch_and_its_words_drive_to_the_same_place() {
     assert_eq!(commands(&recording), commands(&again));
 }
 
-/// A person tells the robot where in the sketch it is, which is halfway back along the route. The robot believes this from the
-/// next view on.
+/// A person tells the robot where in the sketch it is, in this case near the start of the route. The robot believes this from
+/// the next view on.
 #[test]
 fn a_robot_by_belief_is_told_where_it_is() {
     let place = place("scene-a.toml");

@@ -9,7 +9,7 @@ use serde_json::Value;
 use support::Place;
 use support::browser::{Browser, pad};
 
-/// How long the feed is watched, in seconds.
+/// Duration of watching the feed, in seconds.
 const FEED_SECONDS: u32 = 10;
 /// Duration of a frame at 60 Hz, in milliseconds.
 const FRAME_MS: f64 = 1000.0 / 60.0;

@@ -99,8 +99,7 @@ impl Attacker {
         Self { rng: Pcg64Mcg::seed_from_u64(seed), undisturbed, place }
     }
 
-    /// Waits for a random time. The moment of an attack may not matter: whenever it happens, the same must hold
-    /// afterwards.
+    /// Waits for a random time. The moment of an attack must not matter, so whenever it happens, the same must hold afterwards.
     fn pause(&mut self, longest: Duration) {
         std::thread::sleep(longest.mul_f64(self.rng.random::<f64>()));
     }

@@ -60,8 +60,8 @@ fn begin(place: &Place, mission: &str, options: &str) -> Running {
     running
 }
 
-/// Lets the robot drive for more steps than the channels hold. A reader is first given the messages that the channels
-/// hold, so more than those are waited for.
+/// Lets the robot drive for more steps than the channels hold. A reader first receives the messages that the channels hold, so
+/// this waits for more messages than that.
 fn drive_on(place: &Place) {
     let steps = 2 * STATUS.spec.history() + 50;
     let heard = place.run(&format!("echo status --count {steps} --system day"));
@@ -281,7 +281,7 @@ fn without_its_folder_a_system_survives_no_death() {
     place.assert_nothing_left("day");
 }
 
-/// A cleaner had removed the folder of a killed system, but not its shared memory. The next run with the same name
+/// A cleanup program had removed the folder of a killed system, but not its shared memory. The next run with the same name
 /// continued with the tasks of the other mission, and counted 4,446 messages as lost.
 #[test]
 fn what_a_killed_system_left_without_a_folder_enters_no_other() {

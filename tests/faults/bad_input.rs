@@ -8,7 +8,7 @@ use support::{Ended, Place, Running, repository, room};
 
 /// A room with one deliberate mistake.
 struct Case {
-    /// What is wrong with the room, in a few words.
+    /// The mistake in the room, in a few words.
     story: &'static str,
     /// Makes the mistake in the room's folder.
     spoil: fn(&Path),

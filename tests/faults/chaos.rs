@@ -144,7 +144,7 @@ fn killed_all_at_once_they_go_on() {
     assert_eq!(restarts, SERVICES.len() as u64);
 }
 
-/// In real time nothing waits. The robot stops, and drives on when its navigators are back.
+/// In real time, no process waits for another. The robot stops, and drives on when its navigators are back.
 #[test]
 fn killed_in_real_time_they_come_to_their_goals() {
     let place = Place::new();

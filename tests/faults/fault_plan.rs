@@ -109,8 +109,8 @@ fn a_starved_process_is_only_slower_in_lockstep() {
     place.assert_nothing_left("hit");
 }
 
-/// In real time nothing waits. The planner is stopped for 95 ms before it may send its command, so that command is late
-/// however fast or slow the machine is.
+/// In real time, no process waits for another. The planner is stopped for 95 ms before it may send its command, so that command
+/// is late however fast or slow the machine is.
 #[test]
 fn the_commands_of_a_starved_planner_are_late_in_real_time() {
     let place = Place::new();
@@ -251,7 +251,7 @@ fn messages_are_delayed_doubled_and_exchanged() {
     place.fine(&format!("diff {} {}", recording(&calm), recording(&report)));
     assert_eq!(happened(&place, &report).len(), 3, "{report:#}");
 
-    // In real time nothing waits. Scans that are lost, or that arrive after the next one, are missing.
+    // In real time, no process waits for another, so messages that are lost or arrive after the next one are missing.
     plan(&place, "lost.toml", &["plan 3 drop", "particles 2 drop", "plan 6 reorder"]);
     let running = place.start("run demo --faults lost.toml --speed 5 --json --system lossy --out lossy");
     // The delayed message is sent together with the next one. A gap only becomes apparent when the following message

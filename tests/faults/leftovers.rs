@@ -68,7 +68,7 @@ fn after_a_request_to_end_nothing_is_left() {
     interrupted_by(Signal::SIGTERM, "--speed 5");
 }
 
-/// The terminal is closed.
+/// A terminal that is closed sends SIGHUP.
 #[test]
 fn after_a_hangup_nothing_is_left() {
     interrupted_by(Signal::SIGHUP, "--speed 5");

@@ -80,7 +80,7 @@ fn it_may_be_killed_as_often_as_one_likes() {
     ends_as_if_nothing_had_been(&place, &running.end(), &undisturbed, 3);
 }
 
-/// In real time nothing waits. The robot stands still after the last step that the world has made.
+/// In real time, no process waits for another. The robot stands still after the last step that the world has made.
 #[test]
 fn in_real_time_too() {
     let place = Place::new();

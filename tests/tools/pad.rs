@@ -1,4 +1,4 @@
-//! The pad with its whole system: real processes over shared memory, and a page over real sockets.
+//! Tests of the pad with its whole system, with real processes over shared memory and a page over real sockets.
 
 use std::io::{Read, Write};
 use std::os::unix::fs::FileExt;

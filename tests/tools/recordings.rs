@@ -464,7 +464,7 @@ fn a_folder_of_rosbag2_is_read_by_rosbags() {
     assert_eq!((Some(counts[0]), counts[1]), (scans, parts));
 }
 
-/// Real logs with known maps: the localizer stays within a cell of the reference.
+/// On real logs with known maps, the localizer must stay within a cell of the reference.
 #[test]
 fn real_logs_are_localized_in_their_maps() {
     let Some(logs) = needs::data_file("logs") else { return };

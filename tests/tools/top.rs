@@ -1,4 +1,4 @@
-//! `sketchnav top` for programs: the state of a running system at one moment.
+//! Tests of `sketchnav top` for programs, which prints the state of a running system at one moment.
 
 use nix::sys::signal::Signal;
 use serde_json::Value;

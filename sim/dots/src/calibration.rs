@@ -35,7 +35,7 @@ pub struct Off {
     pub off_px: f64,
 }
 
-/// What the known points reveal about one another.
+/// The result of comparing known points with one another.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Review {
     /// The points that disagree with the others.

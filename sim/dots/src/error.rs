@@ -53,7 +53,7 @@ pub enum DotsError {
         darkest: u8,
         /// Level of the lightest ground.
         lightest: u8,
-        /// What is wrong with the spots.
+        /// Description of the spots, such as their number.
         found: String,
     },
     /// A pixel shows a position on the camera's horizon or beyond.

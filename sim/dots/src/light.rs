@@ -20,7 +20,7 @@ const EVEN: f64 = 0.7;
 /// Fraction of the ground that counts as its darkest and as its lightest part.
 const ENDS: f64 = 0.05;
 
-/// Whether the dots of a picture are dark or light.
+/// The kind of dots in a picture, dark or light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dots {
     /// Darker than their ground.

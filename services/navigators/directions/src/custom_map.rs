@@ -128,16 +128,16 @@ impl fmt::Display for Sign {
     }
 }
 
-/// What to do for each sign of the attained landmark.
+/// The actions for the possible signs of the attained landmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Verification {
     /// The sign of the right landmark, which an entry that branches may lack.
     expected: Option<Sign>,
-    /// What to do for the other signs, sorted by sign.
+    /// The actions for all other signs, sorted by sign.
     ways: [Option<(Sign, Way)>; MOST_WAYS],
 }
 
-/// What to do with a landmark that is not the right one.
+/// An action for a landmark that is not the right one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Way {
     /// Returns to the right landmark.
@@ -164,7 +164,7 @@ pub struct Recovery {
     pub word: Descriptor,
 }
 
-/// What the navigator does after looking around the landmark.
+/// The navigator's response to the surroundings of a landmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Response {
     /// Accepts the landmark as right.

@@ -97,9 +97,9 @@ pub enum Error {
     Map {
         /// Line number, from 1.
         line: usize,
-        /// The column in characters, from 1.
+        /// Column number in characters, from 1.
         column: usize,
-        /// What the grammar allows at this position.
+        /// The words and symbols that the grammar allows at this position.
         expected: &'static str,
         /// The word found there instead.
         found: String,
@@ -146,12 +146,12 @@ pub enum Error {
         from: u32,
         /// The dot from which the goal can be reached that is closest to `from`.
         to: u32,
-        /// What prevents a transition from `from` to `to`.
+        /// The obstacle to a transition from `from` to `to`.
         why: Barrier,
     },
 }
 
-/// What prevents a transition from one landmark to another.
+/// An obstacle to a transition from one landmark to another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Barrier {
     /// A wall stands between the landmarks.

@@ -144,13 +144,14 @@ impl Corner {
 pub struct Window {
     /// The side of the square, in the plane's unit.
     pub side: f64,
-    /// How far the camera sees beyond each edge.
+    /// Distance that the camera sees beyond each edge of the square, in the plane's unit.
     pub margin: f64,
     /// Set for a robot on land, which has a panorama instead of a camera that looks down.
     pub land: Option<Land>,
 }
 
-/// How a robot on land sees landmarks and drives past them (Park and Kender 1995, 8). Lengths are in the plane's unit.
+/// The size of landmarks, and the distances at which a robot on land sees and passes them (Park and Kender 1995, 8). All
+/// lengths are in the plane's unit.
 ///
 /// All landmarks are identical upright cylinders. The robot sees them in all directions up to its range, but not those hidden
 /// by others. It has a landmark *in a corner* when it stands beside that landmark, on the side of the quadrant that it looks

@@ -157,7 +157,7 @@ pub enum Activity {
     Rest,
 }
 
-/// How a journey ended, as far as the navigator is aware (7.2.6).
+/// The outcome of a journey, as far as the navigator is aware of it (7.2.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Outcome {
     /// The navigator reports the goal.
@@ -187,7 +187,7 @@ pub struct Output {
     pub meant: u16,
     /// Total number of recoveries, and of branches to any entry other than the next.
     pub recoveries: u16,
-    /// How the journey ended, or `None` if it has not.
+    /// The outcome of the journey, or `None` while it is under way.
     pub outcome: Option<Outcome>,
 }
 
@@ -216,7 +216,7 @@ enum Phase {
     Finished { outcome: Outcome },
 }
 
-/// What to do once the reference lies in its corner.
+/// The next step once the reference lies in its corner.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 enum Next {
     /// Seeks the landmark that the word of a recovery means.

@@ -21,7 +21,7 @@ use crate::sight::{Eye, is_seen};
 use crate::transitions::{Movement, Transition};
 use crate::traversal::STEP_S;
 
-/// How the distance of a path is measured.
+/// The measure of a path's distance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
     /// From landmark to landmark.
@@ -49,7 +49,7 @@ impl Weights {
     const TIE: Self = Self { distance: 1e-9, ..Self::NONE };
 }
 
-/// What a path minimises.
+/// The objective that a path minimises.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Objective {
     /// A weighted sum of costs.

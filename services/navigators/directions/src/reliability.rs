@@ -99,7 +99,7 @@ const LATTICE: u32 = 13;
 /// of both would coincide, and the correlation would be 0.16.
 const OFFSET: u32 = 6;
 
-/// Returns the medians of [`QUANTILES`] equally probable parts of the standard normal distribution.
+/// Returns the medians of `QUANTILES` equally probable parts of the standard normal distribution.
 pub fn quantiles() -> impl Iterator<Item = f64> {
     (0..QUANTILES).map(|part| normal_quantile((f64::from(part) + 0.5) / f64::from(QUANTILES)))
 }

@@ -1,4 +1,4 @@
-//! Which landmarks a robot on land sees: those within its range that no others hide (Park and Kender 1995, 8).
+//! Determines which landmarks a robot on land sees: those within its range that no others hide (Park and Kender 1995, 8).
 //!
 //! All landmarks are cylinders with the same radius. A nearer one therefore always looks wider than a more distant one, and
 //! hides it from one side at a time. Walls hide landmarks too.

@@ -134,8 +134,8 @@ mod tests {
         assert_eq!(best[0].0, 2, "C is attained from both parkways");
         let csv = survey.csv(Cost::Distance);
         assert!(csv.starts_with("from,0,1,2,3,4\n0,") && csv.contains("\n3,,,32.0000,,7.0178\n"), "{csv}");
-        // By seeking: A to C, C to A, B to both, and D and E to each other. By sliding: B away from C to A and away from A to
-        // C, and D and E to C. Nothing leads to B.
+        // Seeking leads from A to C and back, from B to both, and from D and E to each other. Sliding leads from B away from C
+        // to A, from B away from A to C, and from D and E to C. Nothing leads to B.
         assert!(
             survey.to_string().ends_with("5 landmarks, 10 transitions, 3 strongly connected components\n"),
             "{survey}"

@@ -14,7 +14,7 @@ use crate::plane::{DotId, Plane};
 use crate::sight::{Eye, is_seen};
 use crate::trajectory::Slide;
 
-/// How the navigator moves to the target of a transition.
+/// The movement by which the navigator reaches the target of a transition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Movement {
     /// The navigator seeks a landmark that it sees, so the transition lies within a parkway.
@@ -40,7 +40,7 @@ pub struct Transition {
     pub corner: Corner,
     /// The word by which the navigator finds `seen`.
     pub word: Descriptor,
-    /// How the navigator moves.
+    /// The movement to the target.
     pub movement: Movement,
 }
 

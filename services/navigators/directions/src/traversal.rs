@@ -90,7 +90,7 @@ impl Noise {
 pub struct Helicopter {
     /// The window's centre.
     pub centre: Point,
-    /// How far the window has turned to the left, in radians.
+    /// Angle by which the window has turned to the left, in radians.
     pub heading_rad: f64,
 }
 
@@ -167,7 +167,7 @@ fn arrivals(rng: &mut Pcg64Mcg, mean: f64) -> u32 {
     count
 }
 
-/// How a journey ended: one of the six kinds of 7.2.6.
+/// The outcome of a journey as the judge sees it, which is one of the six kinds of 7.2.6.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Kind {
     /// Success 1: at the goal by the right path, without a recovery.
@@ -210,7 +210,7 @@ impl Kind {
 /// The result of a journey.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// How the journey ended.
+    /// The kind of outcome.
     pub kind: Kind,
     /// The dots that the navigator accepted as right, one for each entry that it finished.
     pub attained: Vec<DotId>,

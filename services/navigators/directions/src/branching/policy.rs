@@ -22,7 +22,7 @@ pub struct Weights {
     pub least_visits: f64,
 }
 
-/// What the navigator does at a place, and how it reads the resulting view.
+/// The navigator's action at a place, and its reading of the resulting view.
 #[derive(Debug, Clone)]
 pub struct Node {
     /// Number of the action.

@@ -18,7 +18,7 @@ const SIGNS_TRIED: usize = 24;
 /// Minimum increase in the fraction of journeys that arrive for a sign to be added.
 const LEAST_GAIN: f64 = 0.001;
 
-/// How an entry reads the surroundings of a landmark.
+/// An entry's reading of a landmark's surroundings.
 struct Reading {
     /// The panoramas of the entry, each with the place to assume for similar panoramas.
     signs: Vec<(u8, usize)>,

@@ -76,7 +76,7 @@ impl Setting {
     }
 }
 
-/// How journeys ended over many worlds.
+/// The outcomes of journeys over many worlds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Success {
     /// The counts of all journeys.

@@ -22,7 +22,7 @@ pub enum DirectionsError {
         key: &'static str,
         /// Name of the file.
         file: String,
-        /// What is wrong with the file.
+        /// Description of the error.
         reason: String,
     },
     /// A custom map, or the dots of a plane, are invalid.

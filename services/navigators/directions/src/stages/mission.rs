@@ -140,7 +140,7 @@ impl Source {
     }
 }
 
-/// What a robot on land knows about its landmarks.
+/// The keys of a mission about the landmarks of a robot on land.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LandKeys {
     /// Radius of the landmarks, in metres.

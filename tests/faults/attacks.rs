@@ -1,10 +1,10 @@
 //! Attacks on a whole installation, drawn at random: kills, damaged recordings, nonsense missions, crowds of observers,
 //! files of other users, pipes in place of files, and floods of requests to the pad.
 //!
-//! Each test runs its own kind of attack twice. `SKETCHNAV_ATTACK_MINUTES=60 SKETCHNAV_ATTACK_SEED=7 cargo test --test
-//! faults attacks` continues for an hour, and each attack prints its seed. After every attack there must be no panic,
-//! no loss and nothing left over, the bytes must be the same as without the attack, and any error must say what is
-//! wrong.
+//! Each test runs its own kind of attack twice.
+//! `SKETCHNAV_ATTACK_MINUTES=60 SKETCHNAV_ATTACK_SEED=7 cargo test --test faults attacks` continues for an hour, and each
+//! attack prints its seed. After every attack there must be no panic, no loss and nothing left over, the bytes must be the
+//! same as without the attack, and any error must say what is wrong.
 
 use std::fs;
 use std::io::{Read, Write};

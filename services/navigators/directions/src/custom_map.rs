@@ -10,9 +10,9 @@
 //! An entry has the form `(D, [B,] [T,] [E,] M)`. `D` is the word for the landmark to seek ([`Descriptor`]). `B` is the compass
 //! bearing of that landmark from the reference, `000` to `359`, by which a robot with an uncertain heading corrects it. `T` is
 //! `Trajp` or `Trajn`: slide along the line from the reference to that landmark, forwards or backwards. Each `E` says what to
-//! do if the attained landmark has a given number of occupied quadrants: `(3, -)` accepts the landmark as right, and `(4, SW,
-//! Isol)` moves it to a corner and seeks again. `M` is the corner to move the attained landmark to. Only the last entry may
-//! have `-` instead, which does nothing.
+//! do if the attained landmark has a given number of occupied quadrants: `(3, -)` accepts the landmark as right, and
+//! `(4, SW, Isol)` moves it to a corner and seeks again. `M` is the corner to move the attained landmark to. Only the last
+//! entry may have `-` instead, which does nothing.
 //!
 //! A count is the number of occupied quadrants. A navigator on land sees all around, so its maps have the contents of the four
 //! quadrants in order instead of a count: `(none+point+pair+group, SW, Isol)` (8). Of all panoramas of an entry, the one most

@@ -64,7 +64,7 @@ pub enum Error {
         /// Number of entries found.
         found: usize,
     },
-    /// An entry before the last one has no corner for its landmark.
+    /// An entry has no corner for its landmark, although only that entry leads to the next one.
     #[error("entry {entry}: expected a corner, since other entries follow")]
     NoCorner {
         /// Number of the entry, from 1.

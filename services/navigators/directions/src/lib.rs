@@ -58,7 +58,7 @@ pub mod wording;
 #[cfg(test)]
 mod testing;
 
-/// Compiles and runs the README's example as a doctest.
+/// Makes the README's example a documentation test wherever `doctest` is enabled.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

@@ -96,10 +96,14 @@ fn a_file_ends_when_it_is_as_large_as_the_run_says() {
     const LIMIT: u64 = 60_000;
     let folder = tempfile::tempdir().unwrap();
     // What every file holds besides its messages: the description of the run, the definitions and the index.
-    let rest: u64 = record_ticks("series-nothing", &folder.path().join("nothing.mcap"), 0)[0].metadata().unwrap().len();
+    let rest: u64 =
+        record_ticks("series-nothing", &folder.path().join("nothing.mcap"), 0)[0].metadata().unwrap().len();
     let files = record_ticks("series-size", &folder.path().join("test.mcap"), 1600);
     let sizes: Vec<_> = files.iter().map(|file| file.metadata().unwrap().len()).collect();
-    assert!(files.len() > 1 && sizes.iter().all(|bytes| *bytes < LIMIT + rest), "{sizes:?} of {LIMIT} + {rest}");
+    assert!(
+        files.len() > 1 && sizes.iter().all(|bytes| *bytes < LIMIT + rest),
+        "{sizes:?} of {LIMIT} + {rest}"
+    );
     assert_eq!(files.iter().flat_map(|file| ticks(file)).collect::<Vec<_>>(), (1..=1600).collect::<Vec<_>>());
 
     /// Records this many ticks with files of `LIMIT` bytes, and returns the files.

@@ -35,7 +35,7 @@ pub fn clustered(
         return Err(DotsError::Parameter { what: "clusters", expected: "at least 1", found: 0.0 });
     }
     if !(spread > 0.0 && spread <= side) {
-        let expected = "a length from 0 to the side";
+        let expected = "a length above 0 that is at most the side";
         return Err(DotsError::Parameter { what: "spread", expected, found: spread });
     }
     let centres: Vec<_> = (0..clusters).map(|_| place(&mut rng, side)).collect();

@@ -84,7 +84,7 @@ pub const FULL_TURN_DEG: u16 = 360;
 /// Maximum number of clauses of an entry in addition to that for the right sign.
 pub const MOST_WAYS: usize = 8;
 /// Maximum difference between two panoramas that are considered similar.
-const MOST_DIFFERENCE: u8 = 2;
+pub(crate) const MOST_DIFFERENCE: u8 = 2;
 
 /// A sign by which a map describes the surroundings of a landmark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

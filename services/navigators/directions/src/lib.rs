@@ -58,7 +58,7 @@ pub mod wording;
 #[cfg(test)]
 mod testing;
 
-/// Makes the README's example a documentation test wherever `doctest` is enabled.
+/// Makes the README's example a documentation test.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

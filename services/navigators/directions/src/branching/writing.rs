@@ -2,7 +2,7 @@
 
 use super::model::{Action, Model, PANORAMAS};
 use super::policy::{Node, Search};
-use crate::custom_map::{Branch, CustomMap, Direction, Entry, Sign, Verification};
+use crate::custom_map::{Branch, CustomMap, Direction, Entry, MOST_DIFFERENCE, Sign, Verification};
 use crate::description::Descriptor;
 use crate::error::Error;
 use crate::geometry::Corner;
@@ -138,9 +138,6 @@ fn most_probable(model: &Model, search: &Search<'_>, place: usize, reading: &Rea
     }
     shares.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(place, |(to, _)| to)
 }
-
-/// Maximum difference between two panoramas that are considered similar.
-const MOST_DIFFERENCE: u8 = 2;
 
 impl Reading {
     fn takes(&self, seen: Signature) -> usize {

@@ -83,9 +83,12 @@ fn each_library_of_the_edge_has_one_crate_that_depends_on_it() {
 #[test]
 fn crates_test_their_documentation_where_it_has_examples() {
     for manifest in Manifest::members().filter(|manifest| manifest.folder.join("src").is_dir()) {
-        let of_sources = sources(&manifest.folder.join("src"), ".rs").iter().any(|file| has_example(&read(file)));
-        let shows_readme = read(&manifest.folder.join("src/lib.rs")).contains("include_str!(\"../README.md\")");
-        let has_examples = of_sources || shows_readme && read(&manifest.folder.join("README.md")).contains("```rust");
+        let of_sources =
+            sources(&manifest.folder.join("src"), ".rs").iter().any(|file| has_example(&read(file)));
+        let shows_readme =
+            read(&manifest.folder.join("src/lib.rs")).contains("include_str!(\"../README.md\")");
+        let has_examples =
+            of_sources || shows_readme && read(&manifest.folder.join("README.md")).contains("```rust");
         assert_eq!(manifest.tests_its_documentation(), has_examples, "{}: doctest", manifest.name());
     }
 }

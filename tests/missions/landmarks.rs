@@ -215,7 +215,7 @@ fn what_is_wrong_is_said_before_anything_starts() {
             "parameters.planner.belief: unknown field `ahead`",
         ),
         (mission.clone(), &no_route, "a-04.json: expected an open line as the route"),
-        (mission.clone(), &crossed, "a-04.json: expected objects apart"),
+        (mission.clone(), &crossed, "a-04.json: expected separate objects"),
         (mission.clone(), &"{ \"canvas\": 3 }".to_owned(), "a-04.json: expected strokes in JSON"),
         (by_states, &far, "where the robot is to turn"),
         (mission.clone(), &on_the_way, "a-04.json: expected a route past objects, it enters bin at ("),

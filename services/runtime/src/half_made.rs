@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, Metadata};
 use std::os::unix::fs::MetadataExt;
-use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -73,8 +73,12 @@ pub(crate) fn has_open(pid: u32, file: &Metadata) -> bool {
     opened.any(|other| (other.dev(), other.ino()) == (file.dev(), file.ino()))
 }
 
-/// Watches the files of a system for its own lifetime. It removes files that will never be finished, and reports files of other
-/// users.
+/// Watches the files of a system for its own lifetime, in a thread of its own. It removes files that will never be finished.
+///
+/// The supervisor has one, which also reports files of other users. If the supervisor is killed, its processes die at the same
+/// moment, perhaps while creating files. Processes that live on for a while (the recorder, which still closes its file, and
+/// observers) would wait forever for these files. So each of them has one as well, which starts to work when the supervisor is
+/// dead.
 pub(crate) struct Sweeper {
     stop: mpsc::Sender<()>,
     complaint: Arc<Mutex<Complaint>>,
@@ -115,18 +119,15 @@ impl Complaint {
 }
 
 impl Sweeper {
-    /// Starts watching.
+    /// Starts the supervisor's sweeper.
     ///
     /// # Errors
     /// [`Error::File`] if the system's folder is gone.
-    pub(crate) fn start(system: System) -> Result<Self> {
+    pub(crate) fn of_supervisor(system: System) -> Result<Self> {
         let mut names = system.shared()?.names();
-        let (stop, stopped) = mpsc::channel();
-        let complaint: Arc<Mutex<Complaint>> = Arc::default();
-        let shared = complaint.clone();
-        let thread = thread::spawn(move || {
+        Ok(Self::start(move |stopped, shared| {
             let mut ages = Ages::default();
-            while stopped.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout) {
+            while is_to_go_on(stopped) {
                 let looked = look(&system, &mut names, &mut ages);
                 let Ok(mut complaint) = shared.lock() else { return };
                 if let Err(error @ Error::ForeignFile { .. }) = looked {
@@ -136,14 +137,43 @@ impl Sweeper {
                     end_for_good(&system, &error);
                 }
             }
-        });
-        Ok(Self { stop, complaint, thread: Some(thread) })
+        }))
+    }
+
+    /// Starts the sweeper of a process that may outlive the supervisor.
+    ///
+    /// # Errors
+    /// [`Error::File`] if the system's folder is gone.
+    pub(crate) fn of_survivor(system: System) -> Result<Self> {
+        let mut names = system.shared()?.names();
+        Ok(Self::start(move |stopped, _| {
+            let mut ages = Ages::default();
+            while is_to_go_on(stopped) {
+                if system.is_alive().is_ok_and(|alive| !alive) {
+                    let seen = names.look(Instant::now());
+                    let _ = seen.and_then(|seen| system.clear_half_made(&seen, &mut ages));
+                }
+            }
+        }))
+    }
+
+    fn start(sweep: impl FnOnce(&Receiver<()>, &Mutex<Complaint>) + Send + 'static) -> Self {
+        let (stop, stopped) = mpsc::channel();
+        let complaint: Arc<Mutex<Complaint>> = Arc::default();
+        let shared = complaint.clone();
+        let thread = thread::spawn(move || sweep(&stopped, &shared));
+        Self { stop, complaint, thread: Some(thread) }
     }
 
     /// Returns the first foreign file found, as an error. It is returned once.
     pub(crate) fn complaint(&self) -> Option<Error> {
         self.complaint.lock().ok()?.take()
     }
+}
+
+/// Waits until it is time to look again. Returns false if the sweeper has been stopped.
+fn is_to_go_on(stopped: &Receiver<()>) -> bool {
+    stopped.recv_timeout(LOOK_EVERY) == Err(RecvTimeoutError::Timeout)
 }
 
 /// Ends the supervisor's process when it no longer asks for complaints. If another user has created a file under a name that

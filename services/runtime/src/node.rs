@@ -58,7 +58,8 @@ pub struct Node {
     counters: Rc<Counters>,
     /// Shows that this process is alive, and keeps out a second one of its kind.
     _presence: Option<Lock>,
-    /// Sweeper of the supervisor. It is dropped last, because the other fields may have to wait for files that it removes.
+    /// Sweeper of a process that no other process would free. It is dropped last, because the other fields may have to wait for files that
+    /// it removes.
     sweeper: Option<Sweeper>,
 }
 
@@ -119,7 +120,11 @@ impl Node {
         // This must happen before other processes can see this one, because then it may be asked to end.
         signals::install(bells.word(process));
         let presence = system.enter(process)?;
-        let sweeper = (process == Process::Supervisor).then(|| Sweeper::start(system.view())).transpose()?;
+        let sweeper = match process {
+            Process::Supervisor => Some(Sweeper::of_supervisor(system.view())?),
+            Process::Recorder | Process::Observer => Some(Sweeper::of_survivor(system.view())?),
+            _ => None,
+        };
         let inner = shared_memory_node(&system, process).or_else(|error| {
             // If a foreign file is the cause, the error should name it.
             system.shared()?.check()?;

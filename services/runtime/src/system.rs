@@ -320,7 +320,8 @@ impl System {
         self.folder.join("supervisor.lock")
     }
 
-    fn is_alive(&self) -> Result<bool> {
+    /// Returns true if the system's supervisor is alive.
+    pub(crate) fn is_alive(&self) -> Result<bool> {
         let path = self.supervisor_lock();
         lock::is_held(&path).map_err(Error::file(path, "locking it"))
     }
@@ -629,6 +630,24 @@ mod tests {
         assert_eq!(others().len(), 3, "seen for the first time: its maker may be another container's");
         system.clear_half_made(&seen(), &mut ages).unwrap();
         assert_eq!(others(), [finished]);
+        system.remove().unwrap();
+    }
+
+    /// If the supervisor was killed while its processes were creating files, the recorder once waited for such a file forever.
+    /// It had been asked to end, but did not look, and the dead system could not be resumed.
+    #[test]
+    fn a_process_that_outlives_the_supervisor_waits_for_no_unfinished_file() {
+        let root = tempfile::tempdir().unwrap();
+        let run = serde_json::from_str(include_str!("../tests/run.json")).unwrap();
+        let mut system = System::create_in(root.path().into(), &run).unwrap();
+        let path = system.shared_memory("empty").unwrap();
+        drop(fs::OpenOptions::new().write(true).create_new(true).mode(0o200).open(&path).unwrap());
+        let survivor = half_made::Sweeper::of_survivor(system.view()).unwrap();
+        system.ownership = None;
+        while path.exists() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        drop(survivor);
         system.remove().unwrap();
     }
 }

@@ -366,7 +366,7 @@ mod tests {
             ),
             (
                 "[parameters.planner.belief.control]\nstop_m=-1.0\n",
-                "belief.control.stop_m: expected a number from 0 on",
+                "belief.control.stop_m: expected a number from 0 to 1000000",
             ),
             (
                 "[parameters.localizer.perception]\njoining=0\n",

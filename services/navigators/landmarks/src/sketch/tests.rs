@@ -127,7 +127,7 @@ fn errors_name_the_place() {
     };
     type Change<'a> = &'a dyn Fn(&mut Drawing);
     let cases: [(Change<'_>, &str); 9] = [
-        (&|d| d.strokes[1] = stroke(&[[10.0, 70.0], [120.0, 70.0]]), "it enters desk at (40, 70)"),
+        (&|d| d.strokes[1] = stroke(&[[10.0, 70.0], [120.0, 70.0]]), "one that enters desk at (40, 70)"),
         (&|d| d.strokes.truncate(1), "found 1 objects and 0 stray marks"),
         (&|d| d.strokes.remove(0).points.clear(), "expected at least one closed outline"),
         (

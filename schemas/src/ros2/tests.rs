@@ -114,7 +114,7 @@ fn a_msg_is_written_as_a_person_would() {
 # Frame: world.
 uint32 WALL=1 # A wall of the building.
 uint32 FURNITURE=2 # Furniture, which no sketch shows.
-uint32 PERSON=3 # A person walking.
+uint32 PERSON=3 # A person who walks.
 
 std_msgs/Header header
 # Number of the message that caused this one.

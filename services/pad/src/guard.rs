@@ -329,7 +329,7 @@ mod tests {
         }
         let error = guard("0.0.0.0:7004").check_origin(Some("evil.example:7004"), None).unwrap_err();
         assert!(
-            error.to_string().contains("expected an address of this machine in numbers, and port 7004"),
+            error.to_string().contains("expected a numeric address of this machine and port 7004"),
             "{error}"
         );
     }

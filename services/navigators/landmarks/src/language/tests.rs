@@ -122,7 +122,10 @@ fn errors_name_line_and_word_and_the_nearest_word() {
         ("Whenn the desk is left, then stop.", "found \"whenn\"; did you mean \"when\"?"),
         ("When the \"desk is left, then stop.", "line 1, word 3: expected a closing quote"),
         ("When a box is 3 to 2 m away, then stop.", "expected a direction"),
-        ("When a box is left, 3 to 2 m away, then stop.", "word 8: expected a number of at least 3, found \"2\""),
+        (
+            "When a box is left, 3 to 2 m away, then stop.",
+            "word 8: expected a number of at least 3, found \"2\"",
+        ),
         ("Move forward. Stop. When a box is left, then turn left.", "nothing after the sentence that stops"),
         ("When a box is left and the box is right, then turn left.", "each object once"),
         ("At the start, stop.", "expected \"move forward\""),

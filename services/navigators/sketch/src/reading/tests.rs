@@ -277,9 +277,9 @@ fn what_is_no_drawing_is_refused() {
     for (bytes, words) in [
         (&b"II*\0....."[..], "found a TIFF; export it as PNG"),
         (b"\0\0\0\x18ftypheix", "found a HEIC photo"),
-        (b"gimp xcf v011\0", "found a file of GIMP (XCF); export it as PNG"),
+        (b"gimp xcf v011\0", "found a GIMP file (XCF); export it as PNG"),
         (b"version https://git-lfs.github.com/spec/v1\n", "found a Git LFS pointer instead of the file"),
-        (br#"{"type":"excalidraw","version":2}"#, "found a drawing of Excalidraw; export it as SVG or PNG"),
+        (br#"{"type":"excalidraw","version":2}"#, "found an Excalidraw drawing; export it as SVG or PNG"),
         (b"\x00\x00\x01\x00", r#"found a file that begins with "\x00\x00\x01\x00""#),
         (b"%PDF-1.7", "found a PDF"),
         (

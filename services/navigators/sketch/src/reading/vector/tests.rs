@@ -241,8 +241,8 @@ fn a_page_that_ends_within_a_pixel_has_no_wall_along_its_edge() {
 #[test]
 fn xml_of_other_programs_is_named() {
     for (text, words) in [
-        ("<?xml version='1.0'?><xournal creator='x'><page/></xournal>", "a note of Xournal++; export it as"),
-        ("<mxfile><diagram/></mxfile>", "a drawing of draw.io; export it as SVG or PNG"),
+        ("<?xml version='1.0'?><xournal creator='x'><page/></xournal>", "a Xournal++ note; export it as"),
+        ("<mxfile><diagram/></mxfile>", "a draw.io drawing; export it as SVG or PNG"),
         ("<html><body>x</body></html>", "a web page; export it as"),
         ("<!DOCTYPE html><p>x<br>y", "a web page; export it as"),
         ("<kml><Document/></kml>", "XML that begins with <kml>; export it as"),

@@ -198,7 +198,7 @@ mod tests {
             let tracks = [&a, &b];
             Meetings::of(&tracks, &associate(&tracks, None)).miss()
         };
-        let expected = "the nearest stamps are 0.013 s apart (median 0.013 s); --tolerance 0.015 takes";
+        let expected = "the nearest stamps are 0.013 s apart (median 0.013 s); --tolerance 0.015 treats";
         assert!(miss(&[0.0, 0.5, 5.0], &[0.013, 0.513, 5.013]).starts_with(expected));
         let expected = "their times do not overlap: the nearest stamps are 95 s apart";
         assert_eq!(miss(&[0.0, 5.0], &[100.0, 105.0]), expected);

@@ -302,7 +302,7 @@ mod tests {
             ("time_s object x_m y_m\n", "separated by , ; | or tabs, found \"time_s object x_m y_m\""),
             (
                 "time_s,object,x_m,y_m\n0,000,a,1,5,2,5\n",
-                "line 2: expected 4 columns, found 7; decimal commas need another separator",
+                "line 2: expected 4 columns, found 7; decimal commas need a separator other than commas",
             ),
             (
                 &format!("{good}\"0,5\",a,1,2\n"),

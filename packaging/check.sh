@@ -65,10 +65,10 @@ install_and_run() {
     # Machines made of images leave manual pages out.
     inside dpkg --path-include='/usr/share/man/*' -i /tmp/sketchnav.deb
     mkdir "$root/tmp/elsewhere"
-    inside sh -c 'cd /tmp/elsewhere && sketchnav --version && sketchnav demo --json --out out && sketchnav info out/demo-001/building-a.mcap' \
+    inside sh -c 'cd /tmp/elsewhere && sketchnav --version && sketchnav help missions && sketchnav demo --json --out out && sketchnav info out/demo-001/building-a.mcap' \
         >"$work/demo.txt"
     grep -q '"success":true' "$work/demo.txt"
-    done_with "dpkg -i, and the demo of the installed program"
+    done_with "dpkg -i, and a page and the demo of the installed program"
     if inside sh -c 'command -v systemd-analyze' >/dev/null; then
         inside systemd-analyze verify sketchnav-pad.service 2>&1 | tee "$work/unit.txt"
         must_not grep -q sketchnav "$work/unit.txt"

@@ -41,8 +41,9 @@ fn experiments() -> PossibleValuesParser {
     name = "sketchnav",
     version,
     disable_version_flag = true,
+    disable_help_subcommand = true,
     about,
-    after_help = "Example: sketchnav run my-floor.toml --seed 3 --out results\nWithout a subcommand the demo mission runs."
+    after_help = "Example: sketchnav run my-floor.toml --seed 3 --out results\nWithout a subcommand the demo mission runs. `sketchnav help` also lists the pages of the documentation."
 )]
 pub struct Cli {
     /// Print the version, the commit if it was given to the build, and the build number.
@@ -69,7 +70,7 @@ pub enum Command {
         after_help = "Exit codes: 0 all tasks reached, 1 some not, 2 bad input, 3 anything else, 4 all reached but the recording is incomplete.\nExample: sketchnav run sim/missions/laboratory/laboratory-a.toml --speed 2 --json"
     )]
     Run {
-        /// The mission file (TOML; see docs/missions.md for how to write one), or `demo`.
+        /// The mission file (TOML; `sketchnav help missions` says how to write one), or `demo`.
         #[arg(required_unless_present = "resume", conflicts_with = "resume")]
         mission: Option<PathBuf>,
         /// Continue the mission recorded in this folder after its supervisor was killed. Seed, pace and processes are
@@ -333,6 +334,14 @@ pub enum Command {
     Man {
         /// The folder; created if missing.
         folder: PathBuf,
+    },
+    /// Show the help of a command or a page of the documentation; without a topic, list both.
+    #[command(
+        after_help = "On a terminal, pages are shown by the program in PAGER, or by less. If a command and a page have the same name, both are shown.\nExit codes: 0 shown, 2 no such topic, 3 anything else.\nExample: sketchnav help missions\nExample: sketchnav help bridge ros2"
+    )]
+    Help {
+        /// A command, or a page: its name or its path, such as docs/missions.md.
+        topic: Vec<String>,
     },
     /// Tools for recordings.
     #[command(flatten)]

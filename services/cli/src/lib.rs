@@ -104,6 +104,7 @@ mod eval;
 mod failure;
 mod folder;
 mod graph;
+mod help;
 mod landmarks;
 mod launch;
 mod link;
@@ -227,6 +228,7 @@ fn dispatch(cli: Cli) -> Result<Outcome, Failure> {
         Some(Command::Directions { mission, options }) => directions::print(&mission, &options),
         Some(Command::Completions { shell }) => manuals::completions(shell),
         Some(Command::Man { folder }) => manuals::man(&folder),
+        Some(Command::Help { topic }) => help::help(&topic),
         Some(Command::Recordings(tool)) => recordings::dispatch(tool),
     }
 }

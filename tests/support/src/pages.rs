@@ -39,7 +39,8 @@ impl Block {
 /// Returns all pages that people read, which are all `.md` files in the sources.
 pub fn all() -> Vec<Page> {
     let mut pages = Vec::new();
-    for folder in ["docs", "docs/navigators", "recordings", "sim/missions"] {
+    for folder in ["docs", "docs/navigators", "recordings", "sim/missions", "services/libraries/qualitative"]
+    {
         pages.extend(of_folder(folder));
     }
     for navigator in fs::read_dir(repository().join("services/navigators")).unwrap() {

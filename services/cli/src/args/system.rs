@@ -30,7 +30,7 @@ pub struct SystemOptions {
     /// Do not start this process, which is run by hand or replaced by a real robot's driver (may be repeated).
     #[arg(long, value_name = "PROCESS", value_parser = parse_service)]
     pub without: Vec<Process>,
-    /// Inject the faults planned in this file (TOML; see docs/ecosystem.md for how to write one).
+    /// Inject the faults planned in this file (TOML; `sketchnav help ecosystem` says how to write one).
     #[arg(long, value_name = "FILE")]
     pub faults: Option<PathBuf>,
     /// Seconds after which a process that was stopped (SIGSTOP) is killed and restarted.

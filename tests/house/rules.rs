@@ -105,7 +105,7 @@ fn has_example(source: &str) -> bool {
 }
 
 /// Programs that a machine may lack are requested through `needs`, which lists all of them. The project itself calls no
-/// other programs.
+/// other programs, except the reader's pager.
 #[test]
 fn no_program_is_called_but_by_its_name_in_the_list() {
     let mut found = Vec::new();

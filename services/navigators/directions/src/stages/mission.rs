@@ -222,14 +222,14 @@ impl DirectionsMission {
         let (method, words) = (keys.method, words(keys.words.as_deref())?);
         let (land, heading_noise_deg) = (land(&keys)?, heading_noise_deg(&keys)?);
         if keys.method == Method::Branching && (land.is_some() || heading_noise_deg > 0.0) {
-            let expected = "another one on land or with heading_noise_deg: maps that branch know no walls and no bearings";
+            let expected = "another method on land or with heading_noise_deg, because maps that branch have no walls and no bearings";
             return Err(wrong("navigator.method", expected, "branching"));
         }
         let source = source(keys)?;
         let is_written = matches!(source, Source::Map { .. });
         if is_written && mission.task.len() != 1 {
             let found = mission.task.len();
-            return Err(wrong("task", "one task beside navigator.map_file", &found.to_string()));
+            return Err(wrong("task", "one task with navigator.map_file", &found.to_string()));
         }
         let (mut goals, mut landmarks) = (Vec::new(), Vec::new());
         for (number, task) in (1..).zip(&mission.task) {
@@ -281,7 +281,7 @@ fn land(keys: &NavigatorKeys) -> Result<Option<LandKeys>, MissionError> {
         return Ok(None);
     };
     if keys.plane_file.is_some() {
-        return Err(wrong("navigator.landmark_radius_m", "no such key beside plane_file", "it"));
+        return Err(wrong("navigator.landmark_radius_m", "no such key with plane_file", "it"));
     }
     for (key, expected, value, range) in [
         ("navigator.landmark_radius_m", "0.02 to 1 m", radius_m, 0.02..=1.0),
@@ -315,7 +315,7 @@ fn source(mut keys: NavigatorKeys) -> Result<Source, MissionError> {
         if keys.map_file.is_some() || keys.calibration.is_some() {
             return Err(wrong(
                 "navigator.floor_file",
-                "neither map_file nor calibration beside it",
+                "neither map_file nor calibration with it",
                 "one of them",
             ));
         }
@@ -327,7 +327,7 @@ fn source(mut keys: NavigatorKeys) -> Result<Source, MissionError> {
             let Some(points) = keys.calibration else {
                 return Err(wrong(
                     "navigator.calibration",
-                    "four known points or more beside plane_file",
+                    "at least four known points with plane_file",
                     "none",
                 ));
             };
@@ -336,7 +336,7 @@ fn source(mut keys: NavigatorKeys) -> Result<Source, MissionError> {
             Ok(Source::Picture { file, calibration, noise_m })
         }
         (None, Some(_)) if keys.calibration.is_some() || noise_m.is_some() => {
-            Err(wrong("navigator.map_file", "neither calibration nor map_noise_m beside it", "one of them"))
+            Err(wrong("navigator.map_file", "neither calibration nor map_noise_m with it", "one of them"))
         }
         (None, Some(file)) => Ok(Source::Map { file }),
         (None, None) => Err(wrong("navigator", expected, "none")),
@@ -366,7 +366,7 @@ fn task_places(
         (false, ..) => {
             Err(wrong(&format!("{key}.landmarks"), "no such key without navigator.map_file", "it"))
         }
-        (true, ..) => Err(wrong(&format!("{key}.goal"), "no such key beside navigator.map_file", "it")),
+        (true, ..) => Err(wrong(&format!("{key}.goal"), "no such key with navigator.map_file", "it")),
     }
 }
 
@@ -647,10 +647,10 @@ mod tests {
                 "task 1 (on).goal: expected a place in metres, found none",
             ),
             (MISSION.replace("goal=", "goals="), "task 1 (on): unknown field `goals`"),
-            (written.clone(), "task 1 (on).goal: expected no such key beside navigator.map_file"),
+            (written.clone(), "task 1 (on).goal: expected no such key with navigator.map_file"),
             (
                 format!("{}[[task]]\nname='two'\n", written.replace("goal=[0.5, 0.9]", "")),
-                "task: expected one task beside navigator.map_file, found 2",
+                "task: expected one task with navigator.map_file, found 2",
             ),
         ] {
             let error = read(&text).unwrap_err().to_string();

@@ -36,7 +36,7 @@ pub enum Reason {
     Recovering(u32),
     /// The path is shut at this place, with the number of attempts to get past it.
     Shut(Point<Sketch>, u32),
-    /// The drawing shows no way to the goal, and none was found.
+    /// The drawing shows no path to the goal, and none was found.
     NoDrawnWay(Point<Sketch>),
     /// The scans have not fitted anywhere near the estimate, with the time for which they have not, in seconds.
     Lost(f64),
@@ -103,7 +103,7 @@ impl fmt::Display for Reason {
                 write!(f, "no way past ({:.0}, {:.0}) px, {n} attempts: the laser sees it blocked", p.x, p.y)
             }
             Self::NoDrawnWay(p) => {
-                write!(f, "the drawing shows no way to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
+                write!(f, "the drawing shows no path to ({:.0}, {:.0}) px, and none was found", p.x, p.y)
             }
             Self::Lost(s) => write!(f, "the scans have fitted nowhere nearby for {s:.0} s"),
             Self::Surveying => f.write_str("turning to look all around"),
@@ -115,7 +115,7 @@ impl fmt::Display for Reason {
             Self::Astray(on_way_s, drawn_m) => {
                 write!(
                     f,
-                    "under way for {on_way_s:.0} s where the drawing shows {drawn_m:.0} m: this must be elsewhere"
+                    "on the way for {on_way_s:.0} s although the drawing shows {drawn_m:.0} m: this must be elsewhere"
                 )
             }
             Self::Asks(count, margin) => {

@@ -92,7 +92,11 @@ fn it_says_where_the_drawing_shows_no_way() {
     let scene = Scene::faithful(walls, SIZE, START);
     let outcome = Drive::new(scene, ROBOTINO, &[&[[10.5, 4.5]]], 180.0).run(200.0);
     assert_eq!(outcome.states(), [Blocked, Finished], "{:?}", outcome.ends);
-    assert!(outcome.ends[0].1.starts_with("the drawing shows no way to (230, 155) px"), "{:?}", outcome.ends);
+    assert!(
+        outcome.ends[0].1.starts_with("the drawing shows no path to (230, 155) px"),
+        "{:?}",
+        outcome.ends
+    );
 }
 
 /// A robot that was limited to a share of its speed used to be monitored as if it drove at full speed. At a fifth of its speed, it

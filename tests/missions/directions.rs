@@ -30,6 +30,23 @@ fn from_a_picture_of_the_plane_the_navigator_arrives() {
     place.page_says(recording, &words);
 }
 
+/// A map with branches goes through all that a straight one does: run, rerun, replay, judge and report.
+#[test]
+fn a_map_that_branches_leads_the_navigator_past_its_errors() {
+    let place = place("branching.toml");
+    let recording = &place.driven("mission.toml --seed 1");
+    place.is_reproduced(recording, &["world", "sketcher", "localizer", "planner"]);
+    let judged = place.fine(&format!("judge {recording} --json")).json();
+    let journey = &judged[0]["journeys"][0];
+    assert_eq!(journey["kind"], "recovered", "{judged}");
+    assert_eq!(
+        journey["accepted"], journey["right"],
+        "every landmark is the one that it is taken for: {judged}"
+    );
+    place
+        .page_says(recording, &["The custom map as a graph", "In words", "Seek the most isolated landmark."]);
+}
+
 /// Runs the same navigator on land, among a field of poles, with a laser and a custom map made from a floor plan.
 #[test]
 fn from_a_floor_plan_the_robot_arrives_among_poles() {
@@ -50,7 +67,9 @@ fn from_a_floor_plan_the_robot_arrives_among_poles() {
 
 #[test]
 fn kills_leave_the_same_bytes() {
-    for (mission, kills) in [("hundred.toml", 10), ("written.toml", 6), ("poles.toml", 6)] {
+    for (mission, kills) in
+        [("hundred.toml", 10), ("written.toml", 6), ("branching.toml", 6), ("poles.toml", 6)]
+    {
         place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
     }
 }
@@ -116,6 +135,40 @@ fn the_six_kinds_of_success_and_failure_are_told_apart() {
     }
 }
 
+/// The second entry knows B and C by what surrounds them. It is meant for B, and attains C, which is farther away.
+#[test]
+fn a_written_map_that_branches_is_followed_and_each_landmark_judged_as_that_of_its_entry() {
+    let all = format!("{A}, {B}, {C}, [0.6, 0.6]");
+    let knows_both = "(*, SW)\n\
+                      (Isol, (none+none+point+point, NW, 4), (*, SE, 3), (point+none+none+point, -), -)\n\
+                      (Isol, -)\n\
+                      (Isol, -)\n";
+    let (a, b, c) = (0, 1, 2);
+    for (map, landmarks, kind, taken, right) in [
+        // The landmarks of the entries 2, 3 and 4, and the goal. Entry 3 is never read.
+        (knows_both, format!("{A}, {A}, {C}, {B}"), "recovered", [a, c, b], 3),
+        (knows_both, format!("{A}, {C}, {B}, {B}"), "unaware", [a, c, b], 2),
+        (knows_both, format!("{A}, {A}, {C}, {A}"), "astray", [a, c, b], 2),
+        // North-west of C there is nothing: entry 3 goes on at entry 4 with C in another corner.
+        (
+            "(*, SW)\n(Isol, SE)\n(Isol, (-, NW, 4), -)\n(Isol, -)\n",
+            format!("{A}, {C}, {C}, {B}"),
+            "direct",
+            [a, c, b],
+            3,
+        ),
+    ] {
+        let (code, journey) = ended(map, &landmarks, &all);
+        assert_eq!((code, &journey["kind"]), (Some(0), &kind.into()), "{map}{landmarks}: {journey}");
+        assert_eq!(journey["attained"], serde_json::json!(taken), "{map}{landmarks}: {journey}");
+        assert_eq!((&journey["accepted"], &journey["right"]), (&3.into(), &right.into()), "{journey}");
+    }
+    // None of its signs is like that of C.
+    let knows_neither = "(*, SW)\n(Isol, (group+group+none+none, NW, 1), (group+none+none+group, -), -)\n";
+    let (code, journey) = ended(knows_neither, &format!("{A}, {B}"), &all);
+    assert_eq!((code, &journey["kind"]), (Some(1), &"lost".into()), "{journey}");
+}
+
 #[test]
 fn what_a_mission_lacks_is_said_with_exit_code_2() {
     let place = place("hundred.toml");
@@ -126,6 +179,7 @@ fn what_a_mission_lacks_is_said_with_exit_code_2() {
     fs::write(place.files().join("twice.plane.toml"), "dots = [[0.1, 0.2], [0.3, 0.3], [0.1, 0.2]]\n")
         .unwrap();
     fs::write(place.files().join("word.directions"), "(*, SW)\n(IsolPair, -)\n").unwrap();
+    fs::write(place.files().join("branch.directions"), "(*, SW)\n(Isol, (3, NE, 7), (2, -), -)\n").unwrap();
     let plain = format!("P2 8 8 255\n{}", "250 ".repeat(64));
     fs::write(place.files().join("plain.png"), plain).unwrap();
     let written = fs::read_to_string(place.files().join("written.toml")).unwrap();
@@ -143,6 +197,10 @@ fn what_a_mission_lacks_is_said_with_exit_code_2() {
                 .replace("written.directions", "word.directions")
                 .replace("kind = \"directions\"", "kind = \"directions\"\nwords = [\"Isol\", \"*\"]"),
             "word.directions: entry 2: expected a word that the navigator understands, found \"IsolPair\"",
+        ),
+        (
+            written.replace("written.directions", "branch.directions"),
+            "branch.directions: line 2, column 16: expected a word for a landmark, or the number of an entry of this map",
         ),
     ] {
         fs::write(&path, &mission).unwrap();

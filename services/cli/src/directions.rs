@@ -1,12 +1,14 @@
 //! Prints what the map-maker derives from a mission: itineraries, landmarks, or the transition matrix.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use anyhow::anyhow;
+use anyhow::{Context, anyhow};
 use clap::{Args, ValueEnum};
+use sketchnav_directions::CustomMap;
 use sketchnav_directions::stages::mission::{self, KIND};
-use sketchnav_directions::stages::sketcher;
+use sketchnav_directions::stages::sketcher::{self, Made};
 use sketchnav_directions::survey::{Cost, Parkways, Survey};
+use sketchnav_lab::picture::map_graph;
 use sketchnav_schemas::run::RunConfig;
 
 use crate::failure::{Failure, OrInput, Outcome};
@@ -25,6 +27,12 @@ pub struct DirectionsOptions {
     /// Plan with this method instead of the mission's.
     #[arg(long)]
     method: Option<String>,
+    /// Say in words what each entry of the custom maps means.
+    #[arg(long, conflicts_with = "table")]
+    words: bool,
+    /// Draw the custom maps as graphs into this SVG file.
+    #[arg(long, value_name = "FILE", conflicts_with = "table")]
+    graph: Option<PathBuf>,
     /// The seed of the map-maker's simulations.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -66,27 +74,57 @@ pub fn print(path: &Path, options: &DirectionsOptions) -> Result<Outcome, Failur
     mission::check(&mission, &robot).map_err(|error| in_file(error.to_string())).or_input()?;
     let run = RunConfig::lockstep("map-maker", mission, robot, options.seed);
     let text = match options.table {
-        None => itineraries(&run),
+        None => {
+            let made = sketcher::make(&run, &sketchnav_navigators::read_file);
+            let made = made.map_err(|error| in_file(error.to_string())).or_input()?;
+            if let Some(file) = &options.graph {
+                draw(file, &run, &made).or_input()?;
+            }
+            itineraries(&run, &made, options)
+        }
         Some(table) => survey(&run, table, options.only.unwrap_or(Parkways::All)),
     };
     output::lines(text.map_err(in_file).or_input()?.trim_end())?;
     Ok(Outcome::Success)
 }
 
-/// Formats each task's landmarks as in figure 30, with the costs of its path.
-fn itineraries(run: &RunConfig) -> Result<String, String> {
-    let made = sketcher::make(run, &sketchnav_navigators::read_file).map_err(|error| error.to_string())?;
+/// Draws the custom maps as graphs into a file.
+fn draw(file: &Path, run: &RunConfig, made: &Made) -> anyhow::Result<()> {
+    let names = run.mission.task.iter().map(|task| task.name.as_str());
+    let maps: Vec<_> = names.zip(&made.maps).collect();
+    let svg = map_graph(&format!("{}: the custom maps as graphs", run.mission.name), &maps);
+    sketchnav_files::write(file, svg).with_context(|| format!("--graph {}", file.display()))
+}
+
+/// Formats each task's landmarks as in figure 30, with the costs of its path and its map. A map that was written by hand has no
+/// costs.
+fn itineraries(run: &RunConfig, made: &Made, options: &DirectionsOptions) -> Result<String, String> {
     let settings = mission::settings(&run.mission, &run.robot).map_err(|error| error.to_string())?;
-    if made.plans.is_empty() {
+    if made.plans.is_empty() && !options.words && options.graph.is_none() {
         return Err(written());
     }
-    let tasks = run.mission.task.iter().zip(&made.plans).zip(&made.maps);
-    let text = tasks.map(|((task, plan), map)| {
-        let (entries, views, time_s) = (plan.path.entries(), plan.sensing(), plan.path.time_s(&settings));
-        let costs = format!("{entries} entries, {views} views, {time_s:.1} s");
-        format!("{}\n{}{costs}\n{map}", task.name, plan.itinerary())
+    let tasks = run.mission.task.iter().zip(&made.maps).enumerate();
+    let text = tasks.map(|(number, (task, map))| {
+        let itinerary = made.plans.get(number).map_or(String::new(), |plan| {
+            let (entries, views, time_s) = (plan.path.entries(), plan.sensing(), plan.path.time_s(&settings));
+            let costs = match map.branches() {
+                true => format!(
+                    "{} entries; a straight map of its path: {entries}, {time_s:.1} s",
+                    map.entries().len()
+                ),
+                false => format!("{entries} entries, {views} views, {time_s:.1} s"),
+            };
+            format!("{}{costs}\n", plan.itinerary())
+        });
+        let words = if options.words { in_words(map) } else { String::new() };
+        format!("{}\n{itinerary}{map}{words}", task.name)
     });
     Ok(text.collect::<Vec<_>>().join("\n"))
+}
+
+/// Formats what each entry means, with its number.
+fn in_words(map: &CustomMap) -> String {
+    (1..).zip(map.in_words()).map(|(entry, words)| format!("{entry}. {words}\n")).collect()
 }
 
 fn survey(run: &RunConfig, table: Table, parkways: Parkways) -> Result<String, String> {

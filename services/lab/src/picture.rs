@@ -8,6 +8,7 @@
 
 mod correspondence;
 mod floor;
+mod map_graph;
 mod marks;
 mod plane;
 pub mod svg;
@@ -20,8 +21,9 @@ use sketchnav_schemas::mission::Place;
 
 pub use correspondence::{DrawnOutline, SeenOutline, drawn_outline, origin_of, seen_outline};
 pub use floor::FloorShapes;
+pub use map_graph::map_graph;
 use marks::Symbol;
-pub use plane::{PlanePicture, plane};
+pub use plane::{PlanePicture, PlannedMap, plane};
 pub use svg::escape;
 use svg::{Sheet, View};
 pub use task::{TaskMark, TaskPicture};

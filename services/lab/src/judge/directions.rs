@@ -1,10 +1,14 @@
 //! Judges how journeys by custom maps ended, as one of six kinds of success and failure (Park and Kender 1995, 7.2.6).
 //!
 //! The navigator reports whether it arrived. Whether it truly attained the landmarks that its map refers to is judged by the
-//! true dots. A landmark on the map refers to the true dot that is nearest to where the map-maker sees the landmark.
+//! true dots. A landmark on the map refers to the true dot that is nearest to where the map-maker sees the landmark. Which landmark
+//! the navigator takes a dot for is known by the entry that it reads next ([`Reference`]).
 
 use serde::Serialize;
+use sketchnav_directions::CustomMap;
+use sketchnav_directions::custom_map::graph::Node;
 use sketchnav_directions::messages::Journey;
+use sketchnav_directions::stages::reference::Reference;
 use sketchnav_directions::stages::sketcher::maps_of;
 use sketchnav_directions::traversal::Kind;
 use sketchnav_schemas::codes::TaskState;
@@ -43,25 +47,24 @@ pub fn journeys(log: &Log, names: &[String], dots: &[[f64; 2]]) -> Vec<JourneyVe
     let maps = log.directions.as_deref().and_then(|text| maps_of(text).ok()).unwrap_or_default();
     let verdict = |(task, (name, span)): (usize, (&String, &Option<TaskSpan>))| {
         let steps: Vec<&Journey> = span.iter().flat_map(|span| span.of(&log.journeys)).collect();
-        let attained = attained(log, &steps, dots);
-        let meant: Vec<usize> = (log.itinerary.iter())
+        let taken = taken(log, maps.get(task), &steps, dots);
+        let landmarks: Vec<usize> = (log.itinerary.iter())
             .flat_map(|itinerary| itinerary.landmarks(task))
             .map(|landmark| nearest(dots, [landmark.x_m.into(), landmark.y_m.into()]))
             .collect();
-        let agreement: Vec<bool> = match maps.get(task) {
-            Some(map) => map.agreement(&attained, &meant).collect(),
-            None => attained.iter().zip(&meant).map(|(one, other)| one == other).collect(),
-        };
+        let right = taken.iter().filter(|taken| taken.is_right(maps.get(task), &landmarks)).count();
         let recoveries = steps.last().map_or(0, |step| step.recoveries);
         let stated = log.itinerary.as_ref().and_then(|itinerary| itinerary.journeys().get(task));
         JourneyVerdict {
             task: name.clone(),
-            kind: span.as_ref().and_then(|span| kind(span.state, &steps, (&attained, &meant), &agreement)),
-            accepted: attained.len() as u32,
-            right: agreement.iter().filter(|is_right| **is_right).count() as u32,
+            kind: span
+                .as_ref()
+                .and_then(|span| kind(span.state, &steps, (&taken, right), (maps.get(task), &landmarks))),
+            accepted: taken.len() as u32,
+            right: right as u32,
             recoveries,
             stated: stated.map(|journey| journey.probability).filter(|stated| *stated >= 0.0),
-            attained,
+            attained: taken.iter().map(|taken| taken.dot).collect(),
         }
     };
     names.iter().zip(&spans).enumerate().map(verdict).collect()
@@ -74,33 +77,62 @@ pub fn nearest(dots: &[[f64; 2]], [x, y]: [f64; 2]) -> usize {
     all.min_by(|a, b| far(a.1).total_cmp(&far(b.1))).map_or(0, |(index, _)| index)
 }
 
-/// Returns, for each finished entry, the true dot that was taken for its landmark.
-fn attained(log: &Log, steps: &[&Journey], dots: &[[f64; 2]]) -> Vec<usize> {
-    let mut attained = Vec::new();
+/// A dot that the navigator took for a landmark of its map.
+struct Taken {
+    /// Index of the true dot.
+    dot: usize,
+    /// The entry that was finished with it.
+    entry: usize,
+    /// The landmark that it was taken for, or `None` if the journey ended before the navigator went on from it.
+    node: Option<Node>,
+}
+
+impl Taken {
+    /// Returns whether the dot is the one that the map refers to. `landmarks` are the dots that the map refers to.
+    fn is_right(&self, map: Option<&CustomMap>, landmarks: &[usize]) -> bool {
+        let meant = self.node.and_then(|node| node.landmark(landmarks));
+        meant.is_some_and(|meant| match map {
+            Some(map) => map.is_right(self.entry, &self.dot, meant),
+            None => self.dot == *meant,
+        })
+    }
+}
+
+/// Returns what was taken for a landmark, for each entry that was finished. A map that is not known is a straight one.
+fn taken(log: &Log, map: Option<&CustomMap>, steps: &[&Journey], dots: &[[f64; 2]]) -> Vec<Taken> {
+    let (mut taken, mut reference): (Vec<Taken>, _) = (Vec::new(), Reference::default());
     for step in steps {
+        if let Some(map) = map {
+            reference.hear(map, step);
+        }
+        if let Some(last) = taken.last_mut().filter(|last| last.node.is_none()) {
+            last.node = reference.node();
+        }
         let Some(window) = log.pose_at(step.header.stamp_ns) else { continue };
-        while (step.accepted as usize) > attained.len() && step.has_reference == 1 {
-            let reference = Pose::<World>::new(step.reference_x_m, step.reference_y_m, 0.0);
-            let at = window.compose(&reference);
-            attained.push(nearest(dots, [at.x, at.y]));
+        while (step.accepted as usize) > taken.len() && step.has_reference == 1 {
+            let at = window.compose(&Pose::<World>::new(step.reference_x_m, step.reference_y_m, 0.0));
+            let in_order = Node::Entry(taken.len() + 1);
+            let node = if map.is_some() { reference.node() } else { Some(in_order) };
+            taken.push(Taken { dot: nearest(dots, [at.x, at.y]), entry: step.entry as usize, node });
         }
     }
-    attained
+    taken
 }
 
 fn kind(
     state: TaskState,
     steps: &[&Journey],
-    (attained, meant): (&[usize], &[usize]),
-    agreement: &[bool],
+    (taken, right): (&[Taken], usize),
+    (map, landmarks): (Option<&CustomMap>, &[usize]),
 ) -> Option<Kind> {
-    let is_planned = attained.len() == meant.len() && agreement.iter().all(|is_right| *is_right);
+    let branches = map.is_some_and(CustomMap::branches);
+    let is_planned = right == taken.len() && (branches || taken.len() == landmarks.len());
     let last = steps.last()?;
     match state {
         TaskState::Lost if last.cannot_locate == 1 => Some(Kind::CannotLocate),
         TaskState::Lost => Some(Kind::Lost),
-        TaskState::Reached if meant.is_empty() => None,
-        TaskState::Reached if attained.last() != meant.last() => Some(Kind::Astray),
+        TaskState::Reached if landmarks.is_empty() => None,
+        TaskState::Reached if taken.last().map(|taken| &taken.dot) != landmarks.last() => Some(Kind::Astray),
         TaskState::Reached if !is_planned => Some(Kind::Unaware),
         TaskState::Reached if last.recoveries > 0 => Some(Kind::Recovered),
         TaskState::Reached => Some(Kind::Direct),
@@ -111,7 +143,7 @@ fn kind(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sketchnav_directions::messages::{Itinerary, PlannedLandmark};
+    use sketchnav_directions::messages::{Activity, Itinerary, PlannedLandmark};
     use sketchnav_schemas::message::{GroundTruth, Message, MissionStatus, PoseM};
 
     const DOTS: [[f64; 2]; 3] = [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]];
@@ -132,6 +164,10 @@ mod tests {
             (journey.header_mut().stamp_ns, journey.accepted, journey.has_reference) = (step, step as u32, 1);
             // The window hovers slightly above the dot and is turned by 90°.
             (journey.reference_x_m, journey.reference_y_m) = (-0.2, 0.0);
+            let is_last = step as usize == taken.len();
+            let activity =
+                if is_last && state == TaskState::Reached { Activity::Rest } else { Activity::Adjust };
+            (journey.entry, journey.activity) = (step as u32 - 1, activity.code());
             change(&mut journey);
             log.journeys.push(journey);
             let mut truth: GroundTruth = bytemuck::Zeroable::zeroed();
@@ -141,7 +177,6 @@ mod tests {
             log.truth.push(truth);
             let mut status: MissionStatus = bytemuck::Zeroable::zeroed();
             status.header_mut().stamp_ns = step;
-            let is_last = step as usize == taken.len();
             status.state = if is_last { state } else { TaskState::Driving }.code();
             log.status.push(status);
         }
@@ -174,6 +209,50 @@ mod tests {
         assert_eq!((judged(&log).kind, judged(&log).right), (Some(Kind::Unaware), 2));
         log.directions = Some("(*, SW)\n(Confusable, SW)\n(Isol, -)\n".to_owned());
         assert_eq!((judged(&log).kind, judged(&log).right), (Some(Kind::Direct), 3));
+    }
+
+    /// Entry 2 knows the landmark of entry 4 by its surroundings. From there, entry 4 leads back to the path.
+    #[test]
+    fn in_a_map_that_branches_a_landmark_is_that_of_the_entry_that_is_read_next() {
+        let map = "(*, SW)\n(Isol, (2, NE, 4), (3, -), SW)\n(Isol, -)\n(Isol, -)\n";
+        // The landmarks of the entries 2, 3 and 4 and the goal.
+        let meant = [0, 1, 2, 1];
+        let judged = |taken: &[usize], branches: bool| {
+            let mut log = log(taken, TaskState::Reached, |_| ());
+            log.directions = Some(map.to_owned());
+            if let Some(itinerary) = &mut log.itinerary {
+                itinerary.landmark_count = 4;
+                for (landmark, dot) in itinerary.landmarks.iter_mut().zip(meant) {
+                    landmark.x_m = DOTS[dot][0] as f32;
+                }
+            }
+            if branches {
+                let begins =
+                    Journey { entry: 3, activity: Activity::Seek.code(), recoveries: 1, ..log.journeys[1] };
+                log.journeys[1].recoveries = 1;
+                log.journeys[2] = Journey { entry: 3, recoveries: 1, ..log.journeys[2] };
+                log.journeys.insert(2, begins);
+            }
+            let verdict = journeys(&log, &["there".to_owned()], &DOTS).remove(0);
+            (verdict.kind, verdict.right)
+        };
+        assert_eq!(judged(&[0, 1, 1], false), (Some(Kind::Direct), 3));
+        assert_eq!(
+            judged(&[0, 2, 1], true),
+            (Some(Kind::Recovered), 3),
+            "it took dot 2 for the landmark of entry 4"
+        );
+        assert_eq!(
+            judged(&[0, 1, 1], true),
+            (Some(Kind::Unaware), 2),
+            "dot 1 is not the landmark of entry 4"
+        );
+        assert_eq!(
+            judged(&[0, 2, 1], false),
+            (Some(Kind::Unaware), 2),
+            "dot 2 is not the landmark of entry 3"
+        );
+        assert_eq!(judged(&[0, 2, 2], true), (Some(Kind::Astray), 2));
     }
 
     #[test]

@@ -9,6 +9,18 @@ use super::marks::{self, Symbol};
 use super::svg::{Sheet, View, round_length};
 use super::task::TaskPicture;
 
+/// What the custom map of a task refers to.
+#[derive(Debug, Clone, Default)]
+pub struct PlannedMap {
+    /// Landmarks, one for each entry.
+    pub landmarks: Vec<Point<World>>,
+    /// Pairs of landmarks one of which leads to the other.
+    pub links: Vec<[Point<World>; 2]>,
+    /// Whether the map branches. The landmark at which an entry begins then has the number of that entry, otherwise the landmark
+    /// that an entry attains has it.
+    pub branches: bool,
+}
+
 /// A plane and the journeys over it.
 #[derive(Debug, Clone)]
 pub struct PlanePicture<'a> {
@@ -22,8 +34,8 @@ pub struct PlanePicture<'a> {
     pub parkways: &'a [[Point<World>; 2]],
     /// Pairs of landmarks that are joined by a trajectory.
     pub trajectories: &'a [[Point<World>; 2]],
-    /// Landmarks of each task, in order.
-    pub planned: &'a [Vec<Point<World>>],
+    /// What the map of each task refers to, in order.
+    pub planned: &'a [PlannedMap],
     /// Paths of the window's centre, with one piece for each activity of the navigator.
     pub ways: &'a [(Activity, Vec<Point<World>>)],
     /// Corners of the window at some moments.
@@ -59,9 +71,9 @@ pub fn plane(picture: &PlanePicture<'_>) -> String {
             "fill=\"#7a52cc\" fill-opacity=\"0.06\" stroke=\"#7a52cc\" stroke-opacity=\"0.4\"",
         );
     }
-    for landmarks in picture.planned {
-        sheet.line(
-            landmarks,
+    for planned in picture.planned {
+        sheet.segments(
+            &planned.links,
             "stroke=\"#20242c\" stroke-width=\"1.6\" stroke-dasharray=\"3 5\" stroke-opacity=\"0.7\"",
         );
     }
@@ -83,7 +95,7 @@ pub fn plane(picture: &PlanePicture<'_>) -> String {
 /// Draws the landmarks with the numbers of their entries. Since each task begins where the previous one ends, several
 /// entries and tasks may lead to the same landmark, but it has a single label. With several tasks, the number of the task
 /// precedes that of the entry.
-fn numbers(sheet: &mut Sheet, planned: &[Vec<Point<World>>]) {
+fn numbers(sheet: &mut Sheet, planned: &[PlannedMap]) {
     for (landmark, numbers) in labels(planned) {
         let [x, y] = sheet.view.at(&landmark);
         sheet.raw(format_args!(
@@ -93,11 +105,15 @@ fn numbers(sheet: &mut Sheet, planned: &[Vec<Point<World>>]) {
     }
 }
 
-fn labels(planned: &[Vec<Point<World>>]) -> Vec<(Point<World>, Vec<String>)> {
+fn labels(planned: &[PlannedMap]) -> Vec<(Point<World>, Vec<String>)> {
     let mut labels: Vec<(Point<World>, Vec<String>)> = Vec::new();
-    for (task, landmarks) in (1..).zip(planned) {
-        for (entry, landmark) in (1..).zip(landmarks) {
-            let number = if planned.len() > 1 { format!("{task}.{entry}") } else { i32::to_string(&entry) };
+    for (task, map) in (1..).zip(planned) {
+        for (entry, landmark) in (1..).zip(&map.landmarks) {
+            let number = match map.branches {
+                true if entry == map.landmarks.len() => "goal".to_owned(),
+                branches => (entry + usize::from(branches)).to_string(),
+            };
+            let number = if planned.len() > 1 { format!("{task}.{number}") } else { number };
             match labels.iter_mut().find(|(at, _)| at == landmark) {
                 Some((_, numbers)) => numbers.push(number),
                 None => labels.push((*landmark, vec![number])),
@@ -137,11 +153,18 @@ mod tests {
     #[test]
     fn a_landmark_of_several_entries_has_one_text() {
         let [a, b, c] = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)].map(|(x, y)| Point::<World>::new(x, y));
-        let texts = |planned: &[Vec<Point<World>>]| -> Vec<String> {
-            labels(planned).into_iter().map(|(_, numbers)| numbers.join(", ")).collect()
+        let texts = |branches: bool, planned: &[&[Point<World>]]| -> Vec<String> {
+            let map = |landmarks: &&[Point<World>]| PlannedMap {
+                landmarks: landmarks.to_vec(),
+                branches,
+                ..PlannedMap::default()
+            };
+            let planned: Vec<_> = planned.iter().map(map).collect();
+            labels(&planned).into_iter().map(|(_, numbers)| numbers.join(", ")).collect()
         };
-        assert_eq!(texts(&[vec![a, b], vec![b, c, a]]), ["1.1, 2.3", "1.2, 2.1", "2.2"]);
-        assert_eq!(texts(&[vec![a, b, a]]), ["1, 3", "2"]);
+        assert_eq!(texts(false, &[&[a, b], &[b, c, a]]), ["1.1, 2.3", "1.2, 2.1", "2.2"]);
+        assert_eq!(texts(false, &[&[a, b, a]]), ["1, 3", "2"]);
+        assert_eq!(texts(true, &[&[a, b, c]]), ["2", "3", "goal"], "where entries 2 and 3 begin");
     }
 
     #[test]
@@ -153,7 +176,7 @@ mod tests {
             walls: &[[Point::new(9.0, -3.0), Point::new(9.0, 3.0)]],
             parkways: &[],
             trajectories: &[],
-            planned: &[vec![a, b]],
+            planned: &[PlannedMap { landmarks: vec![a, b], links: vec![[a, b]], branches: false }],
             ways: &[],
             windows: &[],
             tasks: &[],

@@ -38,6 +38,11 @@ impl View {
         Self { low, high, scale, left: (SHEET_WIDTH - width * scale) / 2.0 }
     }
 
+    /// Creates a view as wide as the sheet and of this height, in units of the sheet.
+    pub fn plain(height: f64) -> Self {
+        Self { low: [0.0, 0.0], high: [SHEET_WIDTH - 2.0 * MARGIN, height], scale: 1.0, left: MARGIN }
+    }
+
     /// Converts a point in the frame to a position on the sheet.
     pub fn at<F>(&self, p: &Point<F>) -> [f64; 2] {
         let x = self.left + (p.x - self.low[0]) * self.scale;

@@ -8,12 +8,14 @@ use crate::judge::directions::{JourneyVerdict, journeys};
 use crate::judge::log::Log;
 use crate::judge::{self, Verdict};
 use crate::page;
-use crate::picture::{self, PlanePicture, TaskPicture};
-use maud::{Markup, html};
+use crate::picture::{self, PlanePicture, PlannedMap, TaskPicture};
+use maud::{Markup, PreEscaped, html};
+use sketchnav_directions::CustomMap;
 use sketchnav_directions::arrival::WORDS;
+use sketchnav_directions::custom_map::graph::Node;
 use sketchnav_directions::messages::Activity;
 use sketchnav_directions::stages::mission::{self, DirectionsMission};
-use sketchnav_directions::stages::sketcher::{self, BETWEEN, pillars};
+use sketchnav_directions::stages::sketcher::{self, BETWEEN, maps_of, pillars};
 use sketchnav_directions::transitions::{Kinds, Movement, Transitions};
 use sketchnav_directions::walls::Walls;
 use sketchnav_directions::{Plane, Point as Place, Window};
@@ -147,11 +149,25 @@ fn joined(log: &Log, window: Window, walls: &Arc<Walls>) -> (Pairs, Pairs) {
     (parkways, trajectories)
 }
 
-/// Returns the landmarks of each task, as the map-maker sees them.
-fn planned(log: &Log, tasks: usize) -> Vec<Vec<Point<World>>> {
+/// Returns the custom maps of the tasks, or none if the recording has none.
+fn maps(log: &Log) -> Vec<CustomMap> {
+    log.directions.as_deref().and_then(|text| maps_of(text).ok()).unwrap_or_default()
+}
+
+/// Returns the landmarks of each task as the map-maker sees them, and which of them lead to which.
+fn planned(log: &Log, tasks: usize) -> Vec<PlannedMap> {
+    let maps = maps(log);
     let of = |task: usize| {
         let landmarks = log.itinerary.iter().flat_map(move |itinerary| itinerary.landmarks(task));
-        landmarks.map(|landmark| Point::new(landmark.x_m.into(), landmark.y_m.into())).collect()
+        let landmarks: Vec<Point<World>> =
+            landmarks.map(|landmark| Point::new(landmark.x_m.into(), landmark.y_m.into())).collect();
+        let Some(map) = maps.get(task) else { return PlannedMap { landmarks, ..PlannedMap::default() } };
+        let link = |from: usize, to: Node| {
+            Some([*Node::Entry(from).landmark(&landmarks)?, *to.landmark(&landmarks)?])
+        };
+        let edges = (0..map.entries().len()).flat_map(|entry| map.edges(entry));
+        let links = edges.filter_map(|edge| link(edge.from, edge.to)).collect();
+        PlannedMap { links, branches: map.branches(), landmarks }
     };
     (0..tasks).map(of).collect()
 }
@@ -197,7 +213,9 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
     }
     let header = ["journey", "ended", "entries right", "recoveries", "stated probability"];
     let rows = verdicts.iter().map(|verdict| row(verdict).to_vec());
-    let maps = log.directions.as_deref().unwrap_or_default();
+    let (texts, read) = (log.directions.as_deref().unwrap_or_default(), maps(log));
+    let between = format!("{BETWEEN}\n");
+    let names: Vec<&str> = run.mission.task.iter().map(|task| task.name.as_str()).collect();
     html! {
         h2 { "Journeys" }
         (page::table(&header.map(str::to_owned), &rows.collect::<Vec<_>>()))
@@ -206,9 +224,23 @@ pub fn section(run: &RunConfig, log: &Log, verdicts: &[JourneyVerdict]) -> Marku
             "Astray: it believes itself to be at the goal (Park and Kender 1995, 7.2.6)."
         }
         h2 { "Custom maps" }
-        @for (map, name) in maps.split(&format!("{BETWEEN}\n")).zip(run.mission.task.iter().map(|task| &task.name)) {
+        @for (number, (text, name)) in texts.split(&between).zip(&names).enumerate() {
             h3 { (name) }
-            pre { (map) }
+            pre { (text) }
+            @if let Some(map) = read.get(number) { (explained(name, map)) }
+        }
+    }
+}
+
+/// Returns a map as a graph, if it branches, and in words.
+fn explained(name: &str, map: &CustomMap) -> Markup {
+    html! {
+        @if map.branches() {
+            div.pictures { figure { (PreEscaped(picture::map_graph("The custom map as a graph", &[(name, map)]))) } }
+        }
+        details {
+            summary { "In words" }
+            ol { @for words in map.in_words() { li { (words) } } }
         }
     }
 }

@@ -36,7 +36,9 @@
 //! Case and white space don't matter, and `#` starts a comment. Commas between entries and brackets around all entries are
 //! optional. [`CustomMap`] is printed in the same form as it is parsed.
 
+pub mod graph;
 mod parse;
+mod words;
 
 use std::fmt;
 
@@ -342,16 +344,11 @@ impl CustomMap {
         &self.0
     }
 
-    /// Returns, for each finished entry, whether its landmark is the intended one. If the word of an entry is `Confusable`, any
+    /// Returns whether the landmark attained by an entry is the intended one. If the word of the entry is `Confusable`, any
     /// landmark is.
-    pub fn agreement<T: PartialEq>(&self, attained: &[T], meant: &[T]) -> impl Iterator<Item = bool> {
-        // In a map that branches, entries are not finished in order.
-        let in_order = if self.branches() { &[] } else { &self.0[..] };
-        let pairs = (0..).zip(attained.iter().zip(meant));
-        let is_confusable = |number: usize| {
-            in_order.get(number).is_some_and(|entry: &Entry| entry.word == Descriptor::Confusable)
-        };
-        pairs.map(move |(number, (attained, meant))| is_confusable(number) || attained == meant)
+    pub fn is_right<T: PartialEq>(&self, entry: usize, attained: &T, meant: &T) -> bool {
+        let is_confusable = |entry: &Entry| entry.word == Descriptor::Confusable;
+        attained == meant || self.0.get(entry).is_some_and(is_confusable)
     }
 }
 

@@ -160,7 +160,7 @@ impl Itinerary {
 channels! {
     of KIND;
     /// The custom maps of the tasks.
-    DIRECTIONS: Instruction Directions = "directions", Sketcher => [Planner],
+    DIRECTIONS: Instruction Directions = "directions", Sketcher => [Planner, Pad],
         behind it up to MAX_DIRECTIONS_BYTES;
     /// The map-maker's intentions behind the custom maps. No navigator may open this channel.
     ITINERARY: Instruction Itinerary = "itinerary", Sketcher => [Supervisor, Pad],

@@ -216,6 +216,8 @@ pub struct Report {
     pub attained: Vec<DotId>,
     /// The dots that the navigator believed to have attained.
     pub meant: Vec<DotId>,
+    /// Numbers of the entries that it finished with them, starting at 0.
+    pub entries: Vec<u16>,
     /// Number of recoveries.
     pub recoveries: u16,
     /// Number of steps.
@@ -273,6 +275,7 @@ impl<'a> Traversal<'a> {
             kind: Kind::Lost,
             attained: Vec::new(),
             meant: Vec::new(),
+            entries: Vec::new(),
             recoveries: 0,
             steps: 0,
             distance: 0.0,
@@ -285,6 +288,7 @@ impl<'a> Traversal<'a> {
             if usize::from(output.accepted) > report.attained.len() {
                 report.attained.push(self.attained(&helicopter, &output));
                 report.meant.push(self.intended[usize::from(output.meant)]);
+                report.entries.push(output.entry);
             }
             watch(&helicopter, &output, &view);
             if let Some(outcome) = output.outcome {
@@ -319,8 +323,9 @@ impl<'a> Traversal<'a> {
     /// Returns true if the attained landmarks are those that the map means.
     fn is_planned(&self, report: &Report) -> bool {
         let map = self.navigator.map();
+        let mut pairs = report.attained.iter().zip(&report.meant).zip(&report.entries);
         (map.branches() || report.attained.len() == self.intended.len())
-            && map.agreement(&report.attained, &report.meant).all(|is_right| is_right)
+            && pairs.all(|((attained, meant), &entry)| map.is_right(entry.into(), attained, meant))
     }
 
     fn judge(&self, outcome: Outcome, report: &Report) -> Kind {

@@ -143,8 +143,42 @@ fn errors_name_line_column_and_word() {
             "line 3, column 1: expected an entry that the one before it or a branch leads to",
         ),
         ("(Isol, Trajp, Trajn, SW)", "line 1, column 15: expected \"(\", a corner"),
+        (
+            "(Isol, (3, UP, Isol), (2, -), SW)",
+            "line 1, column 12: expected a corner (SE, SW, NE, NW) or \"-\", found \"UP\"",
+        ),
+        ("(Isol, (3, SW, Lone), (2, -), SW)", "line 1, column 16: expected a landmark: "),
+        ("(Isol, (3, SW Isol), (2, -), SW)", "line 1, column 15: expected \",\", found \"Isol\""),
+        ("(Isol, (3, SW, 1, 2), (2, -), SW)", "line 1, column 17: expected \")\", found \",\""),
+        (
+            "(Isol, (none+two+none+none, -), SW)",
+            "line 1, column 9: expected a quadrant occupancy count from 0 to 4, four of none, point, pair and group joined by",
+        ),
+        ("(Isol, (point+none+none, NE, 1), -)", "line 1, column 9: expected a quadrant occupancy count"),
+        (
+            "(Isol, (*, NE, 1), (*, SE, 1), -)",
+            "line 1, column 21: expected a count that the entry does not have yet, found \"*\"",
+        ),
+        ("(Isol, (3, NE, 99999999999), -)", "line 1, column 16: expected the number of an entry, from 1"),
+        ("(Isol, (3, NE, 10001), -)", "line 1, column 16: expected the number of an entry, from 1"),
+        ("(Isol, (3, NE, 1), -", "line 1, column 21: expected \")\", found the end"),
     ] {
         let found = error(text);
+        assert!(found.contains(expected), "{text:?}: {found}");
+    }
+}
+
+#[test]
+fn an_entry_has_at_most_eight_signs_beside_the_right_one_and_a_map_ten_thousand_entries() {
+    let sign = |code: u8| format!("({}, NE, 1), ", Signature::of_code(code));
+    let signs = |count: u8| (0..count).map(sign).collect::<String>();
+    assert!(format!("(Isol, {}(*, -), SW)", signs(8)).parse::<CustomMap>().is_ok());
+    for (text, expected) in [
+        (format!("(Isol, {}-)", signs(9)), "line 1, column 8: expected at most eight ways back"),
+        (format!("(Isol, {}(*, -), SW)", signs(9)), "expected at most eight ways back"),
+        ("(Isol, SW)\n".repeat(MOST_ENTRIES + 1), "line 10001, column 1: expected at most 10000 entries"),
+    ] {
+        let found = error(&text);
         assert!(found.contains(expected), "{text:?}: {found}");
     }
 }
@@ -194,25 +228,44 @@ fn of_verification(verification: impl Strategy<Value = Verification>) -> impl St
 
 /// Generates entries, some of which branch to one of the first three entries.
 fn branching_entry() -> impl Strategy<Value = Entry> {
-    let sign = prop_oneof![
+    let seen = prop_oneof![
         (0_u8..=255).prop_map(|code| Sign::Panorama(Signature::of_code(code))),
-        Just(Sign::Other),
-        Just(Sign::Nothing),
+        (0_u8..5).prop_map(Sign::Count),
     ];
+    let sign = prop_oneof![4 => seen.clone(), 1 => Just(Sign::Other), 1 => Just(Sign::Nothing)];
     let branch =
         (0_usize..4, 0_u16..3).prop_map(|(corner, entry)| Branch { corner: Corner::ALL[corner], entry });
     let way = prop_oneof![branch.prop_map(Way::Branch), recovery().prop_map(Way::Recover)];
-    let right = prop::option::of((0_u8..=255).prop_map(|code| Sign::Panorama(Signature::of_code(code))));
+    let right = prop::option::of(prop_oneof![4 => seen, 1 => Just(Sign::Other)]);
     let verification = (right, prop::collection::vec((sign, way), 0..12)).prop_map(|(right, ways)| {
         let own = right.map_or(Verification::default(), |right| Verification::new(right).unwrap());
         ways.into_iter().fold(own, |all, (sign, way)| all.leading(sign, way))
     });
-    of_verification(verification).prop_map(|mut entry| {
+    (of_verification(verification), prop::bool::ANY).prop_map(|(mut entry, ends)| {
         // An entry without any sign has no verification, and an entry that only recovers has a right sign.
         let is_empty = |signs: &Verification| signs.expected().is_none() && signs.branches().next().is_none();
         entry.verification = entry.verification.filter(|signs| !is_empty(signs));
-        entry.place = entry.place.filter(|_| entry.verification.is_none_or(Verification::accepts));
+        entry.place = entry.place.filter(|_| !ends && entry.verification.is_none_or(Verification::accepts));
         entry
+    })
+}
+
+/// Maps of such entries. Where nothing leads to an entry, the one before it does.
+fn branching_map() -> impl Strategy<Value = CustomMap> {
+    prop::collection::vec(branching_entry(), 3..9).prop_map(|mut entries| {
+        for after in 1..entries.len() {
+            let is_led_to = entries.iter().flat_map(Entry::branches).any(|to| usize::from(to) == after);
+            let before = &mut entries[after - 1];
+            if before.place.is_none() && !is_led_to {
+                before.verification = before.verification.filter(|signs| signs.accepts());
+                before.place = Some(Corner::Se);
+            }
+        }
+        // Without the branches of an entry, another one may not be led to any more.
+        CustomMap::new(entries.clone()).unwrap_or_else(|_| {
+            entries.iter_mut().for_each(|entry| (entry.verification, entry.place) = (None, Some(Corner::Se)));
+            CustomMap::new(entries).unwrap()
+        })
     })
 }
 
@@ -231,11 +284,28 @@ proptest! {
     }
 
     #[test]
-    fn a_map_that_branches_is_read_as_it_is_printed(entries in prop::collection::vec(branching_entry(), 3..9)) {
-        if let Ok(map) = CustomMap::new(entries) {
-            prop_assert_eq!(parsed(&map.to_string()), map.clone());
-            let bytes = postcard::to_allocvec(&map).unwrap();
-            prop_assert_eq!(postcard::from_bytes::<CustomMap>(&bytes).unwrap(), map);
+    fn a_map_that_branches_is_read_as_it_is_printed(map in branching_map()) {
+        let text = map.to_string();
+        prop_assert_eq!(parsed(&text).to_string(), text);
+        prop_assert_eq!(parsed(&map.to_string()), map.clone());
+        let bytes = postcard::to_allocvec(&map).unwrap();
+        prop_assert_eq!(postcard::from_bytes::<CustomMap>(&bytes).unwrap(), map);
+    }
+
+    /// A slip of the pen in a map that branches: some characters are missing, or others stand in their place.
+    #[test]
+    fn a_damaged_map_is_read_or_rejected(
+        map in branching_map(),
+        at: prop::sample::Index,
+        length in 0_usize..12,
+        slip in "[(),\\-\\* 0-9NSEWnone+pair]{0,4}",
+    ) {
+        let mut text = map.to_string();
+        let begin = at.index(text.len());
+        text.replace_range(begin..(begin + length).min(text.len()), &slip);
+        match text.parse::<CustomMap>() {
+            Ok(map) => prop_assert_eq!(parsed(&map.to_string()), map),
+            Err(error) => prop_assert!(error.to_string().starts_with("line "), "{}: {}", text, error),
         }
     }
 

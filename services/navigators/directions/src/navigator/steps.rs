@@ -341,13 +341,11 @@ fn around(navigator: &Navigator, state: &mut State, view: &[Point], corner: u8) 
 
 fn respond(navigator: &Navigator, state: &mut State) {
     let signs = entry(navigator, state).verification;
-    match signs.map_or(Response::Correct, |signs| signs.response(state.signature)) {
-        Response::Branch(branch) => {
-            state.accepted = state.accepted.saturating_add(1);
-            state.meant = branch.entry.saturating_sub(1);
-            follow(navigator, state, Response::Branch(branch));
-        }
-        response => follow(navigator, state, response),
+    let response = signs.map_or(Response::Correct, |signs| signs.response(state.signature));
+    follow(navigator, state, response);
+    if let (Response::Branch(branch), None) = (response, state.outcome()) {
+        state.accepted = state.accepted.saturating_add(1);
+        state.meant = branch.entry.saturating_sub(1);
     }
 }
 

@@ -6,7 +6,13 @@ use sketchnav_schemas::robot::Robot;
 use sketchnav_stage::lookout::{self, Around, Color, Picture, Shape};
 use sketchnav_stage::{Denied, Heard};
 
-use crate::messages::{Activity, DESCRIPTION, Description, ITINERARY, Itinerary, JOURNEY, Journey};
+use super::reference::Reference;
+use super::sketcher::maps_of;
+use crate::custom_map::CustomMap;
+use crate::custom_map::graph::Node;
+use crate::messages::{
+    Activity, DESCRIPTION, DIRECTIONS, Description, ITINERARY, Itinerary, JOURNEY, Journey, PlannedLandmark,
+};
 
 /// Distance ahead of the robot at which the current entry is named, as a fraction of the displayed distance.
 const ROW: f64 = 0.92;
@@ -19,10 +25,13 @@ pub struct Lookout {
     /// Side of the window, in metres, or `None` for a robot on land, for which the drawing of its sensors suffices.
     side_m: Option<f64>,
     itinerary: Option<Box<Itinerary>>,
+    /// The custom maps of the tasks.
+    maps: Vec<CustomMap>,
     /// The dots at the positions where the map-maker sees them, in metres.
     dots: Vec<[f64; 2]>,
     description: Option<Box<Description>>,
     journey: Option<Journey>,
+    reference: Reference,
 }
 
 impl Lookout {
@@ -30,7 +39,16 @@ impl Lookout {
     pub fn new(robot: &Robot) -> Self {
         let side_m = robot.view.as_ref().map(|view| view.side_m);
         let Around { reach_m } = Around::robot(robot);
-        Self { reach_m, side_m, itinerary: None, dots: Vec::new(), description: None, journey: None }
+        Self {
+            reach_m,
+            side_m,
+            itinerary: None,
+            maps: Vec::new(),
+            dots: Vec::new(),
+            description: None,
+            journey: None,
+            reference: Reference::default(),
+        }
     }
 
     /// Takes in the map-maker's intentions, with the dots that accompany them.
@@ -40,12 +58,27 @@ impl Lookout {
         self.itinerary = Some(Box::new(*itinerary));
     }
 
-    /// Returns the position of the window's centre, assuming that the landmark attained last is the one that the map means.
+    /// Takes the state of the journey.
+    fn follow(&mut self, journey: &Journey) {
+        if self.journey.is_some_and(|last| last.task != journey.task) {
+            self.reference = Reference::default();
+        }
+        if let Some(map) = self.maps.get(journey.task as usize) {
+            self.reference.hear(map, journey);
+        }
+        self.journey = Some(*journey);
+    }
+
+    /// Returns the landmarks that the map of the current task means.
+    fn landmarks(&self) -> Vec<PlannedLandmark> {
+        let under_way = self.itinerary.iter().zip(&self.journey);
+        under_way.flat_map(|(all, journey)| all.landmarks(journey.task as usize)).copied().collect()
+    }
+
+    /// Returns the position of the window's centre, assuming that the reference is the landmark that the map means.
     fn centre(&self) -> Option<[f64; 2]> {
-        let (itinerary, journey) = (self.itinerary.as_ref()?, self.journey.as_ref()?);
-        let attained = journey.accepted.checked_sub(1)? as usize;
-        let landmark = itinerary.landmarks(journey.task as usize).nth(attained);
-        let landmark = landmark.filter(|_| journey.has_reference == 1)?;
+        let journey = self.journey.as_ref().filter(|journey| journey.has_reference == 1)?;
+        let landmark = *self.reference.node()?.landmark(&self.landmarks())?;
         let [x, y] = [landmark.x_m, landmark.y_m].map(f64::from);
         Some([x - journey.reference_x_m, y - journey.reference_y_m])
     }
@@ -58,7 +91,7 @@ impl Lookout {
         if let Some([x, y]) = self.centre() {
             let beside = self.dots.iter().map(|dot| [dot[0] - x, dot[1] - y]);
             shapes.push(Shape::Dots { points: self.near(beside), color: Color::Particle });
-            let planned = self.ahead().map(|[to_x, to_y]| [to_x - x, to_y - y]);
+            let planned = self.ahead().into_iter().map(|[to_x, to_y]| [to_x - x, to_y - y]);
             shapes.push(Shape::line(self.near(planned), Color::Plan));
         }
         let seen = self.description.iter().flat_map(|all| all.dots());
@@ -75,14 +108,13 @@ impl Lookout {
         shapes
     }
 
-    /// Returns the planned landmarks of the current task, starting with the one attained last, in metres.
-    fn ahead(&self) -> impl Iterator<Item = [f64; 2]> {
-        let under_way = self.itinerary.iter().zip(&self.journey);
-        under_way.flat_map(|(itinerary, journey)| {
-            let attained = journey.accepted.saturating_sub(1) as usize;
-            let landmarks = itinerary.landmarks(journey.task as usize).skip(attained);
-            landmarks.map(|landmark| [landmark.x_m.into(), landmark.y_m.into()])
-        })
+    /// Returns the positions of the planned landmarks of the current task from the reference to the goal, in metres.
+    fn ahead(&self) -> Vec<[f64; 2]> {
+        let (Some(journey), Some(node)) = (&self.journey, self.reference.node()) else { return Vec::new() };
+        let path = self.maps.get(journey.task as usize).map(|map| map.path_from(node)).unwrap_or_default();
+        let landmarks = self.landmarks();
+        let places = path.into_iter().filter_map(|node: Node| node.landmark(&landmarks));
+        places.map(|landmark| [landmark.x_m.into(), landmark.y_m.into()]).collect()
     }
 
     /// Drops the points that lie far beyond the sheet.
@@ -97,11 +129,16 @@ impl lookout::Lookout for Lookout {
         if let Some(itinerary) = message.on(ITINERARY)? {
             self.intend(itinerary, message.cells());
         }
+        if message.on(DIRECTIONS)?.is_some() {
+            // A text that is no map has none to follow.
+            let text = std::str::from_utf8(message.cells()).unwrap_or_default();
+            self.maps = maps_of(text).unwrap_or_default();
+        }
         if let Some(description) = message.on(DESCRIPTION)? {
             self.description = Some(Box::new(*description));
         }
         if let Some(journey) = message.on(JOURNEY)? {
-            self.journey = Some(*journey);
+            self.follow(journey);
         }
         Ok(())
     }
@@ -114,7 +151,7 @@ impl lookout::Lookout for Lookout {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::messages::{DescribedDot, PlannedLandmark};
+    use crate::messages::{DescribedDot, Directions};
     use crate::stages::mission::KIND;
     use sketchnav_schemas::codes::Process;
     use sketchnav_stage::Access;
@@ -141,6 +178,7 @@ mod tests {
         itinerary.landmarks[1] = PlannedLandmark { task: 0, dot: 0, x_m: 1.0, y_m: 0.5 };
         let cells: Vec<u8> = [1.0_f32, 0.5].iter().flat_map(|v| v.to_le_bytes()).collect();
         let mut journey: Box<Journey> = bytemuck::zeroed_box();
+        (journey.activity, journey.entry) = (Activity::Rest.code(), 1);
         (journey.accepted, journey.has_reference, journey.reference_x_m) = (2, 1, 0.25);
         let mut description: Box<Description> = bytemuck::zeroed_box();
         description.dot_count = 1;
@@ -148,12 +186,45 @@ mod tests {
         let mut lookout = lookout();
         let access = Access::new(Process::Pad, KIND);
         lookout.hear(&Heard::new(&access, ITINERARY.spec, bytemuck::bytes_of(&*itinerary), &cells)).unwrap();
+        let map = b"(*, SW)\n(Isol, -)";
+        let directions: Box<Directions> = bytemuck::zeroed_box();
+        lookout.hear(&Heard::new(&access, DIRECTIONS.spec, bytemuck::bytes_of(&*directions), map)).unwrap();
         lookout.hear(&Heard::new(&access, JOURNEY.spec, bytemuck::bytes_of(&*journey), &[])).unwrap();
         lookout.hear(&Heard::new(&access, DESCRIPTION.spec, bytemuck::bytes_of(&*description), &[])).unwrap();
         let shapes = lookout.shapes(0.1);
         let there = dots(&shapes, Color::Particle);
         assert_eq!((there.len(), dots(&shapes, Color::Scan)), (1, there.clone()));
         assert_eq!(dots(&shapes, Color::Goal), there);
+    }
+
+    #[test]
+    fn after_a_branch_the_plane_is_drawn_around_the_landmark_of_the_entry() {
+        let mut itinerary: Box<Itinerary> = bytemuck::zeroed_box();
+        itinerary.landmark_count = 4;
+        for (landmark, x_m) in itinerary.landmarks.iter_mut().zip([1.0, 2.0, 3.0, 3.1]) {
+            landmark.x_m = x_m;
+        }
+        let map = b"(*, SW)\n(Isol, (2, NE, 4), (3, -), SW)\n(Isol, -)\n(Isol, -)";
+        let directions: Box<Directions> = bytemuck::zeroed_box();
+        let mut lookout = lookout();
+        let access = Access::new(Process::Pad, KIND);
+        lookout.hear(&Heard::new(&access, ITINERARY.spec, bytemuck::bytes_of(&*itinerary), &[])).unwrap();
+        lookout.hear(&Heard::new(&access, DIRECTIONS.spec, bytemuck::bytes_of(&*directions), map)).unwrap();
+        let mut centre = |activity: Activity, entry: u32, accepted: u32, recoveries: u32| {
+            let mut journey: Box<Journey> = bytemuck::zeroed_box();
+            (journey.activity, journey.entry, journey.has_reference) = (activity.code(), entry, 1);
+            (journey.accepted, journey.recoveries) = (accepted, recoveries);
+            let heard = Heard::new(&access, JOURNEY.spec, bytemuck::bytes_of(&*journey), &[]);
+            lookout.hear(&heard).unwrap();
+            (lookout.centre().map(|[x, _]| x), lookout.ahead().len())
+        };
+        assert_eq!(
+            centre(Activity::Seek, 1, 1, 0),
+            (Some(1.0), 3),
+            "the landmarks of entries 2 and 3, and the goal"
+        );
+        assert_eq!(centre(Activity::Adjust, 1, 2, 1), (None, 0), "it does not say yet where it goes on");
+        assert_eq!(centre(Activity::Seek, 3, 2, 1), (Some(3.0), 2), "the landmark of entry 4, and the goal");
     }
 
     #[test]

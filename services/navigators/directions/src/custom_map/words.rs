@@ -1,0 +1,186 @@
+//! A custom map in English sentences, for people.
+
+use std::fmt;
+
+use super::{CustomMap, Direction, Entry, Recovery, Sign, Way};
+use crate::custom_map::graph::{Edge, Node};
+use crate::description::Descriptor;
+use crate::geometry::Corner;
+use crate::signature::Signature;
+
+impl CustomMap {
+    /// What the navigator does at each entry, a paragraph for each.
+    pub fn in_words(&self) -> Vec<String> {
+        (0..self.entries().len()).map(|entry| self.entry_in_words(entry)).collect()
+    }
+
+    fn entry_in_words(&self, number: usize) -> String {
+        let entry = &self.entries()[number];
+        let mut words = vec![sought(entry, number == 0)];
+        if let Some(signs) = entry.verification {
+            words.extend(signs.ways().map(|(sign, way)| clause(sign, way)));
+        }
+        words.extend(self.right(number).map(right));
+        words.join(" ")
+    }
+}
+
+/// What the navigator seeks. Before the first landmark, the closest is that to the middle of the window.
+fn sought(entry: &Entry, is_first: bool) -> String {
+    let landmark = landmark(entry.word);
+    let bearing =
+        entry.bearing_deg.map_or(String::new(), |bearing| format!(" at a bearing of {bearing:03}°"));
+    match entry.trajectory {
+        _ if is_first && entry.word == Descriptor::Any => {
+            "Take the landmark closest to the middle of the window.".to_owned()
+        }
+        None => format!("Seek {landmark}{bearing}."),
+        Some(Direction::Forward) => {
+            format!("Slide along the line towards {landmark}{bearing} until a new landmark comes in.")
+        }
+        Some(Direction::Backward) => {
+            format!("Slide along the line away from {landmark}{bearing} until a new landmark comes in.")
+        }
+    }
+}
+
+fn landmark(word: Descriptor) -> &'static str {
+    match word {
+        Descriptor::Obvious => "the only landmark in view",
+        Descriptor::Isolated => "the most isolated landmark",
+        Descriptor::IsolatedPair => "the farther landmark of the most isolated pair",
+        Descriptor::PlusPair => "the farther one of the two landmarks in view",
+        Descriptor::New => "the only landmark that has just come into view",
+        Descriptor::Confusable => "any one of several landmarks",
+        Descriptor::Any => "the closest landmark",
+    }
+}
+
+/// What to do for a sign.
+fn clause(sign: Sign, way: Way) -> String {
+    // Without a landmark, the navigator goes on from the one where the entry began.
+    let it = if sign == Sign::Nothing { "the last landmark" } else { "it" };
+    let condition = Condition(sign);
+    match way {
+        Way::Branch(branch) => {
+            format!(
+                "If {condition}, move {it} to the {} and go on at {}.",
+                At(branch.corner),
+                branch.entry + 1
+            )
+        }
+        Way::Recover(Recovery { corner, word }) => {
+            format!("If {condition}, move {it} to the {} and seek {} from there.", At(corner), landmark(word))
+        }
+    }
+}
+
+/// What to do with the right landmark.
+fn right(edge: Edge) -> String {
+    let condition = edge.sign.map_or(String::new(), |sign| format!("If {}, ", Condition(sign)));
+    let (it, begin) =
+        (if condition.is_empty() { "It" } else { "it" }, if condition.is_empty() { "M" } else { "m" });
+    match (edge.corner, edge.to) {
+        (Some(corner), Node::Entry(to)) => {
+            format!("{condition}{begin}ove it to the {} and go on at {}.", At(corner), to + 1)
+        }
+        (Some(corner), Node::Goal) => {
+            format!("{condition}{it} is the goal: move it to the {}.", At(corner))
+        }
+        (None, _) => format!("{condition}{it} is the goal."),
+    }
+}
+
+/// A corner of the window.
+struct At(Corner);
+
+impl fmt::Display for At {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = match self.0 {
+            Corner::Se => "south-east",
+            Corner::Sw => "south-west",
+            Corner::Ne => "north-east",
+            Corner::Nw => "north-west",
+        };
+        write!(f, "{name} corner")
+    }
+}
+
+/// What is seen around a landmark.
+struct Condition(Sign);
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Sign::Count(0) => write!(f, "none of its quadrants holds a landmark"),
+            Sign::Count(1) => write!(f, "one of its quadrants holds landmarks"),
+            Sign::Count(count) => write!(f, "{count} of its quadrants hold landmarks"),
+            Sign::Panorama(seen) => write!(f, "it has {}", around(seen)),
+            Sign::Other => write!(f, "it looks different"),
+            Sign::Nothing => write!(f, "there is none"),
+        }
+    }
+}
+
+/// The quadrants by where they lie around the landmark, clockwise from the north-west.
+const AROUND: [&str; 4] = ["north-west", "north-east", "south-east", "south-west"];
+
+fn around(seen: Signature) -> String {
+    let quadrants = Corner::ROUND.into_iter().zip(AROUND);
+    let held: Vec<String> = quadrants
+        .filter_map(|(quadrant, name)| {
+            let dots = ["", "one", "two", "more than two"][usize::from(seen.dots(quadrant))];
+            seen.has(quadrant).then(|| format!("{dots} to the {name}"))
+        })
+        .collect();
+    match held.split_last() {
+        None => "no landmark around it".to_owned(),
+        Some((last, [])) => last.clone(),
+        Some((last, others)) => format!("{} and {last}", others.join(", ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(map: &str) -> Vec<String> {
+        map.parse::<CustomMap>().unwrap().in_words()
+    }
+
+    #[test]
+    fn a_straight_map_is_said_in_sentences() {
+        assert_eq!(
+            words("(*, SW)\n(Isol, 053, (2, SE, IsolPair), (3, -), NE)\n(IsolPair, Trajp, (0, -), -)"),
+            [
+                "Take the landmark closest to the middle of the window. Move it to the south-west corner and go on at 2.",
+                "Seek the most isolated landmark at a bearing of 053°. If 2 of its quadrants hold landmarks, move it to the \
+                 south-east corner and seek the farther landmark of the most isolated pair from there. If 3 of its quadrants \
+                 hold landmarks, move it to the north-east corner and go on at 3.",
+                "Slide along the line towards the farther landmark of the most isolated pair until a new landmark comes in. If \
+                 none of its quadrants holds a landmark, it is the goal.",
+            ]
+        );
+    }
+
+    #[test]
+    fn branches_and_panoramas_are_said_in_sentences() {
+        let all = words(
+            "(*, SW)\n(Isol, (point+none+group+pair, NE, 3), (-, SE, 3), (none+point+none+none, -), SW)\n\
+             (New, Trajn, (*, SE, 2), (none+none+none+none, -), -)",
+        );
+        assert_eq!(
+            all[1],
+            "Seek the most isolated landmark. If it has one to the north-west, more than two to the south-east and two to \
+             the south-west, move it to the north-east corner and go on at 3. If there is none, move the last landmark to \
+             the south-east corner and go on at 3. If it has one to the north-east, move it to the south-west corner and \
+             go on at 3."
+        );
+        assert_eq!(
+            all[2],
+            "Slide along the line away from the only landmark that has just come into view until a new landmark comes in. \
+             If it looks different, move it to the south-east corner and go on at 2. If it has no landmark around it, it is \
+             the goal."
+        );
+    }
+}

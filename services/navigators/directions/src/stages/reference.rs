@@ -1,0 +1,68 @@
+//! For which landmark of its map the navigator takes its reference, by what it says of its journey.
+//!
+//! Every entry but the first begins at a landmark that the map means: while the navigator works on an entry, that landmark is its
+//! reference. While it moves a landmark to its corner, it does not say yet at which entry it will go on. It is the next one unless
+//! the count of recoveries has grown: then it is known when the next entry begins.
+
+use crate::custom_map::CustomMap;
+use crate::custom_map::graph::Node;
+use crate::messages::{Activity, Journey};
+
+/// What is known of the reference after some messages of a journey.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Reference {
+    accepted: u32,
+    recoveries: u32,
+    node: Option<Node>,
+}
+
+impl Reference {
+    /// Takes the next message about a journey by a map. All of them must be of the same task.
+    pub fn hear(&mut self, map: &CustomMap, journey: &Journey) {
+        let accepts = journey.accepted > self.accepted;
+        let turns = journey.recoveries > self.recoveries;
+        let entry = journey.entry as usize;
+        self.node = match Activity::from_code(journey.activity) {
+            Some(Activity::Seek | Activity::Slide) => Some(Node::Entry(entry)),
+            // It looks around the one that should be right.
+            Some(Activity::Verify) => map.right(entry).map(|edge| edge.to),
+            Some(Activity::Adjust) if accepts => (!turns).then(|| map.next(entry)),
+            Some(Activity::Rest) if accepts => Some(Node::Goal),
+            Some(Activity::Recover) => None,
+            Some(Activity::Adjust | Activity::Rest) | None => self.node,
+        };
+        (self.accepted, self.recoveries) = (journey.accepted, journey.recoveries);
+    }
+
+    /// Where the map has the landmark for which the navigator takes its reference; `None` as long as it is not known.
+    pub fn node(&self) -> Option<Node> {
+        self.node
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    #[test]
+    fn the_landmark_is_that_of_the_entry_that_is_read_next() {
+        let map: CustomMap = "(*, SW)\n(Isol, (2, NE, 4), (3, -), SW)\n(Isol, -)\n(Isol, -)".parse().unwrap();
+        let mut reference = Reference::default();
+        let mut hears = |activity: Activity, entry: u32, accepted: u32, recoveries: u32| {
+            let journey =
+                Journey { activity: activity.code(), entry, accepted, recoveries, ..Journey::zeroed() };
+            reference.hear(&map, &journey);
+            reference.node()
+        };
+        assert_eq!(hears(Activity::Adjust, 0, 1, 0), Some(Node::Entry(1)));
+        assert_eq!(hears(Activity::Seek, 1, 1, 0), Some(Node::Entry(1)));
+        assert_eq!(hears(Activity::Verify, 1, 1, 0), Some(Node::Entry(2)), "the one that should be right");
+        assert_eq!(hears(Activity::Adjust, 1, 2, 1), None, "it branches, and does not say to where");
+        assert_eq!(hears(Activity::Adjust, 1, 2, 1), None);
+        assert_eq!(hears(Activity::Seek, 3, 2, 1), Some(Node::Entry(3)));
+        assert_eq!(hears(Activity::Rest, 3, 3, 1), Some(Node::Goal));
+        assert_eq!(hears(Activity::Rest, 3, 3, 1), Some(Node::Goal), "it hovers over the goal");
+    }
+}

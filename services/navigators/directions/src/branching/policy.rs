@@ -7,6 +7,8 @@
 //! arrival from each pair of believed and true places. For each belief, it then finds the action and the reading of panoramas
 //! that make arrival most probable.
 
+use std::collections::BTreeMap;
+
 use super::model::{Model, Outcome, PANORAMAS};
 
 /// The weights of the policy search.
@@ -264,9 +266,12 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Returns where a node leads from a true place, as triples of the assumed place, the true place and the probability.
-fn follow(model: &Model, node: &Node, at: usize) -> Vec<(usize, usize, f64)> {
-    let mut next: Vec<(usize, usize, f64)> = Vec::new();
+/// Where a node may lead: the assumed place, the true place and the probability.
+type Step = (usize, usize, f64);
+
+/// Returns where a node leads from a true place.
+fn follow(model: &Model, node: &Node, at: usize) -> Vec<Step> {
+    let mut next: Vec<Step> = Vec::new();
     for &(to, p) in &model.outcome(at, node.action).to {
         let panoramas = model.panoramas(to);
         let begin = next.len();
@@ -301,7 +306,7 @@ pub fn visits_of(model: &Model, policy: &Policy) -> Visits {
     let places = model.dots.len();
     let mut sums: Vec<Vec<(usize, f64)>> = vec![Vec::new(); places];
     let mut now: Vec<Vec<(usize, f64)>> = vec![Vec::new(); places];
-    let mut cache: std::collections::BTreeMap<(usize, usize), Vec<(usize, usize, f64)>> = Default::default();
+    let mut cache: BTreeMap<(usize, usize), Vec<Step>> = BTreeMap::new();
     now[policy.start].push((policy.start, 1.0));
     for _ in 0..LONGEST {
         let mut then: Vec<Vec<(usize, f64)>> = vec![Vec::new(); places];

@@ -218,7 +218,11 @@ fn what_is_wrong_is_said_before_anything_starts() {
         (mission.clone(), &crossed, "a-04.json: expected separate objects"),
         (mission.clone(), &"{ \"canvas\": 3 }".to_owned(), "a-04.json: expected strokes in JSON"),
         (by_states, &far, "where the robot is to turn"),
-        (mission.clone(), &on_the_way, "a-04.json: expected a route past objects, found one that enters bin at ("),
+        (
+            mission.clone(),
+            &on_the_way,
+            "a-04.json: expected a route past objects, found one that enters bin at (",
+        ),
         (by_words.clone(), &drawn, "mine.txt: line 1, word 5: expected a direction"),
         (by_words, &drawn, "did you mean \"ahead\"?"),
     ] {

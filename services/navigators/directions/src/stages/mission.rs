@@ -628,7 +628,7 @@ mod tests {
         for (text, words) in [
             (
                 MISSION.replace("calibration=[[0,0,0,0]]", ""),
-                "navigator.calibration: expected four known points",
+                "navigator.calibration: expected at least four known points",
             ),
             (
                 MISSION.replace("plane_file='p.png'", ""),

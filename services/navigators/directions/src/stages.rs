@@ -5,7 +5,7 @@
 //! - [`localizer`] describes what is in view.
 //! - [`planner`] is the navigator, which has nothing but the custom map and the description. On land, [`guard`] keeps the robot
 //!   away from everything that isn't a landmark.
-//! - [`reference`] infers from a journey for which landmark of its map the navigator takes the landmark at hand.
+//! - [`mod@reference`] infers from a journey for which landmark of its map the navigator takes the landmark at hand.
 //! - [`lookout`] draws a journey for the page, and [`account`] reports on a run.
 //!
 //! The messages of the stages are in [`messages`](crate::messages).

@@ -149,10 +149,8 @@ impl Sweeper {
         Ok(Self::start(move |stopped, _| {
             let mut ages = Ages::default();
             while is_to_go_on(stopped) {
-                if system.is_alive().is_ok_and(|alive| !alive) {
-                    let seen = names.look(Instant::now());
-                    let _ = seen.and_then(|seen| system.clear_half_made(&seen, &mut ages));
-                }
+                // A file that cannot be removed now is tried again the next time.
+                let _ = look_if_orphaned(&system, &mut names, &mut ages);
             }
         }))
     }
@@ -194,6 +192,15 @@ fn look(system: &System, names: &mut Names, ages: &mut Ages) -> Result<()> {
     let _ = system.clear_half_made(&seen, ages);
     let _ = shared::keep_others_out(&seen);
     shared::check_seen(&seen)
+}
+
+/// If the supervisor is dead, removes the files that will never be finished.
+pub(crate) fn look_if_orphaned(system: &System, names: &mut Names, ages: &mut Ages) -> Result<()> {
+    if system.is_alive()? {
+        return Ok(());
+    }
+    let seen = names.look(Instant::now())?;
+    system.clear_half_made(&seen, ages)
 }
 
 impl Drop for Sweeper {

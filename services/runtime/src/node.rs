@@ -58,8 +58,8 @@ pub struct Node {
     counters: Rc<Counters>,
     /// Shows that this process is alive, and keeps out a second one of its kind.
     _presence: Option<Lock>,
-    /// Sweeper of a process that no other process would free. It is dropped last, because the other fields may have to wait for files that
-    /// it removes.
+    /// Sweeper of the supervisor, or of a process that may outlive it. It is dropped last, because the other fields may have to
+    /// wait for files that it removes.
     sweeper: Option<Sweeper>,
 }
 

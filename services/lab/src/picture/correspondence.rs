@@ -5,7 +5,7 @@ use sketchnav_schemas::geometry::{Point, Pose, Sketch, World};
 use sketchnav_schemas::message::GroundTruth;
 use sketchnav_sketch::messages::{Correspondence, CourseAim, OutlineSample, PartnerKind};
 
-use super::svg::{Sheet, View};
+use super::svg::{GREEN, INK, Sheet, View};
 use super::{FloorShapes, PictureError, wall_png};
 
 /// The picture of the outline in the drawing, drawn by [`drawn_outline`].
@@ -56,7 +56,7 @@ pub fn drawn_outline(picture: &DrawnOutline<'_>) -> Result<String, PictureError>
         dot(&mut sheet, &at, &colour(k, picture.found), sample);
     }
     super::marks::start(&mut sheet, &picture.start);
-    cross(&mut sheet, &picture.goal, "#1d8a4a");
+    cross(&mut sheet, &picture.goal, GREEN);
     words(&mut sheet, picture.found);
     Ok(sheet.finish())
 }
@@ -99,7 +99,7 @@ pub fn seen_outline(picture: &SeenOutline<'_>) -> String {
     let robot = picture.origin.compose(&Pose::<World>::new(found.robot.x_m, found.robot.y_m, robot));
     super::marks::start(&mut sheet, &robot);
     if found.seen_share > 0.0 {
-        cross(&mut sheet, &at(found.goal_m), "#1d8a4a");
+        cross(&mut sheet, &at(found.goal_m), GREEN);
     }
     if found.rival_margin >= 0.0 {
         cross(&mut sheet, &at(found.rival_m), "#c2410c");
@@ -186,7 +186,7 @@ fn words(sheet: &mut Sheet, found: &Correspondence) {
 
 fn line_of_words(sheet: &mut Sheet, line: &str) {
     let bottom = sheet.bottom;
-    sheet.text([24.0, bottom + 12.0], 16.0, "start", "#20242c", "400", line);
+    sheet.text([24.0, bottom + 12.0], 16.0, "start", INK, "400", line);
     sheet.bottom += 22.0;
 }
 

@@ -1,8 +1,8 @@
-//! Draws custom maps as graphs: a row for each entry, with what it seeks and the signs by which it goes on.
+//! Draws custom maps as graphs. Each entry has a row, which shows the landmark to seek and the signs that decide how to continue.
 //!
-//! The path of right landmarks leads downwards. Branches to other entries are arcs on the left, blue if they lead on and
-//! orange if they lead back. A sign is drawn as the four quadrants around the landmark, north up, with as many dots as each
-//! holds. `NE → 4` moves the landmark to the corner NE and goes on at entry 4.
+//! The path along the right landmarks leads downwards. Branches to other entries are arcs on the left, which are blue if they
+//! lead to later entries and orange otherwise. A sign is drawn as the four quadrants around the landmark, north up, each with
+//! the dots that it contains. `NE → 4` means: move the landmark to the corner NE and continue at entry 4.
 
 use std::fmt::Write;
 
@@ -10,14 +10,14 @@ use sketchnav_directions::custom_map::graph::{Edge, Node};
 use sketchnav_directions::custom_map::{Direction, Entry, Recovery, Sign, Verification};
 use sketchnav_directions::{Corner, CustomMap, Signature};
 
-use super::svg::{SHEET_WIDTH, Sheet, View};
+use super::svg::{GREEN, INK, RED, SHEET_WIDTH, Sheet, View};
 
-const INK: &str = "#20242c";
+/// Colour of the legend.
 const QUIET: &str = "#5a6b86";
-const RIGHT: &str = "#1d8a4a";
+/// Colour of branches to later entries.
 const ON: &str = "#2f6fd0";
+/// Colour of branches to the same or an earlier entry.
 const BACK: &str = "#c2600c";
-const RECOVERY: &str = "#cf2e2e";
 
 /// Height of a row of signs.
 const ROW: f64 = 44.0;
@@ -25,21 +25,24 @@ const ROW: f64 = 44.0;
 const NAME: f64 = 40.0;
 /// Height of the legend.
 const LEGEND: f64 = 34.0;
-/// Where the entries stand, and their radius.
+/// Horizontal position of the circles that stand for entries.
 const COLUMN: f64 = 250.0;
+/// Radius of these circles.
 const RADIUS: f64 = 14.0;
-/// Where the words begin, and the signs.
+/// Left edge of the words.
 const WORDS: f64 = 284.0;
+/// Left edge of the first sign.
 const SIGNS: f64 = 440.0;
-/// The size of a sign, and the width of a sign with what it leads to.
+/// Size of a sign.
 const SIGN: f64 = 26.0;
+/// Width of a sign together with the entry that it leads to.
 const CHIP: f64 = 122.0;
-/// How many of them fit beside each other.
+/// Maximum number of signs in a line.
 const CHIPS: usize = 6;
-/// How far the widest arc bulges.
+/// Distance of the widest arc from the circles.
 const BULGE: f64 = 225.0;
 
-/// Draws custom maps, each with its name.
+/// Returns an SVG image of custom maps, each with its name.
 pub fn map_graph(title: &str, maps: &[(&str, &CustomMap)]) -> String {
     let heights = maps.iter().map(|(_, map)| NAME + rows(map).iter().sum::<f64>());
     let mut sheet = Sheet::new(View::plain(heights.sum::<f64>() + LEGEND), title);
@@ -53,13 +56,13 @@ pub fn map_graph(title: &str, maps: &[(&str, &CustomMap)]) -> String {
     sheet.finish()
 }
 
-/// The heights of the rows: one for each entry, and one for the goal.
+/// Returns the height of each entry's row, followed by that of the goal.
 fn rows(map: &CustomMap) -> Vec<f64> {
     let of = |entry: usize| ROW * chips(map, entry).len().div_ceil(CHIPS).max(1) as f64;
     (0..map.entries().len()).map(of).chain([ROW]).collect()
 }
 
-/// What is drawn beside an entry: a sign, and where it leads.
+/// A sign that is drawn beside an entry, and the entry or landmark that it leads to.
 struct Chip {
     sign: Option<Sign>,
     words: String,
@@ -82,7 +85,7 @@ fn chips(map: &CustomMap, entry: usize) -> Vec<Chip> {
     let back = |(sign, Recovery { corner, word }): (Sign, Recovery)| Chip {
         sign: Some(sign),
         words: format!("{}, {word}", corner.word()),
-        colour: RECOVERY,
+        colour: RED,
     };
     let recoveries = signs.into_iter().flat_map(Verification::recoveries).map(back);
     map.edges(entry).map(edge).chain(recoveries).collect()
@@ -90,13 +93,13 @@ fn chips(map: &CustomMap, entry: usize) -> Vec<Chip> {
 
 fn colour(edge: Edge) -> &'static str {
     match edge.to {
-        _ if edge.is_right => RIGHT,
+        _ if edge.is_right => GREEN,
         Node::Entry(to) if to <= edge.from => BACK,
         _ => ON,
     }
 }
 
-/// Draws a map from this height on, and returns its own height.
+/// Draws a map whose top edge is at `top`, and returns the height of the map.
 fn graph(sheet: &mut Sheet, map: &CustomMap, top: f64) -> f64 {
     let rows = rows(map);
     let middle = |row: usize| top + rows[..row].iter().sum::<f64>() + ROW / 2.0;
@@ -124,12 +127,12 @@ fn graph(sheet: &mut Sheet, map: &CustomMap, top: f64) -> f64 {
             draw_chip(sheet, [SIGNS + column * CHIP, y + line * ROW], chip);
         }
     }
-    circle(sheet, middle(goal), "", RIGHT);
-    sheet.text([WORDS, middle(goal) + 5.0], 15.0, "start", RIGHT, "600", "goal");
+    circle(sheet, middle(goal), "", GREEN);
+    sheet.text([WORDS, middle(goal) + 5.0], 15.0, "start", GREEN, "600", "goal");
     rows.iter().sum()
 }
 
-/// What an entry seeks.
+/// Returns a short description of the landmark that an entry seeks.
 fn command(entry: &Entry) -> String {
     let bearing = entry.bearing_deg.map_or(String::new(), |bearing| format!(" {bearing:03}°"));
     let slide = match entry.trajectory {
@@ -158,7 +161,7 @@ fn arrow_down(sheet: &mut Sheet, [from, to]: [f64; 2], colour: &str) {
     ));
 }
 
-/// An arc to the left of the column. It is wider the farther it leads, in a graph of this height.
+/// Draws an arc on the left of the entries. Arcs between distant entries bulge further. `height` is that of the whole graph.
 fn arc(sheet: &mut Sheet, [from, to]: [f64; 2], height: f64, colour: &str) {
     let x = COLUMN - RADIUS;
     // An entry may lead to itself.
@@ -183,7 +186,7 @@ fn draw_chip(sheet: &mut Sheet, [x, y]: [f64; 2], chip: &Chip) {
     sheet.text([begin, y + 5.0], 14.0, "start", chip.colour, "500", &words);
 }
 
-/// Draws a sign with its left edge here.
+/// Draws a sign, given the middle of its left edge.
 fn draw_sign(sheet: &mut Sheet, [x, y]: [f64; 2], sign: Sign, colour: &str) {
     let (left, top, half) = (x, y - SIGN / 2.0, SIGN / 2.0);
     sheet.raw(format_args!(
@@ -201,7 +204,7 @@ fn draw_sign(sheet: &mut Sheet, [x, y]: [f64; 2], sign: Sign, colour: &str) {
     }
 }
 
-/// The dots around a landmark in this place.
+/// Returns the dots of a panorama around this point.
 fn dots(seen: Signature, [x, y]: [f64; 2]) -> String {
     let mut shapes = String::new();
     for quadrant in Corner::ALL {
@@ -236,9 +239,7 @@ fn legend(sheet: &mut Sheet, y: f64) {
         sheet.text([x, y + 4.5], 12.0, "start", QUIET, "400", words);
     }
     let mut x = 740.0;
-    for (words, colour) in
-        [("right", RIGHT), ("branch on", ON), ("branch back", BACK), ("recovery", RECOVERY)]
-    {
+    for (words, colour) in [("right", GREEN), ("branch on", ON), ("branch back", BACK), ("recovery", RED)] {
         sheet.raw(format_args!("<path d=\"M{x:.1} {y:.1}h22\" stroke=\"{colour}\" stroke-width=\"2.4\"/>"));
         sheet.text([x + 28.0, y + 4.5], 12.0, "start", QUIET, "400", words);
         x += 40.0 + 7.4 * words.len() as f64;

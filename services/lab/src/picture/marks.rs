@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use sketchnav_schemas::geometry::{Point, Pose};
 
-use super::svg::{SHEET_WIDTH, Sheet};
+use super::svg::{GREEN, INK, RED, SHEET_WIDTH, Sheet};
 use super::task::{TaskMark, TaskPicture};
 
 /// Colours of successive tasks. They can be told apart on white, also by most people with colour blindness.
@@ -12,9 +12,6 @@ const COLOURS: [&str; 10] = [
     "#2f6fd0", "#e07b16", "#2b9a55", "#c23b8f", "#7a52cc", "#0e9aa7", "#a8641f", "#d14545", "#5b8a00",
     "#5a6b86",
 ];
-const GREEN: &str = "#1d8a4a";
-const RED: &str = "#cf2e2e";
-const INK: &str = "#20242c";
 
 /// An entry in the last row of the legend.
 #[derive(Debug, Clone, Copy)]

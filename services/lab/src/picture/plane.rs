@@ -6,7 +6,7 @@ use sketchnav_directions::messages::Activity;
 use sketchnav_schemas::geometry::{Point, World};
 
 use super::marks::{self, Symbol};
-use super::svg::{Sheet, View, round_length};
+use super::svg::{INK, Sheet, View, round_length};
 use super::task::TaskPicture;
 
 /// What the custom map of a task refers to.
@@ -101,7 +101,7 @@ fn numbers(sheet: &mut Sheet, planned: &[PlannedMap]) {
         sheet.raw(format_args!(
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"7\" fill=\"none\" stroke=\"#20242c\" stroke-width=\"1.4\"/>"
         ));
-        sheet.text([x + 9.0, y - 7.0], 13.0, "start", "#20242c", "600", &numbers.join(", "));
+        sheet.text([x + 9.0, y - 7.0], 13.0, "start", INK, "600", &numbers.join(", "));
     }
 }
 
@@ -124,7 +124,7 @@ fn labels(planned: &[PlannedMap]) -> Vec<(Point<World>, Vec<String>)> {
 }
 
 fn symbols(picture: &PlanePicture<'_>) -> Vec<Symbol> {
-    let mut symbols = vec![Symbol::Line("planned", "#20242c")];
+    let mut symbols = vec![Symbol::Line("planned", INK)];
     symbols.extend((!picture.parkways.is_empty()).then_some(Symbol::Line("parkways", "#2b9a55")));
     symbols.extend((!picture.windows.is_empty()).then_some(Symbol::View));
     for activity in [Activity::Slide, Activity::Verify, Activity::Adjust, Activity::Recover] {

@@ -6,6 +6,12 @@ use std::fmt::{Display, Write};
 use sketchnav_schemas::geometry::Point;
 use sketchnav_schemas::shown::one_line;
 
+/// Colour of text and of outlines.
+pub const INK: &str = "#20242c";
+/// Colour of what is right: goals, the start, the path of a map.
+pub const GREEN: &str = "#1d8a4a";
+/// Colour of what is wrong: contacts, recoveries.
+pub const RED: &str = "#cf2e2e";
 /// Width of a sheet, in its own units.
 pub const SHEET_WIDTH: f64 = 1200.0;
 /// Maximum height of the view.
@@ -82,7 +88,7 @@ impl Sheet {
     pub fn new(view: View, title: &str) -> Self {
         let [x, y, width, height] = view.frame();
         let mut sheet = Self { view, body: String::new(), bottom: y + height + MARGIN };
-        sheet.text([SHEET_WIDTH / 2.0, 31.0], 21.0, "middle", "#20242c", "600", title);
+        sheet.text([SHEET_WIDTH / 2.0, 31.0], 21.0, "middle", INK, "600", title);
         sheet.raw(format_args!(
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" rx=\"3\" fill=\"#ffffff\" stroke=\"#d9dde4\"/>"
         ));
@@ -149,7 +155,7 @@ impl Sheet {
             base - 5.0,
             base - 5.0,
         ));
-        self.text([left - 7.0, base + 4.5], 14.0, "end", "#20242c", "500", &format!("{metres} m"));
+        self.text([left - 7.0, base + 4.5], 14.0, "end", INK, "500", &format!("{metres} m"));
     }
 
     /// Returns the whole sheet as SVG.

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use crate::judge::log::Log;
 use crate::page;
 use crate::picture::FloorShapes;
-use crate::picture::svg::{Sheet, View};
+use crate::picture::svg::{INK, Sheet, View};
 use maud::{Markup, PreEscaped, html};
 use sketchnav_files::Files;
 use sketchnav_landmarks::drawn::DrawnMetres;
@@ -160,7 +160,7 @@ fn named<P: Copy + Into<[f64; 2]>>(sheet: &mut Sheet, name: &str, outline: &[P])
     let middle =
         [0, 1].map(|axis| corners().map(|at: [f64; 2]| at[axis]).sum::<f64>() / outline.len() as f64);
     let [x, y] = sheet.view.at(&Point::<Base>::from(middle));
-    sheet.text([x, y + 5.0], 16.0, "middle", "#20242c", "500", name);
+    sheet.text([x, y + 5.0], 16.0, "middle", INK, "500", name);
 }
 
 fn mark<F>(sheet: &mut Sheet, at: &Point<F>, text: &str, colour: &str) {
@@ -252,7 +252,7 @@ fn rose(sheet: &mut Sheet, centre: [f64; 2], moment: &Moment<'_>, perception: &m
     ));
     let mut title = String::new();
     let _ = write!(title, "{} · {:.1} s", moment.label, seconds(moment.view.header.stamp_ns));
-    sheet.text([x, y - radius - 8.0], 16.0, "middle", "#20242c", "600", &title);
+    sheet.text([x, y - radius - 8.0], 16.0, "middle", INK, "600", &title);
     for (k, seen) in view::objects(moment.view).enumerate() {
         // Only the ranges of this object.
         let mut ranges = [f64::INFINITY; 16];

@@ -6,7 +6,7 @@ use sketchnav_directions::arrival::Effort;
 use sketchnav_directions::experiments::{Choice, Setting, success};
 use sketchnav_schemas::statistics::mean;
 
-#[allow(clippy::disallowed_methods, reason = "an example measures time")]
+#[expect(clippy::disallowed_methods, reason = "an example measures time")]
 fn main() -> Result<(), sketchnav_directions::Error> {
     let mut arguments = std::env::args().skip(1);
     let worlds: u64 = arguments.next().and_then(|word| word.parse().ok()).unwrap_or(20);

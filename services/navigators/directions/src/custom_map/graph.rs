@@ -1,19 +1,21 @@
-//! A custom map as a graph: its nodes are the entries and the goal, its edges say where the navigator goes on from an entry.
+//! A custom map as a graph. The nodes are the entries and the goal, and each edge leads from an entry to a node at which the
+//! navigator may continue.
 
 use super::{CustomMap, Entry, Sign, Verification};
 use crate::geometry::Corner;
 
-/// Where the navigator goes on.
+/// A node at which the navigator continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Node {
-    /// At the entry with this number, from 0.
+    /// The entry with this number, from 0.
     Entry(usize),
-    /// Nowhere: the landmark is the goal.
+    /// The end of the journey, because the landmark is the goal.
     Goal,
 }
 
 impl Node {
-    /// Of the landmarks that a map means, one for each entry, the one that lies there. The first entry begins without a landmark.
+    /// Returns the landmark of this node, given the landmarks that a map refers to, one for each entry. The first entry has none,
+    /// because it begins without a landmark.
     pub fn landmark<T>(self, landmarks: &[T]) -> Option<&T> {
         match self {
             Self::Entry(entry) => landmarks.get(entry.checked_sub(1)?),
@@ -22,28 +24,28 @@ impl Node {
     }
 }
 
-/// How the navigator goes on from an entry.
+/// A way in which the navigator may continue from an entry.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Edge {
     /// The entry, from 0.
     pub from: usize,
-    /// The sign for which it goes on like that; `None` if it takes any landmark as right.
+    /// The sign that leads here, or `None` if the entry accepts any landmark.
     pub sign: Option<Sign>,
-    /// Whether the landmark is the right one of the entry.
+    /// True if this edge is for the right landmark of the entry.
     pub is_right: bool,
-    /// The corner to which it moves the landmark, if it does.
+    /// The corner to move the landmark to, if there is one.
     pub corner: Option<Corner>,
-    /// Where it goes on.
+    /// The node at which the navigator continues.
     pub to: Node,
 }
 
 impl CustomMap {
-    /// Where the navigator goes on after an entry, unless a branch says otherwise.
+    /// Returns the node after an entry, at which the navigator continues unless it takes a branch.
     pub fn next(&self, entry: usize) -> Node {
         if entry + 1 < self.entries().len() { Node::Entry(entry + 1) } else { Node::Goal }
     }
 
-    /// How the navigator goes on with the right landmark of an entry; `None` if the entry takes none as right.
+    /// Returns the edge for the right landmark of an entry, or `None` if the entry accepts no landmark.
     pub fn right(&self, entry: usize) -> Option<Edge> {
         let Entry { verification, place, .. } = *self.entries().get(entry)?;
         if !verification.is_none_or(Verification::accepts) {
@@ -54,7 +56,7 @@ impl CustomMap {
         Some(Edge { from: entry, sign, is_right: true, corner: place, to })
     }
 
-    /// All ways on from an entry: that of the right landmark, and the branches.
+    /// Returns all edges from an entry: the edge for the right landmark, followed by the branches.
     pub fn edges(&self, entry: usize) -> impl Iterator<Item = Edge> {
         let signs = self.entries().get(entry).and_then(|entry| entry.verification);
         let branches = signs.into_iter().flat_map(Verification::branches).map(move |(sign, branch)| Edge {
@@ -67,7 +69,8 @@ impl CustomMap {
         self.right(entry).into_iter().chain(branches)
     }
 
-    /// The nodes from one to the goal, as far as each landmark is the right one.
+    /// Returns the nodes on the path from `node` to the goal on which every landmark is the right one. The path ends early at an
+    /// entry that accepts no landmark.
     pub fn path_from(&self, node: Node) -> Vec<Node> {
         let mut path = vec![node];
         while let Some(Node::Entry(entry)) = path.last().copied() {

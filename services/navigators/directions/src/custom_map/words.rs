@@ -9,7 +9,7 @@ use crate::geometry::Corner;
 use crate::signature::Signature;
 
 impl CustomMap {
-    /// What the navigator does at each entry, a paragraph for each.
+    /// Describes what the navigator does at each entry, in one paragraph per entry.
     pub fn in_words(&self) -> Vec<String> {
         (0..self.entries().len()).map(|entry| self.entry_in_words(entry)).collect()
     }
@@ -25,7 +25,8 @@ impl CustomMap {
     }
 }
 
-/// What the navigator seeks. Before the first landmark, the closest is that to the middle of the window.
+/// Describes the landmark that the navigator seeks. The first entry has no reference, so the closest landmark is the one nearest to
+/// the middle of the window.
 fn sought(entry: &Entry, is_first: bool) -> String {
     let landmark = landmark(entry.word);
     let bearing =
@@ -56,9 +57,9 @@ fn landmark(word: Descriptor) -> &'static str {
     }
 }
 
-/// What to do for a sign.
+/// Describes what to do if the landmark has this sign.
 fn clause(sign: Sign, way: Way) -> String {
-    // Without a landmark, the navigator goes on from the one where the entry began.
+    // If there is no landmark, the navigator continues from the one at which the entry began.
     let it = if sign == Sign::Nothing { "the last landmark" } else { "it" };
     let condition = Condition(sign);
     match way {
@@ -75,7 +76,7 @@ fn clause(sign: Sign, way: Way) -> String {
     }
 }
 
-/// What to do with the right landmark.
+/// Describes what to do with the right landmark.
 fn right(edge: Edge) -> String {
     let condition = edge.sign.map_or(String::new(), |sign| format!("If {}, ", Condition(sign)));
     let (it, begin) =
@@ -106,7 +107,7 @@ impl fmt::Display for At {
     }
 }
 
-/// What is seen around a landmark.
+/// The surroundings of a landmark, as a condition.
 struct Condition(Sign);
 
 impl fmt::Display for Condition {
@@ -122,7 +123,7 @@ impl fmt::Display for Condition {
     }
 }
 
-/// The quadrants by where they lie around the landmark, clockwise from the north-west.
+/// Names of the quadrants around a landmark, clockwise from the north-west.
 const AROUND: [&str; 4] = ["north-west", "north-east", "south-east", "south-west"];
 
 fn around(seen: Signature) -> String {

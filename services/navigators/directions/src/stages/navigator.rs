@@ -24,7 +24,7 @@ pub const NAVIGATOR: Navigator = Navigator {
     channels: crate::messages::CHANNELS,
     lookout: Some(|run| Box::new(lookout::Lookout::new(&run.robot))),
     doubts: Some(|run, files| {
-        // Files that cannot be read are reported by the stages themselves.
+        // The stages themselves report unreadable files.
         let warnings = sketcher::notices(run, files).unwrap_or_default();
         Ok(Doubts { warnings, ..Doubts::default() })
     }),

@@ -1,14 +1,15 @@
-//! For which landmark of its map the navigator takes its reference, by what it says of its journey.
+//! Infers from the messages about a journey which landmark of the map the navigator takes its reference for.
 //!
-//! Every entry but the first begins at a landmark that the map means: while the navigator works on an entry, that landmark is its
-//! reference. While it moves a landmark to its corner, it does not say yet at which entry it will go on. It is the next one unless
-//! the count of recoveries has grown: then it is known when the next entry begins.
+//! Each entry except the first begins at a landmark that the map refers to, and that landmark is the navigator's reference while it
+//! follows the entry. While the navigator moves a landmark to its corner, its messages do not yet name the entry at which it will
+//! continue. This is the next entry, unless the number of recoveries has increased. In that case, it is unknown until the entry
+//! begins.
 
 use crate::custom_map::CustomMap;
 use crate::custom_map::graph::Node;
 use crate::messages::{Activity, Journey};
 
-/// What is known of the reference after some messages of a journey.
+/// The state of the inference after some messages of a journey.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Reference {
     accepted: u32,
@@ -17,14 +18,14 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Takes the next message about a journey by a map. All of them must be of the same task.
+    /// Processes the next message of a journey that follows `map`. All messages must belong to the same task.
     pub fn hear(&mut self, map: &CustomMap, journey: &Journey) {
         let accepts = journey.accepted > self.accepted;
         let turns = journey.recoveries > self.recoveries;
         let entry = journey.entry as usize;
         self.node = match Activity::from_code(journey.activity) {
             Some(Activity::Seek | Activity::Slide) => Some(Node::Entry(entry)),
-            // It looks around the one that should be right.
+            // The navigator looks around a landmark that should be the right one.
             Some(Activity::Verify) => map.right(entry).map(|edge| edge.to),
             Some(Activity::Adjust) if accepts => (!turns).then(|| map.next(entry)),
             Some(Activity::Rest) if accepts => Some(Node::Goal),
@@ -34,7 +35,7 @@ impl Reference {
         (self.accepted, self.recoveries) = (journey.accepted, journey.recoveries);
     }
 
-    /// Where the map has the landmark for which the navigator takes its reference; `None` as long as it is not known.
+    /// Returns the node of the landmark that the navigator takes its reference for, or `None` while this is unknown.
     pub fn node(&self) -> Option<Node> {
         self.node
     }

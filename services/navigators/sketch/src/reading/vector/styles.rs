@@ -207,8 +207,8 @@ impl<'a> Styles<'a> {
         Ok(())
     }
 
-    /// Returns the value of an attribute, with a length of a shape as the renderer reads it. Refuses a length that cannot be
-    /// read, because the renderer would not draw its shape.
+    /// Returns the value of an attribute. The length of a shape is returned in the form that the renderer reads. An unreadable
+    /// length is an error, because the renderer would leave out its shape.
     fn length<'v>(
         &self,
         node: Node,

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::bounds::{self, Bound, LEAST_RANGE_SPAN_M, MOST_RADII_PER_S};
-use crate::channels::{Channel, MARKERS, ODOMETRY, SCAN, SONAR, VIEW};
+use crate::channels::{ChannelSpec, MARKERS, ODOMETRY, SCAN, SONAR, VIEW};
 
 mod noise;
 mod sensors;
@@ -110,10 +110,43 @@ pub enum RobotError {
     },
 }
 
+/// A sensor that a robot has.
+#[derive(Debug, Clone, Copy)]
+pub struct Fitted {
+    /// The sensor's table in the robot file.
+    pub table: &'static str,
+    /// The key of its rate.
+    rate_key: &'static str,
+    /// Readings per second.
+    pub rate_hz: f64,
+    /// The channel of its readings.
+    pub channel: &'static ChannelSpec,
+}
+
 /// A key, its number and the bound of that number.
 type Bounded = (&'static str, f64, Bound);
 
 impl Robot {
+    /// Creates a round robot without sensors, whose motion has no errors.
+    pub fn bare(name: &str, radius_m: f64, mass_kg: f64, drive: Drive, limits: Limits) -> Self {
+        Self {
+            name: name.to_owned(),
+            radius_m,
+            footprint: None,
+            mass_kg,
+            drive,
+            tick_hz: None,
+            limits,
+            laser: None,
+            sonar: None,
+            camera: None,
+            view: None,
+            motion_noise: None,
+            odometry: None,
+            slip: None,
+        }
+    }
+
     /// Parses a robot file and checks it.
     ///
     /// # Errors
@@ -128,6 +161,26 @@ impl Robot {
     /// Instants per second: `tick_hz` if the file gives it, otherwise the rate of the laser, otherwise 10.
     pub fn tick_hz(&self) -> f64 {
         self.tick_hz.or(self.laser.as_ref().map(|laser| laser.rate_hz)).unwrap_or(TICK_HZ)
+    }
+
+    /// Returns the sensors that the robot has.
+    pub fn sensors(&self) -> impl Iterator<Item = Fitted> {
+        let tick_hz = self.tick_hz();
+        let fitted = |table, rate_key, rate_hz, channel| Fitted { table, rate_key, rate_hz, channel };
+        [
+            self.laser.as_ref().map(|laser| fitted("laser", "laser.rate_hz", laser.rate_hz, SCAN.spec)),
+            self.sonar.as_ref().map(|sonar| fitted("sonar", "sonar.rate_hz", sonar.rate_hz, SONAR.spec)),
+            self.camera
+                .as_ref()
+                .map(|camera| fitted("camera", "camera.rate_hz", camera.rate_hz, MARKERS.spec)),
+            self.view.as_ref().map(|view| fitted("view", "view.rate_hz", view.rate_hz, VIEW.spec)),
+            self.odometry.map(|odometry| {
+                let rate_hz = odometry.rate_hz.unwrap_or(tick_hz);
+                fitted("odometry", "odometry.rate_hz", rate_hz, ODOMETRY.spec)
+            }),
+        ]
+        .into_iter()
+        .flatten()
     }
 
     /// Returns the laser, or an error for callers that cannot do without one.
@@ -215,29 +268,11 @@ impl Robot {
 
     /// Checks the rates of the sensors, since a channel holds a limited number of readings per tick.
     fn check_rates(&self) -> Result<(), RobotError> {
-        let [laser, sonar, camera, view] = [
-            self.laser.as_ref().map(|laser| laser.rate_hz),
-            self.sonar.as_ref().map(|sonar| sonar.rate_hz),
-            self.camera.as_ref().map(|camera| camera.rate_hz),
-            self.view.as_ref().map(|view| view.rate_hz),
-        ];
-        let odometry = self.odometry.and_then(|odometry| odometry.rate_hz);
-        self.check_rate("laser.rate_hz", laser, SCAN)?;
-        self.check_rate("sonar.rate_hz", sonar, SONAR)?;
-        self.check_rate("camera.rate_hz", camera, MARKERS)?;
-        self.check_rate("view.rate_hz", view, VIEW)?;
-        self.check_rate("odometry.rate_hz", odometry, ODOMETRY)
-    }
-
-    fn check_rate<T>(
-        &self,
-        key: &'static str,
-        hz: Option<f64>,
-        channel: Channel<T>,
-    ) -> Result<(), RobotError> {
-        let most = channel.spec.per_tick as f64 * self.tick_hz();
-        let found = hz.unwrap_or_default();
-        expect(key, "no more readings per tick than its channel holds", found, found <= most)
+        self.sensors().try_for_each(|sensor| {
+            let (rate_hz, most) = (sensor.rate_hz, sensor.channel.per_tick as f64 * self.tick_hz());
+            let expected = "no more readings per tick than its channel holds";
+            expect(sensor.rate_key, expected, rate_hz, rate_hz <= most)
+        })
     }
 }
 

@@ -419,12 +419,6 @@ impl Touch {
 fn substeps(robot: &Robot, period_s: f64) -> u32 {
     let by_rate = PHYSICS_HZ * period_s;
     let by_speed = 4.0 * robot.limits.speed_mps * period_s / robot.radius_m;
-    let rates = [
-        robot.laser.as_ref().map(|laser| laser.rate_hz),
-        robot.sonar.as_ref().map(|sonar| sonar.rate_hz),
-        robot.camera.as_ref().map(|camera| camera.rate_hz),
-        robot.odometry.as_ref().and_then(|odometry| odometry.rate_hz),
-    ];
-    let by_sensors = rates.into_iter().flatten().fold(0.0, f64::max) * period_s;
+    let by_sensors = robot.sensors().map(|sensor| sensor.rate_hz).fold(0.0, f64::max) * period_s;
     (by_rate.max(by_speed).max(by_sensors) - 1e-9).ceil() as u32
 }

@@ -222,24 +222,9 @@ fn run(log: &Log<'_>, options: &ImportOptions) -> Result<RunConfig, Failure> {
 
 /// Returns a robot of which only the laser is known. All values that the localizer does not use are those of a Pioneer.
 fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
+    let limits =
+        Limits { speed_mps: 0.7, yaw_rate_radps: 1.5, acceleration_mps2: 0.5, yaw_acceleration_radps2: 2.0 };
     let robot = Robot {
-        name: LOG_SYSTEM.to_owned(),
-        radius_m: 0.25,
-        mass_kg: 20.0,
-        drive: Drive::Differential,
-        limits: Limits {
-            speed_mps: 0.7,
-            yaw_rate_radps: 1.5,
-            acceleration_mps2: 0.5,
-            yaw_acceleration_radps2: 2.0,
-        },
-        footprint: None,
-        tick_hz: None,
-        sonar: None,
-        camera: None,
-        view: None,
-        motion_noise: None,
-        slip: None,
         laser: Some(Laser {
             model: "of a log".to_owned(),
             field_of_view_deg: laser.beams.span_rad(laser.count).to_degrees(),
@@ -264,6 +249,7 @@ fn robot(laser: &Shape, range_max_m: f64) -> anyhow::Result<Robot> {
             drift_yaw_radpm: 0.0,
             slips_per_m: 0.0,
         }),
+        ..Robot::bare(LOG_SYSTEM, 0.25, 20.0, Drive::Differential, limits)
     };
     Ok(Robot::parse(&toml::to_string(&robot)?)?)
 }

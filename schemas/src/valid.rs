@@ -152,7 +152,7 @@ pub(crate) fn command(command: &VelocityCommand) -> Checked {
 }
 
 /// Checks that the stamp fits into a recorded message.
-fn timely(header: &Header) -> Checked {
+pub(crate) fn timely(header: &Header) -> Checked {
     let stamp_ns = header.stamp_ns;
     let is_timely = stamp_ns / 1_000_000_000 <= i32::MAX as u64;
     ensure(is_timely, "header.stamp_ns", "less than 2^31 seconds, in nanoseconds", stamp_ns as f64)

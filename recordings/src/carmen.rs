@@ -18,7 +18,10 @@ mod lines;
 mod record;
 mod survey;
 
-use std::io::BufRead;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use flate2::bufread::MultiGzDecoder;
 
 use sketchnav_schemas::geometry::{Odom, Pose, World};
 
@@ -81,6 +84,9 @@ pub enum Entry {
 /// Reasons why a log cannot be read at all.
 #[derive(Debug, thiserror::Error)]
 pub enum CarmenError {
+    /// The system cannot open the file.
+    #[error("{0}")]
+    Open(std::io::Error),
     /// The system cannot read the file.
     #[error("line {line}: {source}")]
     Io {
@@ -88,6 +94,14 @@ pub enum CarmenError {
         line: u64,
         /// The system's error.
         source: std::io::Error,
+    },
+    /// The file is not text, nor text compressed with gzip.
+    #[error(
+        "expected text in ASCII or UTF-8, plain or compressed with gzip, found {found}; convert it first"
+    )]
+    NotText {
+        /// The format of the file.
+        found: &'static str,
     },
     /// The log has no line that is a scan.
     #[error("expected FLASER, ROBOTLASER1 or RAWLASER1 lines, found {found}")]
@@ -101,6 +115,31 @@ pub enum CarmenError {
         /// The kind of scan lines.
         kind: ScanKind,
     },
+}
+
+/// The first bytes of files that are not text, with the format that each of them indicates.
+const NOT_TEXT: [(&[u8], &str); 6] = [
+    (b"BZh", "bzip2"),
+    (b"PK\x03\x04", "zip"),
+    (b"\xfd7zXZ", "xz"),
+    (b"\x28\xb5\x2f\xfd", "zstd"),
+    (b"\xff\xfe", "UTF-16"),
+    (b"\xfe\xff", "UTF-16"),
+];
+
+/// Opens the text of a log, which is decompressed if it is compressed with gzip.
+///
+/// # Errors
+/// [`CarmenError::Open`] if the file cannot be opened, and [`CarmenError::NotText`] if it is not text.
+pub fn open(path: &Path) -> Result<Box<dyn BufRead>, CarmenError> {
+    let file = sketchnav_files::open(path, "a laser log").map_err(CarmenError::Open)?;
+    let mut plain = BufReader::with_capacity(1 << 16, file);
+    let begin = plain.fill_buf().map_err(CarmenError::Open)?;
+    if let Some((_, found)) = NOT_TEXT.iter().find(|(magic, _)| begin.starts_with(magic)) {
+        return Err(CarmenError::NotText { found });
+    }
+    let is_packed = begin.starts_with(&[0x1f, 0x8b]);
+    Ok(if is_packed { Box::new(BufReader::new(MultiGzDecoder::new(plain))) } else { Box::new(plain) })
 }
 
 /// The odometry chained from ODOM lines. See the module's documentation.

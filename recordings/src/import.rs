@@ -29,6 +29,13 @@ pub struct Rules {
     pub is_strict: bool,
 }
 
+impl Default for Rules {
+    /// The lasers of most logs report 79 m and more if nothing returns.
+    fn default() -> Self {
+        Self { range_max_m: 79.0, is_strict: false }
+    }
+}
+
 /// What was imported from a log, and what was left out.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Imported {
@@ -180,7 +187,7 @@ impl Messages {
         Self {
             truth: scan.reference.as_ref().map(truth),
             odometry: Odometry { header, pose: PoseM::new(&scan.odometry), twist },
-            scan: Box::new(message(scan, header, rules)),
+            scan: Box::new(laser_scan(scan, header, rules)),
             tick: tick(header),
         }
     }
@@ -207,7 +214,7 @@ impl Messages {
 }
 
 /// Returns the message of a scan. Each scan states the directions of its own beams.
-fn message(scan: &CarmenScan, header: Header, rules: &Rules) -> LaserScan {
+pub fn laser_scan(scan: &CarmenScan, header: Header, rules: &Rules) -> LaserScan {
     let (beams, count) = (&scan.beams, scan.ranges_m.len());
     let range_max_m = scan.range_max_m.map_or(rules.range_max_m, |stated_m| stated_m.min(rules.range_max_m));
     let mut message = LaserScan { header, ..LaserScan::zeroed() };
@@ -265,13 +272,13 @@ mod tests {
         for (count, first_rad) in [(180, -90_f32), (361, -90.0), (401, -50.0)] {
             let mut found = scan(1, vec![2.0; count]);
             (found.ranges_m[0], found.ranges_m[1], found.ranges_m[2]) = (f32::NAN, 79.5, f32::INFINITY);
-            let message = message(&found, header, &RULES);
+            let message = laser_scan(&found, header, &RULES);
             assert_eq!((message.check(), message.beam_count), (Ok(()), count as u32));
             assert!((message.angle_min_rad - first_rad.to_radians()).abs() < 1e-6);
             assert_eq!(&message.ranges_m[1..4], [f32::INFINITY, f32::INFINITY, 2.0]);
         }
         let short = CarmenScan { range_max_m: Some(1.5), ..scan(1, vec![1.0, 2.0]) };
-        let message = message(&short, header, &RULES);
+        let message = laser_scan(&short, header, &RULES);
         assert_eq!((message.range_max_m, message.ranges_m[1]), (1.5, f32::INFINITY));
     }
 

@@ -163,6 +163,25 @@ impl OccupancyMap {
         Ok(Self { raster, transparent, resolution_m: info.resolution, origin_m: [x, y] })
     }
 
+    /// Creates a map from its cells. `is_solid` gets the index of a cell, row by row from the bottom up.
+    ///
+    /// # Errors
+    /// [`SimError::Value`] if it has no free cell or is too large.
+    pub fn of_cells(
+        [width, height]: [usize; 2],
+        resolution_m: f64,
+        origin_m: [f64; 2],
+        is_solid: impl Fn(usize) -> bool,
+    ) -> Result<Self, SimError> {
+        let size = format!("{width} x {height} cells");
+        let is_small = width as u64 * height as u64 <= bounds::MOST_MAP_CELLS;
+        check(is_small, "map", "at most 16000000 cells", &size)?;
+        let cells: Vec<_> = (0..width * height).map(is_solid).collect();
+        check(cells.contains(&false), "map", "a free cell", &size)?;
+        let raster = Raster::new(width, height, cells).unwrap_or_else(|| unreachable!("a state per cell"));
+        Ok(Self { raster, transparent: Vec::new(), resolution_m, origin_m })
+    }
+
     /// Returns the share of cells where the picture is transparent, which makes them unknown.
     pub fn transparent_share(&self) -> f64 {
         self.transparent.iter().filter(|clear| **clear).count() as f64 / self.transparent.len().max(1) as f64
@@ -272,6 +291,15 @@ mod tests {
         assert_eq!([solid(0, 0), solid(1, 0), solid(2, 0)], [false; 3]);
         assert_eq!(map.corner([0, 0]), [-1.0, 2.0]);
         assert_eq!(map.corner([2, 1]), [0.0, 2.5]);
+    }
+
+    #[test]
+    fn a_map_of_cells_is_that_of_its_picture() {
+        let of_picture = map(YAML, "0 205 254\n 254 254 206").unwrap();
+        let of_cells = |size, solid: &[bool]| OccupancyMap::of_cells(size, 0.5, [-1.0, 2.0], |i| solid[i]);
+        assert_eq!(of_cells([3, 2], &[false, false, false, true, true, false]).unwrap(), of_picture);
+        let error = of_cells([2, 1], &[true, true]).unwrap_err().to_string();
+        assert_eq!(error, "map: expected a free cell, found \"2 x 1 cells\"");
     }
 
     #[test]

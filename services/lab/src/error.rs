@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use sketchnav_recordings::carmen::CarmenError;
 use sketchnav_rehearsal::RehearsalError;
 use sketchnav_sim::SimError;
+use sketchnav_sketch::localizer::LocalizerError;
 use sketchnav_sketch::reading::SketchError;
 
 use crate::judge::anchors::AnchorsError;
@@ -100,6 +102,36 @@ pub enum EvalError {
         path: PathBuf,
         /// The cause of the failure.
         cause: CorrespondenceError,
+    },
+    /// A log of a robot cannot be read.
+    #[error("{path}: {cause}")]
+    Log {
+        /// Path of the log.
+        path: PathBuf,
+        /// The cause of the failure.
+        cause: CarmenError,
+    },
+    /// A log has no poses to compare with.
+    #[error("{path}: expected scans with corrected poses, found none")]
+    NoReference {
+        /// Path of the log.
+        path: PathBuf,
+    },
+    /// No map can be built of a log.
+    #[error("map of {log}: {cause}")]
+    Mapping {
+        /// Name of the log.
+        log: String,
+        /// The cause of the failure.
+        cause: sketchnav_mapping::Error,
+    },
+    /// The localizer cannot start in a drawing.
+    #[error("drawing of {drawing}: {cause}")]
+    Localizer {
+        /// What is drawn.
+        drawing: String,
+        /// The cause of the failure.
+        cause: LocalizerError,
     },
     /// No path on the true floor connects the goals of the tasks.
     #[error("mission {mission}: expected a path between the places of its tasks, found none")]

@@ -61,7 +61,7 @@ pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
     let (mut entries, mut left_out) = (Vec::<Entry>::new(), Vec::new());
     for name in wanted {
         let driven = match studies::find(name) {
-            Some(study) => Ok(of_study(study, folder, options)?),
+            Some(study) => of_study(study, folder, options)?,
             None => of_suite(name, folder, options)?,
         };
         match driven {
@@ -210,8 +210,12 @@ fn command(name: &str, methods: &[String], options: &EvalOptions) -> String {
     given.into_iter().flatten().fold(format!("sketchnav eval {name}"), |line, option| line + " " + &option)
 }
 
-/// Runs a study unless its figures are already there.
-fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Result<Entry, Failure> {
+/// Runs a study unless its figures are already there, or returns a message if its data are missing.
+fn of_study(
+    study: &'static Study,
+    folder: &Path,
+    options: &EvalOptions,
+) -> Result<Result<Entry, String>, Failure> {
     let size = Size { worlds: options.trials.map_or(study.worlds, u64::from), seed: options.seed };
     let (data, page) =
         (folder.join(format!("{}.json", study.name)), folder.join(format!("{}.md", study.name)));
@@ -230,10 +234,13 @@ fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Resu
         size: Some(format!("{} worlds", size.worlds)),
     };
     if let Some(tables) = tables_of(&data, size, &program).filter(|_| page.is_file()) {
-        return Ok(entry(tables));
+        return Ok(Ok(entry(tables)));
     }
     say!("{}: {} worlds", study.name, size.worlds);
-    let figures = (study.run)(size).map_err(classify)?;
+    let figures = match study.run(&folders(options).or_input()?, size) {
+        Err(error @ EvalError::NoData { .. }) => return Ok(Err(error.to_string())),
+        figures => figures.map_err(classify)?,
+    };
     let mut text = heading(study.name, study.title, &command);
     for figure in &figures {
         let _ = writeln!(text, "## {}\n", figure.table.title);
@@ -243,7 +250,7 @@ fn of_study(study: &'static Study, folder: &Path, options: &EvalOptions) -> Resu
     let mut object = study::json(study, size, &figures);
     object["program"] = json!(program);
     write(&data, &object.to_string())?;
-    Ok(entry(figures.into_iter().map(|figure| figure.table).collect()))
+    Ok(Ok(entry(figures.into_iter().map(|figure| figure.table).collect())))
 }
 
 /// Reads the tables in a study's file, if they are of this size and by this program.

@@ -6,7 +6,7 @@ use anyhow::{Context, anyhow};
 use comfy_table::{CellAlignment, Table, presets::UTF8_FULL_CONDENSED};
 use sketchnav_lab::experiments::studies::{Figure, Size, Study, report};
 
-use super::{classify, command_line, refuse_missing_folder};
+use super::{classify, command_line, folders, refuse_missing_folder};
 use crate::args::EvalOptions;
 use crate::failure::{Failure, OrInput, Outcome};
 use crate::output::{self, out, say};
@@ -17,7 +17,7 @@ pub fn run(study: &Study, options: &EvalOptions) -> Result<Outcome, Failure> {
     refuse_missing_folder(options.output.as_deref())?;
     let began = Instant::now();
     let size = Size { worlds: options.trials.map_or(study.worlds, u64::from), seed: options.seed };
-    let figures = (study.run)(size).map_err(classify)?;
+    let figures = study.run(&folders(options).or_input()?, size).map_err(classify)?;
     if let Some(path) = &options.output {
         let page = report::page(study, &figures, &command_line());
         sketchnav_files::write(path, page).with_context(|| path.display().to_string()).or_input()?;

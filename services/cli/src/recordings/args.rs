@@ -7,6 +7,7 @@ use anyhow::ensure;
 use clap::{Args, Subcommand};
 use regex_lite::Regex;
 use sketchnav_recordings::diff::Tolerance;
+use sketchnav_recordings::import::Rules;
 use sketchnav_schemas::channels::NAVIGATORS;
 use sketchnav_schemas::codes::Process;
 use sketchnav_schemas::mission::Parameters;
@@ -288,7 +289,7 @@ pub struct ImportOptions {
     pub start: Option<[f64; 3]>,
     /// Treat readings of this range or more as invalid, in metres. If a line of the log states a shorter maximum range,
     /// that one applies.
-    #[arg(long, value_name = "M", default_value = "79", value_parser = parse_range, allow_hyphen_values = true)]
+    #[arg(long, value_name = "M", default_value_t = Rules::default().range_max_m, value_parser = parse_range, allow_hyphen_values = true)]
     pub range_max: f64,
     /// Refuse a log of which anything would be left out or is in doubt.
     #[arg(long)]

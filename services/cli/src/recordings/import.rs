@@ -2,15 +2,13 @@
 
 mod summary;
 
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow, bail};
 use bytemuck::Zeroable;
-use flate2::bufread::MultiGzDecoder;
 use sketchnav_files::draft::Draft;
 use sketchnav_files::{MAP, MAP_PICTURE};
-use sketchnav_recordings::carmen::{CarmenLog, CarmenScan, Entry, LeftOut, Reading, Shape, Survey};
+use sketchnav_recordings::carmen::{self, CarmenLog, CarmenScan, Entry, LeftOut, Reading, Shape, Survey};
 use sketchnav_recordings::import::{self, Imported, LOG_SYSTEM, Rules};
 use sketchnav_recordings::{Writer, sources};
 use sketchnav_schemas::codes::{FREE, Process, WALL};
@@ -46,16 +44,6 @@ struct Drawn {
     cells: Vec<u8>,
     route: Box<Route>,
 }
-
-/// The first bytes of files that are not text, with the format that each of them indicates.
-const NO_TEXT: [(&[u8], &str); 6] = [
-    (b"BZh", "bzip2"),
-    (b"PK\x03\x04", "zip"),
-    (b"\xfd7zXZ", "xz"),
-    (b"\x28\xb5\x2f\xfd", "zstd"),
-    (b"\xff\xfe", "UTF-16"),
-    (b"\xfe\xff", "UTF-16"),
-];
 
 /// A log that is being read.
 struct Log<'a> {
@@ -98,7 +86,7 @@ impl<'a> Log<'a> {
     fn of(path: &'a Path, survey: &Survey) -> anyhow::Result<Self> {
         let reading = survey.reading()?;
         let shape = survey.shapes(&reading).and_then(|shapes| shapes.most_frequent().copied());
-        let mut scans = CarmenLog::new(text(path)?, reading).filter_map(|entry| match entry {
+        let mut scans = CarmenLog::new(carmen::open(path)?, reading).filter_map(|entry| match entry {
             Ok(Entry::Scan(scan)) => Some(Ok(scan)),
             Ok(Entry::LeftOut(_)) => None,
             Err(error) => Some(Err(error)),
@@ -110,20 +98,7 @@ impl<'a> Log<'a> {
 }
 
 fn survey(path: &Path) -> anyhow::Result<Survey> {
-    Ok(Survey::of(text(path)?)?)
-}
-
-/// Returns a reader of a log's text, which is decompressed if it is compressed by gzip.
-fn text(path: &Path) -> anyhow::Result<Box<dyn BufRead>> {
-    let mut plain = BufReader::with_capacity(1 << 16, sketchnav_files::open(path, "a laser log")?);
-    let begin = plain.fill_buf()?;
-    if let Some((_, form)) = NO_TEXT.iter().find(|(magic, _)| begin.starts_with(magic)) {
-        bail!(
-            "expected text in ASCII or UTF-8, plain or compressed with gzip, found {form}; convert it first"
-        );
-    }
-    let is_packed = begin.starts_with(&[0x1f, 0x8b]);
-    Ok(if is_packed { Box::new(BufReader::new(MultiGzDecoder::new(plain))) } else { Box::new(plain) })
+    Ok(Survey::of(carmen::open(path)?)?)
 }
 
 fn write(
@@ -138,7 +113,7 @@ fn write(
     let mut writer = Writer::create_with(sink, run, &files).context("the recording")?;
     let rules = Rules { range_max_m: options.range_max, is_strict: options.strict };
     let work = || -> anyhow::Result<Imported> {
-        let entries = CarmenLog::new(text(log.path)?, log.reading);
+        let entries = CarmenLog::new(carmen::open(log.path)?, log.reading);
         writer.write(SKETCH, &drawn.sketch, &drawn.cells)?;
         writer.write(ROUTE, &*drawn.route, &[])?;
         let imported = import::import(entries, &rules, &mut writer);

@@ -42,20 +42,29 @@ pub fn run_all(
     threads: usize,
     progress: &(dyn Fn(&[TaskOutcome]) + Sync),
 ) -> Result<Vec<Vec<TaskOutcome>>, EvalError> {
+    let run = |job: &Job<'_>| {
+        let result = run::run(job.trial, job.method, job.repetition, job.seed);
+        if let Ok(outcomes) = &result {
+            progress(outcomes);
+        }
+        result
+    };
+    in_parallel(jobs, threads, run).into_iter().collect()
+}
+
+/// Calls `work` for each item, `threads` at a time, and returns the results in the order of the items.
+pub fn in_parallel<T: Sync, R: Send>(items: &[T], threads: usize, work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
-    let done = Mutex::new(Vec::with_capacity(jobs.len()));
-    let work = || {
-        while let Some((i, job)) = take(&next, jobs) {
-            let result = run::run(job.trial, job.method, job.repetition, job.seed);
-            if let Ok(outcomes) = &result {
-                progress(outcomes);
-            }
+    let done = Mutex::new(Vec::with_capacity(items.len()));
+    let each = || {
+        while let Some((i, item)) = take(&next, items) {
+            let result = work(item);
             done.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push((i, result));
         }
     };
     thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, jobs.len().max(1)) {
-            scope.spawn(work);
+        for _ in 0..threads.clamp(1, items.len().max(1)) {
+            scope.spawn(each);
         }
     });
     let mut done = done.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -63,9 +72,9 @@ pub fn run_all(
     done.into_iter().map(|(_, result)| result).collect()
 }
 
-fn take<'a, 'b>(next: &AtomicUsize, jobs: &'b [Job<'a>]) -> Option<(usize, &'b Job<'a>)> {
+fn take<'a, T>(next: &AtomicUsize, items: &'a [T]) -> Option<(usize, &'a T)> {
     let i = next.fetch_add(1, Ordering::Relaxed);
-    jobs.get(i).map(|job| (i, job))
+    items.get(i).map(|item| (i, item))
 }
 
 #[cfg(test)]

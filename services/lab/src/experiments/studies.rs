@@ -1,15 +1,18 @@
-//! Studies, which are experiments that drive no missions. A study is a pure function of a seed and a number of worlds and
-//! yields tables. If the rows of a table are numbers, its columns can be drawn as curves.
+//! Studies, which are experiments that drive no missions. A study is a pure function of a seed, a number of worlds and, for
+//! some, data that are not part of the project. It yields tables. If the rows of a table are numbers, its columns can be drawn
+//! as curves.
 //!
 //! This puts figures of a paper, and statistics over thousands of simulated journeys, beside the suites and under the same
 //! command.
 
 pub mod directions;
+pub mod logs;
 pub mod report;
 
 pub use sketchnav_directions::experiments::Table;
 
 use crate::error::EvalError;
+use crate::experiments::suite::Folders;
 
 /// The number of worlds in a study, and its seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,6 +31,14 @@ impl Size {
     }
 }
 
+/// How a study is run.
+pub enum Run {
+    /// By its size alone.
+    BySize(fn(Size) -> Result<Vec<Figure>, EvalError>),
+    /// With files from these folders.
+    WithFiles(fn(&Folders, Size) -> Result<Vec<Figure>, EvalError>),
+}
+
 /// A study that can be run by name.
 pub struct Study {
     /// Name on the command line.
@@ -37,7 +48,20 @@ pub struct Study {
     /// Default number of worlds.
     pub worlds: u64,
     /// Runs the study.
-    pub run: fn(Size) -> Result<Vec<Figure>, EvalError>,
+    pub run: Run,
+}
+
+impl Study {
+    /// Runs the study.
+    ///
+    /// # Errors
+    /// [`EvalError::NoData`] if its data are missing, and otherwise the error of its files or of the experiment.
+    pub fn run(&self, folders: &Folders, size: Size) -> Result<Vec<Figure>, EvalError> {
+        match self.run {
+            Run::BySize(run) => run(size),
+            Run::WithFiles(run) => run(&Folders { suite: self.name, ..folders.clone() }, size),
+        }
+    }
 }
 
 /// A table and how to draw it.
@@ -68,15 +92,17 @@ pub enum Drawn {
     Shares([usize; 3]),
 }
 
-/// All studies.
-const STUDIES: [Study; 8] = directions::STUDIES;
+/// Returns all studies.
+fn all() -> impl Iterator<Item = &'static Study> {
+    directions::STUDIES.iter().chain([&logs::STUDY])
+}
 
 /// Returns the names of all studies.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    STUDIES.iter().map(|study| study.name)
+    all().map(|study| study.name)
 }
 
 /// Returns the study with the given name.
 pub fn find(name: &str) -> Option<&'static Study> {
-    STUDIES.iter().find(|study| study.name == name)
+    all().find(|study| study.name == name)
 }

@@ -177,6 +177,22 @@ impl Mapper {
         Ok(if enters { Outcome::Entered(fit) } else { Outcome::Matched(fit) })
     }
 
+    /// Enters a scan at a known pose, such as one of a corrected log, without matching it.
+    ///
+    /// # Errors
+    /// [`Error::Scan`] if the scan or the pose is invalid. Nothing changes in that case.
+    pub fn enter_at(&mut self, pose: Pose<Map>, scan: &Scan<'_>) -> Result<(), Error> {
+        scan.check()?;
+        let numbers = [pose.x, pose.y, pose.yaw_rad];
+        if numbers.iter().any(|number| !number.is_finite()) {
+            return Err(Error::Scan { expected: "finite pose", found: format!("{numbers:?}") });
+        }
+        self.state.pose = pose;
+        self.follow_with_field();
+        self.enter(scan);
+        Ok(())
+    }
+
     /// Moves the pose by the odometry's motion since the last update.
     fn advance(&mut self, odometry: Pose<Odom>) {
         if let Some(before) = self.state.odometry.replace(odometry) {

@@ -1,6 +1,6 @@
 //! Tests the mapper as a whole: it corrects drifting odometry, and resumes from a checkpoint bit for bit.
 
-use sketchnav_mapping::{Map, Mapper, Parameters, Scan};
+use sketchnav_mapping::{Cell, Map, Mapper, Parameters, Scan};
 use sketchnav_schemas::geometry::{Odom, Pose};
 
 const BEAMS: usize = 181;
@@ -86,4 +86,18 @@ fn a_mapper_stored_and_restored_goes_on_with_the_same_bits() {
         let bits = |mapper: &Mapper| postcard::to_stdvec(mapper.state()).unwrap();
         assert!(bits(&whole) == bits(&restored));
     }
+}
+
+#[test]
+fn scans_at_known_poses_make_a_map_without_odometry() {
+    let mut mapper = Mapper::new(Parameters::default()).unwrap();
+    for (truth, _) in drive() {
+        mapper.enter_at(truth, &scan(&ranges(&truth))).unwrap();
+    }
+    let cell = |at: [f64; 2]| mapper.map().at(at.map(|m| (m / 0.05_f64).floor() as i32));
+    let (wall, pillar, floor) = ([3.01, 0.0], [1.26, 0.8], [0.0, 0.0]);
+    assert_eq!([wall, pillar, floor].map(cell), [Cell::Occupied, Cell::Occupied, Cell::Free]);
+    let nowhere = Pose::new(f64::NAN, 0.0, 0.0);
+    let error = mapper.enter_at(nowhere, &scan(&ranges(&Pose::new(0.0, 0.0, 0.0)))).unwrap_err();
+    assert!(error.to_string().contains("expected finite pose"), "{error}");
 }

@@ -5,7 +5,7 @@ use sketchnav_directions::arrival::Effort;
 use sketchnav_directions::experiments::{self, Goal, PUBLISHED_WAY, Setting, Table};
 use sketchnav_directions::fit;
 
-use super::{Drawn, Figure, Size, Study};
+use super::{Drawn, Figure, Run, Size, Study};
 use crate::error::EvalError;
 
 /// Standard deviations of position errors, in millimetres: those of figure 26, and one in between.
@@ -20,54 +20,54 @@ const SUCCESS: [usize; 3] = [1, 2, 3];
 const UNSEEN: u64 = 1000;
 
 /// All studies of this module.
-pub const STUDIES: [Study; 8] = [
+pub static STUDIES: [Study; 8] = [
     Study {
         name: "directions-parkways",
         title: "How many parkways a random plane has by its population: five windows, and three kinds of parkways (figure 7).",
         worlds: 20,
-        run: parkways,
+        run: Run::BySize(parkways),
     },
     Study {
         name: "directions-components",
         title: "How many strongly connected components there are, of parkways alone and with trajectories (figure 11).",
         worlds: 20,
-        run: components,
+        run: Run::BySize(components),
     },
     Study {
         name: "directions-paths",
         title: "Costs of paths (figures 14, 15, 26 and 27, section 5.3), to goals as far away as the paper's and as far as a path leads.",
         worlds: 30,
-        run: paths,
+        run: Run::BySize(paths),
     },
     Study {
         name: "directions-reliability",
         title: "Equations 1 and 2 against simulation (figure 21) and against drives, and what can be recovered (figures 28 and 29).",
         worlds: 30,
-        run: reliability,
+        run: Run::BySize(reliability),
     },
     Study {
         name: "directions-clutter",
         title: "From one side of a cluttered wall to the other: the shortest path and more reliable ones (figure 25).",
         worlds: 200,
-        run: clutter,
+        run: Run::BySize(clutter),
     },
     Study {
         name: "directions-views",
         title: "Success by the words of the map-maker and by the size of the window.",
         worlds: 200,
-        run: views,
+        run: Run::BySize(views),
     },
     Study {
         name: "directions-success",
         title: "Success by cost, verification and error of position, the six kinds counted (figures 26 and 28, and 7.2.6).",
         worlds: 200,
-        run: success,
+        run: Run::BySize(success),
     },
     Study {
         name: "directions-calibration",
         title: "The probability of arrival that a plan states, against the journeys that arrive, on worlds that fitted nothing.",
         worlds: 400,
-        run: calibration,
+        run: Run::BySize(calibration),
     },
 ];
 
@@ -140,11 +140,12 @@ fn calibration(size: Size) -> Result<Vec<Figure>, EvalError> {
 mod tests {
     use super::*;
     use crate::experiments::studies::find;
+    use crate::experiments::suite::Folders;
 
     #[test]
     fn a_study_gives_the_same_tables_for_the_same_seed() {
         let study = find("directions-components").unwrap();
-        let run = |seed| (study.run)(Size { worlds: 2, seed }).unwrap();
+        let run = |seed| study.run(&Folders::of_checkout(), Size { worlds: 2, seed }).unwrap();
         assert_eq!(run(1), run(1));
         assert_ne!(run(1), run(2));
     }
@@ -152,7 +153,7 @@ mod tests {
     /// In figure 7, few dots have few parkways, while with many dots most parkways are joined into one.
     #[test]
     fn general_parkways_have_their_peak_between() {
-        let figures = (find("directions-parkways").unwrap().run)(Size { worlds: 2, seed: 1 }).unwrap();
+        let figures = parkways(Size { worlds: 2, seed: 1 }).unwrap();
         let general = figures[1].table.column(0);
         let peak = general.iter().copied().fold(0.0, f64::max);
         assert!(peak > general[0] && peak > general[general.len() - 1], "{general:?}");

@@ -85,11 +85,12 @@ fn shares(figure: &Figure, [share, low, high]: [usize; 3]) -> Markup {
 mod tests {
     use super::*;
     use crate::experiments::studies::{Size, find};
+    use crate::experiments::suite::Folders;
 
     #[test]
     fn a_page_has_the_curves_and_the_numbers() {
         let study = find("directions-components").unwrap();
-        let figures = (study.run)(Size { worlds: 1, seed: 1 }).unwrap();
+        let figures = study.run(&Folders::of_checkout(), Size { worlds: 1, seed: 1 }).unwrap();
         let page = page(study, &figures, "sketchnav eval directions-components");
         for words in ["polyline", "trajectories", "450", "sketchnav eval directions-components"] {
             assert!(page.contains(words), "{words}");

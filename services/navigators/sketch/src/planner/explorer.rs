@@ -275,16 +275,8 @@ impl Explorer {
         if self.paper.is_none() {
             return;
         }
-        let scan = Scan {
-            ranges_m: scan.ranges(),
-            first_rad: scan.angle_min_rad.into(),
-            step_rad: scan.angle_increment_rad.into(),
-            range_min_m: scan.range_min_m.into(),
-            range_max_m: scan.range_max_m.into(),
-            base_from_laser,
-        };
         // An invalid scan returns an error, which can be ignored because nothing changes then.
-        let _ = self.mapper.update(robot, &scan);
+        let _ = self.mapper.update(robot, &Scan::of(scan, base_from_laser));
         self.is_surveyed = false;
         self.judge_floor();
     }

@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn a_word_says_which_fault_and_key_is_wrong() {
+    fn errors_name_the_fault_and_the_key() {
         let told = |from: &str, to: &str| {
             assert!(GOOD.contains(from));
             parse(&GOOD.replacen(from, to, 1)).unwrap_err().to_string()

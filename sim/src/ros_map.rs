@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_go_up_and_what_is_not_free_is_solid() {
+    fn rows_run_upwards_and_unknown_cells_are_solid() {
         let map = map(YAML, "0 205 254\n 254 254 206").unwrap();
         let solid = |x, y| map.raster.is_solid(x, y);
         assert_eq!([solid(0, 1), solid(1, 1), solid(2, 1)], [true, true, false]);
@@ -275,14 +275,14 @@ mod tests {
     }
 
     #[test]
-    fn negate_turns_light_and_dark_around() {
+    fn negate_swaps_light_and_dark() {
         let yaml = YAML.replace("negate: 0", "negate: true");
         let map = map(&yaml, "0 205 254\n 254 254 206").unwrap();
         assert!(!map.raster.is_solid(0, 1) && map.raster.is_solid(2, 1));
     }
 
     #[test]
-    fn a_yaml_that_lies_is_refused_with_the_key() {
+    fn invalid_yaml_is_refused_with_the_key() {
         let cases = [
             ("resolution: 0.5", "resolution: 0", "resolution: expected a number above 0"),
             ("[-1.0, 2, 0]", "[-1.0, 2, 0.3]", "origin: expected a yaw of 0"),
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn a_yaw_of_nothing_is_none_and_negate_is_read_in_quotes() {
+    fn a_negligible_yaw_and_a_quoted_negate_are_accepted() {
         for yaw in ["-1.2e-17", "6.283185307179586", "6.283185", "-6.2832", "0.0", "1e-9"] {
             let yaml = YAML.replace("[-1.0, 2, 0]", &format!("[-1.0, 2, {yaw}]"));
             assert!(MapInfo::parse(&yaml).is_ok(), "{yaw}");
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_whose_floor_is_transparent_says_so() {
+    fn a_map_with_a_transparent_floor_is_reported() {
         let encoded = |floor: [u8; 4]| {
             let wall = |x: u32, y: u32| x == 0 || y == 0;
             let picture = image::RgbaImage::from_fn(5, 4, |x, y| {
@@ -352,7 +352,7 @@ mod tests {
 
     /// A robot that started in a transparent part of the map could not move, and a goal there was never reached.
     #[test]
-    fn what_lies_in_the_transparent_part_of_a_map_is_refused_with_the_reason() {
+    fn places_in_the_transparent_part_of_a_map_are_refused_with_the_reason() {
         let picture = image::RgbaImage::from_fn(40, 20, |x, y| {
             let is_wall = [0, 39].contains(&x) || [0, 19].contains(&y);
             image::Rgba(if is_wall { [0, 0, 0, 255] } else { [255, 255, 255, if x < 20 { 255 } else { 0 }] })
@@ -386,7 +386,7 @@ mod tests {
     /// A picture of noise turns into a rectangle every few pixels, all of which the physics has to keep. A picture of a billion
     /// pixels used to fill the memory before its size was checked.
     #[test]
-    fn a_picture_that_is_no_floor_is_refused() {
+    fn a_picture_without_a_floor_is_refused() {
         let info = MapInfo::parse(YAML).unwrap();
         let large = OccupancyMap::decode(&info, b"P5\n40000 30000\n255\n").unwrap_err().to_string();
         assert_eq!(large, "image: expected at most 16000000 pixels, found \"40000 x 30000 pixels\"");

@@ -554,14 +554,14 @@ mod tests {
     }
 
     #[test]
-    fn a_number_makes_one_scene() {
+    fn a_seed_always_gives_the_same_scene() {
         assert_eq!(Scene::laid_out(Kind::Yard, 7), Scene::laid_out(Kind::Yard, 7));
         assert_ne!(Scene::laid_out(Kind::Yard, 7).way, Scene::laid_out(Kind::Yard, 8).way);
     }
 
     /// The third hall had only six objects: scenes were generated without the bounds that other code relies on.
     #[test]
-    fn scenes_of_any_number_have_objects_and_ways_within_bounds() {
+    fn scenes_of_any_seed_have_objects_and_paths_within_bounds() {
         for kind in [Kind::Yard, Kind::Streets, Kind::Hall] {
             for number in 0..40 {
                 let scene = Scene::laid_out(kind, number);

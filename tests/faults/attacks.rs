@@ -104,7 +104,7 @@ impl Attacker {
         std::thread::sleep(longest.mul_f64(self.rng.random::<f64>()));
     }
 
-    fn must_be_as_undisturbed(&self, ended: &Ended, system: &str) {
+    fn assert_undisturbed(&self, ended: &Ended, system: &str) {
         assert_eq!(ended.code, Some(0), "{ended}");
         let report = ended.json();
         assert_eq!(report["lost_messages"], 0, "{report:#}");
@@ -133,7 +133,7 @@ impl Attacker {
             wait_until("the end of the orphans", || self.place.living().is_empty());
             let has_ended = ended.code == Some(0);
             if has_ended {
-                return self.must_be_as_undisturbed(&ended, "killed");
+                return self.assert_undisturbed(&ended, "killed");
             }
             // If the supervisor was killed before its run began, or after everything except the report was done, there
             // is nothing to resume.
@@ -148,7 +148,7 @@ impl Attacker {
         if ended.code == Some(2) && ended.err.contains("nothing to go on with") {
             return;
         }
-        self.must_be_as_undisturbed(&ended, "killed");
+        self.assert_undisturbed(&ended, "killed");
     }
 
     /// Changes, cuts off or duplicates bytes of a recording, and tries every tool on it.
@@ -269,7 +269,7 @@ impl Attacker {
             one.signal(Signal::SIGKILL);
             one.end();
         });
-        self.must_be_as_undisturbed(&ended, "watched");
+        self.assert_undisturbed(&ended, "watched");
     }
 
     /// A file of another user, or a link, appears among the files of a system.
@@ -309,7 +309,7 @@ impl Attacker {
         let ended = self.place.run("run room.toml --json --out crowded --system crowded");
         let left = files.iter().filter(|file| fs::remove_file(file).is_ok()).count();
         assert_eq!(left, files.len(), "they are not ours");
-        self.must_be_as_undisturbed(&ended, "crowded");
+        self.assert_undisturbed(&ended, "crowded");
     }
 
     /// A named pipe, a device or a folder is given in place of a file. No command may wait for it forever.

@@ -24,7 +24,7 @@ fn start(place: &Place, mission: &str) -> Running {
 
 /// Asserts that nothing is lost or left over, and that every message is the same as in the undisturbed run. Returns how
 /// often `processes` were restarted.
-fn ends_as_if_nothing_had_been(
+fn assert_ends_undisturbed(
     place: &Place,
     running: Running,
     undisturbed: &Path,
@@ -75,29 +75,29 @@ fn killed_one_after_the_other(processes: &[&str]) {
     drop(heard);
     echo.signal(Signal::SIGINT);
     echo.end();
-    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, processes);
+    let restarts = assert_ends_undisturbed(&place, running, &undisturbed, processes);
     // A fast machine reaches the end after a few kills, and the death of the last process killed may then go unnoticed.
     assert!(kills >= 2 && restarts + 1 >= kills, "{kills} kills, {restarts} restarts");
 }
 
 #[test]
-fn a_killed_localizer_goes_on_where_it_was() {
+fn a_killed_localizer_resumes() {
     killed_one_after_the_other(&["localizer"]);
 }
 
 #[test]
-fn a_killed_planner_goes_on_where_it_was() {
+fn a_killed_planner_resumes() {
     killed_one_after_the_other(&["planner"]);
 }
 
 /// Physics, laser noise, people and contacts continue with exactly the same bits.
 #[test]
-fn a_killed_world_goes_on_where_it_was() {
+fn a_killed_world_resumes() {
     killed_one_after_the_other(&["world"]);
 }
 
 /// Checks what users see: the figures that the command itself reports for its kills.
-fn chaos_finds_nothing_lost(options: &str) {
+fn chaos_finds_no_loss(options: &str) {
     let place = Place::new();
     let mission = repository().join("sim/missions/building/building-a.toml");
     let ended = place.run(&format!("chaos {} --json {options}", mission.display()));
@@ -111,13 +111,13 @@ fn chaos_finds_nothing_lost(options: &str) {
 }
 
 #[test]
-fn twenty_kills_of_anybody_at_random_moments_lose_nothing() {
-    chaos_finds_nothing_lost("--kills 20 --seed 5");
+fn twenty_random_kills_lose_nothing() {
+    chaos_finds_no_loss("--kills 20 --seed 5");
 }
 
 #[test]
-fn kills_of_processes_that_start_lose_nothing() {
-    chaos_finds_nothing_lost("--kills 20 --seed 6 --at-start-up");
+fn killing_starting_processes_loses_nothing() {
+    chaos_finds_no_loss("--kills 20 --seed 6 --at-start-up");
 }
 
 /// A restarted recorder reads again what was not written yet. The recording says how often the recorder was restarted.
@@ -127,26 +127,26 @@ fn a_killed_recorder_leaves_no_gap() {
 }
 
 #[test]
-fn killed_in_turn_they_go_on() {
+fn processes_killed_in_turn_resume() {
     killed_one_after_the_other(&SERVICES);
 }
 
 /// All processes die at the same moment, so none is left that could tell the others what they have missed.
 #[test]
-fn killed_all_at_once_they_go_on() {
+fn processes_killed_all_at_once_resume() {
     let place = Place::new();
     let undisturbed = undisturbed(&place, "demo");
     let mut running = start(&place, "demo");
     place.wait_until_driving(&mut running, "disturbed");
     let serving = SERVICES.map(|process| place.serving("disturbed", process));
     serving.concat().into_iter().for_each(kill_if_alive);
-    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &SERVICES);
+    let restarts = assert_ends_undisturbed(&place, running, &undisturbed, &SERVICES);
     assert_eq!(restarts, SERVICES.len() as u64);
 }
 
 /// In real time, no process waits for another. The robot stops, and drives on when its navigators are back.
 #[test]
-fn killed_in_real_time_they_come_to_their_goals() {
+fn processes_killed_in_real_time_reach_their_goals() {
     let place = Place::new();
     building::write_patient(place.files());
     let mut running = start(&place, &format!("run {} --speed 10", building::PATIENT));
@@ -165,7 +165,7 @@ fn killed_in_real_time_they_come_to_their_goals() {
 
 /// A process that dies before it has joined, or while it opens its channels, leaves nothing that prevents its restart.
 #[test]
-fn killed_while_they_start_they_start_again() {
+fn processes_killed_while_starting_start_again() {
     let place = Place::new();
     room::write(place.files());
     let undisturbed = undisturbed(&place, "run room.toml");
@@ -181,13 +181,13 @@ fn killed_while_they_start_they_start_again() {
             }
         }
     }
-    let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &SERVICES);
+    let restarts = assert_ends_undisturbed(&place, running, &undisturbed, &SERVICES);
     assert_eq!(restarts, 3 * SERVICES.len() as u64);
 }
 
 /// A process that dies each time before it makes any progress is given up, and the mission fails.
 #[test]
-fn a_process_that_dies_again_and_again_is_given_up() {
+fn a_process_that_keeps_dying_is_given_up() {
     let place = Place::new();
     let mut running = start(&place, "demo --speed 5");
     place.wait_until_driving(&mut running, "disturbed");
@@ -256,13 +256,13 @@ fn drive_on(place: &Place) -> Running {
 
 /// The older checkpoint is less recent, but just as valid.
 #[test]
-fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
+fn a_damaged_checkpoint_is_refused_and_the_other_is_used() {
     for process in ["localizer", "planner", "world"] {
         let place = Place::new();
         let undisturbed = undisturbed(&place, "demo");
         let running = drive_on(&place);
         damage_and_kill(&place, process, 1);
-        let restarts = ends_as_if_nothing_had_been(&place, running, &undisturbed, &[process]);
+        let restarts = assert_ends_undisturbed(&place, running, &undisturbed, &[process]);
         assert_eq!(restarts, 1, "{process}");
     }
 }
@@ -270,7 +270,7 @@ fn a_damaged_checkpoint_is_refused_and_the_other_one_does() {
 /// The state of the process is lost, so it continues from the task and the position in its last messages. This is
 /// reported.
 #[test]
-fn navigators_without_any_good_checkpoint_begin_where_they_were() {
+fn navigators_without_a_valid_checkpoint_continue_from_their_last_messages() {
     for process in ["localizer", "planner"] {
         let place = Place::new();
         let running = drive_on(&place);
@@ -290,7 +290,7 @@ fn navigators_without_any_good_checkpoint_begin_where_they_were() {
 
 /// A world that does not know where the robot is cannot continue. The mission fails, and the error says why.
 #[test]
-fn a_world_without_any_good_checkpoint_is_given_up() {
+fn a_world_without_a_valid_checkpoint_is_given_up() {
     let place = Place::new();
     let running = drive_on(&place);
     damage_and_kill(&place, "world", 2);

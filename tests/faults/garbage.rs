@@ -78,7 +78,7 @@ fn echo(scan: &mut LaserScan) {
 }
 
 #[test]
-fn a_driver_that_writes_garbage_crashes_nobody() {
+fn a_driver_that_writes_garbage_crashes_no_process() {
     let place = Place::new();
     room::write(place.files());
     let options = "--speed 1 --without world --json";

@@ -43,7 +43,7 @@ fn a_death_a_restart_and_a_recovery_are_recorded() {
 
 /// A process stopped by SIGSTOP still exists, so only its silence shows that something is wrong.
 #[test]
-fn a_stopped_process_is_found_by_its_silence_and_nothing_is_lost() {
+fn a_stopped_process_is_detected_and_nothing_is_lost() {
     let place = Place::new();
     let mission = repository().join("sim/missions/building/building-a.toml");
     let options = "--signal stop --kills 2 --seed 2 --targets planner,world --json";
@@ -65,7 +65,7 @@ fn a_stopped_process_is_found_by_its_silence_and_nothing_is_lost() {
 
 /// In real time, a person stops a process for a moment. This is reported, and the process continues without a restart.
 #[test]
-fn a_process_that_goes_on_in_time_is_left_alone() {
+fn a_process_that_continues_in_time_is_left_alone() {
     let place = Place::new();
     let running = drive(&place, "pause", "5 --stopped-limit 600");
     let planner = place.serving("pause", "planner");
@@ -102,7 +102,7 @@ fn a_stopped_recorder_does_not_outlive_its_supervisor() {
 }
 
 #[test]
-fn a_process_that_is_given_up_is_told_too() {
+fn giving_up_a_process_is_reported() {
     let place = Place::new();
     let running = drive(&place, "end", "5 --stopped-limit 600");
     // Without scans, no planner makes any progress.

@@ -17,7 +17,7 @@ fn start(place: &Place) -> Running {
 }
 
 #[test]
-fn the_example_of_a_driver_drives_a_mission() {
+fn the_example_driver_drives_a_mission() {
     let place = Place::new();
     let running = start(&place);
     let driver = place.driver("driver");
@@ -31,7 +31,7 @@ fn the_example_of_a_driver_drives_a_mission() {
 /// The laser used to be the clock for everything, with exactly one odometry reading per scan. With more readings, the
 /// history of the odometry was too short for a late reader, and its messages counted as lost.
 #[test]
-fn wheels_that_are_read_five_times_a_scan_lose_nothing() {
+fn odometry_at_five_times_the_scan_rate_loses_nothing() {
     let place = Place::new();
     let running = start(&place);
     let driver = place.driver("driver 5");
@@ -58,7 +58,7 @@ const PERIOD_NS: u64 = 100_000_000;
 /// messages for ones that they had already received. They dropped the messages for as long as the first driver had run,
 /// and nothing was reported. The clock and the odometry also restarted at 0, which readers see as a jump.
 #[test]
-fn a_driver_that_is_started_again_goes_on() {
+fn a_restarted_driver_continues() {
     let place = Place::new();
     let running = start(&place);
     let first = place.driver("driver");

@@ -26,7 +26,7 @@ fn write(place: &Place, file: &str, text: &str) {
 }
 
 #[test]
-fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
+fn a_mission_is_driven_replayed_rerun_judged_and_shown() {
     let place = place("scene-a.toml");
     let recording = &place.driven("mission.toml");
     let messages = place.messages(recording);
@@ -50,7 +50,7 @@ fn a_mission_is_driven_replayed_executed_again_judged_and_shown() {
 }
 
 #[test]
-fn kills_leave_the_same_bytes_by_every_method() {
+fn kills_leave_the_same_bytes_with_every_method() {
     for (mission, kills) in [("scene-b.toml", 8), ("scene-a-labels.toml", 8), ("scene-a-words.toml", 6)] {
         place(mission).is_identical_after("mission.toml", kills, "world,sketcher,localizer,planner,recorder");
     }
@@ -59,7 +59,7 @@ fn kills_leave_the_same_bytes_by_every_method() {
 /// A route in words is equivalent to the sketch from which it was made. The robot drives to the same place with the
 /// same commands.
 #[test]
-fn a_sketch_and_its_words_drive_to_the_same_place() {
+fn a_sketch_and_its_description_lead_to_the_same_place() {
     let place = place("scene-a-states.toml");
     let drive = |folder: &str| {
         let (report, _) = place.mission(&format!("run mission.toml --out {folder}"), folder);
@@ -87,7 +87,7 @@ fn a_sketch_and_its_words_drive_to_the_same_place() {
 /// A person tells the robot where in the sketch it is, in this case near the start of the route. The robot believes this from
 /// the next view on.
 #[test]
-fn a_robot_by_belief_is_told_where_it_is() {
+fn a_robot_that_navigates_by_belief_accepts_its_pose() {
     let place = place("scene-a.toml");
     let mut running = place.start("run mission.toml --system told --speed 1 --json --out told");
     place.wait_until_driving(&mut running, "told");
@@ -126,7 +126,7 @@ fn a_robot_by_belief_is_told_where_it_is() {
 }
 
 #[test]
-fn labels_that_a_camera_reads_are_believed() {
+fn labels_read_by_a_camera_are_used() {
     let place = place("scene-a-labels.toml");
     let recording = &place.driven("mission.toml");
     assert!(place.messages(recording)["/markers"] > 100);
@@ -136,7 +136,7 @@ fn labels_that_a_camera_reads_are_believed() {
 }
 
 #[test]
-fn markers_that_mean_nothing_are_named() {
+fn unknown_labels_and_markers_are_named() {
     let place = place("scene-a-labels.toml");
     let mission = read(&place, "mission.toml");
     for (from, to, words) in [
@@ -172,7 +172,7 @@ fn a_robot_with_a_laser_drives_the_same_sketch() {
 }
 
 #[test]
-fn what_is_wrong_is_said_before_anything_starts() {
+fn errors_are_reported_before_the_start() {
     let place = place("scene-a.toml");
     let mission = read(&place, "mission.toml");
     let drawn = read(&place, SKETCH);

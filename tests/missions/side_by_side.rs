@@ -56,7 +56,7 @@ fn two_systems_at_full_speed_lose_nothing() {
 }
 
 #[test]
-fn a_second_system_of_the_same_name_is_refused_and_the_first_drives_on() {
+fn a_second_system_of_the_same_name_is_refused() {
     let place = Place::new();
     let mut first = drive(&place, "lab");
     room::write(place.files());
@@ -72,7 +72,7 @@ fn a_second_system_of_the_same_name_is_refused_and_the_first_drives_on() {
 }
 
 #[test]
-fn a_name_that_no_system_can_have_is_refused() {
+fn an_invalid_system_name_is_refused() {
     let place = Place::new();
     room::write(place.files());
     let ended = place.run("run room.toml --system My_Lab");
@@ -102,7 +102,7 @@ fn echo_prints_messages_as_they_come() {
 
 /// The laser of the demo's robot scans ten times per simulated second, whatever the mission's speed.
 #[test]
-fn hz_measures_a_channel_s_rate() {
+fn hz_measures_the_rate_of_a_channel() {
     let place = Place::new();
     let running = drive(&place, "lab");
     let measured = place.run("hz scan --count 20");
@@ -129,7 +129,7 @@ fn hz_does_not_count_the_history() {
 }
 
 #[test]
-fn an_observer_that_must_choose_is_told_between_what() {
+fn an_ambiguous_system_is_an_error_that_lists_the_choices() {
     let place = Place::new();
     let (one, two) = (drive(&place, "one"), drive(&place, "two"));
     let heard = place.run("echo status --count 1");
@@ -141,7 +141,7 @@ fn an_observer_that_must_choose_is_told_between_what() {
 
 /// A developer runs the localizer under a debugger. The system waits for it and then drives as usual.
 #[test]
-fn a_process_may_be_run_by_hand() {
+fn a_process_can_be_run_by_hand() {
     let place = Place::new();
     room::write(place.files());
     let mut system = place.start("run room.toml --json --system lab --without localizer");

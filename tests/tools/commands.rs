@@ -82,7 +82,7 @@ fn echo_prints_a_recording_as_it_prints_a_system() {
 }
 
 #[test]
-fn a_build_says_which_one_it_is() {
+fn version_identifies_the_build() {
     let place = Place::new();
     let told = place.fine("--version");
     let begin = format!("sketchnav {} (", env!("CARGO_PKG_VERSION"));
@@ -94,7 +94,7 @@ fn a_build_says_which_one_it_is() {
 
 /// Writing a mission for a deformed floor used to require looking up its start and goals in an image editor.
 #[test]
-fn deform_says_where_places_land_and_what_it_leaves_out() {
+fn deform_reports_places_and_omissions() {
     let place = Place::new();
     let floor = repository().join("sim/missions/building/building.floor.toml");
     let deform = |options: &str| format!("deform {} -o drawing.svg {options}", floor.display());
@@ -124,7 +124,7 @@ fn deform_says_where_places_land_and_what_it_leaves_out() {
 
 /// A history contains up to 128 messages, but `--once` shows only the current state.
 #[test]
-fn once_is_the_newest_message() {
+fn once_prints_the_newest_message() {
     let place = Place::new();
     let running = started(&place);
     let seq = || lines(&place.fine("echo status --once"))[0]["seq"].as_u64().unwrap();
@@ -140,7 +140,7 @@ fn once_is_the_newest_message() {
 }
 
 #[test]
-fn hz_tells_bandwidth_and_percentiles() {
+fn hz_prints_bandwidth_and_percentiles() {
     let place = Place::new();
     let running = started(&place);
     let told = place.fine("hz estimate --count 20 --json");
@@ -160,7 +160,7 @@ fn hz_tells_bandwidth_and_percentiles() {
 }
 
 #[test]
-fn channels_of_a_system_tell_who_is_connected() {
+fn channels_lists_the_connected_processes() {
     let place = Place::new();
     let running = started(&place);
     let all = place.fine(&format!("channels {NAME} --json")).json();
@@ -249,7 +249,7 @@ fn says_where_it_is(place: &Place) {
 }
 
 #[test]
-fn a_process_is_started_anew_and_nothing_is_lost() {
+fn a_process_is_restarted_and_nothing_is_lost() {
     let place = Place::new();
     let running = started(&place);
     for (process, how) in [("localizer", ""), ("world", "--kill"), ("recorder", "--kill")] {
@@ -266,7 +266,7 @@ fn a_process_is_started_anew_and_nothing_is_lost() {
 }
 
 #[test]
-fn logs_are_told_by_process_and_followed_to_the_end() {
+fn logs_are_shown_by_process_and_followed_to_the_end() {
     let place = Place::new();
     let running = started(&place);
     let follow = place.start("logs --follow --json");
@@ -311,7 +311,7 @@ fn finding<'a>(told: &'a Value, check: &str) -> &'a Value {
 }
 
 #[test]
-fn doctor_and_ps_find_what_a_dead_system_left() {
+fn doctor_and_ps_find_leftovers_of_a_dead_system() {
     let place = Place::new();
     let told = place.fine("doctor --json").json();
     for check in ["version", "kernel", "shared memory", "folder", "file size", "open files", "leftovers"] {
@@ -346,7 +346,7 @@ fn doctor_and_ps_find_what_a_dead_system_left() {
 }
 
 #[test]
-fn doctor_refuses_a_folder_that_others_may_enter() {
+fn doctor_rejects_a_folder_open_to_others() {
     use std::os::unix::fs::PermissionsExt;
     let place = Place::new();
     std::fs::create_dir(place.root()).unwrap();
@@ -360,7 +360,7 @@ fn doctor_refuses_a_folder_that_others_may_enter() {
 
 /// The recorder was killed before, so the recording so far is in two files.
 #[test]
-fn a_snapshot_keeps_the_last_seconds_and_the_system_records_on() {
+fn a_snapshot_keeps_the_last_seconds_and_recording_continues() {
     let place = Place::new();
     let running = started(&place);
     // By then the robot has looked around and is planning.

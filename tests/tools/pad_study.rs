@@ -111,7 +111,7 @@ fn draw(page: &mut Page) {
 }
 
 #[test]
-fn participants_come_one_after_the_other_and_all_they_do_is_kept() {
+fn participants_follow_each_other_and_everything_is_kept() {
     let mut study = Study::start(Place::new());
     let mut page = study.page();
     assert_eq!(page.post("/api/sketch", &strokes()).0, 409, "nobody takes part yet");
@@ -190,7 +190,7 @@ fn participants_come_one_after_the_other_and_all_they_do_is_kept() {
 
 /// The whole system is stopped before the drive, or between the drive and the answers.
 #[test]
-fn a_study_that_was_stopped_goes_on_with_the_same_participant() {
+fn a_stopped_study_resumes_with_the_same_participant() {
     let mut study = Study::start(Place::new());
     let mut page = study.page();
     assert_eq!(tell(&page, &json!({ "begin": { "code": "p-1" } })), 200);
@@ -222,7 +222,7 @@ fn a_study_that_was_stopped_goes_on_with_the_same_participant() {
 }
 
 #[test]
-fn a_folder_that_is_no_study_is_named_with_what_was_expected() {
+fn a_folder_without_a_study_is_reported() {
     let place = Place::new();
     let mission = repository().join(format!("{MISSION}.toml"));
     let refused = |arguments: &str, words: &str| {

@@ -31,7 +31,7 @@ fn fine(place: &Place, arguments: &str) -> Ended {
 /// `sketchnav diff … | head -1` once reported that two recordings were identical, because the exit code of any command
 /// was 0 if nothing read its output any more.
 #[test]
-fn who_does_not_read_on_gets_the_same_exit_code() {
+fn closing_the_pipe_does_not_change_the_exit_code() {
     let place = Place::new();
     let golden = repository().join("recordings/golden");
     let [story, log] = ["story.mcap", "log.mcap"].map(|name| golden.join(name).display().to_string());
@@ -65,7 +65,7 @@ fn a_run_its_replay_and_its_rerun_are_the_same_bytes() {
 }
 
 #[test]
-fn another_parameter_is_a_difference_that_is_named_and_judged() {
+fn another_parameter_makes_a_difference_that_is_named_and_judged() {
     let place = Place::new();
     let recording = recorded(&place);
     let ended =
@@ -114,7 +114,7 @@ fn another_parameter_is_a_difference_that_is_named_and_judged() {
 }
 
 #[test]
-fn the_tools_have_the_exit_codes_of_mcaps_own() {
+fn the_tools_have_the_exit_codes_of_mcap() {
     let place = Place::new();
     let recording = recorded(&place);
     let whole = std::fs::read(&recording).unwrap();
@@ -159,7 +159,7 @@ fn the_tools_have_the_exit_codes_of_mcaps_own() {
 
 /// Without live processes, the replay plays for observers, over and over, until it is asked to end.
 #[test]
-fn a_replay_for_onlookers_leaves_nothing() {
+fn a_replay_for_observers_leaves_nothing_behind() {
     let place = Place::new();
     let recording = recorded(&place);
     let replay = place.start(&format!("replay {recording} --rate 100 --loop --system again"));
@@ -227,7 +227,7 @@ fn with_a_fault(recording: &Path, told: &Path) {
 /// orders used to be those of the replay itself, and no faults were sent. The health of the recorded planner was played
 /// beside that of the live one, which looked like a restart.
 #[test]
-fn a_replay_speaks_for_the_supervisor_too() {
+fn a_replay_includes_messages_of_the_supervisor() {
     let place = Place::new();
     let recording = recorded(&place);
     with_a_fault(recording.as_ref(), &place.files().join("told.mcap"));
@@ -259,7 +259,7 @@ fn a_replay_speaks_for_the_supervisor_too() {
 /// The replay runs at full speed, over and over, with standard error in a file. In that case signals were once not
 /// checked, and the replay could only be killed.
 #[test]
-fn a_replay_at_full_speed_ends_when_asked_to() {
+fn a_replay_at_full_speed_ends_on_request() {
     let place = Place::new();
     let recording = recorded(&place);
     let replay = place.start(&format!("replay {recording} --rate max --loop --system endless"));
@@ -279,7 +279,7 @@ fn a_replay_at_full_speed_ends_when_asked_to() {
 /// In the background of a shell, the replay used to configure the terminal for its keys, and was stopped because of
 /// that.
 #[test]
-fn a_replay_in_the_background_goes_on() {
+fn a_replay_in_the_background_continues() {
     let place = Place::new();
     let recording = recorded(&place);
     let terminal = openpty(None, None).unwrap();
@@ -298,7 +298,7 @@ fn a_replay_in_the_background_goes_on() {
 /// The output used to be created before the input was read, so `-o` with the recording's own name destroyed the
 /// recording.
 #[test]
-fn what_is_read_is_not_written_over() {
+fn inputs_are_not_overwritten() {
     let place = Place::new();
     let recording = recorded(&place);
     let (same, page) = (place.files().join("same.mcap"), place.files().join("page.mcap"));
@@ -325,7 +325,7 @@ fn what_is_read_is_not_written_over() {
 /// The recordings of a mission's runs have the same name, each in its own folder, so their tables used to overwrite
 /// each other. The parts of two splits also ended up in one folder.
 #[test]
-fn of_several_recordings_none_takes_anothers_place() {
+fn results_of_several_recordings_do_not_overwrite_each_other() {
     let place = Place::new();
     let recording = recorded(&place);
     for folder in ["run-001", "run-002"] {
@@ -350,7 +350,7 @@ fn of_several_recordings_none_takes_anothers_place() {
 }
 
 #[test]
-fn a_page_shows_the_run_and_needs_no_other_file() {
+fn a_page_shows_the_run_and_is_self_contained() {
     let place = Place::new();
     let recording = recorded(&place);
     assert_eq!(fine(&place, &format!("report {recording} -o page.html --json")).json()["page"], "page.html");
@@ -373,7 +373,7 @@ fn write_log(place: &Place, log: &str, map: &str) {
 /// The mission of a log used to be written as text in which names were quoted as in Rust. "\u{308}" is not valid TOML,
 /// so a decomposed "ü", as in file names on macOS, was rejected.
 #[test]
-fn a_log_and_its_map_may_have_any_name() {
+fn logs_and_maps_may_have_any_name() {
     let place = Place::new();
     let [log, map] = ["bu\u{308}ro.log", "bu\u{308}ro \"a\".yaml"];
     write_log(&place, log, map);
@@ -387,7 +387,7 @@ fn a_log_and_its_map_may_have_any_name() {
 
 /// For invalid logs and options, the error says where the mistake is, before anything is written.
 #[test]
-fn what_is_no_log_is_told_by_its_name() {
+fn errors_about_logs_begin_with_the_file_name() {
     let place = Place::new();
     let write = |name: &str, text: &[u8]| std::fs::write(place.files().join(name), text).unwrap();
     write_log(&place, "good.log", "map.yaml");
@@ -447,7 +447,7 @@ fn trajectory_errors_agree_with_evo() {
 
 /// rosbags reads the parts in a rosbag2 folder, each of which contains the latched topics.
 #[test]
-fn a_folder_of_rosbag2_is_read_by_rosbags() {
+fn rosbags_reads_our_rosbag2_folders() {
     let Some(python) = needs::python("rosbags", "SKETCHNAV_PYTHON", "rosbags") else { return };
     let place = Place::new();
     let recording = recorded(&place);

@@ -19,7 +19,7 @@ fn row<'a>(snapshot: &'a Value, process: &str) -> &'a Value {
 }
 
 #[test]
-fn a_program_sees_how_the_processes_get_on() {
+fn json_shows_the_progress_of_the_processes() {
     let place = Place::new();
     let mut running = place.start("demo --json --system seen --speed 5");
     place.wait_until_driving(&mut running, "seen");
@@ -53,7 +53,7 @@ fn a_program_sees_how_the_processes_get_on() {
 
 /// The pad used to have no row, so it could be neither watched nor killed, not even in its own systems.
 #[test]
-fn a_program_sees_how_the_pad_gets_on() {
+fn json_shows_the_progress_of_the_pad() {
     let place = Place::new();
     let mut running = place.start("demo --json --pad --port 0 --system seen --speed 5");
     place.wait_until_driving(&mut running, "seen");

@@ -59,7 +59,7 @@ fn link_of(running: &mut Command) -> (Running, String) {
 }
 
 #[test]
-fn other_peoples_viewer_decodes_every_topic_of_a_running_demo() {
+fn a_third_party_viewer_decodes_every_topic_of_a_running_demo() {
     let Some(packages) = packages() else { return };
     let place = Place::new();
     let (mut running, link) =
@@ -83,7 +83,7 @@ fn other_peoples_viewer_decodes_every_topic_of_a_running_demo() {
     for topic in &wanted {
         assert!(watched[topic]["decoded"].as_u64() > Some(0), "{topic}: {watched:#}");
     }
-    what_was_shown_is_what_was_recorded(&watched, report["recording"].as_str().unwrap());
+    shown_messages_equal_the_recorded_ones(&watched, report["recording"].as_str().unwrap());
     let picture = fs::read_to_string(picture).unwrap();
     assert!(picture.matches("<rect").count() > 100 && picture.contains("<polyline"), "{picture:.300}");
     if let Some(folder) = std::env::var_os("SKETCHNAV_PICTURES") {
@@ -92,7 +92,7 @@ fn other_peoples_viewer_decodes_every_topic_of_a_running_demo() {
 }
 
 /// Asserts that the type and bytes of every message shown are the same as in the recording, for recorded topics.
-fn what_was_shown_is_what_was_recorded(watched: &Value, recording: &str) {
+fn shown_messages_equal_the_recorded_ones(watched: &Value, recording: &str) {
     let recording = Recording::open(recording.as_ref()).unwrap();
     let mut recorded: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
     for topic in recording.topics().unwrap() {
@@ -166,7 +166,7 @@ fn topic_count(recording: &Recording) -> usize {
 }
 
 #[test]
-fn a_recording_is_played_whole_and_sought_and_whatever_is_latched_comes_first() {
+fn a_recording_is_played_and_seeked_with_latched_messages_first() {
     let place = Place::new();
     let recording = Recording::open(&story()).unwrap();
     let (first_ns, last_ns) = recording.index().unwrap().span_ns().unwrap();
@@ -207,7 +207,7 @@ fn counts(all: &Messages) -> BTreeMap<&str, usize> {
 
 /// A second viewer once received no latched messages, because the first one had already taken them.
 #[test]
-fn who_comes_second_gets_what_is_latched_and_nobody_leaves_a_channel_open() {
+fn a_second_client_gets_latched_messages_and_channels_are_closed() {
     sketchnav_navigators::register(&[]).unwrap();
     let place = Place::new();
     let mut running = place.start("run demo --json --system seen --speed 2");
@@ -245,7 +245,7 @@ fn who_comes_second_gets_what_is_latched_and_nobody_leaves_a_channel_open() {
 }
 
 #[test]
-fn bad_input_is_refused_before_anything_begins() {
+fn bad_input_is_refused_before_anything_starts() {
     let place = Place::new();
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port();
@@ -280,7 +280,7 @@ fn panels(layout: &Value) -> BTreeSet<String> {
 /// Every topic of the layout and every field that it plots exists. Every panel is arranged, and of a kind that both
 /// viewers have (Lichtblick: packages/suite-base/src/panels).
 #[test]
-fn the_layout_names_what_there_is() {
+fn the_layout_refers_to_existing_topics() {
     sketchnav_navigators::register(&[]).unwrap();
     let file = repository().join("docs/foxglove-layout.json");
     let layout: Value = serde_json::from_str(&fs::read_to_string(file).unwrap()).unwrap();

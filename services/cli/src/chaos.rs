@@ -319,7 +319,7 @@ mod tests {
     /// A run that was identical down to the byte was once called bad because its mission fails even without kills, or
     /// ends early.
     #[test]
-    fn what_is_the_same_without_kills_is_good() {
+    fn an_undisturbed_run_passes_if_it_is_identical() {
         assert!(report().is_good());
         assert!(Report { success: false, undisturbed_success: false, ..report() }.is_good());
         assert!(Report { kills: 2, ..report() }.is_good());

@@ -147,7 +147,7 @@ mod tests {
 
     /// An error that quoted a rejected escape sequence used to send it to the terminal itself.
     #[test]
-    fn no_error_steers_the_terminal_or_begins_a_line() {
+    fn no_error_controls_the_terminal_or_forges_a_line() {
         let name = "a\u{1b}[31m\u{202e}\nerror: forged\u{9b}";
         let error = anyhow::anyhow!("{name}: expected a mission");
         assert_eq!(
@@ -169,7 +169,7 @@ mod tests {
 
     /// The second word stands for a file name that a shell pattern happened to match.
     #[test]
-    fn a_rejected_word_of_the_command_line_is_shown_as_it_is() {
+    fn a_rejected_argument_is_shown_escaped() {
         let words = ["sketchnav", "inf\u{1b}[31m\u{202e}o\n"].map(OsString::from);
         let told = tame(words.into_iter()).unwrap().render().ansi().to_string();
         assert!(told.contains("inf\\u001b[31m\\u202eo\\n") && !told.contains("\u{202e}"), "{told}");
@@ -181,7 +181,7 @@ mod tests {
 
     /// A missing file was once reported three times: "m.toml: cannot be read: No such file …: cannot be …".
     #[test]
-    fn a_cause_is_told_once() {
+    fn each_cause_is_printed_once() {
         let missing = sketchnav_sim::mission_file::load("/nowhere/m.toml".as_ref()).unwrap_err();
         let story = story(&anyhow::Error::from(missing).context("the mission"));
         assert!(story.starts_with("the mission: /nowhere/m.toml: "), "{story}");

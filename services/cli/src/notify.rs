@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn a_manager_hears_of_the_beginning_of_life_and_of_the_end() {
+    fn the_service_manager_is_notified_of_start_life_and_stop() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("notify");
         let abstract_name = format!("sketchnav-test-{}", std::process::id());
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_manager_nothing_is_told_and_nothing_fails() {
+    fn without_a_service_manager_nothing_is_sent_and_nothing_fails() {
         for (socket, limit) in [(None, None), (Some("/nowhere/notify"), Some("0")), (Some(""), Some("soon"))]
         {
             let mut manager = Manager::new(socket, limit);

@@ -192,7 +192,7 @@ mod tests {
 
     /// A bag had lost most of its messages, and the user was not warned.
     #[test]
-    fn a_bag_that_holds_fewer_messages_than_its_metadata_say_is_named() {
+    fn a_bag_with_fewer_messages_than_its_metadata_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("b_0.mcap");
         std::fs::write(&file, recording(SampleForm::default(), &[points("/ball", 12, false)])).unwrap();

@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_is_there_but_does_not_know_it_has_not_reached_it() {
+    fn a_robot_at_the_goal_that_does_not_know_it_has_not_reached_it() {
         let status = [say(1, 0, TaskState::Driving), say(20, 0, TaskState::TimedOut)];
         let verdict = judge(&mission(), &drive(21), &status, &[]);
         assert!(!verdict.tasks[0].reached);
@@ -344,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_after_a_tasks_end_does_not_change_it() {
+    fn events_after_a_tasks_end_do_not_change_its_verdict() {
         let status = [
             say(1, 0, TaskState::Driving),
             say(9, 0, TaskState::Lost),

@@ -30,7 +30,7 @@ fn draw<W: Write>(core: &mut Core<W>, seq: u64, cells: &[u8]) -> Result<(), Reco
 }
 
 #[test]
-fn the_world_is_told_every_so_many_ticks() {
+fn the_recorder_acknowledges_at_regular_ticks() {
     let mut core = Core::new(Vec::new(), &run(), &[]).unwrap();
     let mut told = Vec::new();
     for seq in 1..=50 {
@@ -88,7 +88,7 @@ impl Write for Disk {
 /// A full disk must not stop a robot. The failure is reported once, and the world in lockstep still gets its
 /// acknowledgements.
 #[test]
-fn a_full_disk_is_said_once_and_stops_nobody() {
+fn a_full_disk_is_reported_once_and_stops_no_process() {
     let mut core = Core::new(Disk { room: 20_000 }, &run(), &[]).unwrap();
     let (mut failures, mut told) = (Vec::new(), 0);
     for seq in 1..=5000 {

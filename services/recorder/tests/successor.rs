@@ -12,7 +12,7 @@ use sketchnav_schemas::codes::Process;
 use support::{TestSystem, header, run};
 
 #[test]
-fn a_successor_goes_on_in_a_next_part_and_the_parts_become_one() {
+fn a_successor_continues_in_a_new_part_and_the_parts_are_joined() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("runs/test.mcap");
     let run = run("successor", &path);

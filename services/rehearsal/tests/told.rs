@@ -74,7 +74,7 @@ impl Onlooker for Witness {
 }
 
 #[test]
-fn the_localizer_goes_on_from_where_somebody_said() {
+fn the_localizer_continues_from_a_given_pose() {
     // At the second goal.
     let far = |_: &Witness| Point::new(1103.0, 293.0);
     let witness = Witness::new(|it| it.estimates.len() == 30, far).drives(&[]);
@@ -86,7 +86,7 @@ fn the_localizer_goes_on_from_where_somebody_said() {
 }
 
 #[test]
-fn the_planner_of_a_lost_robot_goes_on_when_somebody_has_said_where_it_is() {
+fn a_lost_robot_continues_once_its_pose_is_given() {
     let is_lost = |it: &Witness| it.status.last().is_some_and(|s| s.state == TaskState::Paused.code());
     let where_it_believes = |it: &Witness| it.believed(it.estimates.len() - 1);
     // These parameters make the robot so impatient that it considers itself lost after a few instants.

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn a_process_that_works_is_ok_and_one_that_loses_messages_is_warned_of_once() {
+    fn a_process_that_loses_messages_causes_one_warning() {
         let mut diagnostics = Diagnostics::default();
         diagnostics.on_health(&health(10, 0), Duration::ZERO);
         assert_eq!(told(&mut diagnostics, 1), (0, "10 steps".into()));
@@ -173,14 +173,14 @@ mod tests {
     }
 
     #[test]
-    fn a_process_that_says_nothing_is_stale() {
+    fn a_silent_process_is_stale() {
         let mut diagnostics = Diagnostics::default();
         diagnostics.on_health(&health(10, 0), Duration::ZERO);
         assert_eq!(told(&mut diagnostics, 9), (3, "no report for 9 s".into()));
     }
 
     #[test]
-    fn a_death_is_an_error_until_the_successor_has_done_something() {
+    fn a_death_is_an_error_until_the_successor_takes_a_step() {
         let mut diagnostics = Diagnostics::default();
         diagnostics.on_health(&health(10, 0), Duration::ZERO);
         diagnostics.on_fault(&fault(FaultKind::Injected), Duration::ZERO);
@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_process_and_no_fault_is_left_out() {
+    fn unknown_processes_and_faults_are_left_out() {
         let mut diagnostics = Diagnostics::default();
         diagnostics.on_health(&Health { process: 9999, ..health(1, 0) }, Duration::ZERO);
         diagnostics.on_fault(&Fault { kind: 9999, ..Fault::zeroed() }, Duration::ZERO);

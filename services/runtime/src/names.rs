@@ -109,7 +109,7 @@ mod tests {
     /// 200,000 files of another user raised the load of a running supervisor from 4 to 83 % of a core, because it read the
     /// folder twice in 50 ms.
     #[test]
-    fn names_of_others_cost_nothing_once_the_folder_was_read() {
+    fn names_of_other_systems_cost_nothing_after_the_first_read() {
         let folder = tempfile::tempdir().unwrap();
         let make = |name: &str| fs::write(folder.path().join(name), "").unwrap();
         for foreign in [100, 400] {
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_is_seen_and_what_has_gone_is_forgotten() {
+    fn created_names_appear_and_removed_ones_disappear() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
         for reports in [reports(folder.path()).ok(), None] {

@@ -326,7 +326,7 @@ mod tests {
 
     /// A process that had died of full shared memory was said to have "printed nothing", because its log was in that memory.
     #[test]
-    fn a_log_keeps_room_for_last_words() {
+    fn a_full_log_keeps_space_for_the_final_lines() {
         let folder = tempfile::tempdir_in("/dev/shm").unwrap();
         let log = folder.path().join("planner.log");
         let mut command = Command::new("sleep");

@@ -277,7 +277,7 @@ mod tests {
     /// A single message that could not be decoded was reported, but thousands of them were reported as one. A message that
     /// could not be unpacked was shown as it was.
     #[test]
-    fn what_cannot_be_decoded_is_skipped_and_counted() {
+    fn undecodable_messages_are_skipped_and_counted() {
         sketchnav_navigators::register(&[]).unwrap();
         let spec = channels::find("sketch").unwrap();
         let topic = Arc::new(RecordedTopic {

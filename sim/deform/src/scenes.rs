@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn a_person_in_a_hurry_cuts_corners_and_draws_a_shorter_route() {
+    fn hurried_sketches_cut_corners() {
         let scene = Scene::a();
         let length = |sketch: &SceneSketch| -> f64 {
             sketch.route.windows(2).map(|pair| distance(pair[0], pair[1])).sum()
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pda_has_whole_pixels_of_5_inches() {
+    fn a_sketch_on_a_pda_is_rounded_to_its_pixels() {
         let scene = Scene::b();
         let drawn = sketch(&scene, 0.0, 1);
         let file: serde_json::Value = serde_json::from_str(&drawn.on_a_pda().unwrap()).unwrap();

@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn the_seed_decides_before_which_messages_who_is_hit() {
+    fn the_seed_determines_the_messages_before_which_processes_are_hit() {
         let counts = BTreeMap::from([
             ("tick", 1000),
             ("estimate", 1000),
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn what_befalls_a_process_is_drawn_too_and_starvations_are_written_as_they_are() {
+    fn faults_are_drawn_at_random_and_starvations_written_exactly() {
         let counts = BTreeMap::from([("tick", 1000), ("estimate", 1000), ("status", 1000)]);
         let options = ChaosOptions::of_words(&["--kills", "60", "--at-messages", "--signal", "kill,starve"]);
         let drawn = draw(&options, "sketch", &counts).unwrap();

@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_that_leads_nowhere_says_what_there_is() {
+    fn the_error_for_a_wrong_path_lists_the_fields() {
         let message = json!({ "a": { "b": [1, 2] } });
         let told = |text: &str| field(text).cell(&message).unwrap_err().to_string();
         assert!(told("a.x").contains("a: expected one of b, found \"x\""), "{}", told("a.x"));

@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn a_recording_has_its_own_times() {
+    fn rates_of_a_recording_use_its_times() {
         let mut recorded = Recorded::default();
         (0..21).for_each(|n| recorded.hear(5_000_000_000 + n * 100_000_000, 40));
         let figures = recorded.figures("odom");

@@ -290,7 +290,7 @@ mod tests {
     /// The mean used to cover the process's whole life, but the longest step only the last second. A process whose
     /// earlier steps were longer was shown with a mean above its longest step.
     #[test]
-    fn the_mean_step_and_the_longest_are_of_the_same_time() {
+    fn mean_and_longest_step_cover_the_same_time() {
         let mut life = Life::begin(health(7, 10, 50_000_000, 9_000_000));
         assert_eq!((life.step_ms(), life.step_max_ms()), (Some(5.0), Some(9.0)));
         life.hear(health(7, 30, 70_000_000, 2_000_000));

@@ -124,7 +124,7 @@ mod tests {
 
     /// If this did not hold, a renamed parameter would switch nothing off.
     #[test]
-    fn every_part_is_known_to_the_services() {
+    fn the_services_know_every_ablated_part() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         assert_eq!(suite.drawings().len(), PARTS.len());
         for name in suite.drawings() {

@@ -156,7 +156,7 @@ mod tests {
 
     /// Drawings that values are chosen by must not be those that a table is made of.
     #[test]
-    fn no_drawing_is_one_of_another_suite() {
+    fn no_drawing_belongs_to_another_suite() {
         let calibration = boniardi_2015(&Folders::of_checkout()).unwrap();
         let deformed = deformed::suite(&Folders::of_checkout()).unwrap();
         let names = |suite: &Suite| -> std::collections::BTreeSet<_> {

@@ -93,7 +93,7 @@ mod tests {
     use crate::experiments::run;
 
     #[test]
-    fn every_method_and_the_map_get_to_the_end_and_each_has_its_cost() {
+    fn every_method_and_the_map_reach_the_end_at_a_known_cost() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         assert_eq!(suite.drawings().len(), METHODS.len() + 1);
         for trial in &suite.trials {

@@ -399,7 +399,7 @@ mod tests {
 
     /// Three of five are a majority, but two of four are not.
     #[test]
-    fn a_condition_passes_where_most_drives_do_and_agrees_with_the_thesis_or_not() {
+    fn a_condition_passes_if_most_of_its_drives_do() {
         let tally = |_: &str, line: &str| match line {
             "middle, opposite, equal" => Tally { attempts: 5, reached: 3, ..Tally::default() },
             _ => Tally { attempts: 4, reached: 2, ..Tally::default() },

@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_is_as_far_from_a_wall_as_its_nearest_corner_or_side() {
+    fn the_clearance_of_a_box_is_that_of_its_nearest_corner_or_side() {
         let half = [0.3, 0.2];
         for (segment, expected_m) in [
             ([[-5.0, 1.0], [5.0, 1.0]], 0.8),
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn standing_costs_idle_power_and_a_metre_its_rolling() {
+    fn standing_costs_idle_power_and_driving_rolling_resistance() {
         let at = |x: f64, vx_mps: f64| GroundTruth {
             pose: PoseM::new(&Pose::<World>::new(x, 0.0, 0.0)),
             twist: Twist { vx_mps, vy_mps: 0.0, yaw_rate_radps: 0.0 },

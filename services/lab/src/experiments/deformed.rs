@@ -274,7 +274,7 @@ mod tests {
     /// The figures used by `sketchnav deform` must be those of the annotated drawings. If there are several marks for a place,
     /// it is not known which is the right one, so the likeliest is used here.
     #[test]
-    fn people_deform_as_the_marks_in_their_drawings_say() {
+    fn deformations_match_the_marks_in_peoples_drawings() {
         let folder = needs::data().join("sketches/kth");
         if !folder.is_dir() {
             return needs::skipped("data", format_args!("{} is not there", folder.display()));

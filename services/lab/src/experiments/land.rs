@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn each_field_has_a_goal_some_30_m_away_and_the_navigator_has_all_keys() {
+    fn each_field_has_a_goal_about_30_m_away_and_all_keys() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         assert_eq!(suite.trials.len(), FIELDS);
         for trial in &suite.trials {

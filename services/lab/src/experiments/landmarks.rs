@@ -318,7 +318,7 @@ mod tests {
 
     /// The trials without additional states are driven by states only. Otherwise a belief would be driven twice.
     #[test]
-    fn a_trial_with_a_method_of_its_own_is_driven_once() {
+    fn a_trial_with_its_own_method_is_driven_once() {
         let suite = scenes(&Folders::of_checkout()).unwrap();
         assert_eq!((suite.trials.len(), suite.methods.len()), (80, 2));
         let count = |methods: &[&str]| {

@@ -59,7 +59,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_line_drives_all_drawings_with_another_look_ahead() {
+    fn every_line_has_its_own_look_ahead() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         assert!(VALUES_M.contains(&Parameters::default().route_look_ahead_m));
         assert_eq!((suite.trials.len(), suite.drawings().len()), (25 * VALUES_M.len(), VALUES_M.len()));

@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn a_matched_place_is_where_it_was_matched_and_a_heading_turns_with_the_drawing() {
+    fn matched_places_map_exactly_and_headings_turn_with_the_drawing() {
         let person = person(&CORNERS);
         for ([x, y], [column, row]) in CORNERS {
             let drawn = person.drawn(&Pose::new(x, y, 0.0));
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn answers_come_when_asked_again_after_a_pause_and_stop_after_a_few() {
+    fn repeated_questions_are_answered_after_a_pause_and_only_a_few_times() {
         let paper = paper();
         let person = person_of(&paper);
         let mut bystander = Bystander::new(&person, &paper, 1);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_points_into_a_wall_or_behind_it() {
+    fn answers_never_lie_in_a_wall_or_behind_it() {
         let paper = paper();
         let person = person_of(&paper);
         for seed in 0..200 {
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn one_place_is_enough_to_point() {
+    fn a_single_matched_place_is_enough_to_answer() {
         let drawn = person(&[([1.0, 1.0], [7.0, 8.0])]).drawn(&Pose::new(1.5, 1.0, 0.3));
         assert_eq!((drawn.x, drawn.y, drawn.yaw_rad), (7.5, 8.0, 0.3));
     }

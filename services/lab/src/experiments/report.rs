@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_holds_the_figures_of_both_and_needs_no_other_file() {
+    fn the_page_has_both_sets_of_figures_and_is_self_contained() {
         let leg = Leg {
             name: "0 → 1".into(),
             paper_length_m: 6.4,
@@ -225,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn what_others_published_stands_below_the_drawings() {
+    fn published_results_are_below_the_drawings() {
         let paper = vec![Published { name: "paper".into(), reached: 17, attempts: 25 }];
         let suite = Suite { paper, ..Suite::default() };
         let found = page(&suite, &[outcome("a", Kind::Reached)]);

@@ -98,7 +98,7 @@ mod tests {
 
     /// Each drawing must join its floor, and its route must end close to where the person meant.
     #[test]
-    fn every_route_leads_from_the_robot_to_the_goal_that_was_meant() {
+    fn every_route_leads_from_the_robot_to_its_goal() {
         assert_eq!((SHIPPED.trials.len(), SHIPPED.drawings().len()), (25, 25));
         for Trial { name, mission, sheet, .. } in &SHIPPED.trials {
             let Sheet { paper, correspondence, .. } = sheet.as_ref().unwrap();

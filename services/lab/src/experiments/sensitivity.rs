@@ -207,7 +207,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_line_changes_one_thing_of_the_same_trials() {
+    fn every_line_changes_one_parameter_of_the_same_trials() {
         let suite = suite(&Folders::of_checkout()).unwrap();
         let lines = suite.drawings();
         assert_eq!(lines.len(), 1 + CONDITIONS.iter().map(|c| c.values.len() - 1).sum::<usize>());

@@ -221,7 +221,7 @@ mod tests {
 
     /// The data folder used to be fixed at compile time, and a suite without its data drove nothing and succeeded.
     #[test]
-    fn who_lacks_data_is_told_which_suite_needs_what_and_what_to_do() {
+    fn the_error_for_missing_data_names_the_suite_and_the_remedy() {
         let map = Datum { what: "the map of a house", file: "maps/house.yaml" };
         let mut folders = Folders { suite: "houses", ..Folders::of_checkout() };
         let told = folders.datum(map).unwrap_err().to_string();

@@ -217,7 +217,7 @@ mod tests {
     /// Two drawings are driven twice each. One is always reached; the other always ends in a wrong arrival that the robot takes
     /// for its goal.
     #[test]
-    fn both_judgements_and_both_intervals_stand_side_by_side() {
+    fn both_verdicts_and_both_intervals_are_in_one_row() {
         let outcome = |drawing: &str, kind| TaskOutcome {
             drawing: drawing.into(),
             cluster: Some(drawing.into()),

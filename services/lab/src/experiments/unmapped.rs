@@ -118,7 +118,7 @@ mod tests {
     use crate::experiments::suite::Folders;
 
     #[test]
-    fn clutter_leaves_a_way_and_more_of_it_holds_the_same() {
+    fn clutter_leaves_a_path_and_more_clutter_contains_the_first() {
         let sites = deformed::shipped(&Folders::of_checkout()).unwrap();
         let trial = sites[1].trials(0.5, 1).unwrap().remove(0);
         let mut ground = sites[1].ground.clone();

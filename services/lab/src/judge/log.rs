@@ -337,7 +337,7 @@ mod tests {
 
     /// In the report, pictures of an early task used to show the goal of the last one.
     #[test]
-    fn the_goal_is_that_of_the_task_of_the_moment() {
+    fn the_goal_is_that_of_the_current_task() {
         let mut route: Box<Route> = Box::new(Zeroable::zeroed());
         route.task_count = 2;
         for (k, at) in [[10.0, 20.0], [30.0, 40.0]].into_iter().enumerate() {

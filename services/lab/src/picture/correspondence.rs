@@ -195,7 +195,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_corrected_drawing_goes_round_and_leaves_out_what_has_no_partner() {
+    fn the_corrected_drawing_is_closed_and_omits_unmatched_parts() {
         let kinds = [PartnerKind::Wall, PartnerKind::Wall, PartnerKind::Nothing, PartnerKind::Gap];
         let sample =
             |kind: PartnerKind| OutlineSample { partner: kind.code(), ..bytemuck::Zeroable::zeroed() };

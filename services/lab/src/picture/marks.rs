@@ -303,7 +303,7 @@ mod tests {
 
     /// A person who walked along a corridor ten times used to be drawn as a solid line, which the legend did not list.
     #[test]
-    fn who_goes_to_and_fro_is_drawn_once() {
+    fn a_person_who_walks_back_and_forth_is_drawn_once() {
         let there = (0..=40).map(|i| Point::<World>::new(0.1 * f64::from(i), 1.0));
         let back = there.clone().rev();
         let way: Vec<_> = there.clone().chain(back).chain(there.clone()).collect();

@@ -161,7 +161,7 @@ mod tests {
     /// A robot that believed its sonars and looked 1.2 m ahead used to cut its turns. Its routes were not the intended ones, so
     /// states extracted from them were lost.
     #[test]
-    fn routes_that_the_robot_drove_are_accurate() {
+    fn driven_routes_are_accurate() {
         let scene = Scene::a();
         let page = driven_way(&Folders::of_checkout(), &scene, 1).unwrap();
         let page: serde_json::Value = serde_json::from_slice(&page.bytes().unwrap()).unwrap();

@@ -467,7 +467,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_told_of_what_was_not_driven_by_states() {
+    fn drives_by_other_methods_have_no_section() {
         assert!(sections(&[]).is_empty());
         let by_belief = TaskOutcome { states: Vec::new(), ..run("a/01", 1, 5, 5) };
         assert!(sections(&[by_belief]).is_empty());

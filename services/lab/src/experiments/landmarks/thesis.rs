@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn two_sketches_differ_as_those_that_are_printed() {
+    fn two_sketches_differ_as_in_the_thesis() {
         let [half, whole] = [0.5, 1.0].map(difference_px);
         println!("differences: {half:.1} pixels at degree 0.5, {whole:.1} at 1");
         assert!(half < whole && (4.0..26.0).contains(&whole), "{half} {whole}");

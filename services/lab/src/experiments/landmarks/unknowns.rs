@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn objects_are_rebuilt_within_the_tolerance_and_the_goal_where_it_was() {
+    fn objects_are_rebuilt_within_tolerance_and_the_goal_in_place() {
         for scene in [Scene::a(), Scene::b()] {
             let mut moved = 0;
             for number in 1..REBUILT {

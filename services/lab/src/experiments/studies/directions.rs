@@ -151,7 +151,7 @@ mod tests {
 
     /// In figure 7, few dots have few parkways, while with many dots most parkways are joined into one.
     #[test]
-    fn general_parkways_have_their_peak_between() {
+    fn the_reliability_of_general_parkways_peaks_in_between() {
         let figures = (find("directions-parkways").unwrap().run)(Size { worlds: 2, seed: 1 }).unwrap();
         let general = figures[1].table.column(0);
         let peak = general.iter().copied().fold(0.0, f64::max);

@@ -27,7 +27,7 @@ use crate::sequence::Sequence;
 use crate::writer::{Mcap, TOPICS_METADATA, begin};
 
 /// Metadata that is not copied, because it is generated again for the messages of the copy.
-const MADE_ANEW: [&str; 2] = [TOPICS_METADATA, "missing"];
+const REGENERATED: [&str; 2] = [TOPICS_METADATA, "missing"];
 
 /// The result of a copy.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
@@ -94,7 +94,7 @@ pub struct Copy<W: Write> {
     /// Topics whose messages before the first one were left out on purpose, and therefore do not count as missing.
     late: BTreeSet<String>,
     attached: BTreeSet<String>,
-    told: BTreeSet<String>,
+    described: BTreeSet<String>,
     messages: u64,
     bytes: u64,
     left_out: Rejections,
@@ -128,7 +128,7 @@ impl<W: Write> Copy<W> {
             counts: BTreeMap::new(),
             late: BTreeSet::new(),
             attached: BTreeSet::new(),
-            told: BTreeSet::new(),
+            described: BTreeSet::new(),
             messages: 0,
             bytes: 0,
             left_out: Rejections::default(),
@@ -245,7 +245,7 @@ impl<W: Write> Copy<W> {
     /// # Errors
     /// [`RecordingError::Write`] if the sink fails.
     pub fn metadata(&mut self, name: &str, facts: &BTreeMap<String, String>) -> Result<(), RecordingError> {
-        if MADE_ANEW.contains(&name) || !self.told.insert(name.to_owned()) {
+        if REGENERATED.contains(&name) || !self.described.insert(name.to_owned()) {
             return Ok(());
         }
         let metadata = mcap_records::Metadata { name: name.to_owned(), metadata: facts.clone() };
@@ -273,8 +273,8 @@ impl<W: Write> Copy<W> {
     pub fn finish(mut self) -> Result<W, RecordingError> {
         let missing = |(topic, count): (&String, &Count)| (topic.clone(), count.facts.missing.to_string());
         let missing: BTreeMap<_, _> = self.counts.iter().map(missing).collect();
-        let told = self.counts.iter().map(|(topic, count)| Ok((topic.clone(), count.facts.to_json()?)));
-        let topics = told.collect::<Result<BTreeMap<_, _>, RecordingError>>()?;
+        let topics = self.counts.iter().map(|(topic, count)| Ok((topic.clone(), count.facts.to_json()?)));
+        let topics = topics.collect::<Result<BTreeMap<_, _>, RecordingError>>()?;
         for (name, metadata) in [("missing", missing), (TOPICS_METADATA, topics)] {
             let metadata = mcap_records::Metadata { name: name.to_owned(), metadata };
             self.mcap.write_metadata(&metadata).map_err(RecordingError::Write)?;
@@ -536,9 +536,9 @@ fn late_topics(recording: &Recording) -> Result<BTreeSet<String>, RecordingError
         // Other software may begin counting anywhere.
         return topic_names(recording);
     }
-    let told = recording.index()?.metadata(recording.path(), TOPICS_METADATA)?.unwrap_or_default();
+    let topics = recording.index()?.metadata(recording.path(), TOPICS_METADATA)?.unwrap_or_default();
     let is_late = |facts: TopicFacts| facts.gaps.first().is_none_or(|gap| gap.after_seq > 0);
-    let late = told.into_iter().filter(|(_, json)| serde_json::from_str(json).is_ok_and(is_late));
+    let late = topics.into_iter().filter(|(_, json)| serde_json::from_str(json).is_ok_and(is_late));
     Ok(late.map(|(topic, _)| topic).collect())
 }
 

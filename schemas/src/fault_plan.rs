@@ -310,7 +310,7 @@ mod tests {
 
     #[test]
     fn errors_name_the_fault_and_the_key() {
-        let told = |from: &str, to: &str| {
+        let error_of = |from: &str, to: &str| {
             assert!(GOOD.contains(from));
             parse(&GOOD.replacen(from, to, 1)).unwrap_err().to_string()
         };
@@ -333,7 +333,7 @@ mod tests {
             ),
             ("\"delay\"", "\"drop\"", "fault 2: delay_ms: expected none, because only delay has one"),
         ] {
-            let error = told(from, to);
+            let error = error_of(from, to);
             assert!(error.contains(words), "{error}");
         }
     }

@@ -568,13 +568,13 @@ mod tests {
         let error = with("lenght_m = 5").unwrap_err().to_string();
         assert!(error.contains("lenght_m") && error.contains("`length_m`"), "{error}");
         assert!(with("count = true").unwrap_err().to_string().contains("boolean"));
-        let told = |text: &str| {
+        let error_of = |text: &str| {
             let parameters: Parameters = text.parse().unwrap();
             parameters.over(Process::Planner, &base).unwrap_err().to_string()
         };
-        let slip = told("planner.lenght_m = 5");
+        let slip = error_of("planner.lenght_m = 5");
         assert_eq!(slip, "parameters.planner: unknown field `lenght_m`; did you mean `length_m`?");
-        let wrong = told("planner.count = true");
+        let wrong = error_of("planner.count = true");
         assert_eq!(wrong, "parameters.planner.count: invalid type: boolean `true`, expected usize");
         let outer = [("some".to_owned(), base)].into();
         let within: BTreeMap<String, Some> =

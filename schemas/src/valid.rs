@@ -168,7 +168,7 @@ fn limits(range_min_m: f32, range_max_m: f32) -> Checked {
 /// zero.
 fn ranges(all: &[f32], counted: u32) -> Checked {
     let split = all.split_at_checked(counted as usize).filter(|_| counted > 0);
-    let Some((found, behind)) = split else {
+    let Some((found, unused)) = split else {
         return Err(Invalid {
             field: "count of ranges",
             expected: "1 up to the capacity",
@@ -179,7 +179,7 @@ fn ranges(all: &[f32], counted: u32) -> Checked {
     let expected = "a distance, infinity or NaN";
     found.iter().try_for_each(|&range| ensure(is_range(range), "ranges_m", expected, range))?;
     let expected = "zeros after those that are counted";
-    behind.iter().try_for_each(|range| ensure(range.to_bits() == 0, "ranges_m", expected, *range))
+    unused.iter().try_for_each(|range| ensure(range.to_bits() == 0, "ranges_m", expected, *range))
 }
 
 /// Checks that numbers increase.

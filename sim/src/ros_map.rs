@@ -362,12 +362,12 @@ mod tests {
         let map = OccupancyMap::decode(&MapInfo::parse(YAML).unwrap(), &bytes.into_inner()).unwrap();
         assert!((map.transparent_share() - 19.0 * 18.0 / 800.0).abs() < 1e-12);
         let world = map.describe("half").unwrap();
-        let told = |error: SimError| error.to_string();
+        let text_of = |error: SimError| error.to_string();
         assert!(world.check_start([4.0, 7.0]).is_ok());
-        let error = told(world.check_start([14.0, 7.0]).unwrap_err());
+        let error = text_of(world.check_start([14.0, 7.0]).unwrap_err());
         let words = "start.world: expected a free place, found (14, 7) m, in a transparent part of the map: transparent";
         assert!(error.starts_with(words), "{error}");
-        let error = told(world.check_start([-0.9, 7.0]).unwrap_err());
+        let error = text_of(world.check_start([-0.9, 7.0]).unwrap_err());
         assert!(error.ends_with("found (-0.9, 7) m, in an occupied or unknown part of the map"), "{error}");
         let place = |x: f64| Place { center: Some([x, 7.0]), radius_m: Some(1.0), polygon: None };
         let task = |x: f64| Task {
@@ -378,7 +378,7 @@ mod tests {
         };
         // An area that overlaps free floor can be reached.
         assert!(world.check_places(&[task(4.0), task(9.5)]).is_ok());
-        let error = told(world.check_places(&[task(4.0), task(14.0)]).unwrap_err());
+        let error = text_of(world.check_places(&[task(4.0), task(14.0)]).unwrap_err());
         assert!(error.contains("there: expected a place that reaches onto free floor, found"), "{error}");
         assert!(error.contains("a transparent part of the map"), "{error}");
     }

@@ -173,10 +173,10 @@ fn noiseless_odometry_is_the_motion_since_the_start() {
     let start = world.robot_pose();
     drive(&mut world, 40, 0.4, 0.1, 0.3);
     let odometry = odometry(&world);
-    let (told, true_way) = (odometry.pose(), start.motion_to(&world.robot_pose()));
+    let (measured, true_way) = (odometry.pose(), start.motion_to(&world.robot_pose()));
     assert!(
-        (told.x - true_way.x).abs() < 1e-9 && (told.y - true_way.y).abs() < 1e-9,
-        "{told:?} {true_way:?}"
+        (measured.x - true_way.x).abs() < 1e-9 && (measured.y - true_way.y).abs() < 1e-9,
+        "{measured:?} {true_way:?}"
     );
     assert!((odometry.twist.vx_mps - 0.4).abs() < 0.01 && (odometry.twist.yaw_rate_radps - 0.3).abs() < 1e-3);
 }

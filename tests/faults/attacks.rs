@@ -205,12 +205,12 @@ impl Attacker {
             }
             let running = self.place.start("run room.toml --json --out nonsense --system nonsense");
             let pid = running.pid();
-            let (tell, told) = mpsc::channel();
-            std::thread::spawn(move || tell.send(running.end()));
+            let (sender, receiver) = mpsc::channel();
+            std::thread::spawn(move || sender.send(running.end()));
             // A mission that is accepted may drive until its task's time limit, which is too long to wait for.
-            let ended = told.recv_timeout(Duration::from_secs(15)).or_else(|_| {
+            let ended = receiver.recv_timeout(Duration::from_secs(15)).or_else(|_| {
                 send(pid, Signal::SIGINT);
-                told.recv()
+                receiver.recv()
             });
             let ended = ended.unwrap();
             let what: Vec<_> = files.iter().map(|(name, text)| format!("--- {name}\n{text}")).collect();

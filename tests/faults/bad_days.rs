@@ -64,15 +64,15 @@ fn begin(place: &Place, mission: &str, options: &str) -> Running {
 /// this waits for more messages than that.
 fn drive_on(place: &Place) {
     let steps = 2 * STATUS.spec.history() + 50;
-    let heard = place.run(&format!("echo status --count {steps} --system day"));
-    assert_eq!(heard.code, Some(0), "{heard}");
-    assert!(heard.err.contains("the history of status"), "{heard}");
+    let echoed = place.run(&format!("echo status --count {steps} --system day"));
+    assert_eq!(echoed.code, Some(0), "{echoed}");
+    assert!(echoed.err.contains("the history of status"), "{echoed}");
 }
 
 /// Waits until this many faults have been reported.
 fn wait_for_faults(place: &Place, count: usize) {
-    let heard = place.run(&format!("echo faults --count {count} --system day"));
-    assert_eq!(heard.code, Some(0), "{heard}");
+    let echoed = place.run(&format!("echo faults --count {count} --system day"));
+    assert_eq!(echoed.code, Some(0), "{echoed}");
 }
 
 fn info(place: &Place, recording: &Path) -> Value {

@@ -24,12 +24,7 @@ fn start(place: &Place, mission: &str) -> Running {
 
 /// Asserts that nothing is lost or left over, and that every message is the same as in the undisturbed run. Returns how
 /// often `processes` were restarted.
-fn assert_ends_undisturbed(
-    place: &Place,
-    running: Running,
-    undisturbed: &Path,
-    processes: &[&str],
-) -> u64 {
+fn assert_ends_undisturbed(place: &Place, running: Running, undisturbed: &Path, processes: &[&str]) -> u64 {
     let ended = running.end();
     assert_eq!(ended.code, Some(0), "{ended}");
     let report = ended.json();
@@ -58,13 +53,13 @@ fn killed_one_after_the_other(processes: &[&str]) {
     // A single reader listens all along. Starting a new one for each kill would take longer than the mission on a busy
     // machine.
     let mut echo = place.command("echo status --system disturbed").spawn().unwrap();
-    let mut heard = BufReader::new(echo.stdout.take().unwrap()).lines().map_while(Result::ok);
+    let mut lines = BufReader::new(echo.stdout.take().unwrap()).lines().map_while(Result::ok);
     let echo = Running::of(echo);
     let mut kills = 0;
     for (i, process) in processes.iter().cycle().take(10).enumerate() {
         // A reader is first given the channel's history.
         let steps = if i == 0 { STATUS.spec.history() + 1 } else { 1 + 29 * i % 90 };
-        if heard.by_ref().take(steps).count() < steps {
+        if lines.by_ref().take(steps).count() < steps {
             break;
         }
         // No process is found while the previous one is still being restarted.
@@ -72,7 +67,7 @@ fn killed_one_after_the_other(processes: &[&str]) {
         kills += u64::from(!pids.is_empty());
         pids.into_iter().for_each(kill_if_alive);
     }
-    drop(heard);
+    drop(lines);
     echo.signal(Signal::SIGINT);
     echo.end();
     let restarts = assert_ends_undisturbed(&place, running, &undisturbed, processes);
@@ -153,8 +148,8 @@ fn processes_killed_in_real_time_reach_their_goals() {
     place.wait_until_driving(&mut running, "disturbed");
     for process in SERVICES {
         let steps = (STATUS.spec.history() + 50).to_string();
-        let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
-        assert_eq!(heard.code, Some(0), "{heard}");
+        let echoed = place.run(&format!("echo status --count {steps} --system disturbed"));
+        assert_eq!(echoed.code, Some(0), "{echoed}");
         place.serving("disturbed", process).into_iter().for_each(kill_if_alive);
     }
     let ended = running.end();
@@ -191,11 +186,11 @@ fn a_process_that_keeps_dying_is_given_up() {
     let place = Place::new();
     let mut running = start(&place, "demo --speed 5");
     place.wait_until_driving(&mut running, "disturbed");
-    let (tell, told) = std::sync::mpsc::channel();
-    let waiting = std::thread::spawn(move || tell.send(running.end()));
+    let (sender, receiver) = std::sync::mpsc::channel();
+    let waiting = std::thread::spawn(move || sender.send(running.end()));
     let ended = loop {
         place.serving("disturbed", "planner").into_iter().for_each(kill_if_alive);
-        if let Ok(ended) = told.try_recv() {
+        if let Ok(ended) = receiver.try_recv() {
             break ended;
         }
     };
@@ -249,8 +244,8 @@ fn drive_on(place: &Place) -> Running {
     let mut running = start(place, "demo");
     place.wait_until_driving(&mut running, "disturbed");
     let steps = STATUS.spec.history() + 50;
-    let heard = place.run(&format!("echo status --count {steps} --system disturbed"));
-    assert_eq!(heard.code, Some(0), "{heard}");
+    let echoed = place.run(&format!("echo status --count {steps} --system disturbed"));
+    assert_eq!(echoed.code, Some(0), "{echoed}");
     running
 }
 

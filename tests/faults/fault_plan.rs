@@ -118,8 +118,8 @@ fn a_starved_planner_is_late_in_real_time() {
     let running = place.start("run demo --faults plan.toml --speed 5 --json --system hungry --out hungry");
     // Once the late message has appeared on `latency`, it is also in the recording.
     support::wait_until("the end of the starvation", || {
-        let told = place.run("echo latency --system hungry --once");
-        told.code == Some(0) && told.json()["source_seq"].as_u64().unwrap() > 60
+        let output = place.run("echo latency --system hungry --once");
+        output.code == Some(0) && output.json()["source_seq"].as_u64().unwrap() > 60
     });
     running.signal(nix::sys::signal::Signal::SIGINT);
     let report = running.end().json();
@@ -146,8 +146,8 @@ fn a_killed_supervisor_leaves_no_process_stopped() {
     let running =
         place.start("run demo --faults plan.toml --speed 1 --json --system orphaned --out orphaned");
     support::wait_until("two starvations", || {
-        let told = place.run("echo faults --system orphaned --count 2");
-        told.code == Some(0) && told.out.matches("starve at").count() == 2
+        let output = place.run("echo faults --system orphaned --count 2");
+        output.code == Some(0) && output.out.matches("starve at").count() == 2
     });
     running.signal(nix::sys::signal::Signal::SIGKILL);
     running.end();
@@ -256,10 +256,10 @@ fn messages_are_delayed_duplicated_and_swapped() {
     let running = place.start("run demo --faults lost.toml --speed 5 --json --system lossy --out lossy");
     // The delayed message is sent together with the next one. A gap only becomes apparent when the following message
     // arrives.
-    for (channel, behind) in [("plan", 8), ("particles", 3)] {
+    for (channel, seq) in [("plan", 8), ("particles", 3)] {
         support::wait_until(channel, || {
-            let told = place.run(&format!("echo {channel} --system lossy --once"));
-            told.code == Some(0) && told.json()["seq"].as_u64().unwrap() >= behind
+            let output = place.run(&format!("echo {channel} --system lossy --once"));
+            output.code == Some(0) && output.json()["seq"].as_u64().unwrap() >= seq
         });
     }
     running.signal(nix::sys::signal::Signal::SIGINT);

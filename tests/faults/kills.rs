@@ -28,12 +28,12 @@ fn kinds<'a>(faults: &'a [Value], process: &str) -> Vec<&'a str> {
 #[test]
 fn a_death_a_restart_and_a_recovery_are_recorded() {
     let place = Place::new();
-    let running = drive(&place, "told", "max");
-    let first = place.serving("told", "localizer");
+    let running = drive(&place, "killed", "max");
+    let first = place.serving("killed", "localizer");
     first.iter().copied().for_each(kill_if_alive);
     let ended = running.end();
     assert_eq!(ended.code, Some(0), "{ended}");
-    let faults = faults(&place, "told");
+    let faults = faults(&place, "killed");
     assert_eq!(kinds(&faults, "localizer"), ["died", "restarted", "recovered"], "{faults:?}");
     assert_eq!(faults[0]["pid"], first[0]);
     assert!(faults[0]["words"].as_str().unwrap().contains("SIGKILL"), "{faults:?}");
@@ -71,13 +71,13 @@ fn a_process_that_continues_in_time_is_left_alone() {
     let planner = place.serving("pause", "planner");
     planner.iter().for_each(|&pid| send(pid, Signal::SIGSTOP));
     // It is reported as soon as its deadline has passed.
-    let heard = place.run("echo faults --count 1 --system pause");
+    let echoed = place.run("echo faults --count 1 --system pause");
     planner.iter().for_each(|&pid| send(pid, Signal::SIGCONT));
-    assert!(heard.out.contains("no sign of life"), "{heard}");
-    assert_eq!(heard.json()["message"]["process"], 4, "{heard}");
+    assert!(echoed.out.contains("no sign of life"), "{echoed}");
+    assert_eq!(echoed.json()["message"]["process"], 4, "{echoed}");
     let steps = STATUS.spec.history() + 30;
-    let heard = place.run(&format!("echo status --count {steps} --system pause"));
-    assert_eq!(heard.code, Some(0), "{heard}");
+    let echoed = place.run(&format!("echo status --count {steps} --system pause"));
+    assert_eq!(echoed.code, Some(0), "{echoed}");
     assert_eq!(place.serving("pause", "planner"), planner);
     running.signal(Signal::SIGINT);
     running.end();
@@ -107,11 +107,11 @@ fn giving_up_a_process_is_reported() {
     let running = drive(&place, "end", "5 --stopped-limit 600");
     // Without scans, no planner makes any progress.
     place.serving("end", "world").into_iter().for_each(|pid| send(pid, Signal::SIGSTOP));
-    let (tell, told) = std::sync::mpsc::channel();
-    let waiting = std::thread::spawn(move || tell.send(running.end()));
+    let (sender, receiver) = std::sync::mpsc::channel();
+    let waiting = std::thread::spawn(move || sender.send(running.end()));
     let ended = loop {
         place.serving("end", "planner").into_iter().for_each(kill_if_alive);
-        if let Ok(ended) = told.try_recv() {
+        if let Ok(ended) = receiver.try_recv() {
             break ended;
         }
     };

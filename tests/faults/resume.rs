@@ -68,8 +68,8 @@ fn a_mission_may_be_killed_and_resumed_repeatedly() {
     let mut running = drive(&place, "");
     for round in 0..3 {
         let steps = STATUS.spec.history() + 40;
-        let heard = place.run(&format!("echo status --count {steps} --system killed"));
-        assert_eq!(heard.code, Some(0), "{heard}");
+        let echoed = place.run(&format!("echo status --count {steps} --system killed"));
+        assert_eq!(echoed.code, Some(0), "{echoed}");
         if round == 1 {
             place.serving("killed", "recorder").into_iter().for_each(|pid| send(pid, Signal::SIGSTOP));
         }
@@ -106,8 +106,8 @@ fn resuming_does_not_replace_a_robot_by_a_simulated_world() {
         place.start("run room.toml --json --out killed --system killed --speed 1 --without world");
     place.wait_until_joined(&mut running, "killed", &BESIDE_A_DRIVER);
     let driver = place.driver("killed");
-    let heard = place.run("echo status --count 20 --system killed");
-    assert_eq!(heard.out.lines().count(), 20, "{heard}");
+    let echoed = place.run("echo status --count 20 --system killed");
+    assert_eq!(echoed.out.lines().count(), 20, "{echoed}");
     running.signal(Signal::SIGKILL);
     assert_eq!(running.end().code, None);
     wait_until("the end of the services", || place.living().len() == 1);

@@ -134,9 +134,9 @@ fn an_unfinished_end_of_a_run_is_completed_by_resuming() {
     pictures().for_each(|entry| fs::remove_file(entry.unwrap().path()).unwrap());
     let report = place.fine(&format!("run --json --resume {}", folder.display())).json();
     assert_eq!((&report["success"], pictures().count()), (&true.into(), drawn), "{report:#}");
-    let told = place.fine(&format!("run --resume {}", folder.display()));
+    let output = place.fine(&format!("run --resume {}", folder.display()));
     assert!(
-        told.out.contains("1 of 1 tasks reached") && told.err.contains("the mission had ended"),
-        "{told}"
+        output.out.contains("1 of 1 tasks reached") && output.err.contains("the mission had ended"),
+        "{output}"
     );
 }

@@ -62,8 +62,8 @@ fn a_restarted_driver_continues() {
     let place = Place::new();
     let running = start(&place);
     let first = place.driver("driver");
-    let heard = place.run(&format!("echo scan --count {BEFORE} --system driver"));
-    assert_eq!(heard.out.lines().count(), BEFORE, "{heard}");
+    let echoed = place.run(&format!("echo scan --count {BEFORE} --system driver"));
+    assert_eq!(echoed.out.lines().count(), BEFORE, "{echoed}");
     first.signal(Signal::SIGKILL);
     assert_eq!(first.end().code, None);
     let second = place.driver("driver");

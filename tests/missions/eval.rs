@@ -97,11 +97,15 @@ fn in_parts(place: &Place) -> usize {
 }
 
 /// Returns the report without figures that were measured by the clock.
-fn timeless(told: &Ended) -> serde_json::Value {
-    let mut told = told.json();
-    told["wall_seconds"] = 0.into();
-    told["outcomes"].as_array_mut().unwrap().iter_mut().for_each(|ended| ended["cost"]["busy_s"] = 0.into());
-    told
+fn timeless(output: &Ended) -> serde_json::Value {
+    let mut output = output.json();
+    output["wall_seconds"] = 0.into();
+    output["outcomes"]
+        .as_array_mut()
+        .unwrap()
+        .iter_mut()
+        .for_each(|ended| ended["cost"]["busy_s"] = 0.into());
+    output
 }
 
 #[test]

@@ -64,8 +64,8 @@ fn a_sketch_and_its_description_lead_to_the_same_place() {
     let drive = |folder: &str| {
         let (report, _) = place.mission(&format!("run mission.toml --out {folder}"), folder);
         let recording = report["recording"].as_str().unwrap().to_owned();
-        let told = place.fine(&format!("judge {recording} --json")).json();
-        (told.pointer("/0/verdict/tasks/0").unwrap().clone(), recording)
+        let output = place.fine(&format!("judge {recording} --json")).json();
+        (output.pointer("/0/verdict/tasks/0").unwrap().clone(), recording)
     };
     let (by_sketch, recording) = drive("sketch");
     let words = place.fine("landmarks mission.toml").out;
@@ -89,24 +89,24 @@ fn a_sketch_and_its_description_lead_to_the_same_place() {
 #[test]
 fn a_robot_that_navigates_by_belief_accepts_its_pose() {
     let place = place("scene-a.toml");
-    let mut running = place.start("run mission.toml --system told --speed 1 --json --out told");
-    place.wait_until_driving(&mut running, "told");
-    let told = place.fine("send here --at 28,118 --heading 10 --system told --json").json();
-    assert_eq!(told["order"], "here", "{told:#}");
-    let ordered_ns = told["stamp_ns"].as_u64().unwrap();
+    let mut running = place.start("run mission.toml --system posed --speed 1 --json --out posed");
+    place.wait_until_driving(&mut running, "posed");
+    let output = place.fine("send here --at 28,118 --heading 10 --system posed --json").json();
+    assert_eq!(output["order"], "here", "{output:#}");
+    let ordered_ns = output["stamp_ns"].as_u64().unwrap();
     support::wait_until("views after the order", || {
-        let newest = place.fine("echo landmark_view --once --system told --field fit").json();
+        let newest = place.fine("echo landmark_view --once --system posed --field fit").json();
         newest["stamp_ns"].as_u64().unwrap() > ordered_ns + 3 * TICK_NS
     });
     for (wrong, words) in [
         ("here --at 161,10", "expected a place in the drawing of 160 × 160 px, found 161,10"),
         ("resume --at 1,1", "--at: expected the order `here`, found `resume`"),
     ] {
-        let ended = place.run(&format!("send {wrong} --system told"));
+        let ended = place.run(&format!("send {wrong} --system posed"));
         assert_eq!(ended.code, Some(2), "{ended}");
         assert!(ended.err.contains(words), "{ended}");
     }
-    place.fine("send abort --system told");
+    place.fine("send abort --system posed");
     let recording = running.end().json()["recording"].as_str().unwrap().to_owned();
     let open = Recording::open(std::path::Path::new(&recording)).unwrap();
     let orders: Vec<_> = open.channel(MISSION).unwrap().map(|order| order.unwrap().0).collect();
@@ -201,7 +201,7 @@ fn errors_are_reported_before_the_start() {
     };
     let far = around([[140, 5], [150, 5], [150, 15], [140, 15]]);
     let on_the_way = around([[40, 130], [60, 130], [60, 150], [40, 150]]);
-    for (mission, sketch, told) in [
+    for (mission, sketch, expected) in [
         (
             mission.replace("nomad200", "blind.toml"),
             &drawn,
@@ -230,7 +230,7 @@ fn errors_are_reported_before_the_start() {
         write(&place, SKETCH, sketch);
         write(&place, "mine.txt", words);
         let ended = place.run("run mission.toml");
-        assert_eq!(ended.code, Some(2), "{told}: {ended}");
-        assert!(ended.err.contains(told), "{told}: {ended}");
+        assert_eq!(ended.code, Some(2), "{expected}: {ended}");
+        assert!(ended.err.contains(expected), "{expected}: {ended}");
     }
 }

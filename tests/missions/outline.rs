@@ -105,7 +105,7 @@ fn agrees_with_the_tap(recording: &str) {
 /// The answer can also be given by command, without the page.
 #[test]
 fn a_robot_that_asks_accepts_an_answer_by_command() {
-    let (place, port, name) = (doubtful(), free_port(), "told");
+    let (place, port, name) = (doubtful(), free_port(), "asking");
     let line = format!("run arms.toml --pad --port {port} --system {name} --speed 3 --out out --json");
     let mut running = place.start(&line);
     wait_for(&mut running, port);

@@ -36,8 +36,8 @@ fn two_systems_do_not_see_each_other() {
     }
     stop(&place, two, "two");
     one.must_live();
-    let heard = place.run("echo scan --count 200 --system one");
-    assert_eq!(heard.code, Some(0), "{heard}");
+    let echoed = place.run("echo scan --count 200 --system one");
+    assert_eq!(echoed.code, Some(0), "{echoed}");
     stop(&place, one, "one");
     place.assert_nothing_left("one");
 }
@@ -88,12 +88,12 @@ fn echo_prints_messages_as_they_come() {
     let place = Place::new();
     let running = drive(&place, "lab");
     // The system's name may be omitted if only one is running.
-    let heard = place.run("echo status --count 3");
-    assert_eq!(heard.code, Some(0), "{heard}");
-    let messages: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let echoed = place.run("echo status --count 3");
+    assert_eq!(echoed.code, Some(0), "{echoed}");
+    let messages: Vec<Value> = echoed.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let seqs: Vec<_> = messages.iter().map(|message| message["seq"].as_u64().unwrap()).collect();
     assert_eq!(seqs, [seqs[0], seqs[0] + 1, seqs[0] + 2]);
-    assert!(messages.iter().all(|message| message["message"]["task_count"] == 9), "{heard}");
+    assert!(messages.iter().all(|message| message["message"]["task_count"] == 9), "{echoed}");
     // The drawing was sent once, long ago, but its channel keeps it for late readers.
     let sketch = place.run("echo sketch --count 1");
     assert_eq!(sketch.code, Some(0), "{}", sketch.err);
@@ -132,9 +132,9 @@ fn hz_does_not_count_the_history() {
 fn an_ambiguous_system_is_an_error_that_lists_the_choices() {
     let place = Place::new();
     let (one, two) = (drive(&place, "one"), drive(&place, "two"));
-    let heard = place.run("echo status --count 1");
-    assert_eq!(heard.code, Some(2), "{heard}");
-    assert!(heard.err.contains("--system one or --system two"), "{heard}");
+    let echoed = place.run("echo status --count 1");
+    assert_eq!(echoed.code, Some(2), "{echoed}");
+    assert!(echoed.err.contains("--system one or --system two"), "{echoed}");
     stop(&place, one, "one");
     stop(&place, two, "two");
 }

@@ -69,9 +69,9 @@ fn a_stranger_drives_a_mission_that_is_replayed_rerun_and_judged() {
 #[test]
 fn twenty_kills_leave_the_same_bytes() {
     let place = place();
-    let told =
+    let output =
         place.fine("chaos wall.toml --kills 20 --targets world,localizer,planner,recorder --json").json();
-    assert_eq!(told["identical"], true, "{told}");
+    assert_eq!(output["identical"], true, "{output}");
 }
 
 #[test]

@@ -130,8 +130,8 @@ fn a_drawing_is_driven_aborted_restored_and_recorded() {
     assert_eq!(again.code, Some(0), "{again}");
     assert!(again.out.contains("according to the robot only"), "{again}");
     for tool in ["info FILE", "judge FILE", "report FILE -o page.html"] {
-        let told = place.run(&tool.replace("FILE", &recording.display().to_string()));
-        assert_eq!(told.code, Some(0), "{tool}: {told}");
+        let output = place.run(&tool.replace("FILE", &recording.display().to_string()));
+        assert_eq!(output.code, Some(0), "{tool}: {output}");
     }
     let judged = place.run(&format!("judge {} --json", recording.display())).json();
     let task = &judged[0]["verdict"]["tasks"][0];
@@ -340,8 +340,8 @@ fn requests_are_taken_once_whichever_process_dies() {
             page = back;
             answer = page.send(path, body, &name);
         }
-        let (status, told) = answer.unwrap();
-        assert_eq!(status, 200, "{name}: {told}");
+        let (status, answer) = answer.unwrap();
+        assert_eq!(status, 200, "{name}: {answer}");
         // Sending the drawing again under the same name gives the same answer, and no second drawing. The pad may still
         // be about to die.
         page = loop {
@@ -349,7 +349,7 @@ fn requests_are_taken_once_whichever_process_dies() {
                 break back;
             }
         };
-        assert_eq!(page.send(path, body, &name).unwrap_or((200, told.clone())), (200, told), "{name}");
+        assert_eq!(page.send(path, body, &name).unwrap_or((200, answer.clone())), (200, answer), "{name}");
     }
     assert_eq!(page.hello["path"], route());
     page.until_allowed("execute");
@@ -430,7 +430,7 @@ fn a_flood_of_connections_locks_out_no_user() {
     let mut newcomer = stage.page();
     newcomer.until_state("driving");
     let (status, words) = said(silent.next_back().unwrap());
-    assert!(status == 408 || status == 503, "in the end it is told why: {status} {words}");
+    assert!(status == 408 || status == 503, "in the end it gets the reason: {status} {words}");
     // Each wait above and below takes ten seconds, and a page that sends nothing for twenty seconds is assumed to be
     // gone.
     newcomer.read();

@@ -123,8 +123,8 @@ fn a_participant_completes_a_session_and_the_next_can_begin() {
 
 /// Asserts that the cells on the channel are those that result from reading the drawing as the page saves it.
 fn the_localizer_has_the_drawing(place: &Place) {
-    let heard = place.run("echo sketch --count 1 --system pad").json();
-    let grid = &heard["message"]["grid"];
+    let echoed = place.run("echo sketch --count 1 --system pad").json();
+    let grid = &echoed["message"]["grid"];
     let mission = mission();
     let options = Options::of_mission(&mission, 1).unwrap();
     let drawing = read(&fs::read(place.files().join("sent.json")).unwrap(), "sent.json", &options).unwrap();

@@ -53,9 +53,9 @@ fn a_run_its_replay_and_its_rerun_are_the_same_bytes() {
         std::fs::remove_file(place.files().join(name)).unwrap();
     }
     for process in ["world", "sketcher", "localizer", "planner"] {
-        let told = fine(&place, &format!("rerun {recording} --process {process} --json")).json();
-        assert_eq!((&told["identical"], &told["difference"]), (&Value::Bool(true), &Value::Null));
-        assert!(told["same"].as_u64() > Some(0) && told["same"] == told["recorded"], "{told}");
+        let output = fine(&place, &format!("rerun {recording} --process {process} --json")).json();
+        assert_eq!((&output["identical"], &output["difference"]), (&Value::Bool(true), &Value::Null));
+        assert!(output["same"].as_u64() > Some(0) && output["same"] == output["recorded"], "{output}");
     }
     for live in ["localizer,planner", "sketcher,localizer,planner", "planner"] {
         fine(&place, &format!("replay {recording} --live {live},recorder --rate max --record again.mcap"));
@@ -71,15 +71,15 @@ fn another_parameter_makes_a_difference_that_is_named_and_judged() {
     let ended =
         place.run(&format!("rerun {recording} --process localizer --set particles=200 --json -o now.mcap"));
     assert_eq!(ended.code, Some(1), "{ended}");
-    let told = ended.json();
-    let difference = &told["difference"];
+    let output = ended.json();
+    let difference = &output["difference"];
     assert_eq!(
         (difference["channel"].as_str(), difference["seq"].as_u64()),
         (Some("particles"), Some(1)),
-        "{told}"
+        "{output}"
     );
-    assert!(difference["what"]["field"]["a"].is_string(), "{told}");
-    assert_eq!(told["judged"].as_array().map(Vec::len), Some(2));
+    assert!(difference["what"]["field"]["a"].is_string(), "{output}");
+    assert_eq!(output["judged"].as_array().map(Vec::len), Some(2));
     fine(&place, "info now.mcap");
     // Whatever differs, it differs by less than this tolerance.
     let all = [
@@ -95,16 +95,16 @@ fn another_parameter_makes_a_difference_that_is_named_and_judged() {
     let tolerances: Vec<_> = all.iter().map(|field| format!("--tolerance estimate.{field}=1e9")).collect();
     let line =
         format!("rerun {recording} --process localizer --set particles=200 --json {}", tolerances.join(" "));
-    let told = place.run(&line).json();
+    let output = place.run(&line).json();
     // The samples of the particles, for which no tolerance is given, differ by construction.
-    assert_eq!(told["difference"]["channel"], "particles", "{told}");
+    assert_eq!(output["difference"]["channel"], "particles", "{output}");
     // If the tolerance of one field is far too small, that field is reported as different.
     let particles =
         ["count", "total", "particles"].map(|field| format!(" --tolerance particles.{field}=1e9"));
     let line = line.replace("scale_a_pxpm=1e9", "scale_a_pxpm=1e-9") + &particles.concat();
-    let told = place.run(&line).json();
-    assert_eq!(told["difference"]["channel"], "estimate", "{told}");
-    assert_eq!(told["difference"]["what"]["field"]["field"], "scale_a_pxpm", "{told}");
+    let output = place.run(&line).json();
+    assert_eq!(output["difference"]["channel"], "estimate", "{output}");
+    assert_eq!(output["difference"]["what"]["field"]["field"], "scale_a_pxpm", "{output}");
     let wrong =
         ["--set particlez=2", "--set particles=many", "--tolerance estimate=1", "--tolerance estimate.x=1"];
     for wrong in wrong {
@@ -163,14 +163,14 @@ fn a_replay_for_observers_leaves_nothing_behind() {
     let place = Place::new();
     let recording = recorded(&place);
     let replay = place.start(&format!("replay {recording} --rate 100 --loop --system again"));
-    let heard = loop {
-        let heard = place.run("echo estimate --system again --count 400");
-        if heard.code == Some(0) {
-            break heard;
+    let echoed = loop {
+        let echoed = place.run("echo estimate --system again --count 400");
+        if echoed.code == Some(0) {
+            break echoed;
         }
     };
     // Numbers and stamps keep increasing when the replay starts again.
-    let lines: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let lines: Vec<Value> = echoed.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert_eq!(lines.len(), 400);
     for field in ["seq", "stamp_ns", "source_seq"] {
         assert!(lines.is_sorted_by_key(|line| line[field].as_u64()), "{field}");
@@ -205,10 +205,10 @@ fn a_replay_for_observers_leaves_nothing_behind() {
 }
 
 /// Writes a copy of the recording in which, in the third second, a localizer died and a planner reported its health.
-fn with_a_fault(recording: &Path, told: &Path) {
+fn with_a_fault(recording: &Path, copy: &Path) {
     let recording = Recording::open(recording).unwrap();
     let files: Vec<_> = sketchnav_recordings::sources::of_recording(&recording).cloned().collect();
-    let sink = std::fs::File::create(told).unwrap();
+    let sink = std::fs::File::create(copy).unwrap();
     sketchnav_navigators::register(&[]).unwrap();
     let mut writer = Writer::create_with(sink, &recording.run().unwrap(), &files).unwrap();
     for message in recording.timeline(Selection::default()).unwrap() {
@@ -230,23 +230,26 @@ fn with_a_fault(recording: &Path, told: &Path) {
 fn a_replay_includes_messages_of_the_supervisor() {
     let place = Place::new();
     let recording = recorded(&place);
-    with_a_fault(recording.as_ref(), &place.files().join("told.mcap"));
-    let replay = place.start("replay told.mcap --rate 100 --loop --system told");
+    with_a_fault(recording.as_ref(), &place.files().join("faulty.mcap"));
+    let replay = place.start("replay faulty.mcap --rate 100 --loop --system faulty");
     for channel in ["mission", "faults"] {
-        let heard = loop {
-            let heard = place.run(&format!("echo {channel} --system told --count 2"));
-            if heard.code == Some(0) {
-                break heard;
+        let echoed = loop {
+            let echoed = place.run(&format!("echo {channel} --system faulty --count 2"));
+            if echoed.code == Some(0) {
+                break echoed;
             }
         };
-        let lines: Vec<Value> = heard.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
-        assert_eq!([&lines[0]["seq"], &lines[1]["seq"]], [1, 2], "{heard}");
-        assert_eq!(heard.out.contains("by a test"), channel == "faults", "{heard}");
+        let lines: Vec<Value> = echoed.out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        assert_eq!([&lines[0]["seq"], &lines[1]["seq"]], [1, 2], "{echoed}");
+        assert_eq!(echoed.out.contains("by a test"), channel == "faults", "{echoed}");
     }
     replay.signal(Signal::SIGTERM);
     assert_eq!(replay.end().code, Some(3));
     // A live planner receives the orders that came before the start, and only the faults of its own system.
-    fine(&place, "replay told.mcap --start 2 --end 4 --live planner,recorder --rate max --record part.mcap");
+    fine(
+        &place,
+        "replay faulty.mcap --start 2 --end 4 --live planner,recorder --rate max --record part.mcap",
+    );
     let info = fine(&place, "info part.mcap --json").json();
     let count = |topic: &str| {
         let topics = info["topics"].as_array().unwrap();
@@ -263,13 +266,13 @@ fn a_replay_at_full_speed_ends_on_request() {
     let place = Place::new();
     let recording = recorded(&place);
     let replay = place.start(&format!("replay {recording} --rate max --loop --system endless"));
-    let heard = loop {
-        let heard = place.run("echo estimate --system endless --count 400");
-        if heard.code == Some(0) {
-            break heard;
+    let echoed = loop {
+        let echoed = place.run("echo estimate --system endless --count 400");
+        if echoed.code == Some(0) {
+            break echoed;
         }
     };
-    assert_eq!(heard.out.lines().count(), 400);
+    assert_eq!(echoed.out.lines().count(), 400);
     replay.signal(Signal::SIGTERM);
     let ended = replay.end();
     assert_eq!(ended.code, Some(3), "{ended}");

@@ -88,8 +88,8 @@ fn ros_2_receives_the_robots_topics_and_drives_it() {
 
     bridge.must_live();
     running.signal(Signal::SIGINT);
-    let told = running.end().json();
-    assert_eq!(told["lost_messages"], 0, "{told:#}");
+    let output = running.end().json();
+    assert_eq!(output["lost_messages"], 0, "{output:#}");
     let ended = bridge.end();
     assert_eq!(ended.code, Some(0), "{ended}");
     assert!(ended.err.contains("\"stand on your head\": expected one of start, abort"), "{ended}");

@@ -44,8 +44,11 @@ fn json_shows_the_progress_of_the_processes() {
     // The supervisor may already have restarted the stopped process.
     let sketcher = row(&snapshot, "sketcher");
     assert!(sketcher["state"] == "stopped" || sketcher["restarts"] == 1, "{snapshot:#}");
-    let told = snapshot["faults"].as_array().unwrap().iter();
-    assert!(told.into_iter().any(|fault| fault.as_str().unwrap().contains("localizer died")), "{snapshot:#}");
+    let output = snapshot["faults"].as_array().unwrap().iter();
+    assert!(
+        output.into_iter().any(|fault| fault.as_str().unwrap().contains("localizer died")),
+        "{snapshot:#}"
+    );
     running.signal(Signal::SIGINT);
     running.end();
     place.assert_nothing_left("seen");

@@ -139,8 +139,8 @@ type Messages = BTreeMap<String, Vec<(u64, Vec<u8>)>>;
 /// status and the messages come through different queues, so either may be late.
 fn take(viewer: &mut Viewer, all: &mut Messages, status: u8, messages: usize) -> Option<(u64, bool, String)> {
     sketchnav_navigators::register(&[]).unwrap();
-    let (mut told, mut count) = (None, all.values().map(Vec::len).sum::<usize>());
-    while told.is_none() || count < messages {
+    let (mut playback, mut count) = (None, all.values().map(Vec::len).sum::<usize>());
+    while playback.is_none() || count < messages {
         match viewer.wait() {
             Came::Message(topic, ns, cdr)
                 if channels::of_topic(&topic).is_some() || topic.starts_with("/tf") =>
@@ -149,12 +149,12 @@ fn take(viewer: &mut Viewer, all: &mut Messages, status: u8, messages: usize) ->
                 all.entry(topic).or_default().push((ns, cdr));
             }
             Came::Playback { status: found, at_ns, did_seek, request } if found == status => {
-                told = Some((at_ns, did_seek, request));
+                playback = Some((at_ns, did_seek, request));
             }
             _ => {}
         }
     }
-    told
+    playback
 }
 
 /// Returns the number of topics of a recording, including derived ones.
@@ -172,22 +172,22 @@ fn a_recording_is_played_and_seeked_with_latched_messages_first() {
     let (first_ns, last_ns) = recording.index().unwrap().span_ns().unwrap();
     let (running, link) = view(&place, &format!("{} --paused", story().display()));
     let mut viewer = Viewer::of_all(&link, topic_count(&recording));
-    let told = |ns: u64| serde_json::json!({ "sec": ns / 1_000_000_000, "nsec": ns % 1_000_000_000 });
-    assert_eq!(viewer.info["dataStartTime"], told(first_ns), "{}", viewer.info);
-    assert_eq!(viewer.info["dataEndTime"], told(last_ns), "{}", viewer.info);
+    let time = |ns: u64| serde_json::json!({ "sec": ns / 1_000_000_000, "nsec": ns % 1_000_000_000 });
+    assert_eq!(viewer.info["dataStartTime"], time(first_ns), "{}", viewer.info);
+    assert_eq!(viewer.info["dataEndTime"], time(last_ns), "{}", viewer.info);
 
     let (mut whole, wanted) = (Messages::new(), expected(&recording, first_ns));
     viewer.ask(true, 8.0, None, "play");
-    let told = take(&mut viewer, &mut whole, PLAYING, 0).unwrap();
-    assert_eq!((told.1, told.2.as_str()), (false, "play"));
+    let playback = take(&mut viewer, &mut whole, PLAYING, 0).unwrap();
+    assert_eq!((playback.1, playback.2.as_str()), (false, "play"));
     take(&mut viewer, &mut whole, ENDED, count(&wanted));
     assert!(whole == wanted, "{:?}, expected {:?}", counts(&whole), counts(&wanted));
 
     let middle_ns = first_ns.midpoint(last_ns);
     let (mut half, wanted) = (Messages::new(), expected(&recording, middle_ns));
     viewer.ask(false, 8.0, Some(middle_ns), "there");
-    let told = take(&mut viewer, &mut half, PAUSED, 0);
-    assert_eq!(told, Some((middle_ns, true, "there".to_owned())));
+    let playback = take(&mut viewer, &mut half, PAUSED, 0);
+    assert_eq!(playback, Some((middle_ns, true, "there".to_owned())));
     viewer.ask(true, 8.0, None, "on");
     take(&mut viewer, &mut half, ENDED, count(&wanted));
     assert!(half == wanted, "{:?}, expected {:?}", counts(&half), counts(&wanted));

@@ -110,15 +110,15 @@ fn an_rmw_zenoh_node_receives_the_robots_topics_and_drives_it() {
 
     bridge.must_live();
     running.signal(Signal::SIGINT);
-    let told = running.end().json();
-    assert_eq!(told["lost_messages"], 0, "{told:#}");
+    let output = running.end().json();
+    assert_eq!(output["lost_messages"], 0, "{output:#}");
     let ended = bridge.end();
     assert_eq!(ended.code, Some(0), "{ended}");
     assert!(ended.err.contains("\"stand on your head\": expected one of start, abort"), "{ended}");
     place.assert_nothing_left("lab");
 
     // The hash of each type is the one that other software computes from the definitions in the recording.
-    let recording = told["recording"].as_str().unwrap();
+    let recording = output["recording"].as_str().unwrap();
     let hashes = node(&place, &python, &["hashes", recording]).json();
     let hashes = hashes.as_object().unwrap();
     assert!(hashes.len() > 10, "{hashes:?}");

@@ -13,7 +13,7 @@ use super::common;
 
 /// Reads a file in every possible way, and returns the result of the first one.
 fn read_all(path: &Path) -> Result<(u64, bool), RecordingError> {
-    let told = info_of_messages(path).map(|info| (info.messages, info.clean_end));
+    let result = info_of_messages(path).map(|info| (info.messages, info.clean_end));
     let _ = sketchnav_recordings::info::info(path);
     if let Ok(recording) = Recording::open(path) {
         let _ = recording.run();
@@ -21,7 +21,7 @@ fn read_all(path: &Path) -> Result<(u64, bool), RecordingError> {
         let _ = recording.timeline(Selection::default()).map(|all| all.filter(Result::is_ok).count());
         let _ = recording.parts().map(|parts| parts.filter(Result::is_ok).count());
     }
-    told
+    result
 }
 
 fn story(path: &Path, steps: u64) -> Vec<u8> {

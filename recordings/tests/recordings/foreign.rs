@@ -102,10 +102,10 @@ fn an_unknown_compression_is_named_and_everything_else_is_read() {
 fn messages_without_sequence_numbers_do_not_count_as_missing() {
     let folder = tempfile::tempdir().unwrap();
     let path = write(folder.path(), SampleForm::default(), &[points("/ball", COUNT, false)]);
-    let told = info(&path).unwrap();
-    assert_eq!((told.messages, told.missing), (COUNT, 0));
-    assert_eq!((told.profile.as_str(), told.library.as_str()), ("ros2", "another tool"));
-    assert!(told.notes[0].contains("not a sketchnav recording"), "{:?}", told.notes);
+    let info_of_copy = info(&path).unwrap();
+    assert_eq!((info_of_copy.messages, info_of_copy.missing), (COUNT, 0));
+    assert_eq!((info_of_copy.profile.as_str(), info_of_copy.library.as_str()), ("ros2", "another tool"));
+    assert!(info_of_copy.notes[0].contains("not a sketchnav recording"), "{:?}", info_of_copy.notes);
     let original = Recording::open(&path).unwrap();
     let mut copies = Vec::new();
     let mut copy = Copy::new(Vec::new()).unwrap();
@@ -120,9 +120,9 @@ fn messages_without_sequence_numbers_do_not_count_as_missing() {
     for (count, bytes) in copies {
         let path = folder.path().join("copy.mcap");
         std::fs::write(&path, bytes).unwrap();
-        let told = info(&path).unwrap();
-        assert_eq!((told.messages, told.missing), (count, 0));
-        assert_eq!(told.messages, info_of_messages(&path).unwrap().messages);
+        let info_of_copy = info(&path).unwrap();
+        assert_eq!((info_of_copy.messages, info_of_copy.missing), (count, 0));
+        assert_eq!(info_of_copy.messages, info_of_messages(&path).unwrap().messages);
     }
 }
 
@@ -188,9 +188,9 @@ fn ros_1_messages_are_reported_and_json_is_passed_on() {
         messages: vec![(1_700_000_000_000_000_000, 0, br#"{ "a": [1, 2] }"#.to_vec())],
     };
     let path = write(folder.path(), form, &[ros1, json]);
-    let told = info(&path).unwrap();
-    assert_eq!((told.profile.as_str(), told.messages), ("ros1", 4));
-    let notes = told.notes.join("\n");
+    let info_of_copy = info(&path).unwrap();
+    assert_eq!((info_of_copy.profile.as_str(), info_of_copy.messages), ("ros1", 4));
+    let notes = info_of_copy.notes.join("\n");
     assert!(notes.contains("/ball: ROS 1 messages") && notes.contains("rosbags-convert"), "{notes}");
     assert!(notes.contains("/text: messages in JSON"), "{notes}");
     let mut decoder = Decoder::default();

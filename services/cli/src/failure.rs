@@ -156,14 +156,14 @@ mod tests {
         );
         // The excerpt of the file is kept on lines of its own below the error.
         let toml = toml::from_str::<toml::Table>("a = 1\nb\u{1b}[2J = = 2\n").unwrap_err();
-        let told = output_of(&anyhow::Error::from(toml).context("m\n.toml"));
-        assert!(told.starts_with("error: m\\n.toml: TOML parse error at line 2"), "{told}");
-        assert!(told.contains("\n  2 | b\\u001b[2J = = 2\n"), "{told}");
-        assert!(told.lines().skip(1).all(|line| line.starts_with("  ")), "{told}");
+        let output = output_of(&anyhow::Error::from(toml).context("m\n.toml"));
+        assert!(output.starts_with("error: m\\n.toml: TOML parse error at line 2"), "{output}");
+        assert!(output.contains("\n  2 | b\\u001b[2J = = 2\n"), "{output}");
+        assert!(output.lines().skip(1).all(|line| line.starts_with("  ")), "{output}");
         for yaml in ["image: a.pgm\nresolution: [\n", "image: a.pgm\nresolution: 1\norigin: [1, 2]\n"] {
             let yaml = sketchnav_sim::ros_map::MapInfo::parse(yaml).unwrap_err();
-            let told = output_of(&anyhow::Error::from(yaml));
-            assert!(!told.contains("\\n"), "{told}");
+            let output = output_of(&anyhow::Error::from(yaml));
+            assert!(!output.contains("\\n"), "{output}");
         }
     }
 
@@ -171,8 +171,8 @@ mod tests {
     #[test]
     fn a_rejected_argument_is_shown_escaped() {
         let words = ["sketchnav", "inf\u{1b}[31m\u{202e}o\n"].map(OsString::from);
-        let told = tame(words.into_iter()).unwrap().render().ansi().to_string();
-        assert!(told.contains("inf\\u001b[31m\\u202eo\\n") && !told.contains("\u{202e}"), "{told}");
+        let output = tame(words.into_iter()).unwrap().render().ansi().to_string();
+        assert!(output.contains("inf\\u001b[31m\\u202eo\\n") && !output.contains("\u{202e}"), "{output}");
     }
 
     fn output_of(error: &anyhow::Error) -> String {

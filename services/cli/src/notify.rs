@@ -40,23 +40,23 @@ impl Manager {
 
     /// Reports that the service has started its work. `status` is a line for people.
     pub fn ready(&self, status: &str) {
-        self.tell(&format!("READY=1\nSTATUS={status}"));
+        self.notify(&format!("READY=1\nSTATUS={status}"));
     }
 
     /// Sends a sign of life if one is due.
     pub fn ping_if_due(&mut self) {
         if self.ping_every.is_some_and(|period| self.pinged.elapsed() >= period) {
             self.pinged = Instant::now();
-            self.tell("WATCHDOG=1");
+            self.notify("WATCHDOG=1");
         }
     }
 
     /// Reports that the service is about to end.
     pub fn stopping(&self) {
-        self.tell("STOPPING=1");
+        self.notify("STOPPING=1");
     }
 
-    fn tell(&self, text: &str) {
+    fn notify(&self, text: &str) {
         if let Some((socket, address)) = &self.socket {
             // If the manager is gone, the message is not needed.
             let _ = socket.send_to_addr(text.as_bytes(), address);
@@ -76,7 +76,7 @@ fn address(name: &str) -> Option<SocketAddr> {
 mod tests {
     use super::*;
 
-    fn heard(manager: &UnixDatagram) -> String {
+    fn received(manager: &UnixDatagram) -> String {
         let mut text = [0; 256];
         let length = manager.recv(&mut text).unwrap();
         String::from_utf8_lossy(&text[..length]).into_owned()
@@ -95,13 +95,13 @@ mod tests {
         for (name, socket) in sockets {
             let mut manager = Manager::new(Some(&name), Some("2"));
             manager.ready("the page");
-            assert_eq!(heard(&socket), "READY=1\nSTATUS=the page");
+            assert_eq!(received(&socket), "READY=1\nSTATUS=the page");
             // The watchdog of this manager is due after 1 µs. A longer wait does no harm.
             std::thread::sleep(Duration::from_micros(1));
             manager.ping_if_due();
-            assert_eq!(heard(&socket), "WATCHDOG=1");
+            assert_eq!(received(&socket), "WATCHDOG=1");
             manager.stopping();
-            assert_eq!(heard(&socket), "STOPPING=1");
+            assert_eq!(received(&socket), "STOPPING=1");
         }
     }
 

@@ -35,7 +35,7 @@ impl Latencies {
     }
 
     /// Reports every command since the last call, except those that are too old to be looked up.
-    pub(crate) fn tell(&mut self) -> Result<()> {
+    pub(crate) fn send(&mut self) -> Result<()> {
         let newest = self.commands.newest();
         let oldest = newest.saturating_sub(COMMAND.spec.history() as u64) + 1;
         for seq in oldest.max(self.command + 1)..=newest {

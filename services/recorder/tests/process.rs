@@ -37,11 +37,11 @@ fn every_message_is_recorded_and_acknowledged() {
         step(seq);
         recorder.pass().unwrap();
     }
-    let mut told = Vec::new();
+    let mut acknowledged = Vec::new();
     while let Some(message) = recorded.receive().unwrap() {
-        told.push(message.header.source_seq);
+        acknowledged.push(message.header.source_seq);
     }
-    assert_eq!(told, [16, 32]);
+    assert_eq!(acknowledged, [16, 32]);
     (41..=45).for_each(step); // sent, and not read before the end
     recorder.end().unwrap();
 

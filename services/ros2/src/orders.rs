@@ -128,9 +128,9 @@ mod tests {
         let mut at =
             |second| (0..30).map(|_| allowance.take(Duration::from_secs(second))).collect::<Vec<_>>();
         for second in [0, 5] {
-            let told = at(second);
-            assert_eq!(told.iter().filter(|told| **told == Ok(true)).count(), 10);
-            assert_eq!(told.iter().filter(|told| told.is_err()).count(), 1);
+            let results = at(second);
+            assert_eq!(results.iter().filter(|results| **results == Ok(true)).count(), 10);
+            assert_eq!(results.iter().filter(|results| results.is_err()).count(), 1);
         }
     }
 }

@@ -91,7 +91,7 @@ enum Complaint {
     #[default]
     None,
     Waits(Instant, Error),
-    Told,
+    Reported,
 }
 
 impl Complaint {
@@ -102,7 +102,7 @@ impl Complaint {
     }
 
     fn take(&mut self) -> Option<Error> {
-        match std::mem::replace(self, Self::Told) {
+        match std::mem::replace(self, Self::Reported) {
             Self::Waits(_, error) => Some(error),
             other => {
                 *self = other;

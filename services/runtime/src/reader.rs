@@ -175,9 +175,9 @@ impl RawSample {
 
     /// Returns the cells that follow the message.
     pub fn cells(&self) -> &[u8] {
-        let behind = &self.bytes()[self.size..];
+        let tail = &self.bytes()[self.size..];
         let length = usize::try_from(*self.sample.user_header()).unwrap_or(usize::MAX);
-        &behind[..length.min(behind.len())]
+        &tail[..length.min(tail.len())]
     }
 
     /// Returns the header of the message.

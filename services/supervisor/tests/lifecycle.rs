@@ -195,7 +195,7 @@ fn recorder() {
     let mut health = node.reader(HEALTH).unwrap();
     let mut recorded = node.writer(RECORDED).unwrap();
     let mut counts = [0; 3];
-    let (mut last, mut told) = (0, 0);
+    let (mut last, mut counted) = (0, 0);
     let mut go_on = true;
     while go_on {
         go_on = node.nap(Duration::from_millis(5)) != Wake::Terminate;
@@ -210,7 +210,7 @@ fn recorder() {
             counts[2] += 1;
         }
         // Not before every channel has been emptied, since the world continues at once.
-        if std::mem::replace(&mut told, last) != last {
+        if std::mem::replace(&mut counted, last) != last {
             recorded.send(|message| message.header.source_seq = last).unwrap();
         }
     }

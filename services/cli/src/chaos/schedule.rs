@@ -173,7 +173,7 @@ pub fn kills(recording: &Path) -> anyhow::Result<Vec<Kill>> {
 }
 
 /// Adds the schedule, which repeats the disturbed run, to the run's failure.
-pub fn told(failure: Failure, schedule: &Path) -> Failure {
+pub fn with_repetition(failure: Failure, schedule: &Path) -> Failure {
     let words = |error: anyhow::Error| anyhow!("{error:#}; repeat it with --schedule {}", schedule.display());
     match failure {
         Failure::Other(error) => Failure::Other(words(error)),

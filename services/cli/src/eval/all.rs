@@ -73,7 +73,7 @@ pub fn run(options: &EvalOptions) -> Result<Outcome, Failure> {
         }
         write(&folder.join("README.md"), &list(&entries, &left_out, options)?)?;
     }
-    pages.tell()?;
+    pages.print_outdated()?;
     left_out.iter().try_for_each(|why| out!("left out: {why}"))?;
     out!("{} of {} experiments in {}", entries.len(), entries.len() + left_out.len(), folder.display())?;
     Ok(if left_out.is_empty() { Outcome::Success } else { Outcome::Short })

@@ -48,7 +48,7 @@ impl<'a> Pages<'a> {
     }
 
     /// Prints which experiments on each page still have figures of an earlier version.
-    pub fn tell(&self) -> Result<(), Failure> {
+    pub fn print_outdated(&self) -> Result<(), Failure> {
         for (path, _, not_driven) in self.filled().map_err(Failure::Other)? {
             let names: Vec<_> = not_driven.into_iter().collect();
             let words = if names.is_empty() { "none".to_owned() } else { names.join(", ") };

@@ -83,13 +83,13 @@ impl Origin {
             ));
         }
         if self.program != other.program && !accepted.contains(&Foreign::Program) {
-            let told = differs("program", &self.program, &other.program);
-            return Some(format!("{told}; --accept program accepts it anyway"));
+            let difference = differs("program", &self.program, &other.program);
+            return Some(format!("{difference}; --accept program accepts it anyway"));
         }
         if self.machine != other.machine && !accepted.contains(&Foreign::Machine) {
-            let told = differs("machine", &self.machine, &other.machine);
+            let difference = differs("machine", &self.machine, &other.machine);
             return Some(format!(
-                "{told}; --accept machine accepts it anyway, although the last bits may differ"
+                "{difference}; --accept machine accepts it anyway, although the last bits may differ"
             ));
         }
         None

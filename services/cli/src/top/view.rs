@@ -30,8 +30,8 @@ pub fn draw(frame: &mut Frame<'_>, snapshot: &Snapshot, chosen: usize, said: &st
     let lines = snapshot.processes.iter().enumerate().map(|(i, row)| line(row, i == chosen));
     let titles = TableRow::new(HEADS).style(Style::new().add_modifier(Modifier::BOLD));
     frame.render_widget(Table::new(lines, widths).header(titles), table);
-    let told: Vec<_> = snapshot.faults.iter().rev().map(|fault| Line::from(one_line(fault))).collect();
-    frame.render_widget(Paragraph::new(told), faults);
+    let lines: Vec<_> = snapshot.faults.iter().rev().map(|fault| Line::from(one_line(fault))).collect();
+    frame.render_widget(Paragraph::new(lines), faults);
     frame.render_widget(Paragraph::new(vec![Line::from(one_line(said)), Line::from(KEYS)]), foot);
 }
 

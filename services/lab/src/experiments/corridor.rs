@@ -15,7 +15,7 @@ use sketchnav_sim::corridors::{Corridor, Drive, Numbers, Placement, Shape};
 use sketchnav_sim::files;
 
 use crate::error::EvalError;
-use crate::experiments::suite::{Folders, Published, Suite, Told};
+use crate::experiments::suite::{Folders, Published, Remark, Suite};
 use crate::experiments::trial::Trial;
 
 const ROBOT: &str = "youbot";
@@ -88,7 +88,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         lines: Some("start, markers, numbers"),
         repetitions: REPETITIONS,
         paper: vec![published("paper QTC_B", 10), published("paper ARGD", 8)],
-        told: told(),
+        remarks: remarks(),
         ..Suite::default()
     })
 }
@@ -258,9 +258,9 @@ pub(crate) const ARGD: [(&str, bool); 12] = [
 ];
 
 /// Returns what the thesis says about each line, in words.
-pub(crate) fn told() -> Vec<Told> {
+pub(crate) fn remarks() -> Vec<Remark> {
     let of = |method: &'static str, said: [(&'static str, bool); 12]| {
-        LINES.into_iter().zip(said).map(move |(line, (words, _))| Told { method, line, words })
+        LINES.into_iter().zip(said).map(move |(line, (words, _))| Remark { method, line, words })
     };
     of("qtc-b", QTC_B).chain(of("argd", ARGD)).collect()
 }

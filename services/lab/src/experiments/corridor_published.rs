@@ -30,7 +30,7 @@ use sketchnav_sim::sensors::camera::Camera;
 use sketchnav_sim::{WorldDescription, files};
 
 use crate::error::EvalError;
-use crate::experiments::corridor::{ARGD, Beside, LINES, QTC_B, SLOWEST_MPS, THERE_M, line, told};
+use crate::experiments::corridor::{ARGD, Beside, LINES, QTC_B, SLOWEST_MPS, THERE_M, line, remarks};
 use crate::experiments::outcome::TaskOutcome;
 use crate::experiments::section::Section;
 use crate::experiments::statistics::Tally;
@@ -108,8 +108,8 @@ fn at(folders: &Folders, pair_rate_hz: f64) -> Result<Suite, EvalError> {
         lines: Some("start, markers, numbers"),
         repetitions: 1,
         paper: vec![published("paper QTC_B", 10), published("paper ARGD", 8)],
-        told: told(),
-        tells: Some(tell),
+        remarks: remarks(),
+        sections: Some(sections),
         ..Suite::default()
     })
 }
@@ -315,7 +315,7 @@ impl Draws {
     }
 }
 
-fn tell(outcomes: &[TaskOutcome]) -> Vec<Section> {
+fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
     let methods = METHODS.map(str::to_owned);
     let methods = methods.iter().filter(|method| outcomes.iter().any(|ended| ended.method == **method));
     let tally = |method: &str, line: &str| {

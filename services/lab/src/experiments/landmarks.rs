@@ -26,7 +26,7 @@ use sketchnav_sim::scenes::Scene;
 
 use self::variants::{paper, variants};
 use crate::error::EvalError;
-use crate::experiments::suite::{Curve, Folders, Suite, Told};
+use crate::experiments::suite::{Curve, Folders, Remark, Suite};
 use crate::experiments::trial::Trial;
 
 const ROBOT: &str = "nomad200";
@@ -100,7 +100,7 @@ pub fn scenes(folders: &Folders) -> Result<Suite, EvalError> {
         methods: METHODS.map(str::to_owned).into(),
         repetitions: REPETITIONS,
         paper: paper(),
-        tells: Some(tables::sections),
+        sections: Some(tables::sections),
         ..Suite::default()
     })
 }
@@ -134,7 +134,7 @@ const VERSIONS: [Version; 6] = {
 };
 
 /// Published remarks on the versions.
-const TOLD: [(&str, &str); 6] = [
+const REMARKS: [(&str, &str); 6] = [
     ("1 main direction", "unsuccessful"),
     ("2 and proximity", "unsuccessful"),
     ("3 and histogram width", "no significant change"),
@@ -183,7 +183,7 @@ pub fn features(folders: &Folders) -> Result<Suite, EvalError> {
         trials,
         lines: Some("features"),
         repetitions: 1,
-        told: TOLD.map(|(line, words)| Told { method: STATES, line, words }).into(),
+        remarks: REMARKS.map(|(line, words)| Remark { method: STATES, line, words }).into(),
         ..Suite::default()
     })
 }

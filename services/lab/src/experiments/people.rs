@@ -107,7 +107,7 @@ pub fn exam_answered(folders: &Folders) -> Result<Suite, EvalError> {
 fn with_onlooker(suite: Suite) -> Suite {
     let title =
         format!("{} A person looks on and answers truthfully when the robot asks where it is.", suite.title);
-    Suite { title, tells: Some(person::sections), ..suite }
+    Suite { title, sections: Some(person::sections), ..suite }
 }
 
 fn ten(folders: &Folders, has_onlooker: bool) -> Result<Suite, EvalError> {

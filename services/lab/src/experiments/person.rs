@@ -81,7 +81,7 @@ impl<'a> Bystander<'a> {
     }
 
     /// Takes in a message, which may be a question.
-    pub fn hear(&mut self, spec: &ChannelSpec, message: &[u8]) {
+    pub fn receive(&mut self, spec: &ChannelSpec, message: &[u8]) {
         let asked =
             QUESTION.message(spec, message).and_then(|question| QuestionKind::from_code(question.kind));
         self.question = asked.unwrap_or(self.question);
@@ -237,7 +237,7 @@ mod tests {
 
     fn asks(bystander: &mut Bystander<'_>, kind: QuestionKind) {
         let question = Question { kind: kind.code(), ..Question::zeroed() };
-        bystander.hear(QUESTION.spec, bytemuck::bytes_of(&question));
+        bystander.receive(QUESTION.spec, bytemuck::bytes_of(&question));
     }
 
     /// Returns a person in a world that coincides with the sheet, at a tenth of a metre per pixel.
@@ -254,16 +254,16 @@ mod tests {
         let robot = Pose::new(1.0, 1.0, 0.5);
         assert_eq!(bystander.answer(&robot, 0), None, "nobody has asked");
         asks(&mut bystander, QuestionKind::Which);
-        let told = bystander.answer(&robot, 0).unwrap();
-        let [column, row] = paper.to_image(&told.at);
+        let answer = bystander.answer(&robot, 0).unwrap();
+        let [column, row] = paper.to_image(&answer.at);
         assert!(
-            (column - 10.0).hypot(row - 10.0) < 3.0 && told.yaw_rad.is_none(),
-            "{column}, {row}: {told:?}"
+            (column - 10.0).hypot(row - 10.0) < 3.0 && answer.yaw_rad.is_none(),
+            "{column}, {row}: {answer:?}"
         );
         assert_eq!(bystander.answer(&robot, PAUSE_NS - 1), None);
         asks(&mut bystander, QuestionKind::Where);
-        let told = bystander.answer(&robot, PAUSE_NS).unwrap();
-        assert!((told.yaw_rad.unwrap() - 0.5).abs() < 0.5, "{told:?}");
+        let answer = bystander.answer(&robot, PAUSE_NS).unwrap();
+        assert!((answer.yaw_rad.unwrap() - 0.5).abs() < 0.5, "{answer:?}");
         let more = (2..).map(|k| bystander.answer(&robot, k * PAUSE_NS)).take_while(Option::is_some).count();
         assert_eq!((more, bystander.answers()), (2, MOST_ANSWERS));
         assert!(bystander.gives_up() && bystander.leaves_it_lost());

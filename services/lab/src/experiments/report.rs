@@ -51,7 +51,7 @@ impl Report<'_> {
                 (self.rates())
                 (self.curves())
                 @for (i, method) in self.methods.iter().enumerate() { (self.figures(i, method)) }
-                @for section in &self.suite.sections(self.outcomes) { (told(section)) }
+                @for section in &self.suite.sections(self.outcomes) { (section_markup(section)) }
                 (self.failures())
                 (self.pictures())
             }
@@ -155,7 +155,7 @@ impl Report<'_> {
     }
 }
 
-fn told(section: &Section) -> Markup {
+fn section_markup(section: &Section) -> Markup {
     html! {
         h2 { (section.title) }
         (drawn(&section.table))

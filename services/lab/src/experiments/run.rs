@@ -66,7 +66,7 @@ impl Tap for Watcher<'_> {
         self.log.see(spec, message, cells);
         self.stamps_ns.push(erased::header(message).stamp_ns);
         if let Some(bystander) = &mut self.bystander {
-            bystander.hear(spec, message);
+            bystander.receive(spec, message);
         }
         if *spec == *STATUS.spec {
             self.watch();

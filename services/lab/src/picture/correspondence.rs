@@ -177,11 +177,11 @@ fn words(sheet: &mut Sheet, found: &Correspondence) {
     };
     let key = "Filled: seen as wall. Hollow: behind a gap. Grey: no partner. Larger: more of the goal.";
     let shares = [found.seen_share, found.hidden_share].map(|share| 100.0 * share);
-    let told = format!(
+    let summary = format!(
         "{:.0} % of the goal's outline seen, {:.0} % behind gaps; aim: {aim}{margin}.",
         shares[0], shares[1]
     );
-    [key, &told].into_iter().for_each(|line| line_of_words(sheet, line));
+    [key, &summary].into_iter().for_each(|line| line_of_words(sheet, line));
 }
 
 fn line_of_words(sheet: &mut Sheet, line: &str) {

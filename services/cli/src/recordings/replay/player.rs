@@ -236,7 +236,7 @@ impl<'a> Player<'a> {
                 Some(Wish::Quit) => return Ok(Turn::End(End::Played)),
                 None => {}
             }
-            self.tell(message.stamp_ns);
+            self.show_progress(message.stamp_ns);
             let nap = match self.clock.until(message.stamp_ns) {
                 Some(Duration::ZERO) => return Ok(Turn::Next),
                 until => until.unwrap_or(NAP).min(NAP),
@@ -253,7 +253,7 @@ impl<'a> Player<'a> {
         nanoseconds(seconds(now_ns) + by_s).clamp(start, end - 1)
     }
 
-    fn tell(&self, stamp_ns: u64) {
+    fn show_progress(&self, stamp_ns: u64) {
         if !self.bar.is_hidden() {
             let (now, last) = (seconds(stamp_ns), seconds(self.plan.times_ns.end));
             self.bar.set_message(format!("{now:.1} of {last:.1} s  {}", self.clock.words()));

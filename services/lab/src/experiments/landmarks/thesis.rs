@@ -152,7 +152,7 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         lines: Some("scene"),
         repetitions: super::REPETITIONS,
         paper: paper(),
-        tells: Some(tables::sections),
+        sections: Some(tables::sections),
         ..Suite::default()
     })
 }

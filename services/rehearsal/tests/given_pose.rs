@@ -21,13 +21,13 @@ struct Witness {
     status: Vec<MissionStatus>,
     orders: Vec<MissionCommand>,
     /// Number of instants before the witness said where the robot is, or `None` if it has not yet.
-    told: Option<usize>,
+    given_after: Option<usize>,
 }
 
 impl Witness {
     fn new(is_time: fn(&Self) -> bool, at: fn(&Self) -> Point<Sketch>) -> Self {
         let (estimates, status, orders) = Default::default();
-        Self { is_time, at, estimates, status, orders, told: None }
+        Self { is_time, at, estimates, status, orders, given_after: None }
     }
 
     fn believed(&self, instant: usize) -> Point<Sketch> {
@@ -61,14 +61,15 @@ impl Tap for Witness {
 
 impl Onlooker for Witness {
     fn has_enough(&self) -> bool {
-        self.estimates.len() == MOST || self.told.is_some_and(|told| self.estimates.len() > told)
+        self.estimates.len() == MOST
+            || self.given_after.is_some_and(|given_after| self.estimates.len() > given_after)
     }
 
     fn here(&mut self) -> Option<Here> {
-        if self.told.is_some() || !(self.is_time)(self) {
+        if self.given_after.is_some() || !(self.is_time)(self) {
             return None;
         }
-        self.told = Some(self.estimates.len());
+        self.given_after = Some(self.estimates.len());
         Some(Here { at: (self.at)(self), yaw_rad: None })
     }
 }
@@ -92,9 +93,9 @@ fn a_lost_robot_continues_once_its_pose_is_given() {
     // These parameters make the robot so impatient that it considers itself lost after a few instants.
     let witness =
         Witness::new(is_lost, where_it_believes).drives(&[("astray_factor", 0.1), ("astray_m", 0.1)]);
-    let told = witness.told.unwrap();
+    let given_after = witness.given_after.unwrap();
     assert_eq!(
-        [told - 1, told].map(|instant| witness.state(instant)),
+        [given_after - 1, given_after].map(|instant| witness.state(instant)),
         [TaskState::Paused, TaskState::Driving]
     );
 }

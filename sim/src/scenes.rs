@@ -234,7 +234,7 @@ impl Scene {
     }
 
     /// Returns true if there are enough objects, the route is clear and neither too short nor too long, the route does not come
-    /// near itself, and the goal stands apart.
+    /// near itself, and the goal is apart from everything else.
     fn holds(&self) -> bool {
         if self.objects.len() < LEAST_OBJECTS || !WAYS_M.contains(&self.way_m()) {
             return false;
@@ -487,7 +487,7 @@ fn streets(rng: &mut Pcg64Mcg) -> Option<Scene> {
             scene.objects.push(object);
         }
     }
-    // The goal stands in the street, so the blocks next to it are nearer than the objects of other scenes.
+    // The goal is in the street, so the blocks next to it are nearer than the objects of other scenes.
     (blocks >= 6).then_some(scene)
 }
 

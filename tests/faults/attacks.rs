@@ -399,7 +399,7 @@ fn ask(port: u16, request: &str) -> String {
     String::from_utf8_lossy(&answer).into_owned()
 }
 
-/// Asserts that a command, whatever it makes of nonsense, ends with one of its own exit codes, says what is wrong, and
+/// Asserts that a command, whatever it does with nonsense, ends with one of its own exit codes, says what is wrong, and
 /// does not panic.
 fn must_be_civil(ended: &Ended, what: &str) {
     let panicked = ["panicked", "RUST_BACKTRACE", "overflow"].iter().any(|word| ended.err.contains(word));

@@ -387,7 +387,7 @@ fn bad_usage_is_refused() {
     ];
     let place = Place::new();
     room::write(place.files());
-    fs::write(place.files().join("garbage.mcap"), "this is no recording, however long it may be").unwrap();
+    fs::write(place.files().join("garbage.mcap"), "this is not a recording, however long it is").unwrap();
     for (arguments, says) in cases {
         let ended = place.run(arguments);
         assert_eq!(ended.code, Some(2), "{arguments}: {ended}");

@@ -39,7 +39,7 @@ fn the_layouts_of_the_package_are_up_to_date() {
         std::fs::write(&path, &expected).unwrap();
     }
     let found = std::fs::read_to_string(&path).unwrap();
-    assert!(found == expected, "{}: SKETCHNAV_UPDATE_GOLDEN=1 writes it anew", path.display());
+    assert!(found == expected, "{}: SKETCHNAV_UPDATE_GOLDEN=1 updates it", path.display());
 }
 
 #[test]

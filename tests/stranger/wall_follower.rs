@@ -30,7 +30,7 @@ const AHEAD_M: f64 = 0.9;
 const MEMORY: f64 = 0.5;
 
 sketchnav_schemas::declare::messages! {
-    /// The walls around the robot, as its sonars hear them.
+    /// The walls around the robot, as its sonars measure them.
     pub struct Walls version 1 in "base_link" {
         /// The nearest echo ahead, metres from the robot's centre.
         pub ahead_m: f64,

@@ -114,7 +114,7 @@ fn draw(page: &mut Page) {
 fn participants_follow_each_other_and_everything_is_kept() {
     let mut study = Study::start(Place::new());
     let mut page = study.page();
-    assert_eq!(page.post("/api/sketch", &strokes()).0, 409, "nobody takes part yet");
+    assert_eq!(page.post("/api/sketch", &strokes()).0, 409, "no participant yet");
     assert!(body(study.port, "/api/place.svg").contains("<svg"));
     assert_eq!(post(&page, &json!({ "begin": { "code": "../p" } })), 400);
     assert_eq!(post(&page, &json!({ "begin": { "code": "P-1", "age": 30 } })), 200);
@@ -169,7 +169,7 @@ fn participants_follow_each_other_and_everything_is_kept() {
     assert_eq!(
         post(&page, &json!({ "begin": { "code": "p-1" } })),
         409,
-        "who has finished does not begin again"
+        "a participant who has finished does not begin again"
     );
     assert_eq!(post(&page, &json!({ "begin": { "code": "p-2" } })), 200);
     until_stage(&mut page, "draw");

@@ -1,4 +1,4 @@
-//! Tells a service manager that this service is ready, still alive, or stopping (sd_notify(3)).
+//! Notifies a service manager that this service is ready, still alive, or stopping (sd_notify(3)).
 //!
 //! Does nothing if there is no manager (`NOTIFY_SOCKET` is not set). Failed notifications are ignored, since the
 //! manager notices that they are missing.

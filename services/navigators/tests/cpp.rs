@@ -11,7 +11,7 @@ fn path() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../cpp/sketchnav.hpp")
 }
 
-/// As golden files: `SKETCHNAV_UPDATE_GOLDEN=1` writes it anew.
+/// As for golden files, `SKETCHNAV_UPDATE_GOLDEN=1` updates it.
 #[test]
 fn the_header_is_up_to_date() {
     sketchnav_navigators::register(&[]).unwrap();
@@ -20,7 +20,7 @@ fn the_header_is_up_to_date() {
         std::fs::write(path(), &expected).unwrap();
     }
     let found = std::fs::read_to_string(path()).unwrap();
-    assert!(found == expected, "{}: SKETCHNAV_UPDATE_GOLDEN=1 writes it anew", path().display());
+    assert!(found == expected, "{}: SKETCHNAV_UPDATE_GOLDEN=1 updates it", path().display());
 }
 
 /// Reads a scan from standard input.

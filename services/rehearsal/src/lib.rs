@@ -3,7 +3,7 @@
 //! A rehearsal sends exactly the messages that the processes send in lockstep, byte for byte and channel by channel (except for
 //! health), and an [`Onlooker`] sees them all. It needs no shared memory and no threads, and reads the clock only to measure
 //! how long the stages take. Note that a person's answer ([`Onlooker::here`]) takes effect at the next instant, whereas
-//! separate processes may hear it at any time. [`rerun`] executes one of the processes again on its inputs in a recording.
+//! separate processes may receive it at any time. [`rerun`] executes one of the processes again on its inputs in a recording.
 
 mod parts;
 pub mod rerun;

@@ -1,4 +1,4 @@
-//! An onlooker says where the robot is, and the localizer and the planner hear it before the next instant.
+//! An onlooker gives the pose of the robot, which reaches the localizer and the planner before the next instant.
 
 use std::path::Path;
 
@@ -13,14 +13,14 @@ use sketchnav_sketch::messages::{ESTIMATE, PoseEstimate};
 /// Maximum number of instants of a drive.
 const MOST: usize = 200;
 
-/// Says once where the robot is, as soon as `is_time` holds.
+/// Gives the pose of the robot once, as soon as `is_time` holds.
 struct Witness {
     is_time: fn(&Self) -> bool,
     at: fn(&Self) -> Point<Sketch>,
     estimates: Vec<PoseEstimate>,
     status: Vec<MissionStatus>,
     orders: Vec<MissionCommand>,
-    /// Number of instants before the witness said where the robot is, or `None` if it has not yet.
+    /// Number of instants before the pose was given, or `None` if it has not been given yet.
     given_after: Option<usize>,
 }
 

@@ -42,7 +42,7 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// Creates a clock that stands at `first_ns`. The two times are those of the recording's first and last message, in
+    /// Creates a clock stopped at `first_ns`. The two times are those of the recording's first and last message, in
     /// nanoseconds.
     pub fn new((first_ns, last_ns): (u64, u64), rate: f64, state: State, now: Instant) -> Self {
         Self { first_ns, last_ns, rate, state, anchor: (first_ns, now), is_watched: false }

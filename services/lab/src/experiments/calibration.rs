@@ -17,7 +17,7 @@ use crate::experiments::sensitivity::variant;
 use crate::experiments::suite::{Curve, Folders, Suite};
 use crate::experiments::trial::Trial;
 
-const TITLE: &str = "What the paper does not state, one parameter at a time: drives on two floors by drawings to scale and deformed ones that no other suite uses.";
+const TITLE: &str = "Parameters that the paper does not state, one at a time: drives on two floors, by drawings to scale and deformed ones that no other suite uses.";
 /// Degrees of deformation, from walls traced by a person to what people draw.
 const DEGREES: [f64; 3] = [0.0, 0.5, 1.0];
 /// Number of drawings of each floor at each degree.
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(
             lines.len(),
             1 + values - BONIARDI_2015.len(),
-            "the value in use is among those of each parameter"
+            "each parameter includes the value in use"
         );
         for line in &lines {
             let trial = suite.trials.iter().find(|trial| trial.drawing == *line).unwrap();

@@ -27,12 +27,12 @@ pub(crate) const THERE_M: f64 = 0.75;
 pub(crate) const SLOWEST_MPS: f64 = 0.04;
 const REPETITIONS: u32 = 5;
 
-const TITLE: &str = "Corridors of 1.6 to 3.0 m with markers, 7 m there and back, from three starts; reached: at the end without a touch.";
+const TITLE: &str = "Corridors of 1.6 to 3.0 m with markers, 7 m there and back, from three starts; reached: at the end without contact.";
 const TURNS_TITLE: &str =
-    "Corridors with corners, a junction and a dead end; reached: at the end without a touch.";
+    "Corridors with corners, a junction and a dead end; reached: at the end without contact.";
 const PERSON_TITLE: &str =
-    "Straight corridors in which a person walks to and fro; reached: at the end without a touch.";
-const NOTICE: &str = "paper: Patil 2019, 5.4: twelve experiments a calculus, in one real corridor. Its widths, distances of markers and numbers of runs are not given.";
+    "Straight corridors in which a person walks back and forth; reached: at the end without contact.";
+const NOTICE: &str = "paper: Patil 2019, 5.4: twelve experiments per calculus, in one real corridor. Its width, the spacing of the markers and the number of runs are not given.";
 
 /// Position of the robot at the start, as seen when looking along the corridor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

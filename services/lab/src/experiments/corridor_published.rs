@@ -51,10 +51,10 @@ const HOLD_S: f64 = 0.5;
 /// Speed of the published rules (5.4.3), in metres per second. It is used here for the method `corridor` too.
 const SPEED_MPS: f64 = 0.1;
 
-const TITLE: &str = "The corridor of Patil 2019 under the conditions of the thesis: 7 m from A to B and back to A, from starts at which a pair of markers is in view; reached: both ways without a touch.";
+const TITLE: &str = "The corridor of Patil 2019 under the conditions of the thesis: 7 m from A to B and back to A, from starts at which a pair of markers is in view; reached: both ways without contact.";
 const UNKNOWNS_TITLE: &str =
-    "The same drives with one condition changed after the other: the thesis does not give them.";
-const NOTICE: &str = "paper: Patil 2019, 5.4, figures 5.2 to 5.7. Not given there: the corridor's width, size and distance of the markers, how exactly the robot was set down, and how often each condition was driven.";
+    "The same drives, changing one at a time the conditions that the thesis does not give.";
+const NOTICE: &str = "paper: Patil 2019, 5.4, figures 5.2 to 5.7. It does not give the corridor's width, the size and spacing of the markers, how exactly the robot was placed, or how often each condition was driven.";
 
 /// The conditions that the thesis does not specify, with the values driven here.
 #[derive(Debug, Clone)]
@@ -98,7 +98,7 @@ pub fn at_10_hz(folders: &Folders) -> Result<Suite, EvalError> {
 fn at(folders: &Folders, pair_rate_hz: f64) -> Result<Suite, EvalError> {
     let conditions = Conditions { pair_rate_hz, ..Conditions::published()? };
     let draws = conditions.draw(folders, STARTS)?;
-    let mut notices = vec![NOTICE.to_owned(), format!("{pair_rate_hz} pairs of markers a second.")];
+    let mut notices = vec![NOTICE.to_owned(), format!("{pair_rate_hz} pairs of markers per second.")];
     notices.extend(draws.notices());
     let published = |name: &str, reached| Published { name: name.into(), reached, attempts: 12 };
     Ok(Suite {
@@ -307,7 +307,7 @@ impl Draws {
     fn notices(&self) -> impl Iterator<Item = String> {
         let [middle, right, left] = self.rejected;
         let rejected = format!(
-            "{} starts; rejected draws, without a pair in view: {middle} in the middle, {right} along the right wall, {left} along the left one.",
+            "{} starts. Draws rejected because no pair was in view: {middle} in the middle, {right} along the right wall, {left} along the left one.",
             self.trials.len()
         );
         let none = format!("No start with a pair in view: {}.", self.without.join("; "));
@@ -325,7 +325,7 @@ fn sections(outcomes: &[TaskOutcome]) -> Vec<Section> {
         title: "Verdicts by condition, beside figures 5.2 to 5.7 of the thesis".into(),
         table: verdicts(&methods.map(String::as_str).collect::<Vec<_>>(), tally),
         words: vec![
-            "A condition passes where most of its drives do. The thesis's words on QTC_B make nine conditions that pass, its text counts ten of twelve and \"all but 1\" (5.4.1)."
+            "A condition passes if most of its drives do. By the thesis's descriptions of QTC_B, nine conditions pass, while its text counts ten of twelve and \"all but 1\" (5.4.1)."
                 .into(),
         ],
         plots: Vec::new(),

@@ -26,7 +26,7 @@ use crate::experiments::people::regions::Regions;
 use crate::experiments::suite::{Datum, Folders, Suite};
 use crate::experiments::trial::{Page, Sheet, Trial, time_limit_s};
 
-const TITLE: &str = "Drawings of four floors, deformed as people deform (degree 1; 0: the walls traced), seven of each floor at each degree; from a place of one region to a place of another.";
+const TITLE: &str = "Drawings of four floors, deformed as people deform them (degree 1; at 0 the walls are traced), seven of each floor at each degree; drives lead from one region to another.";
 /// Floors that are not part of the project, with their names and their bare and furnished maps.
 const MAPS: [(&str, [Datum; 2]); 2] = {
     const KTH: Datum = Datum {

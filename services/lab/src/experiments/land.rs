@@ -51,10 +51,10 @@ pub fn suite(folders: &Folders) -> Result<Suite, EvalError> {
         number += 1;
     }
     let notices = vec![format!(
-        "{unjoined} fields more have no path between the two poles, as the map-maker says beforehand."
+        "In {unjoined} further fields there is no path between the two poles, as the map-maker reports beforehand."
     )];
     Ok(Suite {
-        title: "From pole to pole over 30 m by a custom map, with a noisy laser; reached: beside the pole without a touch.".into(),
+        title: "From pole to pole over 30 m by a custom map, with a noisy laser; reached: at the pole without contact.".into(),
         notices,
         trials,
         lines: Some("place"),

@@ -178,7 +178,7 @@ pub fn features(folders: &Folders) -> Result<Suite, EvalError> {
             .into(),
         notices: vec![
             NOTICE.into(),
-            "paper: Chronis 2007, table 5.1, shows drives of one sketch as pictures: none of versions 1 to 4 follows the route, 5 is \"a significant improvement\", 6 is \"acceptable\" and led a real robot along 20 of 20 times.".into(),
+            "paper: Chronis 2007, table 5.1, shows drives by one sketch as pictures: none of versions 1 to 4 follows the route, 5 is \"a significant improvement\", and 6 is \"acceptable\" and led a real robot along the route 20 of 20 times.".into(),
         ],
         trials,
         lines: Some("features"),
@@ -201,7 +201,7 @@ fn source(folders: &Folders, scene: &Scene) -> WorldSource {
 /// Same as [`scenes`].
 pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
-        title: "Twelve scenes by ten sketches of each degree, deformed as people deform them.".into(),
+        title: "Twelve scenes with ten sketches of each degree, deformed as people deform them.".into(),
         ..by_degrees(folders, by_deformed)?
     })
 }
@@ -213,7 +213,7 @@ pub fn deformed(folders: &Folders) -> Result<Suite, EvalError> {
 /// Same as [`scenes`].
 pub fn labels(folders: &Folders) -> Result<Suite, EvalError> {
     Ok(Suite {
-        title: "The same scenes and sketches by a robot with a camera: objects have markers, which the mission gives the labels of the sketch.".into(),
+        title: "The same scenes and sketches, driven by a robot with a camera. The objects have markers, and the mission assigns them the sketch's labels.".into(),
         ..by_degrees(folders, by_labels)?
     })
 }
@@ -257,7 +257,7 @@ pub fn choice(folders: &Folders) -> Result<Suite, EvalError> {
         }
     }
     Ok(Suite {
-        title: "Ten scenes by ten sketches of degree 1, to choose parameters on.".into(),
+        title: "Ten scenes with ten sketches of degree 1, for choosing parameters.".into(),
         trials,
         lines: Some("kind of scene"),
         repetitions: 1,

@@ -1,4 +1,4 @@
-//! A person who looks on with the drawing in hand, and answers when the robot asks where it is.
+//! A person who watches with the drawing in hand, and answers when the robot asks where it is.
 //!
 //! The person sees the true position of the robot, and points at the corresponding position in the drawing as exactly as
 //! people mark a start. After a few answers, the person gives up on the drive. The person says nothing unless the robot

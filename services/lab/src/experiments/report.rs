@@ -85,7 +85,7 @@ impl Report<'_> {
         }));
         html! {
             h2 { "Tasks reached" }
-            p { "Share of the tasks that were reached, with Wilson's 95 % interval, by "
+            p { "Share of tasks reached, with Wilson's 95 % interval, by "
                 (self.suite.lines.unwrap_or("drawing")) ". Drives by one drawing mostly end alike; where drawings repeat, the "
                 "tables also give the intervals over drawings." }
             @if self.methods.len() > 1 { (chart::legend(&self.names())) }

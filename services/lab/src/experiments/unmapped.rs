@@ -70,7 +70,7 @@ fn is_apart(piece: &Furniture, places: [[f64; 2]; 2]) -> bool {
     piece.center.is_some_and(|at| places.iter().all(|place| distance(at, *place) > FREE_M))
 }
 
-/// Returns people who walk to and fro between positions on the floor. A smaller `count` returns the first of the same
+/// Returns people who walk back and forth between positions on the floor. A smaller `count` returns the first of the same
 /// people.
 pub fn walkers(ground: &Ground, trial: &Trial, count: usize) -> Vec<Person> {
     let mut rng = stream(trial, "walkers");

@@ -310,7 +310,7 @@ mod tests {
         let pieces = first_passes(&way, &mut BTreeSet::new());
         assert_eq!(pieces.len(), 1);
         let length = pieces[0].len();
-        assert!((41..=44).contains(&length), "{length} points: the way, and what lies in its last square");
+        assert!((41..=44).contains(&length), "{length} points: the path, and what lies in its last square");
         let elsewhere = way.iter().map(|at| Point::new(at.x, at.y + 1.0)).collect::<Vec<_>>();
         let both = [way, elsewhere].concat();
         assert_eq!(first_passes(&both, &mut BTreeSet::new()).len(), 2);

@@ -468,7 +468,7 @@ mod tests {
         agenda
     }
 
-    /// An agenda that was paused and then aborted used to stay paused, and its system ran for ever.
+    /// An agenda that was paused and then aborted used to stay paused, and its system ran forever.
     #[test]
     fn aborting_a_paused_mission_ends_it() {
         for hold in [Order::Pause, Order::Unattended] {
@@ -518,7 +518,7 @@ mod tests {
         assert!(agenda.is_driving() && !agenda.is_held());
         agenda.obey(Order::Pause);
         agenda.find();
-        assert!(agenda.is_held(), "who was stopped by a person is not lost");
+        assert!(agenda.is_held(), "a robot that a person stopped is not lost");
         agenda.obey(Order::Resume);
         let mut alone = driving(Pad::Absent);
         alone.lose("no door");

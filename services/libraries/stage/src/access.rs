@@ -68,12 +68,12 @@ impl Access {
         }
     }
 
-    /// Checks that this process can hear messages of a channel.
+    /// Checks that this process may receive messages of a channel outside its steps.
     pub(crate) fn to_hear(&self, spec: &ChannelSpec) -> Result<(), Denied> {
         self.to_read(spec)?;
         match spec.role {
             Role::Instruction | Role::Request => Ok(()),
-            // Observers take no steps, so they hear everything.
+            // Observers take no steps, so they may receive everything.
             _ if !NAVIGATORS.contains(&self.process) => Ok(()),
             role => Err(Denied::Hear { channel: spec.name, role }),
         }
@@ -135,7 +135,7 @@ mod tests {
         assert_eq!(newest(KIND, PLACE), Ok(false));
     }
 
-    /// The navigator used to wait for ever.
+    /// The navigator used to wait forever.
     #[test]
     fn a_channel_that_the_table_does_not_grant_is_an_error() {
         assert_eq!(

@@ -87,7 +87,7 @@ fn a_log_without_poses_needs_a_start() {
     assert!(error.contains("expected --start COLUMN,ROW,HEADING"), "{error}");
     let recording = place.import("raw.log", true, Some([20.0, 20.0, 90.0])).unwrap();
     assert_eq!(recording.all(SCAN).unwrap().len(), 3);
-    assert_eq!(recording.all(TRUTH).unwrap().len(), 0, "nobody said where it truly was");
+    assert_eq!(recording.all(TRUTH).unwrap().len(), 0, "its true pose is unknown");
 }
 
 /// A log of a robot that had turned round many times was rejected, because its headings exceeded those allowed in

@@ -138,10 +138,10 @@ impl<W: Write> Copy<W> {
     /// Continues after another copy, whose last sequence numbers are `last`. Messages in that copy do not count as missing
     /// in this one.
     fn resume_after(&mut self, last: &BTreeMap<String, u64>) {
-        let go_on = |(topic, last): (&String, &u64)| {
+        let continued = |(topic, last): (&String, &u64)| {
             (topic.clone(), Count { sequence: Some(Sequence::after(*last)), ..Count::default() })
         };
-        self.counts = last.iter().map(go_on).collect();
+        self.counts = last.iter().map(continued).collect();
     }
 
     /// Declares that messages before the first one of these topics are left out on purpose, and therefore do not count as
@@ -362,7 +362,7 @@ impl Salvage {
             let next = self.open.next_piece();
             // Redundant records may precede the piece, so its position is only known now.
             let (at, _) = self.open.record();
-            let goes_on = match next {
+            let continues = match next {
                 Ok(Piece::Part(Part::Message(message))) if message.is_damaged() => {
                     self.lose_message(at, &message);
                     true
@@ -384,7 +384,7 @@ impl Salvage {
                 Err(RecordingError::Damaged { source, .. }) => self.pass_over(at, &source)?,
                 Err(error) => return Err(error),
             };
-            if !goes_on {
+            if !continues {
                 self.copied.kept_damaged = self.open.kept();
                 return Ok(self.copied);
             }

@@ -50,7 +50,7 @@ pub enum Action {
 
 impl Action {
     /// Returns true if the fault ends, stops or starves the writer, rather than changing its messages.
-    pub const fn is_for_the_process(self) -> bool {
+    pub const fn hits_the_process(self) -> bool {
         matches!(self, Self::Kill | Self::Stop | Self::Term | Self::Starve | Self::CorruptCheckpoint)
     }
 
@@ -272,7 +272,7 @@ impl PlannedFault {
                 _ => {}
             }
         }
-        if self.when == When::After && !self.action.is_for_the_process() {
+        if self.when == When::After && !self.action.hits_the_process() {
             return wrong("when", "\"before\"", "\"after\"".to_owned());
         }
         if matches!(self.action, Action::Reorder | Action::Duplicate) && spec.max_cells > 0 {

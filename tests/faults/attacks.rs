@@ -145,7 +145,7 @@ impl Attacker {
             };
         }
         let ended = running.end();
-        if ended.code == Some(2) && ended.err.contains("nothing to go on with") {
+        if ended.code == Some(2) && ended.err.contains("found nothing to resume") {
             return;
         }
         self.assert_undisturbed(&ended, "killed");

@@ -25,7 +25,7 @@ impl SmallDisk {
         let mut mount = needs::program("mount")?;
         let mounted = mount.args(["-t", "tmpfs", "-o", &option, "tmpfs"]).arg(&at).output();
         if !mounted.is_ok_and(|output| output.status.success()) {
-            needs::skipped("root", "a disk of its own cannot be mounted");
+            needs::skipped("root", "no file system can be mounted");
             return None;
         }
         Some(Self(at))
@@ -142,7 +142,7 @@ fn with_shared_memory(place: &Place, size: &str, script: &str) -> Option<Ended> 
     let ended = command.spawn().ok().map(|child| Running::of(child).end());
     let ended = ended.filter(|ended| ended.code != Some(99) && !ended.err.contains("unshare"));
     if ended.is_none() {
-        needs::skipped("root", "no shared memory of its own to be had");
+        needs::skipped("root", "no separate /dev/shm can be mounted");
     }
     ended
 }

@@ -424,7 +424,7 @@ fn on_a_small_disk(place: &Place) -> Option<Ended> {
 fn a_full_disk_ends_the_recording_and_not_the_mission() {
     let place = Place::new();
     let Some(ended) = on_a_small_disk(&place) else {
-        return needs::skipped("root", "no tiny file system can be mounted here");
+        return needs::skipped("root", "no small file system can be mounted");
     };
     assert_eq!(ended.code, Some(4), "{ended}");
     assert_eq!(ended.json()["success"], true, "{ended}");

@@ -45,7 +45,7 @@ fn assert_ends_undisturbed(place: &Place, running: Running, undisturbed: &Path, 
 }
 
 /// Kills processes one after another, each a different number of steps after the one before.
-fn killed_one_after_the_other(processes: &[&str]) {
+fn kill_in_turn(processes: &[&str]) {
     let place = Place::new();
     let undisturbed = undisturbed(&place, "demo");
     let mut running = start(&place, "demo");
@@ -77,18 +77,18 @@ fn killed_one_after_the_other(processes: &[&str]) {
 
 #[test]
 fn a_killed_localizer_resumes() {
-    killed_one_after_the_other(&["localizer"]);
+    kill_in_turn(&["localizer"]);
 }
 
 #[test]
 fn a_killed_planner_resumes() {
-    killed_one_after_the_other(&["planner"]);
+    kill_in_turn(&["planner"]);
 }
 
 /// Physics, laser noise, people and contacts continue with exactly the same bits.
 #[test]
 fn a_killed_world_resumes() {
-    killed_one_after_the_other(&["world"]);
+    kill_in_turn(&["world"]);
 }
 
 /// Checks what users see: the figures that the command itself reports for its kills.
@@ -118,12 +118,12 @@ fn killing_starting_processes_loses_nothing() {
 /// A restarted recorder reads again what was not written yet. The recording says how often the recorder was restarted.
 #[test]
 fn a_killed_recorder_leaves_no_gap() {
-    killed_one_after_the_other(&["recorder"]);
+    kill_in_turn(&["recorder"]);
 }
 
 #[test]
 fn processes_killed_in_turn_resume() {
-    killed_one_after_the_other(&SERVICES);
+    kill_in_turn(&SERVICES);
 }
 
 /// All processes die at the same moment, so none is left that could tell the others what they have missed.

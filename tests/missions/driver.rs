@@ -75,18 +75,18 @@ fn a_restarted_driver_continues() {
     let recording = Recording::open(Path::new(report["recording"].as_str().unwrap())).unwrap();
     let (scans, odometry) = (recording.all(SCAN).unwrap(), recording.all(ODOMETRY).unwrap());
     assert!(scans.len() > BEFORE, "{}", scans.len());
-    goes_on(&scans);
-    goes_on(&odometry);
+    assert_continuous(&scans);
+    assert_continuous(&odometry);
     for pair in odometry.windows(2) {
-        let way_m = pair[0].pose().position().distance(&pair[1].pose().position());
-        assert!(way_m < 0.5, "{way_m} m from {:?}", pair[0].header);
+        let jump_m = pair[0].pose().position().distance(&pair[1].pose().position());
+        assert!(jump_m < 0.5, "{jump_m} m from {:?}", pair[0].header);
     }
     place.assert_nothing_left("driver");
 }
 
 /// Asserts that the messages continue without a gap. If the second driver were ignored for as long as the first one
 /// ran, there would be a gap of that length.
-fn goes_on<T: Message>(messages: &[T]) {
+fn assert_continuous<T: Message>(messages: &[T]) {
     for (seq, message) in (1..).zip(messages) {
         assert_eq!((message.header().seq, message.header().source_seq), (seq, seq));
     }

@@ -38,7 +38,10 @@ fn a_mission_is_driven_replayed_rerun_judged_and_shown() {
     let judged = place.fine(&format!("judge {recording} --json")).json();
     assert_eq!(judged.pointer("/0/verdict/tasks/0/reached"), Some(&Value::Bool(true)), "{judged}");
     let sketch = std::fs::read_to_string(place.files().join(recording).with_file_name("sketch.svg")).unwrap();
-    assert!(sketch.contains("The sketch with its states"), "beside the recording lies the sketch");
+    assert!(
+        sketch.contains("The sketch with its states"),
+        "the picture of the sketch is beside the recording"
+    );
     let words = [
         "The sketch with its states",
         "The true scene: the path, and what matched",

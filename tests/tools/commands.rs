@@ -327,8 +327,8 @@ fn doctor_and_ps_find_leftovers_of_a_dead_system() {
     running.end();
     support::wait_until("the death of all", || place.living().is_empty());
     let ps = place.fine("ps").out;
-    let goes_on = "tools: its supervisor was killed; resume it with: sketchnav run --resume ";
-    assert!(ps.lines().any(|line| line.starts_with(goes_on)), "{ps}");
+    let hint = "tools: its supervisor was killed; resume it with: sketchnav run --resume ";
+    assert!(ps.lines().any(|line| line.starts_with(hint)), "{ps}");
     let output = place.fine("doctor --json").json();
     let leftovers = finding(&output, "leftovers");
     assert_eq!(leftovers["level"], "warning", "{output:#}");

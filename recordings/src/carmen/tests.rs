@@ -61,7 +61,7 @@ fn without_odom_lines_the_odometry_is_the_pose_of_the_scans() {
     let log: String = [0.0, 1.0, 2.5].map(|x| flaser(7.0 + x, x)).concat();
     let survey = Survey::of(log.as_bytes()).unwrap();
     let reading = survey.reading().unwrap();
-    assert_eq!((reading.odometry, survey.odometry_way_m(&reading)), (OdometrySource::Scans, 2.5));
+    assert_eq!((reading.odometry, survey.odometry_distance_m(&reading)), (OdometrySource::Scans, 2.5));
     assert_eq!(survey.doubts(&reading), []);
     let (scans, _) = read(log);
     assert_eq!(scans.iter().map(|scan| scan.odometry.x).collect::<Vec<_>>(), [0.0, 1.0, 2.5]);

@@ -66,7 +66,7 @@ fn recovering_a_complete_file_changes_nothing() {
     assert_eq!(diff(&path, &copy).unwrap(), None);
     let (mut was, is) = (info(&path).unwrap(), info(&copy).unwrap());
     (was.path, was.bytes) = (is.path.clone(), is.bytes);
-    assert_eq!(was, is, "and it says the same of itself");
+    assert_eq!(was, is, "and the metadata agree");
     assert_eq!(is.messages, info_of_messages(&copy).unwrap().messages);
     assert_eq!(Recording::open(&copy).unwrap().run().unwrap(), common::run_config());
 }
@@ -113,7 +113,7 @@ fn only_the_damaged_chunk_is_lost() {
     let copied = recovered(&path, &copy);
     assert_eq!((copied.lost_chunks, copied.was_whole), (1, true), "{copied:?}");
     assert!(copied.messages > everything / 2 && copied.messages < everything, "{copied:?}");
-    assert!(info(&copy).unwrap().missing > 0, "what is gone is counted");
+    assert!(info(&copy).unwrap().missing > 0, "missing messages are counted");
 }
 
 /// The length of a chunk in the middle is wrong, and the search finds the next chunk.

@@ -94,7 +94,7 @@ fn an_unknown_compression_is_named_and_everything_else_is_read() {
     assert!(error.contains("zstd, with lz4 or not at all, found \"snappy\""), "{error}");
     let (copied, _) = recovered(&path, Damaged::LeaveOut);
     assert_eq!((copied.messages, copied.lost_chunks), (0, 3));
-    assert_eq!(held(&path).unwrap().messages, COUNT, "what a copy must not replace");
+    assert_eq!(held(&path).unwrap().messages, COUNT, "a copy must not replace these");
 }
 
 /// rosbag2 writes 0 as the sequence number of every message, which MCAP allows.

@@ -122,7 +122,7 @@ pub fn classify(error: SystemError) -> Failure {
             let words = death.last_lines.trim_start_matches("error: ");
             Failure::Input(anyhow!("{}: {words}", death.process))
         }
-        SystemError::Runtime(cause) if cause.is_about_the_name() || cause.is_about_what_to_resume() => {
+        SystemError::Runtime(cause) if cause.concerns_the_name() || cause.has_nothing_to_resume() => {
             Failure::Input(error.into())
         }
         _ => Failure::Other(error.into()),

@@ -54,8 +54,8 @@ fn on_land_the_robot_drives_around_a_person_without_contact() {
     run.mission.task.truncate(1);
     let made = sketchnav_directions::stages::sketcher::make(&run, &|file| std::fs::read(file)).unwrap();
     let places: Vec<_> = made.landmarks[0].iter().map(|(_, at)| *at).collect();
-    let way_m = |pair: &&[sketchnav_directions::Point]| (pair[1] - pair[0]).norm();
-    let longest = places.windows(2).max_by(|a, b| way_m(a).total_cmp(&way_m(b))).unwrap();
+    let length_m = |pair: &&[sketchnav_directions::Point]| (pair[1] - pair[0]).norm();
+    let longest = places.windows(2).max_by(|a, b| length_m(a).total_cmp(&length_m(b))).unwrap();
     let middle = (longest[0] + longest[1]) * 0.5;
     run.mission.world.person.push(Person {
         waypoints: vec![[middle.x, middle.y]],

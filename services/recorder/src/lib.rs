@@ -185,18 +185,18 @@ impl<'a> Recorder<'a> {
         }
         self.sync_if_due();
         if self.core.has_failed() {
-            self.begin_again_if_due()?;
+            self.retry_if_due()?;
         }
         self.health.end(step);
         Ok(self.health.report_if_due(self.stamp_ns)?)
     }
 
     /// Continues in a new part if another attempt is due and the disk has room again.
-    fn begin_again_if_due(&mut self) -> anyhow::Result<()> {
-        if self.attempts.is_due(Instant::now()) { self.begin_again() } else { Ok(()) }
+    fn retry_if_due(&mut self) -> anyhow::Result<()> {
+        if self.attempts.is_due(Instant::now()) { self.retry() } else { Ok(()) }
     }
 
-    fn begin_again(&mut self) -> anyhow::Result<()> {
+    fn retry(&mut self) -> anyhow::Result<()> {
         self.state.began_ns = self.state.acknowledged_ns;
         let begun = begin_part(&self.run, &mut self.checkpoints, &mut self.state);
         let Ok((mut core, disk)) = begun else { return Ok(()) };
@@ -270,10 +270,10 @@ impl<'a> Recorder<'a> {
         self.latencies.send()?;
         if self.core.has_failed() {
             // There may be room by now, and the channels still have some messages.
-            self.begin_again()?;
+            self.retry()?;
         }
         self.take_all(|_| true)?;
-        self.take_what_was_kept()?;
+        self.drain_histories()?;
         let (mut report, _sink) = self.core.finish();
         if report.failure.is_none() {
             let whole = make_whole(&self.run, &self.state, self.disk.as_ref(), &mut report);
@@ -286,7 +286,7 @@ impl<'a> Recorder<'a> {
 
     /// Takes the messages from the channels' histories that no writer has delivered. A recorder that starts late, in a
     /// mission of a few instants, finds writers that ended before they connected to it.
-    fn take_what_was_kept(&mut self) -> anyhow::Result<()> {
+    fn drain_histories(&mut self) -> anyhow::Result<()> {
         for input in &mut self.inputs {
             let (spec, core, mut complaints) = (input.reader.spec(), &mut self.core, Vec::new());
             input

@@ -36,7 +36,7 @@ fn the_recorder_acknowledges_at_regular_ticks() {
     for seq in 1..=50 {
         record(&mut core, seq).unwrap();
         acknowledged.extend(core.end_pass().unwrap());
-        assert!(core.end_pass().unwrap().is_none(), "once for the same ticks");
+        assert!(core.end_pass().unwrap().is_none(), "the same ticks are acknowledged once");
     }
     let ticks: Vec<_> = acknowledged.iter().map(|recorded| recorded.header.source_seq).collect();
     assert_eq!(ticks, [16, 32, 48]);

@@ -102,7 +102,7 @@ fn record(drawn_meanwhile: usize, ends_at_once: bool) -> (Vec<u64>, u64) {
     drop(disk);
     let since = Instant::now();
     while !ends_at_once && !next_part.exists() {
-        assert!(since.elapsed() < LIMIT, "the recorder does not go on");
+        assert!(since.elapsed() < LIMIT, "the recorder does not continue");
         recorder.pass().unwrap();
     }
     recorder.end().unwrap();

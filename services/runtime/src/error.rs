@@ -262,12 +262,12 @@ pub enum Error {
 
 impl Error {
     /// Returns true if choosing another name for the system would help.
-    pub fn is_about_the_name(&self) -> bool {
+    pub fn concerns_the_name(&self) -> bool {
         matches!(self, Self::BadName { .. } | Self::PathTooLong { .. } | Self::AlreadyRunning { .. })
     }
 
     /// Returns true if the system to resume is missing or already running.
-    pub fn is_about_what_to_resume(&self) -> bool {
+    pub fn has_nothing_to_resume(&self) -> bool {
         matches!(self, Self::NothingToResume { .. } | Self::AlreadyRunning { .. })
     }
 

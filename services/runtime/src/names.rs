@@ -68,7 +68,7 @@ impl Names {
         for _ in 0..READS {
             match reports.read_events() {
                 Ok(events) => {
-                    self.is_behind |= events.iter().any(says_that_reports_were_dropped);
+                    self.is_behind |= events.iter().any(reports_were_dropped);
                     let names = events.iter().filter_map(|event| event.name.as_ref()?.to_str());
                     let own = names.filter(|name| name.starts_with(&self.prefix));
                     self.known.extend(own.map(|name| self.folder.join(name)));
@@ -91,7 +91,7 @@ fn reports(folder: &Path) -> nix::Result<Inotify> {
     Ok(reports)
 }
 
-fn says_that_reports_were_dropped(event: &InotifyEvent) -> bool {
+fn reports_were_dropped(event: &InotifyEvent) -> bool {
     event.mask.contains(AddWatchFlags::IN_Q_OVERFLOW)
 }
 

@@ -27,9 +27,12 @@ impl Stall {
     /// computing or about to be restarted. Returns how long the lockstep has been stuck, if that is too long.
     pub(crate) fn look(&mut self, now: Instant, progress: u64, everybody_waits: bool) -> Option<Duration> {
         let since = now.saturating_duration_since(std::mem::replace(&mut self.looked, now));
-        let goes_on = std::mem::replace(&mut self.progress, progress) != progress;
-        self.stands =
-            if goes_on || !everybody_waits { Duration::ZERO } else { self.stands + since.min(MOST_AT_ONCE) };
+        let has_progressed = std::mem::replace(&mut self.progress, progress) != progress;
+        self.stands = if has_progressed || !everybody_waits {
+            Duration::ZERO
+        } else {
+            self.stands + since.min(MOST_AT_ONCE)
+        };
         (self.stands >= self.limit).then_some(self.stands)
     }
 }

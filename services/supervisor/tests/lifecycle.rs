@@ -125,8 +125,8 @@ fn world() {
                     (answered, last) = (true, command.last == 1);
                 }
             }
-            let go_on = answered && seq <= safe + LOCKSTEP_WINDOW;
-            if !go_on && node.wait(LONG) == Wake::Terminate {
+            let may_continue = answered && seq <= safe + LOCKSTEP_WINDOW;
+            if !may_continue && node.wait(LONG) == Wake::Terminate {
                 return health.report(0).unwrap();
             }
         }
@@ -196,9 +196,9 @@ fn recorder() {
     let mut recorded = node.writer(RECORDED).unwrap();
     let mut counts = [0; 3];
     let (mut last, mut counted) = (0, 0);
-    let mut go_on = true;
-    while go_on {
-        go_on = node.nap(Duration::from_millis(5)) != Wake::Terminate;
+    let mut may_continue = true;
+    while may_continue {
+        may_continue = node.nap(Duration::from_millis(5)) != Wake::Terminate;
         while let Some(scan) = scans.receive().unwrap() {
             counts[0] += 1;
             last = scan.header.seq;

@@ -85,8 +85,8 @@ impl Playback {
         if request.rate.is_finite() && request.rate > 0.0 {
             self.rate = request.rate.clamp(*RATES.start(), *RATES.end());
         }
-        let begins_anew = request.plays && self.state == State::Ended;
-        let target = request.seek_ns.or(begins_anew.then_some(self.first_ns));
+        let restarts = request.plays && self.state == State::Ended;
+        let target = request.seek_ns.or(restarts.then_some(self.first_ns));
         let target = target.map(|ns| ns.clamp(self.first_ns, self.last_ns));
         self.state = if request.plays { State::Playing } else { State::Paused };
         if let Some(target) = target {

@@ -140,7 +140,7 @@ fn route(
     &Hand { degree, smooth_m }: &Hand,
     rng: &mut Pcg64Mcg,
 ) -> Vec<At> {
-    let length = scene.way_m();
+    let length = scene.path_m();
     let waves: Vec<_> = (1..=3)
         .map(|n| {
             let [x, y] = [0, 1].map(|_| BEND_M * degree * normal(rng) / f64::from(n));
@@ -329,7 +329,7 @@ mod tests {
         };
         let mut lengths: Vec<_> = (0..40).map(|seed| length(&hasty(&scene, 0.0, seed))).collect();
         lengths.sort_by(f64::total_cmp);
-        assert!(lengths[39] <= scene.way_m() + 1e-6 && lengths[0] < 0.97 * scene.way_m(), "{lengths:?}");
+        assert!(lengths[39] <= scene.path_m() + 1e-6 && lengths[0] < 0.97 * scene.path_m(), "{lengths:?}");
     }
 
     #[test]

@@ -46,7 +46,7 @@ pub fn recover(file: &Path, options: &RecoverOptions) -> Result<Outcome, Failure
 
 fn recover_file(file: &Path, options: &RecoverOptions) -> anyhow::Result<copy::Copied> {
     let place = || file.display().to_string();
-    let unpacked = Whole::as_far_as_it_goes(file).with_context(place)?;
+    let unpacked = Whole::best_effort(file).with_context(place)?;
     let damaged = if options.keep_damaged { Damaged::Keep } else { Damaged::LeaveOut };
     let known = |error: RecordingError| unpacked.known_error(error.into());
     let (draft, mut copy) = begin(&options.output, &copy::profile(unpacked.path()).map_err(known)?)?;

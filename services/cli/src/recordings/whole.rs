@@ -74,7 +74,7 @@ impl Whole {
     }
 
     /// Opens a file that may be damaged. If it is packed, as much as possible of it is unpacked.
-    pub fn as_far_as_it_goes(path: &Path) -> anyhow::Result<Self> {
+    pub fn best_effort(path: &Path) -> anyhow::Result<Self> {
         if !is_packed(path) {
             return Ok(Self::itself(path));
         }

@@ -137,11 +137,7 @@ mod tests {
         let suite = boniardi_2015(&Folders::of_checkout()).unwrap();
         let lines = suite.drawings();
         let values: usize = BONIARDI_2015.iter().map(|search| search.values.len()).sum();
-        assert_eq!(
-            lines.len(),
-            1 + values - BONIARDI_2015.len(),
-            "each parameter includes the value in use"
-        );
+        assert_eq!(lines.len(), 1 + values - BONIARDI_2015.len(), "each parameter includes the value in use");
         for line in &lines {
             let trial = suite.trials.iter().find(|trial| trial.drawing == *line).unwrap();
             let run = trial.run(Method::Boniardi2015.word(), 1, 0).unwrap();

@@ -184,7 +184,7 @@ fn task(corridor: &Corridor, drive: &Drive) -> Task {
     // With corners, give a marker instead of a length, since a robot that cuts corners drives less than the path along the
     // middle.
     match corridor.shape {
-        Shape::Straight => given.insert("metres".into(), drive.way_m.into()),
+        Shape::Straight => given.insert("metres".into(), drive.distance_m.into()),
         _ => given.insert("marker".into(), i64::from(corridor.marker_beside(drive.goal)).into()),
     };
     if !drive.turns.is_empty() {
@@ -194,7 +194,7 @@ fn task(corridor: &Corridor, drive: &Drive) -> Task {
     Task {
         name: drive.name.into(),
         there: Place { polygon: Some(corners), center: Some(drive.goal), radius_m: None },
-        time_limit_s: 60.0 + drive.way_m / SLOWEST_MPS,
+        time_limit_s: 60.0 + drive.distance_m / SLOWEST_MPS,
         given,
     }
 }

@@ -25,7 +25,7 @@ use sketchnav_schemas::geometry::{Pose, World};
 use sketchnav_schemas::mission::{Mission, NavigatorChoice, Parameters, Place, Start, Task, WorldSource};
 use sketchnav_schemas::robot::{MarkerCamera, Pixels, Robot, WheelSlip};
 use sketchnav_schemas::seed;
-use sketchnav_sim::corridors::{Corridor, Numbers, Placement, WAY_M};
+use sketchnav_sim::corridors::{Corridor, DISTANCE_M, Numbers, Placement};
 use sketchnav_sim::sensors::camera::Camera;
 use sketchnav_sim::{WorldDescription, files};
 
@@ -257,7 +257,7 @@ impl Conditions {
             world: world.clone(),
             start: Start { world: [start.x, start.y], world_heading_deg: start.yaw_rad.to_degrees() },
             task: vec![
-                task("from A to B", start.x + WAY_M, corridor.width_m, false),
+                task("from A to B", start.x + DISTANCE_M, corridor.width_m, false),
                 task("back to A", start.x, corridor.width_m, true),
             ],
             parameters: self.parameters(),
@@ -287,11 +287,11 @@ fn task(name: &str, x_m: f64, width_m: f64, about: bool) -> Task {
     let half_m = width_m / 2.0;
     let (west, east) = (x_m - THERE_M, x_m + THERE_M);
     let polygon = Some(vec![[west, -half_m], [east, -half_m], [east, half_m], [west, half_m]]);
-    let given = [("metres", WAY_M.into()), ("about", about.into())];
+    let given = [("metres", DISTANCE_M.into()), ("about", about.into())];
     Task {
         name: name.into(),
         there: Place { polygon, center: Some([x_m, 0.0]), radius_m: None },
-        time_limit_s: 60.0 + WAY_M / SLOWEST_MPS,
+        time_limit_s: 60.0 + DISTANCE_M / SLOWEST_MPS,
         given: given.into_iter().map(|(key, value): (&str, toml::Value)| (key.to_owned(), value)).collect(),
     }
 }

@@ -58,9 +58,9 @@ impl Cost {
 fn motion_j(truth: &[GroundTruth], mass_kg: f64) -> f64 {
     let speed = |truth: &GroundTruth| truth.twist.vx_mps.hypot(truth.twist.vy_mps);
     let step = |pair: &[GroundTruth]| {
-        let way_m = pair[0].pose().position().distance(&pair[1].pose().position());
+        let distance_m = pair[0].pose().position().distance(&pair[1].pose().position());
         let faster = (speed(&pair[1]).powi(2) - speed(&pair[0]).powi(2)).max(0.0);
-        ROLLING * mass_kg * GRAVITY_MPS2 * way_m + 0.5 * mass_kg * faster
+        ROLLING * mass_kg * GRAVITY_MPS2 * distance_m + 0.5 * mass_kg * faster
     };
     truth.windows(2).map(step).sum()
 }

@@ -55,7 +55,7 @@ fn mission(folders: &Folders, scene: &Scene, given: toml::Table) -> Mission {
         task: vec![Task {
             name: format!("to the {goal}"),
             there: scene.there(),
-            time_limit_s: 60.0 + scene.way_m() / 0.1,
+            time_limit_s: 60.0 + scene.path_m() / 0.1,
             given: toml::Table::new(),
         }],
         parameters: Parameters::default(),

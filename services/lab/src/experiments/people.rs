@@ -59,7 +59,7 @@ struct Place {
     ground: Ground,
     regions: Regions,
     robot: Robot,
-    /// True if a person looks on and answers.
+    /// True if a person watches and answers.
     has_onlooker: bool,
 }
 

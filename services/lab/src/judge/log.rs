@@ -39,7 +39,7 @@ pub struct Instant {
     pub stamp_ns: u64,
     /// True pose of the robot.
     pub truth: Pose<World>,
-    /// Pose at which the robot believed itself to be.
+    /// Pose at which the robot believed it was.
     pub estimate: Pose<Sketch>,
     /// Local scales along and across the walls, in pixels per metre.
     pub scales_pxpm: [f64; 2],

@@ -53,7 +53,7 @@ const WAY: &str = "stroke=\"#8a93a3\" stroke-width=\"2\" stroke-dasharray=\"1 6\
 /// Size of a square, in metres, through which paths are only drawn once.
 const SAME_M: f64 = 0.25;
 
-/// Draws the paths of people, but each place only once. Otherwise the dots of a person walking to and fro would fall
+/// Draws the paths of people, but each place only once. Otherwise the dots of a person walking back and forth would fall
 /// between each other and look like a solid line.
 pub fn ways<F>(sheet: &mut Sheet, ways: &[Vec<Point<F>>]) {
     let mut drawn = BTreeSet::new();
@@ -68,8 +68,8 @@ fn first_passes<F>(way: &[Point<F>], drawn: &mut BTreeSet<[i64; 2]>) -> Vec<Vec<
     let mut last = None;
     for at in way {
         let square = [at.x, at.y].map(|v| (v / SAME_M).floor() as i64);
-        let goes_on = last == Some(square) && !piece.is_empty();
-        if drawn.insert(square) || goes_on {
+        let continues = last == Some(square) && !piece.is_empty();
+        if drawn.insert(square) || continues {
             piece.push(Point::new(at.x, at.y));
         } else if !piece.is_empty() {
             pieces.push(std::mem::take(&mut piece));

@@ -71,7 +71,7 @@ fn youbot() -> Robot {
 
 fn drive(corridor: &Corridor, way: &Drive, method: &str, robot: Robot, people: &str) -> Ended {
     let goal = match corridor.shape {
-        Shape::Straight => format!("metres={:?}", way.way_m),
+        Shape::Straight => format!("metres={:?}", way.distance_m),
         _ => format!("marker={}", corridor.marker_beside(way.goal)),
     };
     drive_to(&goal, corridor, way, method, robot, people)

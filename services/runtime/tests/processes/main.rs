@@ -142,7 +142,7 @@ fn a_link_that_blocks_a_start_is_reported() {
 #[test]
 fn another_users_file_blocks_the_start() {
     if !nix::unistd::getuid().is_root() {
-        println!("notice: skipped, for this user cannot make files of another one");
+        println!("notice: skipped, because this user cannot create files of another one");
         return;
     }
     let stage = Stage::new();

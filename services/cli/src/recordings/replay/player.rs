@@ -229,7 +229,7 @@ impl<'a> Player<'a> {
     fn wait_until_due(&mut self, message: &RawMessage, supervisor: &mut Supervisor) -> anyhow::Result<Turn> {
         loop {
             match self.keys.next() {
-                Some(Wish::Pause) => self.clock.pause_or_go_on(),
+                Some(Wish::Pause) => self.clock.toggle_pause(),
                 Some(Wish::Step) => self.clock.step(message.stamp_ns),
                 Some(Wish::Seek(s)) => return Ok(Turn::Seek(self.target(message.stamp_ns, s))),
                 Some(Wish::Rate(factor)) => self.clock.change_rate(factor),

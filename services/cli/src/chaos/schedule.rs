@@ -136,9 +136,9 @@ pub fn write_happened(path: &Path, out: &Path) -> anyhow::Result<()> {
 }
 
 fn again(fault: &FaultInfo, kind: &str) -> Option<PlannedFault> {
-    let is_told =
+    let is_named =
         |kind: &KillSignal| kind.signal().is_some_and(|signal| fault.words.contains(signal.as_str()));
-    let sent = KillSignal::ALL.into_iter().find(is_told);
+    let sent = KillSignal::ALL.into_iter().find(is_named);
     let action = sent.filter(|_| fault.kind == FaultKind::Injected.word())?.action();
     let channel = mouth(fault.process.parse().ok()?, kind, |_| true)?.name;
     Some(PlannedFault {
